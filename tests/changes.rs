@@ -1,5 +1,5 @@
-//! The mission file is edited while the mission runs: what is proven is played, what is not is
-//! refused with a way there, and an executive that is killed comes back in the same net.
+//! The mission file is edited while the mission runs. A proven edit takes effect; an unproven edit
+//! is refused with a counterexample; a killed executive resumes in the net that was in effect.
 
 use armor_executive::journal;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
@@ -7,7 +7,7 @@ use armor_executive::{Cause, JournalEntry, JournalRecord};
 use crate::fixture::{Folder, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// Explores for an hour, goes back for another; `more` is what differs.
+/// Explores for an hour, then returns for an hour; `more` is appended to the mission.
 fn mission(more: &str) -> String {
     format!(
         "<mission name='survey' goal='home' safe='hold'>
@@ -35,7 +35,8 @@ fn run(folder: &str) -> System {
     system
 }
 
-/// Another mission over the same system, saved as editors do: as a second file that is then renamed.
+/// Replaces the mission and keeps the system. Like most editors, it writes a second file and
+/// renames it over the first.
 fn save(system: &System, mission: &str) {
     let file = system.folder.path().join("probes.xml");
     let text = std::fs::read_to_string(&file).expect("the file");
@@ -45,7 +46,7 @@ fn save(system: &System, mission: &str) {
     std::fs::rename(beside, file).expect("renamed");
 }
 
-/// Waits until the mission is shown with these words.
+/// Waits until `armor mission show` prints `words`; returns its output.
 fn shows(system: &System, words: &str) -> String {
     let what = format!("{words:?} is shown; the log:\n{}", system.run.log());
     wait_for(&what, || {
@@ -65,7 +66,7 @@ fn a_proven_edit_is_played_and_survives_a_restart_of_the_executive() {
     save(&system, &mission("<transition name='soon' from='explore' to='return' timeout='1s'/>"));
     shows(&system, "version 2 of the file has been played for");
     shows(&system, "marked      return");
-    // The file on the disk is now invalid, and nothing needs it.
+    // The file on the disk is now invalid. The restarted executive must not need it.
     save(&system, "<mission nonsense></mission>");
     system.replace("executive");
     system.run.wait_for_log("goes on where it left off: return", 1);
@@ -79,12 +80,19 @@ fn a_proven_edit_is_played_and_survives_a_restart_of_the_executive() {
     });
     assert_eq!(fired.collect::<Vec<_>>(), ["soon", "now"]);
     let journal = system.run.out().join("executive.journal");
-    let told = system.shown(&["mission", "journal", "--journal", journal.to_str().expect("UTF-8")]);
-    assert!(told.contains("version 2 of the file is played; transition soon added"), "{told}");
+    let printed =
+        system.shown(&["mission", "journal", "--journal", journal.to_str().expect("UTF-8")]);
+    assert!(
+        printed.contains("version 2 of the file is played; transition soon added"),
+        "{printed}"
+    );
     let mut replay = system.folder.armor(&["mission", "replay"]);
-    let (code, told, err) = crate::fixture::run_to_end(replay.arg(&journal));
+    let (code, printed, err) = crate::fixture::run_to_end(replay.arg(&journal));
     assert_eq!(code, 0, "{err}");
-    assert!(told.contains("= return") && told.trim_end().ends_with("ended at its goal"), "{told}");
+    assert!(
+        printed.contains("= return") && printed.trim_end().ends_with("ended at its goal"),
+        "{printed}"
+    );
 }
 
 #[test]

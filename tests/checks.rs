@@ -1,4 +1,5 @@
-//! `<check>`: proven by `armor check`, refuted with firings, which `armor mission replay` plays.
+//! `<check>`: `armor check` proves it or prints a counterexample, whose firings `armor mission
+//! replay` replays.
 
 use serde_json::Value;
 

@@ -5,7 +5,7 @@ use rustix::process::Signal;
 use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// It does nothing but wait for orders.
+/// A mission that only waits for orders.
 const WATCH: &str = "
 <mission name='watch' goal='over' safe='hold'>
   <place name='up' initial='true'/>
@@ -28,7 +28,7 @@ fn shows(system: &System, words: &str) {
     });
 }
 
-/// `armor mission` about a system: code, stdout, stderr.
+/// Runs `armor mission` on a system; returns its exit code, stdout and stderr.
 fn mission(system: &System, arguments: &[&str]) -> (i32, String, String) {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission"]);
@@ -72,7 +72,7 @@ fn the_command_of_one_mission_does_not_carry_over_to_the_next() {
     shows(&system, "marked      up");
     ruth.close_input();
     ruth.wait_for_end();
-    // At most she asked for what had been hers, and was refused.
+    // The client may have asked the new mission for the command again; it must have been refused.
     let log = system.run.log();
     assert!(!log.contains("the command is yours"), "she commands another: {log}");
     let shown = system.shown(&["mission", "show"]);
@@ -110,7 +110,7 @@ fn the_display_continues_through_a_restart_and_names_a_broken_file() {
     shows(&system, "the file on the disk is not valid (E0");
     shows(&system, "version 1 continues");
 
-    // One that is stopped is there all the same.
+    // A stopped executive does not answer, but its mission still exists.
     let executive = system.pid("executive");
     send_signal(executive, Signal::STOP);
     let (code, _, err) = mission(&system, &["show"]);
@@ -137,7 +137,7 @@ fn a_file_that_is_no_journal_is_refused_with_the_reason() {
         let (code, _, err) = run_to_end(&mut folder.armor(&["mission", "replay", file]));
         assert!(code == 1 && err.contains(why), "{file}: {err}");
     }
-    // A variable that is set to nothing is as good as none.
+    // An empty variable counts as unset.
     let mut show = folder.armor(&["mission", "show"]);
     let (code, _, err) = run_to_end(show.env("ARMOR_REGISTRY", ""));
     assert!(code == 1 && err.contains("no system is running"), "{err}");

@@ -1,4 +1,4 @@
-//! The command line by itself: codes, streams, and words of advice.
+//! The command line without a running system: exit codes, streams and advice.
 
 use crate::fixture::{Folder, run_to_end};
 
@@ -97,7 +97,7 @@ fn a_file_that_a_parameter_needs_must_be_there() {
     assert!(!err.contains("W0118"), "{err}");
 }
 
-/// What the page of a code shows as printed.
+/// Returns the output that the page of an error code shows.
 fn shown(code: &str) -> String {
     let page = format!("{}/../docs/errors/{code}.md", env!("CARGO_MANIFEST_DIR"));
     let page = std::fs::read_to_string(page).expect("a page");
@@ -144,10 +144,10 @@ fn faults_of_component_directories_are_reported_as_their_pages_show() {
         }
         let (_, _, err) = run_to_end(&mut folder.armor(&arguments));
         let here = folder.path().canonicalize().expect("it is there");
-        let said = err.replace(&format!("{}/", here.display()), "");
+        let printed = err.replace(&format!("{}/", here.display()), "");
         assert!(
-            said.contains(&shown(code)),
-            "{code}: the page shows\n{}\nbut\n{said}",
+            printed.contains(&shown(code)),
+            "{code}: the page shows\n{}\nbut\n{printed}",
             shown(code)
         );
     }

@@ -1,5 +1,5 @@
-//! Appointments at absolute dates, with real processes: the executive is killed while they wait, and
-//! they are refused on a host without a synchronized clock.
+//! Appointments at absolute dates, with real processes: the executive is killed while they wait,
+//! and they are refused on a host without a synchronized clock.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,14 +12,15 @@ use armor_robotfile::Date;
 use crate::fixture::{Folder, run_to_end, wait_for};
 use crate::resilience::system::Draft;
 
-/// Long enough for the mission to begin, and for an executive to be killed, on a busy machine.
+/// Long enough for the mission to begin and for two kills of the executive, on a busy machine.
 const SOON: Duration = Duration::from_secs(25);
 
 fn records(journal: &Path) -> Vec<JournalRecord> {
     Journal::open(journal).expect("a journal").1.records
 }
 
-/// When the date of `transition` first had the phase `wanted`, in mission time and by the clock.
+/// Returns the time, in mission time and in UTC, at which the date of `transition` first had the
+/// phase `wanted`.
 fn dated(
     records: &[JournalRecord],
     transition: &str,
@@ -100,7 +101,8 @@ fn dates_need_a_synchronized_clock_and_past_ones_are_a_warning() {
     assert_eq!(code, 0, "{err}");
     let words = "warning[W0223]: 2024-06-01T12:00:00Z has passed: meet never fires";
     assert!(err.contains(words), "{err}");
-    // No program that reports on the clock is found in this `PATH`.
+    // With an empty folder as `PATH`, the executive finds no program that reports the clock's
+    // state.
     let nobody = folder.path().join("empty");
     std::fs::create_dir_all(&nobody).expect("writable");
     let mut run = folder.armor(&["run", "robot.xml", "--out", "out"]);

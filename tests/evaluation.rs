@@ -14,7 +14,7 @@ fn way(aside_m: f64, begin_s: f64) -> String {
     TITLES.to_owned() + &(0..40).map(line).collect::<String>()
 }
 
-/// One relation that holds on the way, and one that is half a metre off.
+/// One relation that agrees with the trajectory, and one that is off by half a metre.
 const RELATIONS: &str = "i,j,kind,dx_m,dy_m,dtheta_rad\n\
     0,1,next,0.006248,0.249896,0.05\n0,2,revisit,0.024979,0.999167,0.1\n";
 
@@ -39,18 +39,18 @@ fn a_good_run_is_measured_in_words_and_numbers() {
     assert!(out.contains("next") && out.contains("rms 0.0000 m"), "{out}");
     let (code, out, _) = eval(&folder, &[&files[..], &["--format", "json"]].concat());
     assert_eq!(code, 0);
-    let told: serde_json::Value = serde_json::from_str(&out).expect("one line of JSON");
-    let mean = |kind: &str| told["relations"][kind]["metres"]["mean"].as_f64().expect("a number");
-    assert!(mean("next") < 0.13 && (mean("revisit") - 0.5).abs() < 0.01, "{told}");
-    assert!(told["absolute"]["rms_m"].as_f64().is_some_and(|rms_m| rms_m < 1e-5), "{told}");
-    assert_eq!(told["worst"][0]["j"], 2, "{told}");
+    let report: serde_json::Value = serde_json::from_str(&out).expect("one line of JSON");
+    let mean = |kind: &str| report["relations"][kind]["metres"]["mean"].as_f64().expect("a number");
+    assert!(mean("next") < 0.13 && (mean("revisit") - 0.5).abs() < 0.01, "{report}");
+    assert!(report["absolute"]["rms_m"].as_f64().is_some_and(|rms_m| rms_m < 1e-5), "{report}");
+    assert_eq!(report["worst"][0]["j"], 2, "{report}");
 }
 
 #[test]
 fn a_reference_of_another_clock_is_compared_by_time() {
     let folder = Folder::new("eval-time");
     good(&folder);
-    // The same way, but its first pose is the other's twentieth.
+    // The same trajectory, but its first pose is the twentieth of the other file.
     let late: String = way(3.0, 100.0).lines().skip(21).map(|line| format!("{line}\n")).collect();
     let renumbered = late
         .lines()
@@ -109,8 +109,8 @@ fn maps_are_compared_in_place_or_aligned() {
         let arguments = [&["--map", "one.yaml", "--format", "json"], arguments].concat();
         let (code, out, err) = eval(&folder, &arguments);
         assert_eq!(code, 0, "{err}");
-        let told: serde_json::Value = serde_json::from_str(&out).expect("one line of JSON");
-        ["found", "right"].map(|what| told["map"]["walls"][what].as_f64().expect("a share"))
+        let report: serde_json::Value = serde_json::from_str(&out).expect("one line of JSON");
+        ["found", "right"].map(|what| report["map"]["walls"][what].as_f64().expect("a share"))
     };
     assert_eq!(found(&["--reference-map", "one.yaml"]), [1.0, 1.0]);
     let other = found(&["--reference-map", "other.yaml"]);

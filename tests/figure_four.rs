@@ -1,5 +1,6 @@
-//! The system that ArMoR was tried with (Godin, figure 4), all of it at once: simulator, camera,
-//! SLAM and the operator's screen, with every link's rate and losses; and one of them killed.
+//! The complete system that ArMoR was evaluated with (Godin, figure 4): simulator, camera, SLAM and
+//! the operator's screen. The test checks the rate and the losses of every link, then kills three
+//! of the processes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,14 +10,15 @@ use serde_json::Value;
 
 use crate::fixture::{Folder, Run, run_to_end, send_signal, wait_for};
 
-/// On these nothing travels until an operator does something, or the robot goes home.
+/// Ports that carry no data until an operator acts or the robot returns home.
 const QUIET: [&str; 5] = ["view.goal", "view.velocity", "view.stop", "homing.goal", "homing.pose"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").into()
 }
 
-/// The screen is a program of its own, which `cargo test --workspace` builds next to `armor`.
+/// Whether the operator's screen is built. It is a separate program, which `cargo test --workspace`
+/// builds next to `armor`.
 fn is_there() -> bool {
     let there =
         Path::new(env!("CARGO_BIN_EXE_armor")).with_file_name("armor-operator-view").exists();
@@ -27,7 +29,7 @@ fn is_there() -> bool {
     there
 }
 
-/// What a tool prints of the running system, one object a line.
+/// Runs a tool on the system; returns its output, one JSON object per line.
 fn lines(folder: &Folder, run: &Run, tool: &str) -> Vec<Value> {
     let registry = run.registry().to_string();
     let (_, out, _) =
@@ -35,7 +37,7 @@ fn lines(folder: &Folder, run: &Run, tool: &str) -> Vec<Value> {
     out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
 
-/// The links by their two ends.
+/// Returns the links by name, `FROM -> TO`.
 fn links(folder: &Folder, run: &Run) -> BTreeMap<String, Value> {
     let all = lines(folder, run, "graph").into_iter();
     let named = |link: Value| {
@@ -53,7 +55,7 @@ fn count(link: &Value, what: &str) -> u64 {
     link[what].as_u64().unwrap_or_else(|| panic!("no {what} in {link}"))
 }
 
-/// Waits until data has come over every link that is not quiet, and gives them.
+/// Waits until every link that is not quiet has received more than in `since`; returns all links.
 fn all_flow(
     folder: &Folder,
     run: &Run,
@@ -73,7 +75,7 @@ fn all_flow(
 }
 
 // Slow (about half a minute): three processes are killed one after the other, and data must flow on
-// // every link again after each.
+// every link again after each.
 #[test]
 fn figure_four_runs_completely_and_killed_processes_return() {
     if !is_there() {
@@ -92,7 +94,8 @@ fn figure_four_runs_completely_and_killed_processes_return() {
             count(link, "dropped"),
             count(link, "lost")
         );
-        // Nothing is missing without being counted; what is under way is neither yet.
+        // Every message sent is received or counted as dropped or lost. Messages in transit are not
+        // counted yet, so the numbers may differ a little.
         let known = count(link, "received") + count(link, "dropped") + count(link, "lost");
         assert!(count(link, "sent").abs_diff(known) <= 50, "{name}: {link}");
     }
@@ -106,7 +109,8 @@ fn figure_four_runs_completely_and_killed_processes_return() {
         let before = pid(name).expect("it runs");
         send_signal(before, Signal::KILL);
         wait_for(&format!("another {name}"), || pid(name).filter(|now| *now != before));
-        // A restarted subscriber counts what it received from 0.
+        // A restarted subscriber counts its received messages from 0, so the old counts are no
+        // baseline.
         let mut since = self::links(&folder, &run);
         since.retain(|link, _| !link.contains(&format!("-> {name}.")));
         all_flow(&folder, &run, &since);

@@ -1,4 +1,4 @@
-//! What every whole-system test needs: a folder of its own, with `armor` started in it.
+//! The fixture of every whole-system test: a separate folder in which `armor` runs.
 
 pub mod program;
 
@@ -12,7 +12,7 @@ use rustix::process::{Pid, Signal, kill_process};
 
 pub use program::{Dialogue, run_to_end};
 
-/// A folder for one test, removed at its end. Other tests cannot see its runs.
+/// A folder for one test, removed when the test ends. Other tests cannot see its runs.
 pub struct Folder(PathBuf);
 
 impl Folder {
@@ -115,8 +115,9 @@ impl Folder {
     pub fn executable(&self, name: &str, text: &str) {
         let path = self.0.join(name);
         std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
-        // Written by another process. A file that is open for writing cannot be executed, and a process
-        // that another thread starts meanwhile would inherit this one's open file.
+        // Another process writes the file. The kernel refuses to execute a file that is open for
+        // writing, and a child that another thread forks meanwhile would inherit our open
+        // descriptor.
         let written = Command::new("/bin/sh")
             .args(["-c", "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\""])
             .arg(&path)
@@ -220,7 +221,7 @@ fn command_of(pid: i32) -> Vec<String> {
 /// Sends a signal.
 pub fn send_signal(pid: i32, signal: Signal) {
     let pid = Pid::from_raw(pid).expect("a process id");
-    // Fails if it has already ended, which the test will notice.
+    // Fails if the process has already ended; the test detects that by what it waits for.
     let _ = kill_process(pid, signal);
 }
 

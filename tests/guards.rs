@@ -1,5 +1,5 @@
-//! A robot whose battery runs low goes home: a guard on data, played by real processes, with the
-//! executive killed before the guard holds and while it does.
+//! A robot whose battery runs low returns home: a guard on data, with real processes. The executive
+//! is killed before the guard becomes true and while it is true.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use rustix::process::Signal;
 use crate::fixture::{Folder, run_to_end, send_signal, wait_for};
 use crate::resilience::system::Draft;
 
-/// How long the guard has to hold.
+/// Time for which the guard must be true before the transition fires.
 const LOW_FOR: Duration = Duration::from_secs(6);
 
-/// A simulator that loses two percent a second, from 42 %.
+/// A simulator whose battery starts at 42 % and loses 2 % per second.
 fn simulator() -> String {
     let world = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/worlds/empty.svg");
     format!(
@@ -47,7 +47,7 @@ fn draft(weak: &str) -> Draft {
         .mission(&mission(weak))
 }
 
-/// The changes of guards, and when `weak` took its token.
+/// Returns the changes of guards, and the mission time at which `weak` took its token.
 fn story(records: &[JournalRecord]) -> (Vec<(Duration, bool)>, Option<Duration>) {
     let change = |record: &JournalRecord| match &record.entry {
         JournalEntry::Guard { holds, .. } => Some((record.at, *holds)),
@@ -74,7 +74,7 @@ fn a_low_battery_sends_the_robot_home_despite_kills_of_the_executive() {
     };
     show(&["is false"]);
     system.replace("executive");
-    // A machine that is slow enough sees the battery low already.
+    // On a slow machine the battery may already be low here.
     show(&["is false", "is true"]);
     system.run.wait_for_log("the guard of weak holds", 1);
     system.replace("executive");
@@ -93,12 +93,12 @@ fn a_low_battery_sends_the_robot_home_despite_kills_of_the_executive() {
 
 #[test]
 fn a_provider_that_stays_away_is_reported_as_missing() {
-    // Long enough for the first value on a busy machine.
+    // 5 s are enough for the first value on a busy machine.
     let mut system = draft("when='not known(battery)' after='5s'").run(Folder::new("blind"));
     wait_for("a value", || {
         system.shown(&["mission", "show"]).contains("battery is 0.").then_some(())
     });
-    // Killed again and again, until it is given up.
+    // Killed repeatedly until the launcher gives it up.
     wait_for("the end of the mission", || {
         let entries = system.entries();
         if let Some(simulator) = entries.iter().find(|entry| entry.name == "simulator") {

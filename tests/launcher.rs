@@ -1,5 +1,5 @@
-//! The launcher and its processes: started, watched, stopped, killed; with components that are plain
-//! scripts, for those must be looked after as well.
+//! The launcher and its processes: started, watched, stopped and killed. The components are plain
+//! scripts, because the launcher must supervise programs that do not use the SDK, too.
 
 use rustix::process::Signal;
 
@@ -93,7 +93,7 @@ fn a_flood_of_log_lines_delays_no_process_and_is_counted() {
         );
     }
     let lines = log.matches("a line of many").count();
-    // A burst, and then a rate.
+    // The limit allows a burst first, then a fixed rate.
     let most = 10_000 + 2_000 * (start.elapsed().as_secs() as usize + 1);
     assert!((1_000..=most).contains(&lines), "{lines} lines are kept, of at most {most}");
 }

@@ -1,5 +1,5 @@
-//! Manifests and their JSON schema: whatever describes itself keeps to it, and the schema and the
-//! program accept the same.
+//! Manifests and their JSON schema: every manifest conforms to the schema, and the schema and the
+//! program accept the same manifests.
 
 mod schema;
 
@@ -15,14 +15,14 @@ fn schema() -> Schema {
     Schema::new(include_str!("../docs/manifest.schema.json"))
 }
 
-/// Whether the program takes it.
+/// Whether the program accepts the manifest.
 fn accepted(value: &Value) -> Result<(), String> {
     let manifest: Manifest =
         serde_json::from_value(value.clone()).map_err(|error| error.to_string())?;
     manifest.validate()
 }
 
-/// Every member that there is, each with a value other than none.
+/// A manifest with every member, none of them null or empty.
 fn everything() -> Value {
     let schema = "Speed{value:f64(m/s)}";
     let hash = format!("{:016x}", armor_wire::schema::hash_text(schema));
@@ -67,7 +67,7 @@ fn the_schema_and_the_program_accept_the_same() {
     let mut agree = |changed: &Value, what: &str| {
         let (by_schema, by_program) = (schema.check(changed), accepted(changed));
         let verdicts = format!("{what}: schema {by_schema:?}, program {by_program:?}\n{changed:#}");
-        // The program knows more: a default must lie in its range.
+        // The program is stricter than the schema here: a default must be within its range.
         assert!(by_schema.is_ok() || by_program.is_err(), "only the program takes it: {verdicts}");
         let deeper = ["default", "schema", "type", "choices", "unit", "minimum", "maximum"];
         let same = by_schema.is_ok() == by_program.is_ok();

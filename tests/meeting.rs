@@ -8,7 +8,7 @@ fn folder() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").join("missions")
 }
 
-/// Where in the log each of `lines` is, in the order they are asked for.
+/// Returns the position in the log of each of `lines`, in the order of `lines`.
 fn places(log: &str, lines: &[&str]) -> Vec<usize> {
     let find = |line: &&str| log.find(*line).unwrap_or_else(|| panic!("{line} in\n{log}"));
     lines.iter().map(find).collect()

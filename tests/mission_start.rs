@@ -1,5 +1,5 @@
-//! A mission begins when all components are registered and linked: the data of its first place reach
-//! every subscriber.
+//! A mission begins after all components are registered and linked, so that every subscriber
+//! receives the data of the first place from the first message on.
 
 use std::fmt::Write;
 
@@ -18,7 +18,7 @@ fn log() -> String {
     log
 }
 
-/// The stock kind `grid-slam` as `late-mapper`, which takes its time to start.
+/// Adds the kind `late-mapper`: the stock kind `grid-slam`, started one second late.
 fn late_mapper(folder: &Folder) {
     let stock = format!("{} component grid-slam", env!("CARGO_BIN_EXE_armor"));
     let text = format!(

@@ -14,7 +14,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").into()
 }
 
-/// Reads what the map writer writes for `map_server`.
+/// Reads a map in the `map_server` format, as the map writer writes it.
 fn map(folder: &Path) -> Grid<Occupancy> {
     let yaml = std::fs::read_to_string(folder.join("map.yaml")).expect("map.yaml");
     let value = |key: &str| {
@@ -56,7 +56,7 @@ fn the_office_is_explored_mapped_and_left_for_home() {
     let world = World::read(&root().join("missions/worlds/office.svg")).expect("the world");
     let drawn = map(&out);
     let truth = world.free_space(drawn.geometry().resolution_m).expect("its free space");
-    // Two cells: what the robot's own estimate of its pose and a cell's edge may be off.
+    // Two cells of tolerance: one for the error of the estimated pose, one for a cell's edge.
     let MapScore { wall_recall, wall_precision, free_recall, free_precision } =
         score_map(&drawn, &truth, 2.0);
     println!(
@@ -139,17 +139,17 @@ fn three_rounds_are_counted_and_each_place_has_its_route() {
         (next(), next())
     });
     let rows: Vec<_> = rows.collect();
-    // In the first room and in the second, where only places send it.
+    // The robot must visit both rooms; only places of the mission send it there.
     for room in [(3.6, 1.5), (3.4, -1.6)] {
         let is_there = |row: &(f64, f64)| (row.0 - room.0).hypot(row.1 - room.1) < 0.5;
         let visits = rows.windows(2).filter(|pair| !is_there(&pair[0]) && is_there(&pair[1]));
         assert!(visits.count() >= 3, "{room:?} is not visited three times");
     }
     let journal = folder.path().join("rounds/executive.journal").display().to_string();
-    let (code, told, log) = run_to_end(&mut folder.armor(&["mission", "replay", &journal]));
+    let (code, printed, log) = run_to_end(&mut folder.armor(&["mission", "replay", &journal]));
     assert_eq!(code, 0, "{log}");
-    assert!(told.contains("with route=3.4,-1.6, stay=2s"), "{told}");
-    assert!(told.trim_end().ends_with("= over; round is 3; ended at its goal"), "{told}");
+    assert!(printed.contains("with route=3.4,-1.6, stay=2s"), "{printed}");
+    assert!(printed.trim_end().ends_with("= over; round is 3; ended at its goal"), "{printed}");
 }
 
 // Slow (about a minute): the battery drains and the robot returns to its dock in real time.
@@ -192,14 +192,14 @@ fn a_log_gives_the_same_trajectory_to_the_byte_each_time() {
         println!("skipped: ARMOR_DATA is not set");
         return;
     };
-    // The one whose stamps go back most often.
+    // Of all the logs, this one has the most timestamps that go backwards.
     let folder = Folder::new("twice");
     let [one, other] = mapped_twice(&folder, &data.join("laser/intel.log.gz"));
     assert!(one.len() > 910 * 20, "{} bytes", one.len());
     assert!(one == other, "two runs differ");
 }
 
-/// The log, and how many scans are in it.
+/// Name and number of scans of each log.
 const LOGS: [(&str, usize); 5] =
     [("intel", 910), ("aces", 440), ("freiburg-079", 4791), ("edmonton", 340), ("acapulco", 861)];
 

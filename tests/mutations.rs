@@ -1,6 +1,6 @@
-//! A file that is saved while its system runs: seeded changes of the example mission, saved in fifty
-//! styles. Whatever the file contains, the last good version stays in force, every fault is published,
-//! and no process is restarted.
+//! A file that is saved while its system runs: seeded changes of the example mission, saved in
+//! fifty styles. Whatever the file contains, the last good version stays in force, every fault is
+//! published, and no process is restarted.
 
 mod change;
 mod observer;
@@ -21,7 +21,7 @@ use save::{Place, STYLES};
 const MANY: usize = 1000;
 /// Saves otherwise: each style twice.
 const SOME: usize = 104;
-/// Far beyond the intended half second, for a busy machine.
+/// Far more than the intended half second, because the machine may be busy.
 const DEADLINE: Duration = Duration::from_secs(60);
 /// After every this many saves all parameters are compared, not only the version.
 const COMPARE_EVERY: usize = 5;
@@ -30,7 +30,7 @@ fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions")
 }
 
-/// The office mission, patrolling: its robot comes home and goes out again.
+/// The office mission as an endless patrol: the robot comes home and explores again.
 fn patrol() -> String {
     let text = std::fs::read_to_string(examples().join("office.xml")).expect("the example");
     let text = text
@@ -41,7 +41,7 @@ fn patrol() -> String {
     text
 }
 
-/// The same with the system in a file of its own: the mission file, and the system's.
+/// The same patrol in two files: the mission file and the system file.
 fn patrol_in_two() -> [(&'static str, String); 2] {
     let text = patrol();
     let (head, rest) = text.split_once("  <system ").expect("a system");
@@ -65,23 +65,23 @@ fn a_mission_and_its_system_file_survive_a_thousand_different_changes() {
     Trial::start("mutations-two", &files).run(share(2)..share(1));
 }
 
-/// One of `parts` of all saves.
+/// Returns the number of all saves divided by `parts`.
 fn share(parts: usize) -> usize {
     let full = ["CI", "ARMOR_FULL"].iter().any(|name| std::env::var_os(name).is_some());
     (if full { MANY } else { SOME }) / parts
 }
 
-/// A running system, and its files as they should be.
+/// A running system, and its files with their original text.
 struct Trial {
     files: Vec<(PathBuf, String)>,
     elsewhere: PathBuf,
     observer: Observer,
-    /// What is in force.
+    /// The version in force.
     version: u64,
     parameters: Vec<ListedParameter>,
     reports: Vec<(Duration, &'static str)>,
     run: Run,
-    // Last: removed when nothing writes into it any more.
+    // The last field, because fields are dropped in order: the run must end before its folder goes.
     _folder: Folder,
 }
 
@@ -94,7 +94,8 @@ impl Trial {
             .expect("the world");
         let elsewhere = folder.path().join("elsewhere");
         std::fs::create_dir(&elsewhere).expect("writable");
-        // Where files are linked to, relative paths lead to the same.
+        // Some styles make the file a link into this folder; relative paths must resolve there,
+        // too.
         std::os::unix::fs::symlink(&worlds, elsewhere.join("worlds")).expect("a link");
         let files: Vec<_> =
             files.iter().map(|(name, text)| (folder.write(name, text), text.clone())).collect();
@@ -119,7 +120,7 @@ impl Trial {
             let chosen = dice.throw(self.files.len());
             let changed = change(&self.files[chosen].1, n, &mut dice);
             let what = format!("save {n} of seed {seed}: {}, {style}", changed.what);
-            // What was saved before may still be broken in the other file.
+            // An earlier save may have left the other file broken.
             for other in (0..self.files.len()).filter(|other| *other != chosen) {
                 self.restore(other, &what);
             }
@@ -133,7 +134,7 @@ impl Trial {
         self.print(count);
     }
 
-    /// Puts a file back to its first text, if it is another one.
+    /// Restores the original text of a file, if the file differs.
     fn restore(&mut self, at: usize, what: &str) {
         let (path, text) = &self.files[at];
         if std::fs::read_to_string(path).is_ok_and(|now| now == *text) {
@@ -142,7 +143,8 @@ impl Trial {
         let (_, was_refused, _) = self.observer.parameters();
         let new = path.with_extension("restored");
         std::fs::write(&new, text).and_then(|()| std::fs::rename(&new, path)).expect("writable");
-        // All files are as at the start, so they are valid: again, or as a new version.
+        // All files have their original text, so they are valid: configd publishes that the version
+        // in force is no longer refused, or that a new version is in force.
         let deadline = Instant::now() + DEADLINE;
         let left = || deadline.saturating_duration_since(Instant::now());
         while let Some((_, state)) = self.observer.state(left()) {
@@ -156,14 +158,14 @@ impl Trial {
         self.parameters = parameters;
     }
 
-    /// Waits for what must be published of a save that ended at `saved`.
+    /// Waits for the expected report of a save that ended at `saved`.
     fn reported(&mut self, changed: &Changed, saved: Instant, style: &'static str, what: &str) {
         let mut last = None;
         while let Some((at, state)) = self.observer.state(DEADLINE.saturating_sub(saved.elapsed()))
         {
             if fulfils(&state, &changed.fate, self.version) {
                 self.version = state.version;
-                // Seen before the save was quite over: no time at all.
+                // A report may come before the save returns; that counts as zero.
                 self.reports.push((at.saturating_duration_since(saved), style));
                 return;
             }
@@ -174,7 +176,7 @@ impl Trial {
         panic!("{what}: not {:?}, but {last:#?}\n{text}\n{}", changed.fate, self.run.log());
     }
 
-    /// What configd answers is the version that must be in force.
+    /// Checks that configd answers with the version that must be in force.
     fn in_force(&mut self, fate: &Fate, n: usize, what: &str) {
         let taken = matches!(fate, Fate::Taken);
         if !taken && !n.is_multiple_of(COMPARE_EVERY) {
@@ -189,7 +191,7 @@ impl Trial {
         }
     }
 
-    /// Whether the daemons and every component that has parameters are there.
+    /// Whether the daemons and every component that has parameters are registered.
     fn all(&self, processes: &[(String, u32)]) -> bool {
         let there = |name: &str| processes.iter().any(|(other, _)| other == name);
         let mut components = self.parameters.iter().map(|parameter| parameter.component.as_str());

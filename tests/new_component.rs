@@ -1,5 +1,5 @@
-//! A component of one's own: written by `armor new`, built apart from this repository, dropped into
-//! a folder, and used with nothing rebuilt.
+//! A user's component: created by `armor new`, built outside this workspace, copied into a folder,
+//! and used without rebuilding anything else.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,9 +10,9 @@ use crate::fixture::{Folder, run_to_end, send_signal, wait_for};
 
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Builds the project; its dependencies are kept for the next time.
+/// Builds the project; the built dependencies are kept for the next run of the test.
 fn build(project: &Path) -> std::path::PathBuf {
-    // The same versions as here, which are downloaded already.
+    // The same versions as in this workspace: they are already downloaded, so `--offline` works.
     let lock = Path::new(REPOSITORY).join("Cargo.lock");
     std::fs::copy(lock, project.join("Cargo.lock")).expect("the lock file");
     let target = Path::new(REPOSITORY).join("target/new-component");
@@ -53,7 +53,7 @@ fn a_users_own_component_runs_and_is_supervised() {
     mission(&folder);
 }
 
-/// Its mission resumes where it was after a kill of the executive, and ends with code 0.
+/// A mission with it resumes at the same marking after a kill of the executive, and exits with 0.
 fn mission(folder: &Folder) {
     let places = r#"
   <mission name="tour" goal="home" safe="hold">
@@ -87,9 +87,9 @@ fn mission(folder: &Folder) {
     assert!(log.contains("reached its goal"), "{log}");
 }
 
-/// What is published is a multiple of the step set.
+/// The published counts are multiples of the step that was set.
 fn counts(folder: &Folder) {
-    // It may not provide them yet.
+    // The component may not provide its output yet.
     let out = wait_for("three counts", || {
         let (code, out, _) = run_to_end(&mut folder.armor(&["echo", "a.count", "--count", "3"]));
         (code == 0).then_some(out)
@@ -110,7 +110,7 @@ fn stopped(folder: &Folder) {
     wait_for("another start of it", || pid(folder, "a").filter(|after| *after != before));
 }
 
-/// The process id of a registered process.
+/// Returns the process id of a registered process.
 fn pid(folder: &Folder, name: &str) -> Option<i32> {
     let (_, out, _) = run_to_end(&mut folder.armor(&["ps", "--format", "json"]));
     let mut rows = out.lines().map(|line| serde_json::from_str(line).expect("JSON Lines"));

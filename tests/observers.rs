@@ -1,5 +1,5 @@
-//! A running system watched for as long as a window would: what is seen of it, that the watching
-//! disturbs nothing, and runs that end with who started them.
+//! A running system, observed as the designer's window does. The observer sees states, rates and
+//! values and disturbs nothing; a run ends with the process that started it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -33,7 +33,7 @@ fn nobody() -> WakeCallback {
     Arc::new(|| {})
 }
 
-/// North sends numbers to the watcher, fast.
+/// `north` sends numbers to `watcher` at 50 Hz.
 fn probes(name: &str) -> System {
     let draft = Draft::default().probe("north", "rate='50Hz'", "").probe("watcher", "", "").link(
         "north",
@@ -58,7 +58,7 @@ fn link(watch: &SystemWatch, to: &str) -> Option<ObservedLink> {
     watch.picture().links.iter().find(|link| link.to == to).cloned()
 }
 
-/// The links to tools, as everybody sees them.
+/// Returns the links to tools, which `armor graph` lists without an input's name.
 fn tools(system: &System) -> Vec<Value> {
     let links = system.told(&["graph"]);
     links
@@ -124,7 +124,7 @@ fn a_killed_component_is_seen_to_leave_and_to_return() {
     wait_for("the end of the system", || watch.picture().has_ended().then_some(()));
 }
 
-/// The office mission in a folder of its own, where its file may be changed.
+/// Copies the office mission into the folder, where a test may change it.
 fn office(folder: &Folder) -> PathBuf {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("missions");
     std::fs::create_dir_all(folder.path().join("worlds")).expect("writable");
@@ -241,7 +241,7 @@ fn an_invalid_file_is_not_run_and_the_log_states_why() {
     assert!(!is_fine && errors.iter().any(|line| line.name == "check"), "{lines:?}");
 }
 
-/// Set for the process that starts a run and is killed.
+/// Environment variable that is set only in the process that starts a run and is killed.
 const STARTER: &str = "ARMOR_TEST_STARTER";
 
 #[test]
@@ -263,8 +263,8 @@ fn a_run_ends_with_the_process_that_started_it() {
     }
 }
 
-/// What [`a_run_ends_with_the_process_that_started_it`] starts and kills; by itself
-/// there is nothing to do.
+/// The process that [`a_run_ends_with_the_process_that_started_it`] starts and kills. Without
+/// [`STARTER`] it is an ordinary test run and does nothing.
 #[test]
 fn starts_a_run_and_waits() {
     let Some(path) = std::env::var_os(STARTER) else { return };
@@ -284,7 +284,7 @@ fn starts_a_run_and_waits() {
     let picture = watch.picture();
     let pids = picture.processes.values().map(|process| process.entry.pid).chain([record.pid]);
     println!("\npids {}", pids.map(|pid| pid.to_string()).collect::<Vec<_>>().join(" "));
-    // Until it is killed; with a limit, in case the test fails to.
+    // The test kills this process meanwhile. If the test fails to, the run must end all the same.
     std::thread::sleep(crate::fixture::DEADLINE);
     send_signal(i32::try_from(record.pid).expect("a process id"), Signal::KILL);
 }

@@ -1,11 +1,12 @@
-//! Operators at a running mission: two of them, real processes, and the executive killed under them.
+//! Two operators of one running mission, with real processes; the executive is killed meanwhile.
 
 use serde_json::Value;
 
 use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// `north` and `south` never run together; the operator decides, or comes to be missed.
+/// `north` and `south` are never active together. An operator decides between them; `leave` ends the
+/// mission if the operator's link is lost.
 const WATCH: &str = "
 <mission name='watch' goal='over' safe='hold'>
   <place name='up' initial='true' components='north'/>
@@ -31,7 +32,7 @@ fn system(name: &str) -> System {
     system
 }
 
-/// Gives an order: code, stdout, stderr.
+/// Sends an order; returns the exit code, stdout and stderr.
 fn order(system: &System, author: &str, arguments: &[&str]) -> (i32, String, String) {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission"]);
@@ -50,7 +51,7 @@ fn refused(system: &System, author: &str, arguments: &[&str], why: &str) {
     assert!(err.contains(why), "{err}");
 }
 
-/// Waits until the marking is as wanted.
+/// Waits until the marking satisfies `is_so`; returns it.
 fn shows(system: &System, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
     wait_for(&format!("{what}\n{}", system.run.log()), || {
         system.told(&["mission", "show"]).pop().filter(|marking| is_so(marking))
@@ -62,7 +63,7 @@ fn is_marked(marking: &Value, place: &str) -> bool {
     marking["places"].as_array().is_some_and(|places| places.iter().any(is_it))
 }
 
-/// Someone who holds the command.
+/// Starts a client that holds the command.
 fn holder(system: &System, author: &str) -> Dialogue {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["mission", "operate", "--within", "60s"]);
@@ -71,7 +72,7 @@ fn holder(system: &System, author: &str) -> Dialogue {
     holder
 }
 
-/// Gives an order as the holder of the command, and checks the answer.
+/// Sends an order as the holder of the command, and checks the answer.
 fn orders(holder: &mut Dialogue, order: &str, answer: &str) {
     holder.write_line(order);
     assert_eq!(holder.read_line(), answer);
@@ -86,7 +87,7 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
         is_marked(marking, "down") && marking["confirmations"][0]["transition"] == "climb"
     });
 
-    // One holds the command; the other may pause, and nothing else.
+    // While ruth holds the command, sam may pause the mission and do nothing else.
     let mut ruth = holder(&system, "ruth");
     refused(&system, "sam", &["confirm", "climb"], "ruth commands this mission");
     accepted(&system, "sam", &["pause"]);
@@ -94,7 +95,7 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     let before = system.trace("south").0.len();
     refused(&system, "sam", &["resume"], "ruth commands this mission");
 
-    // Killed in the pause, with a question open and a holder connected.
+    // The executive is killed during the pause, with a question open and a holder connected.
     let dead = system.kill("executive");
     wait_for("another executive", || Some(system.pid("executive")).filter(|pid| *pid != dead));
     let marking = shows(&system, "the holder's return", |marking| {
@@ -113,7 +114,7 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     orders(&mut ruth, "confirm climb", "`climb` fires");
     shows(&system, "the place above", |marking| is_marked(marking, "up"));
 
-    // A command given back is no lost link; a process killed is one.
+    // Returning the command is not a lost link; killing the holder's process is one.
     ruth.close_input();
     assert_eq!(ruth.read_line(), "the command is given back");
     ruth.wait_for_end();
@@ -132,7 +133,7 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     played_again(&system);
 }
 
-/// The journal contains everything, and its replay ends where the mission did.
+/// The journal records everything, and its replay ends in the mission's final marking.
 fn played_again(system: &System) {
     let journal = system.run.out().join("executive.journal");
     let journal = journal.to_str().expect("a path in UTF-8");

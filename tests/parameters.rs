@@ -1,5 +1,5 @@
-//! Parameters of a running system: listed, set, compared, delivered; and what happens to them when the
-//! file breaks and configd dies.
+//! Parameters of a running system: listed, set, compared and delivered, also while the file is
+//! invalid and after configd was killed.
 
 use std::net::SocketAddr;
 use std::process::{Child, Stdio};
@@ -11,15 +11,15 @@ use crate::fixture::{Folder, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System, probe};
 use crate::resilience::trace::Trace;
 
-/// `armor param` about a running system: code, stdout, stderr.
+/// Runs `armor param` on a system; returns its exit code, stdout and stderr.
 fn param(system: &System, arguments: &[&str]) -> (i32, String, String) {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["param"]);
     run_to_end(command.args(arguments).args(["--registry", &registry]))
 }
 
-/// As [`param`], for what must work.
-fn told(system: &System, arguments: &[&str]) -> String {
+/// As [`param`], for a command that must succeed; returns its stdout.
+fn param_ok(system: &System, arguments: &[&str]) -> String {
     let (code, out, err) = param(system, arguments);
     assert_eq!(code, 0, "{arguments:?}: {out}{err}");
     out
@@ -33,13 +33,14 @@ fn save(system: &System, text: &str) {
     system.folder.write("probes.xml", text);
 }
 
-/// The published state of the configuration.
+/// Returns the published state of the configuration.
 fn state(system: &System) -> Value {
-    let told = || system.told(&["echo", "configuration.state", "-n", "1"]).pop();
-    wait_for("the state of the configuration", told)["value"].take()
+    let published = || system.told(&["echo", "configuration.state", "-n", "1"]).pop();
+    wait_for("the state of the configuration", published)["value"].take()
 }
 
-/// Waits until the configuration has the wanted state, which is published a moment after it applies.
+/// Waits until the configuration has the wanted state, which is published a moment after it
+/// applies.
 fn stands(system: &System, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
     wait_for(what, || Some(state(system)).filter(&is_so))
 }
@@ -59,10 +60,10 @@ fn lamp(name: &str) -> System {
 #[test]
 fn a_live_value_reaches_the_component_also_after_a_restart_of_configd() {
     let system = lamp("param-live");
-    let out = told(&system, &["set", "lamp.mark", "two"]);
+    let out = param_ok(&system, &["set", "lamp.mark", "two"]);
     assert_eq!(out, "version 2: parameter lamp.mark: one → two; it reaches lamp immediately\n");
     marked(&system, "two");
-    let out = told(&system, &["set", "lamp.burst", "2"]);
+    let out = param_ok(&system, &["set", "lamp.burst", "2"]);
     assert!(out.ends_with("; it takes effect when lamp is started again\n"), "{out}");
     assert!(file(&system).contains("<parameter name='burst' value='2'/>"), "{}", file(&system));
 
@@ -74,7 +75,7 @@ fn a_live_value_reaches_the_component_also_after_a_restart_of_configd() {
     assert_eq!(trace.count("started"), 1, "it ran on all the time");
     assert_eq!(trace.count("mark two"), 1, "what it had was not delivered again");
     stands(&system, "version 4: they are counted on", |state| state["version"] == 4);
-    let out = told(&system, &["diff", "1"]);
+    let out = param_ok(&system, &["diff", "1"]);
     assert!(out.starts_with("from version 1 to version 4:\n"), "{out}");
     assert!(
         out.contains("parameter lamp.mark: one → three; it reaches lamp immediately\n"),
@@ -85,7 +86,7 @@ fn a_live_value_reaches_the_component_also_after_a_restart_of_configd() {
 #[test]
 fn the_last_good_version_outlives_configd_and_a_broken_file() {
     let system = lamp("param-broken");
-    told(&system, &["set", "lamp.mark", "two"]);
+    param_ok(&system, &["set", "lamp.mark", "two"]);
     let good = file(&system);
     let broken = good.replace("burst' value='1'", "burst' value='-1'");
     save(&system, &broken);
@@ -101,10 +102,10 @@ fn the_last_good_version_outlives_configd_and_a_broken_file() {
     let finding = &state_now["findings"][0];
     assert_eq!((&finding["code"], &finding["text"]), (&"E0113".into(), &"-1".into()), "{finding}");
 
-    // Whoever starts now gets the good version.
+    // A component that starts now receives the last good version.
     system.replace("lamp");
     system.traced("lamp", "another start", |trace| (trace.count("mark two") == 2).then_some(()));
-    assert_eq!(told(&system, &["get", "lamp.burst"]), "1\n");
+    assert_eq!(param_ok(&system, &["get", "lamp.burst"]), "1\n");
     let (code, _, err) = param(&system, &["set", "lamp.burst", "3"]);
     assert!(code == 1 && err.contains("error[E0113]") && err.contains("fix it"), "{err}");
     assert_eq!(file(&system), broken, "nothing was written");
@@ -192,7 +193,7 @@ fn a_component_may_start_before_configd() {
     assert_eq!(marks("started"), 0, "nobody has told it what it is");
     let configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
     wait_for("its parameters", || (marks("mark one") == 1).then_some(()));
-    // A live value changes while configd is down; the next configd delivers it.
+    // A live parameter changes in the file while configd is down; the next configd delivers it.
     drop(configd);
     folder.write("lamp.xml", &file.replace("'one'", "'two'"));
     let _configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
@@ -248,7 +249,7 @@ fn a_kind_added_after_the_start_is_known() {
     let with = |arm: &str| file(&system).replace("</system>", &format!("{arm}</system>"));
     save(&system, &with("<component name='arm' kind='arm'/>"));
     taken(2);
-    // Built again with a parameter, after the file was saved with it.
+    // The file names the parameter before the component is rebuilt with it.
     let reach = "<parameter name='reach' value='1'/>";
     let text = file(&system);
     let text = text.replace("kind='arm'/>", &format!("kind='arm'>{reach}</component>"));

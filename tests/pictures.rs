@@ -1,4 +1,4 @@
-//! Pictures: what the simulator sees, compressed on its way, and files.
+//! Pictures as JPEG: from the simulator's camera over a link, and from a file.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ fn system() -> String {
     )
 }
 
-/// A picture as it left: red, green, blue for each pixel.
+/// A decoded picture: red, green and blue of each pixel, row by row.
 struct Picture {
     frame: String,
     width: usize,
@@ -45,7 +45,7 @@ struct Picture {
     rgb: Vec<u8>,
 }
 
-/// The next picture of an output.
+/// Returns the next picture of an output.
 fn picture(folder: &Folder, output: &str) -> Option<Picture> {
     let (code, out, _) =
         run_to_end(&mut folder.armor(&["echo", output, "-n", "1", "--format", "json"]));
@@ -72,7 +72,7 @@ fn pictures_of_a_link_and_of_a_file_are_jpegs() {
     assert_eq!((seen.frame.as_str(), seen.width, seen.height), ("camera", 96, 72));
     let (ceiling, floor) = (&seen.rgb[..3], &seen.rgb[seen.rgb.len() - 3..]);
     assert!(ceiling[2] > ceiling[0] && floor[0] > floor[2], "{ceiling:?} {floor:?}");
-    // A map in black and white, of other proportions.
+    // The file is a map in black and white with another aspect ratio.
     let map = wait("album.image");
     let (dark, bright) = (map.rgb.iter().min(), map.rgb.iter().max());
     assert!(map.width == 200 && map.height != 150, "{}x{}", map.width, map.height);

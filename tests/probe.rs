@@ -1,8 +1,9 @@
-//! The component of the whole-system tests: counts, receives, fails as a test asks it to, and records
-//! every call with its time.
+//! The component of the whole-system tests. It counts, receives, fails as its parameters specify,
+//! and records every call with its time.
 //!
-//! Each line of its trace is one write at the end of the file, so that it is complete or missing,
-//! however the process ends: `NANOSECONDS PID WORDS…`, on the clock that all processes share.
+//! A line of its trace is `NANOSECONDS PID WORDS…`, in time of the monotonic clock, which all
+//! processes share. Each line is a single appending write, so that it is complete or missing even
+//! if the process is killed.
 
 use std::fmt::Display;
 use std::fs::{File, OpenOptions};
@@ -29,13 +30,15 @@ const FOREVER: Duration = Duration::from_secs(3600);
 struct Probe {
     armor: Armor,
     trace: Trace,
-    /// Held while active: two probes with one such file must never be active at once.
+    /// File that is locked while the probe is active. Probes that exclude each other name the same
+    /// file.
     alone: Option<PathBuf>,
     held: Option<File>,
     bulk_len: usize,
     burst: u64,
     limit: u64,
-    /// Ticks of this activation after which it reports an event, is done, hangs, panics, fails; 0 for never.
+    /// Ticks of this activation after which it reports an event, is done, hangs, panics or fails;
+    /// 0: never.
     event: u64,
     done: u64,
     hang: u64,
@@ -179,7 +182,7 @@ impl Probe {
     }
 }
 
-/// An empty path parameter still comes with its folder.
+/// Whether a path parameter names a file. An empty one arrives as the folder it is relative to.
 fn is_file_path(path: &std::path::Path) -> bool {
     !path.as_os_str().is_empty() && !path.is_dir()
 }
@@ -203,7 +206,7 @@ impl Trace {
     }
 }
 
-/// Reports the progress of a task, and is done after two seconds.
+/// Reports the progress of a task; done after 20 ticks.
 struct Worker {
     armor: Armor,
     ticks: u8,
@@ -230,7 +233,7 @@ impl Component for Worker {
     }
 }
 
-/// A probe; started under the name `worker`, a worker.
+/// Runs a probe; an executable named `worker` runs a worker.
 fn main() -> ExitCode {
     let name = std::env::args_os().next().map(PathBuf::from);
     if name.is_some_and(|path| path.ends_with("worker")) {

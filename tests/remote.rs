@@ -1,5 +1,6 @@
-//! A component and a tool on another host than the system, where nothing listens but loopback: they
-//! reach it through a proxy, as `ssh -D` is one, and are reached on the one port that leads back.
+//! A component and a tool on another host, while the system listens on loopback only. They reach
+//! the system through a SOCKS5 proxy such as `ssh -D`; the system reaches them on one forwarded
+//! port.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -27,7 +28,7 @@ const SYSTEM: &str = r#"<armor version="1">
   </system>
 </armor>"#;
 
-/// A SOCKS5 proxy, and where it was asked to lead to.
+/// A SOCKS5 proxy that records the targets of all requests.
 struct Proxy {
     address: SocketAddr,
     asked: Arc<Mutex<Vec<String>>>,
@@ -38,11 +39,11 @@ impl Proxy {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = listener.local_addr().expect("its address");
         let asked = Arc::new(Mutex::new(Vec::new()));
-        let told = Arc::clone(&asked);
+        let targets = Arc::clone(&asked);
         std::thread::spawn(move || {
             for stream in listener.incoming().flatten() {
-                let told = Arc::clone(&told);
-                std::thread::spawn(move || Self::serve(&stream, &told));
+                let targets = Arc::clone(&targets);
+                std::thread::spawn(move || Self::serve(&stream, &targets));
             }
         });
         Self { address, asked }
@@ -81,7 +82,7 @@ fn pass(mut from: &TcpStream, mut to: &TcpStream) {
     let _ = to.shutdown(Shutdown::Both);
 }
 
-/// The lines that a tool prints of the system, run as on the far host.
+/// Runs a tool as on the far host; returns its output, one JSON object per line.
 fn lines(folder: &Folder, tool: &[&str], proxy: &Proxy) -> Vec<Value> {
     let mut command = folder.armor(tool);
     command.args(["--format", "json"]).env("ARMOR_VIA", proxy.address.to_string());

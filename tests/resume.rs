@@ -1,5 +1,5 @@
-//! What becomes of a mission when everything that ran has ended: it is gone on with, never begun
-//! again by itself, and its journal never lost.
+//! A mission after all of its processes have ended. It can be resumed, never starts again by
+//! itself, and its journal is never lost.
 
 use armor_executive::journal;
 use rustix::process::Signal;
@@ -7,7 +7,7 @@ use rustix::process::Signal;
 use crate::fixture::{Folder, Run, is_alive, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// `one` is done after a while, and `two` works for a minute of mission time.
+/// `one` is done after five ticks; then `two` works for a minute of mission time.
 const RELAY: &str = "
 <mission name='relay' goal='over' safe='hold'>
   <place name='first' initial='true' components='one'/>
@@ -34,7 +34,7 @@ fn shown(folder: &Folder, run: &Run) -> String {
     run_to_end(&mut folder.armor(&["mission", "show", "--registry", &registry])).1
 }
 
-/// Waits until `two` works.
+/// Waits until the second place is marked and `two` is active.
 fn is_in_second(folder: &Folder, run: &Run) {
     wait_for(&format!("the second place\n{}", run.log()), || {
         let shown = shown(folder, run);
@@ -42,7 +42,7 @@ fn is_in_second(folder: &Folder, run: &Run) {
     });
 }
 
-/// As in a power failure: no process can react.
+/// Simulates a power failure: kills all processes, so that none can react.
 fn power_fails(run: &mut Run) {
     let children = run.children();
     run.signal(Signal::KILL);

@@ -1,4 +1,4 @@
-//! Two robots in one world: a simulator for each, which say to each other where they are.
+//! Two robots in one world: one simulator for each, which send their poses to each other.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -6,12 +6,12 @@ use serde_json::Value;
 
 use crate::fixture::{Folder, run_to_end, wait_for};
 
-/// A room in which two robots look at each other from 2 m.
+/// A room in which two robots face each other at a distance of 2 m.
 const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
     <circle id="start" cx="-1" cy="0.5"/>
     <circle class="start" id="blue" cx="1" cy="0.5" data-heading="180"/></svg>"#;
 
-/// All follow the clock of one of them, which is twice as fast as life.
+/// All components follow the clock of `red`, which runs at twice real time.
 const SYSTEM: &str = r#"<armor version="1">
   <system name="robots">
     <clock source="red.clock"/>
@@ -28,7 +28,7 @@ const SYSTEM: &str = r#"<armor version="1">
   </system>
 </armor>"#;
 
-/// The newest message of an output.
+/// Returns the newest message of an output.
 fn newest(folder: &Folder, output: &str) -> Option<Value> {
     let (code, out, _) =
         run_to_end(&mut folder.armor(&["echo", output, "-n", "1", "--format", "json"]));
@@ -48,10 +48,10 @@ fn two_robots_see_each_other_in_one_time() {
             // Before the other robot has published its pose, the scan shows the wall, 4 m away.
             (ahead_m < 3.0).then_some(ahead_m)
         });
-        // 2 m less the radius of the other and where the own laser sits.
+        // 2 m, less the radius of the other robot and the offset of the robot's own laser.
         assert!((ahead_m - (2.0 - 0.18 - 0.08)).abs() < 0.07, "{robot} sees it at {ahead_m} m");
     }
-    // By its own clock it would not be ahead of the host's.
+    // If blue used its own clock, its stamps would not run ahead of the host's clock.
     wait_for("blue's time to run ahead as red's does", || {
         let stamp_s = newest(&folder, "blue.truth")?["value"]["stamp"].as_f64()?;
         let host_s = SystemTime::now().duration_since(UNIX_EPOCH).ok()?.as_secs_f64();

@@ -1,4 +1,4 @@
-//! The status of `armor run` on stderr, which is not a terminal here: plain lines.
+//! The status of `armor run` on stderr: plain lines if stderr is not a terminal.
 
 use std::os::unix::fs::symlink;
 
@@ -49,7 +49,7 @@ fn quiet_and_json_print_no_status() {
     }
 }
 
-/// `script` gives the launcher a terminal, on which the line is redrawn in place.
+/// The program `script` gives the launcher a terminal, on which it redraws the line in place.
 #[test]
 fn on_a_terminal_the_line_has_the_progress_of_the_active_component() {
     let folder = folder("run-terminal");

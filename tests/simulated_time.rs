@@ -1,5 +1,6 @@
-//! Mission time that follows data, with real processes: it stops, runs faster than real time, and its
-//! source and the executive are killed meanwhile. And the office, at five times real time.
+//! Mission time that follows data, with real processes. It stops, then runs faster than real time;
+//! its source and the executive are killed meanwhile. The office mission runs at five times real
+//! time.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -23,7 +24,7 @@ fn simulator() -> String {
     )
 }
 
-/// Forty ticks of 20 Hz, then ten seconds.
+/// The explorer is done after 40 ticks at 20 Hz; then the mission waits for 10 s.
 const MISSION: &str = "<mission name='wait' goal='home' safe='hold'>
     <place name='explore' initial='true' components='explorer'/>
     <place name='stay'/>
@@ -34,7 +35,7 @@ const MISSION: &str = "<mission name='wait' goal='home' safe='hold'>
     <transition name='stayed' from='stay' to='home' timeout='10s'/>
   </mission>";
 
-/// When something was decided, in mission time.
+/// Returns the mission time of the first record that satisfies `what`.
 fn at(records: &[JournalRecord], what: impl Fn(&JournalEntry) -> bool) -> Duration {
     records.iter().find(|record| what(&record.entry)).expect("it was decided").at
 }
@@ -62,8 +63,8 @@ fn a_mission_follows_simulated_time_whichever_process_is_killed() {
     system.replace("simulator");
     explores(&system);
     let set = wait_for("configd", || {
-        let said = system.shown(&["param", "set", "simulator.speed", "50"]);
-        said.contains("50").then_some(said)
+        let printed = system.shown(&["param", "set", "simulator.speed", "50"]);
+        printed.contains("50").then_some(printed)
     });
     let code = system.run.code();
     let log = system.run.log();
@@ -74,7 +75,8 @@ fn a_mission_follows_simulated_time_whichever_process_is_killed() {
     let done = at(&records, |entry| {
         matches!(entry, JournalEntry::Heard { report: ComponentReport::Done, .. })
     });
-    // Its first tick, and one where time jumped to that of another simulator, took no time.
+    // The first tick, and a tick at which the time jumped to that of the new simulator, take no
+    // mission time.
     assert!(done >= Duration::from_millis(37 * 50), "40 ticks of 20 Hz within {done:?}");
     let stayed = at(&records, |entry| took(entry, "stayed"));
     let explored = at(&records, |entry| took(entry, "explored"));

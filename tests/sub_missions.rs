@@ -1,4 +1,4 @@
-//! A sub-mission, played by real processes.
+//! A sub-mission, with real processes.
 
 use crate::fixture::Folder;
 use crate::resilience::system::Draft;

@@ -1,5 +1,5 @@
-//! The tutorial, followed to the letter: its files are written, its commands run, and what they say
-//! is compared with what the page shows. `docs/tutorial/README.md` has the conventions.
+//! Follows the tutorial exactly: writes its files, runs its commands, and compares their output
+//! with the page. `docs/tutorial/README.md` states the conventions.
 
 mod page;
 mod terminal;
@@ -19,7 +19,7 @@ const READERS: [&[&str]; 3] = [
 ];
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// A folder to follow pages in. As in a clone, `missions` is there.
+/// Creates the folder of one reader. It contains `missions`, as a clone of the repository does.
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
     let missions = Path::new(REPOSITORY).join("missions");
@@ -67,7 +67,7 @@ fn read(reader: usize) {
     }
 }
 
-/// What the next block of expected output is compared with.
+/// The output with which the next expected block is compared.
 enum Said {
     Nothing,
     By { commands: String, output: String },
@@ -77,27 +77,27 @@ enum Said {
 
 fn follow(terminal: &mut Terminal, page: &Page) {
     let mut programs: Vec<Program> = Vec::new();
-    let mut said = Said::Nothing;
+    let mut actual = Said::Nothing;
     for (line, step) in &page.steps {
         let at = format!("{}.md:{line}", page.name);
         match step {
             Step::Write { path, text } => terminal.write(path, text),
             Step::Run { commands, fails } => {
                 let output = terminal.run(commands, *fails, &at);
-                said = Said::By { commands: commands.clone(), output };
+                actual = Said::By { commands: commands.clone(), output };
             }
             Step::Start { command } => {
                 programs.push(terminal.start(command));
-                said = Said::InOtherTerminal;
+                actual = Said::InOtherTerminal;
             }
             Step::Interrupt => {
                 let program = programs.pop().unwrap_or_else(|| panic!("{at}: nothing runs"));
-                said = Said::AtEnd { output: program.interrupt(&at) };
+                actual = Said::AtEnd { output: program.interrupt(&at) };
             }
             Step::ExpectOther { text } => {
                 expect(terminal, programs.last(), &Said::InOtherTerminal, text, &at);
             }
-            Step::Expect { text } => expect(terminal, programs.last(), &said, text, &at),
+            Step::Expect { text } => expect(terminal, programs.last(), &actual, text, &at),
         }
     }
     while let Some(program) = programs.pop() {
@@ -105,11 +105,11 @@ fn follow(terminal: &mut Terminal, page: &Page) {
     }
 }
 
-fn expect(terminal: &Terminal, program: Option<&Program>, said: &Said, text: &str, at: &str) {
+fn expect(terminal: &Terminal, program: Option<&Program>, actual: &Said, text: &str, at: &str) {
     let check = |output: &str| {
         assert!(page::matches(text, output), "{at}: expected\n{text}\nbut it said\n{output}");
     };
-    match said {
+    match actual {
         Said::Nothing => panic!("{at}: nothing was run before"),
         Said::AtEnd { output } => check(output),
         Said::InOtherTerminal => {
@@ -123,7 +123,7 @@ fn expect(terminal: &Terminal, program: Option<&Program>, said: &Said, text: &st
                 as_expected.then_some(())
             });
         }
-        // Who only looks looks again, as a reader does whose command came too early.
+        // A command that only reads the state may have run too early; repeat it, as a reader does.
         Said::By { commands, output } if only_looks(commands) => {
             if page::matches(text, output) {
                 return;

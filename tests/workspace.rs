@@ -1,5 +1,5 @@
-//! The workspace itself: who may import whom (ARCHITECTURE.md, Arrows), licences, and where the
-//! middleware ends and the algorithms begin.
+//! The workspace itself: which crate may import which (ARCHITECTURE.md, Arrows), licences, and the
+//! boundary between the middleware and the algorithms.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Crate, and the crates of the workspace it may import. What only tests import does not count.
+/// Each crate and the crates of the workspace it may import. Dev-dependencies do not count.
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-files", &[]),
     ("armor-wire-derive", &[]),
@@ -63,7 +63,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["armor-sdk", "armor-convert", "armor-files", "armor-grid", "armor-picture"],
     ),
 ];
-/// What every component may import.
+/// Crates that every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-convert", "armor-files", "armor-grid"];
 /// Crates at the top, which no other crate imports.
 const TOP: &[&str] = &["armor", "armor-bench", "armor-house"];
@@ -116,7 +116,8 @@ fn crates_import_only_what_the_architecture_allows() {
     }
 }
 
-/// The names of the crates are the map of the workspace; a folder of the same name elsewhere misleads.
+/// The names of the crates are the map of the workspace; a folder of the same name elsewhere
+/// misleads.
 #[test]
 fn no_folder_inside_a_crate_carries_the_name_of_another_crate() {
     let metadata = metadata();
@@ -148,7 +149,7 @@ fn no_folder_inside_a_crate_carries_the_name_of_another_crate() {
 fn algorithms_do_not_know_the_middleware() {
     let mut wrong = Vec::new();
     let folders = std::fs::read_dir(root().join("components")).expect("components").flatten();
-    // It is all ports: messages in, geometry out.
+    // This file consists of ports only: it converts messages to geometry.
     for kind in folders.filter(|folder| folder.file_name() != "convert") {
         let mut folders = vec![kind.path().join("src")];
         while let Some(folder) = folders.pop() {
@@ -186,7 +187,7 @@ fn every_dependency_has_a_licence_we_may_use() {
         "Apache-2.0 WITH LLVM-exception",
         "MIT-0",
         "BSL-1.0",
-        // The JPEG encoder of the camera; said in its README.
+        // The JPEG encoder of the camera; its README states this licence.
         "IJG",
         // The fonts of egui, in the designer only.
         "OFL-1.1",

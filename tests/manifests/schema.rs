@@ -1,5 +1,5 @@
-//! As much of JSON Schema 2020-12 as the schema of manifests uses; a word beyond that is a panic, so
-//! that nothing in it goes unchecked.
+//! The subset of JSON Schema 2020-12 that the schema of manifests uses. Any other keyword panics,
+//! so that no part of the schema is ignored silently.
 
 use std::collections::BTreeSet;
 
@@ -14,12 +14,12 @@ impl Schema {
         Self(serde_json::from_str(text).expect("a schema in JSON"))
     }
 
-    /// Whether `value` keeps to it; if not, where and why not.
+    /// Checks that `value` conforms to the schema; if not, returns the position and the reason.
     pub fn check(&self, value: &Value) -> Result<(), String> {
         self.check_at(&self.0, value, "")
     }
 
-    /// The names of all members that it describes, with those of the definition they are in.
+    /// Returns the names of all members that the schema describes, each with its definition's name.
     pub fn members(&self) -> BTreeSet<String> {
         let definitions = self.0["$defs"].as_object().into_iter().flatten();
         let definitions = definitions.map(|(name, schema)| (name.as_str(), schema));

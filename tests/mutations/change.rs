@@ -1,5 +1,5 @@
-//! Changes of a file, each with its expected result. Most make the file invalid, each with a finding
-//! that differs from all others; the rest keep it valid.
+//! Changes of a file, each with its expected result. Most make the file invalid, each with a
+//! finding that differs from all others; the rest keep it valid.
 
 use std::fmt::Write;
 
@@ -10,7 +10,8 @@ use crate::dice::Dice;
 pub enum Fate {
     /// The file is valid: a new version.
     Taken,
-    /// It is refused, with a finding of this code in this line, or with this word in its message.
+    /// The file is refused with a finding of this code. The finding is in the given line, or its
+    /// message contains the given word.
     Refused { code: &'static str, sign: Sign },
 }
 
@@ -33,7 +34,8 @@ pub struct Changed {
 pub struct Draft<'a> {
     lines: Vec<String>,
     dice: &'a mut Dice,
-    /// Counts the changes; in every name that a change makes up.
+    /// The number of the change. Every invented name contains it, so that no two findings are
+    /// equal.
     n: usize,
 }
 
@@ -43,7 +45,7 @@ type Way = (&'static str, fn(&mut Draft<'_>) -> Option<Fate>);
 /// findings of this change and of the previous one are in different lines.
 pub fn change(text: &str, n: usize, dice: &mut Dice) -> Changed {
     loop {
-        // Three of four break it.
+        // Three of four changes make the file invalid.
         let ways = if dice.throw(4) == 0 { VALID } else { BROKEN };
         let (what, way) = ways[dice.throw(ways.len())];
         if let Some((bytes, fate)) = apply(text, n, dice, way) {
@@ -66,7 +68,7 @@ fn apply(
     let fate = way(&mut draft)?;
     let mut text = draft.lines.join("\n");
     text.push('\n');
-    // Bytes that no text has stand in as words that none has.
+    // `lines` can hold only UTF-8, so a placeholder marks the place of an invalid byte until here.
     let bytes = text.into_bytes();
     let bad = BAD_BYTE.as_bytes();
     let at = bytes.windows(bad.len()).position(|window| window == bad);
@@ -80,7 +82,7 @@ fn apply(
 const BAD_BYTE: &str = "@bad-byte@";
 
 impl Draft<'_> {
-    /// A line that has all of `words`, by chance.
+    /// Chooses a line at random among those that contain all of `words`.
     fn any(&mut self, words: &[&str]) -> Option<usize> {
         let has = |line: &&String| words.iter().all(|word| line.contains(word));
         let count = self.lines.iter().filter(has).count();
@@ -93,7 +95,7 @@ impl Draft<'_> {
         self.lines.iter().position(|line| line.contains(word))
     }
 
-    /// The value of an attribute in a line.
+    /// Returns the value of an attribute in a line.
     fn value(&self, at: usize, attribute: &str) -> Option<String> {
         let (_, rest) = self.lines[at].split_once(&format!(" {attribute}=\""))?;
         rest.split_once('"').map(|(value, _)| value.to_owned())
@@ -112,7 +114,7 @@ impl Draft<'_> {
         line.insert_str(end, &format!(" {attribute}"));
     }
 
-    /// A line inside the system or the mission.
+    /// Chooses a line inside the system or the mission.
     fn inside(&mut self) -> Option<usize> {
         let at = self.any(&["<link "]).or_else(|| self.any(&["<transition "]))?;
         Some(at)
@@ -127,7 +129,7 @@ fn word(code: &'static str, word: impl Into<String>) -> Option<Fate> {
     Some(Fate::Refused { code, sign: Sign::Word(word.into()) })
 }
 
-/// In the line with this index.
+/// A finding in the line with this index, which counts from 0.
 fn line(code: &'static str, at: usize) -> Option<Fate> {
     Some(Fate::Refused { code, sign: Sign::Line(at + 1) })
 }
@@ -197,7 +199,7 @@ const BROKEN: &[Way] = &[
     ("text in between", |d| {
         let at = d.inside()?;
         d.insert(at, "and then");
-        // The text begins at the end of the line before.
+        // The text node begins at the end of the previous line, so the finding's line is not `at`.
         word("E0014", "")
     }),
     ("another version of the format", |d| {

@@ -15,7 +15,7 @@ use armor_wire::keep::Keep;
 
 use crate::fixture::{DEADLINE, Run, wait_for};
 
-/// Looks at one run.
+/// Observes one run.
 pub struct Observer {
     directory: Directory,
     states: Receiver<(Instant, ConfigurationState)>,
@@ -23,7 +23,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// Waits until there is something to be seen.
+    /// Waits for configd and subscribes to the state that it publishes.
     pub fn of(run: &Run) -> Self {
         let directory = Directory::observer(&run.registry().to_string(), "observer");
         let configd = wait_for("configd", || {
@@ -47,19 +47,19 @@ impl Observer {
         Self { directory, states, configd }
     }
 
-    /// The next state, with the time at which it came.
+    /// Returns the next state and the time at which it arrived.
     pub fn state(&self, within: Duration) -> Option<(Instant, ConfigurationState)> {
         self.states.recv_timeout(within).ok()
     }
 
-    /// The components with their processes.
+    /// Returns the components and their process ids.
     pub fn processes(&self) -> Vec<(String, u32)> {
         let all = self.directory.list(DEADLINE).expect("the registry answers").components;
         let all = all.into_iter().filter(|entry| entry.kind != "configuration");
         all.map(|entry| (entry.name, entry.pid)).collect()
     }
 
-    /// What configd answers: the version in force, whether the file is refused, all parameters.
+    /// Asks configd; returns the version in force, whether the file is refused, and all parameters.
     pub fn parameters(&self) -> (u64, bool, Vec<ListedParameter>) {
         let mut all = Vec::new();
         loop {
@@ -76,7 +76,7 @@ impl Observer {
         }
     }
 
-    /// Connects, asks once, and leaves.
+    /// Connects, sends one request and disconnects.
     fn ask(&self, request: &ConfigRequest) -> ConfigReply {
         let mut stream = TcpStream::connect(self.configd).expect("configd listens");
         stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");

@@ -1,5 +1,5 @@
-//! Fifty ways in which people, editors and tools put a new text into a file. Each leaves it under the
-//! same path; what else they leave there is theirs.
+//! Fifty styles in which people, editors and tools save a file. Each leaves the new text under the
+//! same path; some leave other files in the folder as well.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
@@ -21,12 +21,12 @@ pub struct Place {
     pub n: usize,
 }
 
-/// Puts the bytes into the file.
+/// Saves the bytes in the file.
 pub type Style = fn(&Place, &[u8]) -> io::Result<()>;
 
-/// Long enough for a half-written file to be seen.
+/// Long enough for configd to read a half-written file.
 const PAUSE: Duration = Duration::from_millis(60);
-/// Between two pieces of a slow but steady writer.
+/// Time between two pieces of a slow but steady writer.
 const STEP: Duration = Duration::from_millis(2);
 
 impl Place {
@@ -35,7 +35,7 @@ impl Place {
         self.path.with_file_name(name)
     }
 
-    /// The file's name with something before and behind it.
+    /// A file in the same folder: the file's name between `before` and `behind`.
     fn named(&self, before: &str, behind: &str) -> PathBuf {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         self.beside(&format!("{before}{name}{behind}"))
@@ -86,13 +86,13 @@ fn run(program: &str, arguments: &[&Path]) -> io::Result<()> {
     if status.success() { Ok(()) } else { Err(io::Error::other(format!("{program}: {status}"))) }
 }
 
-/// A script with the new text as `$1` and the file as `$2`.
+/// Runs a shell script; `$1` is a file with the new text, `$2` the file to be saved.
 fn shell(place: &Place, bytes: &[u8], script: &str) -> io::Result<()> {
     fs::write(place.apart(), bytes)?;
     run("sh", &["-ec".as_ref(), script.as_ref(), "sh".as_ref(), &place.apart(), &place.path])
 }
 
-/// Makes the path a link to `target`, in one step.
+/// Replaces the path by a link to `target`, atomically.
 fn link_over(place: &Place, target: &Path) -> io::Result<()> {
     let new = place.named(".", ".link");
     gone(&new)?;
@@ -303,7 +303,7 @@ pub const STYLES: &[(&str, Style)] = &[
         if !p.path.is_symlink() {
             fs::copy(&p.path, p.apart())?;
             link_over(p, &p.apart())?;
-            // It is looked at where the link leads once the link was seen.
+            // configd watches the target's folder only after it has seen the link.
             sleep(PAUSE * 2);
         }
         fs::write(&p.path, b)

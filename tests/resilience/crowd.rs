@@ -1,4 +1,4 @@
-//! Many components and links on one machine: all come up, and what that takes.
+//! Many components and links on one machine: all come up. Prints the time, memory and CPU they use.
 
 use std::time::{Duration, Instant};
 
@@ -8,15 +8,15 @@ use armor_wire::registry::ComponentEntry;
 use super::system::{Draft, System, cpu_s, proc_number};
 use crate::fixture::{DEADLINE, Folder, wait_for};
 
-/// Links into each component; one an input.
+/// Inputs of each component; each has one link.
 const INPUTS: [&str; 5] = ["a", "b", "c", "d", "e"];
-/// How far away in the ring those are that feed it.
+/// Distance in the ring between a component and the provider of each input.
 const STEPS: [usize; 5] = [1, 7, 13, 29, 41];
-/// Components.
+/// Number of components.
 const SIZE: usize = 200;
-/// How long the processor time is measured.
+/// Time over which the CPU load is measured.
 const WINDOW: Duration = Duration::from_secs(3);
-/// Components asked in parallel.
+/// Number of components that are asked in parallel.
 const AT_ONCE: usize = 16;
 
 fn ring() -> System {
@@ -43,7 +43,7 @@ fn is_up(entry: &ComponentEntry) -> bool {
     })
 }
 
-/// Waits until all are up; who is, is not asked again.
+/// Waits until all components are up. One that is up is not asked again.
 fn all_up(system: &System) {
     let start = Instant::now();
     let mut up: Vec<u64> = Vec::new();
@@ -106,7 +106,7 @@ fn a_crowd_of_components_comes_up_on_one_machine() {
     std::thread::sleep(WINDOW);
     let cores = (used_s() - before_s) / since.elapsed().as_secs_f64();
     println!("{cores:.2} cores for all of it, every link at 1 Hz");
-    // A component that does not answer in time is not shown, so the test asks again.
+    // `armor graph` omits a component that does not answer in time, so the test repeats it.
     let looked = wait_for("every link in the graph", || {
         let since = Instant::now();
         let edges = system.told(&["graph"]);

@@ -1,4 +1,4 @@
-//! Each kind of process is killed, one at a time: what continues, what returns, and how.
+//! Each kind of process is killed, one at a time. The rest continues, and the process returns.
 
 use armor_wire::control::RunState;
 use rustix::process::Signal;
@@ -7,12 +7,12 @@ use super::system::{Draft, System};
 use super::trace::check_nothing_lost;
 use crate::fixture::{Folder, is_alive, send_signal, wait_for};
 
-/// How many data the probe `name` has got at its input `a`.
+/// Returns the number of messages that the probe `name` has received at its input `a`.
 fn received(system: &System, name: &str) -> usize {
     system.trace(name).got("a").len()
 }
 
-/// Waits until `name` has got `more` than now.
+/// Waits until the probe `name` has received `more` further messages.
 fn receives(system: &System, name: &str, more: usize) {
     let before = received(system, name);
     system.traced(name, "more data", |trace| (trace.got("a").len() >= before + more).then_some(()));
@@ -30,7 +30,7 @@ fn data_keeps_flowing_without_registry_and_configd() {
     let entry = system.entry("source");
     let registry = system.kill("registry");
     receives(&system, "sink", 500);
-    // A subscriber that comes while there is no registry, or just after, is linked all the same.
+    // A subscriber that starts while the registry is down, or just after, must be linked as well.
     let _late = system.by_hand(&[
         "--name",
         "late",
@@ -123,7 +123,7 @@ fn a_killed_component_disturbs_no_other_and_returns_with_its_links() {
     assert_eq!(system.run.log().matches("SIGKILL").count(), 3, "{}", system.run.log());
 }
 
-/// `one` works, then `two`; `one` is done after a while, `two` never is.
+/// `one` works until it is done, then `two` works and is never done.
 const ONE_THEN_TWO: &str = "
 <mission name='relay' goal='over' safe='hold'>
   <place name='first' initial='true' components='one'/>
@@ -135,12 +135,12 @@ const ONE_THEN_TWO: &str = "
   <transition name='late' from='second' to='over' timeout='1h'/>
 </mission>";
 
-/// Names of the marked places, and how many transitions have fired.
+/// Returns the names of the marked places and the number of fired transitions.
 fn marking(system: &System) -> Option<(Vec<String>, u64)> {
-    let told = system.told(&["mission", "show"]).pop()?;
-    let places = told["places"].as_array()?.iter();
+    let shown = system.told(&["mission", "show"]).pop()?;
+    let places = shown["places"].as_array()?.iter();
     let names = places.filter_map(|place| Some(place["place"].as_str()?.to_owned())).collect();
-    Some((names, told["fired"].as_u64()?))
+    Some((names, shown["fired"].as_u64()?))
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn the_executive_resumes_where_it_was_and_a_killed_component_gets_its_state_back
         let (state, starts) =
             if name == "two" { (RunState::Active, 2) } else { (RunState::Frozen, 1) };
         wait_for("its state", || system.answer(name).filter(|status| status.state == state));
-        // It reports that it is active before its first call ends.
+        // A component reports that it is active before its first call ends, so the trace may lag.
         system.traced(name, "its starts", |trace| (trace.count("started") >= starts).then_some(()));
         assert_eq!(system.trace(name).count("started"), starts, "`{name}`");
         assert_eq!(system.trace(name).count("clash"), 0);

@@ -1,4 +1,5 @@
-//! Components that cannot go on: what they report, when they are given up, and where the mission goes.
+//! Components that fail, panic or die: what they report, when the launcher gives them up, and where
+//! the mission goes.
 
 use std::net::SocketAddr;
 use std::process::Command;
@@ -44,7 +45,7 @@ fn a_panic_is_a_report_and_sends_the_mission_to_its_safe_place() {
 
 #[test]
 fn a_component_that_has_failed_fails_a_run_without_a_mission() {
-    // The time is for the component to start and to fail in.
+    // A component that fails needs time to start and to reach its third tick.
     for (fail, code, time) in [("fail=3", 1, "8s"), ("", 0, "1s")] {
         let draft = Draft::default().probe("worker", "rate='50Hz'", fail);
         let mut system = draft.run_with(Folder::new("fails-alone"), &["--for", time]);
@@ -60,7 +61,7 @@ fn a_component_that_dies_too_often_is_given_up_and_reported_to_the_executive() {
         let pid = system.kill("worker");
         wait_for("its end", || (!is_alive(pid)).then_some(()));
         if death < 5 {
-            // Each time it comes back, and into its place.
+            // Each time it is restarted and activated again by its marked place.
             system.traced("worker", "another start", |trace| {
                 (trace.count("started") > death).then_some(())
             });
@@ -87,6 +88,6 @@ fn without_configd_a_component_reports_it_and_ends() {
     let lonely = lonely.args(["--name", "lonely", "--registry", &registry.address().to_string()]);
     let (code, _, err) = run_to_end(lonely.current_dir(folder.path()));
     assert_eq!(code, 1, "{err}");
-    let says = ["configd has not answered within", "trace", "no process is called `configd`"];
-    assert!(says.iter().all(|text| err.contains(text)), "{err}");
+    let expected = ["configd has not answered within", "trace", "no process is called `configd`"];
+    assert!(expected.iter().all(|text| err.contains(text)), "{err}");
 }

@@ -1,5 +1,5 @@
-//! A subscriber that is stopped (SIGSTOP): it delays nobody, what it misses is counted and shown, and
-//! one that stays silent is killed and replaced.
+//! Processes that hang. A subscriber that is stopped (SIGSTOP) delays no other subscriber, and its
+//! losses are counted. A process that stays silent is killed and replaced.
 
 use armor_wire::control::LinkStatus;
 use rustix::process::Signal;
@@ -8,7 +8,8 @@ use super::system::{Draft, System};
 use super::trace::check_nothing_lost;
 use crate::fixture::{DEADLINE, Folder, is_alive, send_signal, wait_for};
 
-/// Small enough for a busy machine, and enough to fill every buffer on the way in a moment.
+/// With 300 kB per message, a rate that a busy machine can sustain and that fills every buffer of a
+/// link within a moment.
 const BULK: &str = "rate='100Hz'";
 
 fn three_subscribers(name: &str) -> System {
@@ -27,14 +28,14 @@ fn three_subscribers(name: &str) -> System {
     system
 }
 
-/// The link of the source to `name`, as the source sees it.
+/// Returns the link from the source to `name`, as the source reports it.
 fn link(system: &System, name: &str) -> Option<LinkStatus> {
     let status = system.answer("source")?;
     status.outputs.first()?.links.iter().find(|link| link.to == name).cloned()
 }
 
-/// Stops `name` until the source has dropped something for it, and lets it go on. `false` if that
-/// took so long that it was killed.
+/// Stops `name` until the source has dropped messages for it, then continues it. Returns `false` if
+/// that took so long that `name` was killed as hanging.
 fn stop_for_a_moment(system: &System, name: &str) -> bool {
     let pid = system.pid(name);
     let instance = system.entry(name).instance;
@@ -52,7 +53,7 @@ fn stop_for_a_moment(system: &System, name: &str) -> bool {
     }
 }
 
-/// What `armor graph` shows of the link to `name`: sent, dropped, lost.
+/// Returns the counts that `armor graph` prints for the link to `name`: sent, dropped, lost.
 fn shown(system: &System, name: &str) -> Option<[u64; 3]> {
     let to = format!("{name}.a");
     let edge = system.told(&["graph"]).into_iter().find(|edge| edge["to"] == *to)?;
@@ -73,7 +74,7 @@ fn a_stopped_subscriber_delays_no_other_and_its_losses_are_counted() {
         println!("{name}: {dropped} dropped and {lost} lost, as `armor graph` shows");
         assert!(lost > 0, "the gap is seen where the data arrives");
 
-        // Everything between the first and the last is received, lost or dropped: none silently.
+        // Every message between the first and the last is received or counted as lost or dropped.
         let pid = system.pid(name);
         let got: Vec<_> =
             system.trace(name).got("a").into_iter().filter(|got| got.pid == pid).collect();
@@ -100,7 +101,7 @@ fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
     let log = system.run.log();
     assert!(log.contains("suspected of hanging and killed"), "{log}");
 
-    // Meanwhile the others got everything, without a pause that its death would explain.
+    // Meanwhile the other subscribers received everything.
     let witness = system.trace("witness").got("a");
     check_nothing_lost("the witness", &witness);
     let meanwhile: Vec<_> =

@@ -1,5 +1,5 @@
-//! Garbage, half frames, giant lengths, wrong versions, slow handshakes and connections left open, on
-//! every port: closed, bounded, logged once, while data flows.
+//! Garbage, half frames, giant lengths, wrong versions, slow handshakes and idle connections on
+//! every port. Each connection is closed, memory and log stay bounded, and data continues to flow.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::SocketAddr;
@@ -17,18 +17,17 @@ use super::system::{Draft, System, proc_number};
 use super::trace::check_nothing_lost;
 use crate::fixture::{DEADLINE, Folder};
 
-/// How often each attack is made.
+/// Number of repetitions of each attack.
 const TIMES: usize = 20;
-/// Connections opened and left.
+/// Number of connections that are opened and left idle.
 const LEFT: usize = 200;
-/// What all of it may cost a process, in KiB: buffers of the most connections it accepts, and what
-/// the allocator keeps of them.
+/// Most memory that all attacks together may cost a process, in KiB: the buffers of the most
+/// connections it accepts, and the freed memory that the allocator retains.
 const MOST_GROWTH_KIB: u64 = 24 << 10;
-/// Lines in the log of one process about all of it: one or two for each attack, not one for each
-/// time.
+/// Most lines in the log of one process: one or two for each attack, not one for each repetition.
 const MOST_LINES: usize = 30;
 
-/// Where a process listens.
+/// An address at which a process listens.
 #[derive(Clone, Copy)]
 enum Port {
     Tcp(SocketAddr),
@@ -48,26 +47,27 @@ fn connect(port: Port) -> Stream {
 
 /// Reads to the end; returns the bytes, or nothing if the connection was reset.
 fn rest(mut stream: &Stream) -> Vec<u8> {
-    let mut said = Vec::new();
-    match stream.read_to_end(&mut said) {
+    let mut answer = Vec::new();
+    match stream.read_to_end(&mut answer) {
         Ok(_) => {}
         Err(error) if error.kind() == ErrorKind::ConnectionReset => {}
         Err(error) => panic!("not closed: {error}"),
     }
-    said
+    answer
 }
 
-/// Says `bytes` and waits for the close.
+/// Sends `bytes` and waits until the process closes the connection.
 fn is_closed(port: Port, bytes: &[u8]) {
     for _ in 0..TIMES {
         let stream = connect(port);
-        // It may be closed before all is written.
+        // The process may close the connection before all bytes are written.
         let _ = (&stream).write_all(bytes);
         rest(&stream);
     }
 }
 
-/// Sends a hello, waits for the welcome, then sends `bytes` and waits for the close.
+/// Sends a hello, waits for the welcome, sends `bytes` and waits until the process closes the
+/// connection.
 fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     for _ in 0..TIMES {
         let stream = connect(port);
@@ -84,17 +84,17 @@ fn is_closed_after_welcome(port: Port, purpose: &Purpose, bytes: &[u8]) {
     }
 }
 
-/// A peer with another version receives the reason.
+/// A peer with another protocol version receives a refusal that states the reason.
 fn is_refused(port: Port, mut hello: Hello) {
     hello.version = 99;
     let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
     for _ in 0..TIMES {
         let stream = connect(port);
         (&stream).write_all(&bytes).expect("it listens");
-        let said = rest(&stream);
+        let answer = rest(&stream);
         let mut reader = FrameReader::new();
-        reader.space()[..said.len()].copy_from_slice(&said);
-        reader.filled(said.len());
+        reader.space()[..answer.len()].copy_from_slice(&answer);
+        reader.filled(answer.len());
         let frame = reader.next_frame().expect("a frame").expect("an answer");
         assert_eq!(frame.kind, FrameKind::Refusal);
         let refusal: Refusal = armor_wire::codec::decode_control(frame.body).expect("a refusal");
@@ -102,7 +102,7 @@ fn is_refused(port: Port, mut hello: Hello) {
     }
 }
 
-/// A hello at five bytes a second does not come to its end.
+/// A hello at five bytes per second is cut off by the handshake's deadline.
 fn is_too_slow(port: Port, hello: &[u8]) {
     let mut stream = connect(port);
     stream.set_read_timeout(Some(Duration::from_millis(200))).expect("a timeout");
@@ -120,7 +120,7 @@ fn is_too_slow(port: Port, hello: &[u8]) {
     }
 }
 
-/// Many connections that say nothing, or half of something, are closed by the other side.
+/// Many connections that send nothing, or half a hello, are closed by the process.
 fn are_closed(port: Port, hello: &[u8]) {
     let left: Vec<_> = (0..LEFT).map(|_| connect(port)).collect();
     for (number, mut stream) in left.iter().enumerate() {
@@ -137,20 +137,21 @@ fn prefix(len: u32, kind: u8, flags: u8) -> Vec<u8> {
     bytes
 }
 
-/// Noise that is the same every time.
+/// Random bytes from a fixed seed.
 fn noise() -> impl Iterator<Item = Vec<u8>> {
     let mut random = fastrand::Rng::with_seed(1);
     (0..TIMES).map(move |_| (0..100).map(|_| random.u8(..)).collect())
 }
 
-/// All of it against one port, whose conversations begin with one of `purposes`.
+/// Makes every attack on one port, which accepts connections with any of `purposes`.
 fn attack(port: Port, purposes: &[Purpose]) {
     let hello = Hello::new("stranger", 7, purposes[0].clone());
     let bytes = to_bytes(FrameKind::Hello, &hello).expect("it fits");
     for noise in noise() {
         let stream = connect(port);
         let _ = (&stream).write_all(&noise);
-        // A length by chance within bounds may wait for the rest of its frame.
+        // Random bytes may contain a valid length. Then the process waits for the rest of the
+        // frame, so end the stream.
         let _ = stream.shutdown(std::net::Shutdown::Write);
         rest(&stream);
     }

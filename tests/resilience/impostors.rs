@@ -1,5 +1,5 @@
-//! Whoever is not who was meant gets no data and gives none: another process start on a port, or one
-//! that means another type by the same name.
+//! A peer that is not the intended one receives no data, and its data is not accepted: another
+//! process start on the same port, or a process with another type under the same name.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -18,7 +18,7 @@ use super::system::Draft;
 use crate::fixture::{DEADLINE, Folder, free_port, wait_for};
 
 const ANSWER_WITHIN: Duration = Duration::from_secs(10);
-/// What another build means by a number.
+/// Schema of the type `Numbered` in another build.
 const OTHER: &str = "Numbered{count:f64,bulk:[u8]}";
 /// The process start that registers as the ghost.
 const GHOST: u64 = 0x6057;
@@ -79,7 +79,8 @@ fn a_request_for_another_process_start_or_type_gets_no_data() {
     assert_eq!(read_frame(&mut stream).map(|(kind, _)| kind), Some(FrameKind::Data));
 }
 
-/// How the ghost answers a subscriber; data that it sends counts from its discriminant on.
+/// The ghost's answer to a subscriber. The counts that it sends start at the discriminant, so that
+/// received data shows its origin.
 #[derive(Clone, Copy)]
 enum Answer {
     OtherInstance = 1000,
@@ -87,7 +88,7 @@ enum Answer {
     AsMeant = 3000,
 }
 
-/// A port that other software may have taken.
+/// A listener that answers for the component `ghost`, as other software on a reused port would.
 struct Ghost {
     answer: Arc<Mutex<Answer>>,
     subscribers: Arc<AtomicUsize>,
@@ -95,7 +96,7 @@ struct Ghost {
 }
 
 impl Ghost {
-    /// Listens below the ephemeral range, as everybody does.
+    /// Listens on a port below the ephemeral range, so that no connecting socket takes it.
     fn haunt(schema: String) -> Self {
         let bound = || TcpListener::bind(("127.0.0.1", free_port())).ok();
         let listener = wait_for("a free port", bound);
@@ -153,7 +154,8 @@ fn deceive(mut stream: TcpStream, answer: Answer, schema: String) {
     }
 }
 
-/// Tells the registry that the ghost provides `ghost.numbers` at `address`, and stays.
+/// Registers the ghost as the provider of `ghost.numbers` at `address`, and keeps the connection
+/// alive.
 fn register(registry: SocketAddr, address: SocketAddr, schema: &str) {
     let entry = ComponentEntry {
         name: "ghost".into(),
@@ -199,7 +201,7 @@ fn an_answer_of_another_process_start_or_type_gives_no_data() {
     ]);
     for answer in [Answer::OtherInstance, Answer::OtherType] {
         ghost.change(answer);
-        // It comes back, so it has left.
+        // The sink connects again, so it has closed the previous connections.
         ghost.is_tried(4);
         assert_eq!(system.trace("sink").got("a"), [], "taken from {}", answer as u64);
         let status = system.status("sink");

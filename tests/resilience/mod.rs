@@ -1,5 +1,6 @@
-//! Behaviour under failures (the table in ARCHITECTURE.md): processes that are killed, stopped or
-//! crowded, and false or hostile peers, in systems of [probes](../probe.rs) that record every call.
+//! Behaviour under failures (the table in ARCHITECTURE.md): killed and stopped processes, many
+//! components, false and hostile peers. The systems consist of [probes](../probe.rs), which record
+//! every call.
 
 mod crowd;
 mod deaths;

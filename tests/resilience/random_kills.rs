@@ -1,5 +1,5 @@
-//! Twenty rounds of killing random processes. After each one the system is whole again, and at no
-//! moment were two exclusive components active.
+//! Twenty rounds of killing random processes. After each round the system is complete again, and
+//! two exclusive components are never active at the same time.
 
 use std::collections::HashMap;
 use std::time::Instant;
@@ -12,10 +12,10 @@ use crate::dice::{Dice, seed};
 use crate::fixture::{Folder, send_signal, wait_for};
 
 const ROUNDS: usize = 20;
-/// One more within a minute, and the launcher gives the process up.
+/// The launcher gives a process up at the fifth death within a minute.
 const MOST_DEATHS: usize = 4;
 
-/// `ping` and `pong` work in turn, forever; the rest is always active.
+/// `ping` and `pong` work in turn, forever; all other components are always active.
 const MISSION: &str = "
 <mission name='table-tennis' goal='over' safe='over'>
   <place name='left' initial='true' components='ping'/>
@@ -47,7 +47,8 @@ fn table_tennis() -> System {
     draft.run(Folder::new("rounds"))
 }
 
-/// Everybody is linked to the process starts of now, and works.
+/// Whether every component has worked since `since`, and every link of the sink connects current
+/// process starts.
 fn is_whole(system: &System, since: &Progress) -> bool {
     let now = Progress::of(system);
     now.ping > since.ping
@@ -73,7 +74,7 @@ fn is_linked(system: &System) -> bool {
     })
 }
 
-/// How far everybody has come.
+/// Numbers of starts and of messages received so far.
 struct Progress {
     ping: usize,
     pong: usize,
@@ -89,7 +90,7 @@ impl Progress {
     }
 }
 
-/// Somebody who may die once more.
+/// Chooses a process that has not died [`MOST_DEATHS`] times, and counts its death.
 fn choose(dice: &mut Dice, deaths: &mut HashMap<&str, usize>) -> &'static str {
     let may: Vec<_> =
         VICTIMS.into_iter().filter(|name| deaths.get(name) < Some(&MOST_DEATHS)).collect();
@@ -109,7 +110,8 @@ fn twenty_rounds_of_killing_at_random() {
     wait_for("the start", || is_whole(&system, &begin).then_some(()));
     for round in 1..=ROUNDS {
         let mut victims = vec![choose(&mut dice, &mut deaths)];
-        // Now and then two at once; the same one twice would be given up too soon.
+        // In one round of four, two processes are killed together. If both choices are the same,
+        // one kill is enough.
         if dice.throw(4) == 0 {
             victims.push(choose(&mut dice, &mut deaths));
             victims.dedup();

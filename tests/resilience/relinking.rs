@@ -1,4 +1,4 @@
-//! How long links take to come back after a process has died, from when it is ready again.
+//! The time until links are restored after a process has died, from the moment it is ready again.
 
 use rustix::process::Signal;
 use serde_json::Value;
@@ -8,10 +8,10 @@ use super::trace::Trace;
 use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
 
 const SINKS: [&str; 8] = ["s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"];
-/// One more within a minute, and they are given up.
+/// Deaths of each process; the launcher gives a process up at the fifth within a minute.
 const DEATHS: usize = 4;
 
-/// Sorted times in seconds, as one line.
+/// Summarises times in seconds: their count, median and maximum.
 fn summary(mut times_s: Vec<f64>) -> String {
     times_s.sort_by(f64::total_cmp);
     let (count, half) = (times_s.len(), times_s[times_s.len() / 2]);
@@ -22,7 +22,7 @@ fn summary(mut times_s: Vec<f64>) -> String {
     )
 }
 
-/// When the last process of a trace started to work.
+/// Returns the time at which the last process of a trace became active.
 fn last_start_ns(trace: &Trace) -> Option<u64> {
     Some(trace.all("started").last()?.at_ns)
 }
@@ -38,7 +38,7 @@ fn an_observer_of_an_output_follows_the_next_process() {
         line["value"]["bulk"].clone()
     };
     let before = next();
-    // The data distinguish the next process from this one.
+    // Only the next process reads the new value, so its data differs from this one's.
     let mut set = system.folder.armor(&["param", "set", "source.bulk", "3"]);
     let (code, _, err) = run_to_end(set.args(["--registry", &registry]));
     assert_eq!(code, 0, "{err}");

@@ -1,12 +1,12 @@
-//! The end of a run: nothing outlives a killed launcher, and an interrupted one brings everybody to
-//! rest first.
+//! The end of a run: no process outlives a killed launcher, and an interrupted launcher stops every
+//! component in order before it ends.
 
 use rustix::process::Signal;
 
 use super::system::{Draft, System};
 use crate::fixture::{Folder, is_alive, send_signal, wait_for};
 
-/// Three components at work and one frozen, under a mission.
+/// Starts a mission with three active components and one frozen component.
 fn at_work(name: &str) -> System {
     let draft = Draft::default()
         .probe("source", "rate='100Hz'", "")
@@ -64,7 +64,8 @@ fn an_interrupted_system_comes_to_rest_in_order() {
 
 #[test]
 fn after_its_last_call_a_component_gets_no_further_calls() {
-    // Its event has no receiver, so it stays a moment longer to deliver it.
+    // The sink's event has no receiver. The sink waits a moment to deliver it, and must get no call
+    // in that time.
     let draft = Draft::default()
         .probe("source", "rate='200Hz'", "")
         .probe("sink", "rate='50Hz' restart='never'", "event=1")

@@ -15,10 +15,10 @@ use rustix::process::Signal;
 use super::trace::Trace;
 use crate::fixture::{Folder, Run, is_alive, run_to_end, send_signal, wait_for};
 
-/// Time for a single request; callers ask again.
+/// Time for one request; callers repeat it.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 
-/// The file of a system, as it is put together.
+/// Builds the file of a system.
 #[derive(Default)]
 pub struct Draft {
     components: String,
@@ -27,8 +27,8 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// A probe with attributes (`rate="50Hz"`) and parameters (`burst=3 limit=1000`); its trace goes
-    /// to `NAME.trace`.
+    /// Adds a probe with attributes (`rate="50Hz"`) and parameters (`burst=3 limit=1000`) that
+    /// writes its trace to `NAME.trace`.
     pub fn probe(mut self, name: &str, attributes: &str, parameters: &str) -> Self {
         let trace = format!("trace={name}.trace");
         let _ = writeln!(self.components, "<component name='{name}' kind='probe' {attributes}>");
@@ -40,36 +40,36 @@ impl Draft {
         self
     }
 
-    /// A probe that writes nothing down.
+    /// Adds a probe without a trace.
     pub fn quiet_probe(mut self, name: &str, attributes: &str) -> Self {
         let _ = writeln!(self.components, "<component name='{name}' kind='probe' {attributes}/>");
         self
     }
 
-    /// A component as in the file.
+    /// Adds a component as XML.
     pub fn component(mut self, text: &str) -> Self {
         self.components += text;
         self
     }
 
-    /// The numbers of `from` to `to`, a `component.input`.
+    /// Links the numbers of the component `from` to `to`, which is `COMPONENT.INPUT`.
     pub fn link(mut self, from: &str, to: &str, keep: &str) -> Self {
         let _ = writeln!(self.links, "<link from='{from}.numbers' to='{to}' keep='{keep}'/>");
         self
     }
 
-    /// A mission, as in the file.
+    /// Sets the mission, as XML.
     pub fn mission(mut self, text: &str) -> Self {
         self.mission = text.into();
         self
     }
 
-    /// Starts it; the run goes to `out`.
+    /// Starts the system; the run writes into `out`.
     pub fn run(self, folder: Folder) -> System {
         self.run_with(folder, &[])
     }
 
-    /// Starts it with more arguments.
+    /// Starts the system with further arguments of `armor run`.
     pub fn run_with(self, folder: Folder, arguments: &[&str]) -> System {
         let Self { components, links, mission } = self;
         let text = format!(
@@ -87,7 +87,8 @@ impl Draft {
     }
 }
 
-/// The executable of the probe; `cargo test` builds it, `cargo test --test system` alone does not.
+/// Returns the executable of the probe, which `cargo test` builds and `cargo test --test system`
+/// does not.
 pub fn probe() -> PathBuf {
     let armor = Path::new(env!("CARGO_BIN_EXE_armor"));
     let path = armor.with_file_name("examples").join("probe");
@@ -95,22 +96,22 @@ pub fn probe() -> PathBuf {
     path
 }
 
-/// It runs. Everything ends with it.
+/// A running system. Dropping it ends all of its processes.
 pub struct System {
     pub run: Run,
     pub registry: SocketAddr,
     pub directory: Directory,
-    // Last: removed when nothing writes into it any more.
+    // The last field, because fields are dropped in order: the run must end before its folder goes.
     pub folder: Folder,
 }
 
 impl System {
-    /// What the probe `name` has written down so far.
+    /// Returns the trace of the probe `name` so far.
     pub fn trace(&self, name: &str) -> Trace {
         Trace::read(&self.folder.path().join(format!("{name}.trace")))
     }
 
-    /// Waits for something in the trace of `name`.
+    /// Waits until `find` finds something in the trace of `name`; returns it.
     pub fn traced<T>(
         &self,
         name: &str,
@@ -120,12 +121,12 @@ impl System {
         wait_for(&format!("{what} of `{name}`\n{}", self.run.log()), || find(&self.trace(name)))
     }
 
-    /// Who is registered, if the registry answers.
+    /// Returns the registered processes; none if the registry does not answer.
     pub fn entries(&self) -> Vec<ComponentEntry> {
         self.directory.list(ANSWER_WITHIN).map(|listing| listing.components).unwrap_or_default()
     }
 
-    /// How a process is registered, once it is and lives.
+    /// Waits until `name` is registered by a process that runs; returns its entry.
     pub fn entry(&self, name: &str) -> ComponentEntry {
         wait_for(&format!("`{name}` in the registry"), || {
             let pid_lives = |pid: u32| i32::try_from(pid).is_ok_and(is_alive);
@@ -133,7 +134,7 @@ impl System {
         })
     }
 
-    /// Returns the status of a component.
+    /// Waits for the status of a component; returns it.
     pub fn status(&self, name: &str) -> Status {
         wait_for(&format!("an answer of `{name}`"), || self.answer(name))
     }
@@ -145,7 +146,7 @@ impl System {
         connection.status(ANSWER_WITHIN).ok()
     }
 
-    /// The process of a component or a daemon, once it is there.
+    /// Waits until a component or a daemon runs; returns its process id.
     pub fn pid(&self, name: &str) -> i32 {
         match name {
             "registry" | "configd" | "executive" => wait_for(name, || self.run.daemon(name)),
@@ -160,33 +161,33 @@ impl System {
         pid
     }
 
-    /// Kills a process and waits for the next one of its name.
+    /// Kills a process and waits for its successor; returns the successor's process id.
     pub fn replace(&self, name: &str) -> i32 {
         let before = self.kill(name);
         wait_for(&format!("another {name}"), || Some(self.pid(name)).filter(|pid| *pid != before))
     }
 
-    /// `armor` with `arguments` about this system; what it prints, line by line, as JSON.
+    /// Runs `armor` with `arguments` on this system; returns its output, one JSON value per line.
     pub fn told(&self, arguments: &[&str]) -> Vec<serde_json::Value> {
         let registry = self.registry.to_string();
         let mut command = self.folder.armor(arguments);
         let (code, out, err) =
             run_to_end(command.args(["--registry", &registry, "--format", "json"]));
         if code != 0 {
-            // It is being restarted; the caller asks again.
+            // The process that should answer is being restarted; the caller repeats the command.
             eprintln!("armor {arguments:?}: {err}");
         }
         out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
-    /// The same as people see it; empty if it fails.
+    /// As [`Self::told`], but returns the output as text.
     pub fn shown(&self, arguments: &[&str]) -> String {
         let registry = self.registry.to_string();
         let mut command = self.folder.armor(arguments);
         run_to_end(command.args(["--registry", &registry])).1
     }
 
-    /// A component started by hand, without the launcher.
+    /// Starts a probe without the launcher.
     pub fn by_hand(&self, arguments: &[&str]) -> ByHand {
         let mut command = Command::new(probe());
         command.args(["--registry", &self.registry.to_string()]).args(arguments);
@@ -205,8 +206,8 @@ impl Drop for ByHand {
     }
 }
 
-/// A number from a file of `/proc/PID`: `VmRSS` in KiB or `Threads` of `status`, `Pss` in KiB of
-/// `smaps_rollup`.
+/// Returns a number from a file of `/proc/PID`: `VmRSS` in KiB or `Threads` from `status`, `Pss` in
+/// KiB from `smaps_rollup`.
 pub fn proc_number(pid: i32, file: &str, field: &str) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{pid}/{file}")).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'));
@@ -214,7 +215,7 @@ pub fn proc_number(pid: i32, file: &str, field: &str) -> u64 {
     number.unwrap_or_default()
 }
 
-/// The CPU time that a process has used, in seconds.
+/// Returns the CPU time that a process has used, in seconds.
 pub fn cpu_s(pid: i32) -> f64 {
     let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     let after_name = text.rsplit_once(')').map_or("", |(_, fields)| fields);

@@ -1,8 +1,8 @@
-//! What a probe has written down, and what follows from it.
+//! The trace of a probe, and checks on it.
 
 use std::path::Path;
 
-/// One line.
+/// One line of a trace.
 #[derive(Clone, Debug)]
 pub struct Note {
     pub at_ns: u64,
@@ -10,11 +10,11 @@ pub struct Note {
     pub words: Vec<String>,
 }
 
-/// All of a probe's lines, of all its processes, in order.
+/// All lines of a probe, from all of its processes, in the order of writing.
 #[derive(Clone, Debug, Default)]
 pub struct Trace(pub Vec<Note>);
 
-/// Data that a probe got.
+/// A message that a probe received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Got {
     pub at_ns: u64,
@@ -29,12 +29,12 @@ pub struct Got {
 impl Trace {
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).unwrap_or_default();
-        // The last line may be under way.
+        // The last line may still be in writing.
         let whole = text.rfind('\n').map_or("", |at| &text[..at]);
         Self(whole.lines().map(Note::parse).collect())
     }
 
-    /// The notes that say just this.
+    /// Returns the notes whose text is `what`.
     pub fn all(&self, what: &str) -> Vec<&Note> {
         self.0.iter().filter(|note| note.words == what.split(' ').collect::<Vec<_>>()).collect()
     }
@@ -43,13 +43,13 @@ impl Trace {
         self.all(what).len()
     }
 
-    /// The data that came in at `input`.
+    /// Returns the messages received at `input`.
     pub fn got(&self, input: &str) -> Vec<Got> {
         self.0.iter().filter_map(Note::got).filter(|got| got.input == input).collect()
     }
 
-    /// From each start to the last that was heard of it before the next one, or its last call:
-    /// the times during which it was active for certain.
+    /// Returns the spans of time in which the probe was certainly active: from each start to its
+    /// last call, or to the last note of the same process if the process was killed.
     pub fn activations(&self) -> Vec<(u64, u64)> {
         let mut spans: Vec<(u64, u64)> = Vec::new();
         let mut open = None;
@@ -97,7 +97,8 @@ impl Note {
     }
 }
 
-/// Checks that nothing is missing, doubled or out of order within what one process got of another.
+/// Checks that no message from one process to another is missing, duplicated or out of order. The
+/// check starts over when either process is replaced.
 pub fn check_nothing_lost(what: &str, all: &[Got]) {
     let mut before: Option<&Got> = None;
     for got in all {

@@ -1,11 +1,12 @@
-//! A page of the tutorial as steps, and the loose comparison of the shown with the real output.
+//! A page of the tutorial as a list of steps, and the loose comparison of its output with the real
+//! one.
 
 use std::path::Path;
 
 use super::REPOSITORY;
 use crate::fixture::free_port;
 
-/// What a reader does.
+/// A step that a reader takes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// Writes a file.
@@ -35,7 +36,7 @@ impl Page {
     pub fn read(name: &str) -> Self {
         let path = Path::new(REPOSITORY).join(format!("docs/tutorial/{name}.md"));
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
-        // The one port that a page chooses; others may run the same tests on this host.
+        // A page uses one fixed port. Replace it, because other tests may run on this host.
         let text = text.replace(":7500", &format!(":{}", free_port()));
         Self { name: name.into(), steps: steps(&text) }
     }
@@ -59,7 +60,7 @@ fn steps(text: &str) -> Vec<(usize, Step)> {
             ["sh", "background"] => Step::Start { command: block },
             ["text"] => Step::Expect { text: block },
             ["text", "background"] => Step::ExpectOther { text: block },
-            // For the reader's hands only.
+            // A session that the reader types by hand; the test skips it.
             ["console"] => continue,
             [_, file] if file.starts_with("file=") => {
                 Step::Write { path: file["file=".len()..].into(), text: block }
@@ -71,8 +72,8 @@ fn steps(text: &str) -> Vec<(usize, Step)> {
     steps
 }
 
-/// Whether `output` is what the page shows: a number matches any number, a time any time in
-/// any unit, `…` for anything, and one space is as good as many.
+/// Whether `output` matches the text on the page. A number matches any number, a time matches a
+/// time in any unit, `…` matches any text, and one space matches several.
 pub fn matches(shown: &str, output: &str) -> bool {
     let output = loosened(output);
     let shown = loosened(shown);
@@ -95,7 +96,7 @@ fn loosened(text: &str) -> String {
     text
 }
 
-/// `#` for each number that is not part of a word, with its sign, fraction and exponent.
+/// Replaces each number that is not part of a word, with its sign, fraction and exponent, by `#`.
 fn without_numbers(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;

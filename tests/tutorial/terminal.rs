@@ -1,4 +1,4 @@
-//! A reader's terminal: it stays in its present folder, and opens further terminals there.
+//! A reader's terminal. It keeps its current folder between commands; further terminals open there.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -12,10 +12,10 @@ use rustix::process::{Pid, Signal, kill_process_group};
 use super::REPOSITORY;
 use crate::fixture::{DEADLINE, Folder, wait_for, wait_within};
 
-/// How long a build may take: on a machine that has built nothing yet, everything is built.
+/// Time for a build. On a new machine it builds all dependencies.
 const BUILD_DEADLINE: Duration = Duration::from_secs(900);
 
-/// `cargo` for the reader: what was downloaded and built already is not again.
+/// The reader's `cargo`, which reuses earlier downloads and builds.
 const CARGO: &str = r#"#!/bin/sh
 if [ -f Cargo.toml ] && [ ! -e target ]; then
   cp "$REPOSITORY/Cargo.lock" . && mkdir -p "$REPOSITORY/target/new-component"
@@ -74,14 +74,14 @@ impl<'a> Terminal<'a> {
         std::fs::write(path, text).expect("writable");
     }
 
-    /// Runs commands to their end: all they print.
+    /// Runs commands to their end; returns their output.
     pub fn run(&self, commands: &str, fails: bool, at: &str) -> String {
         let (status, output) = self.try_run(commands);
         assert_eq!(status.success(), !fails, "{at}: {status}\n{commands}{output}");
         output
     }
 
-    /// Runs commands to their end, whatever that is.
+    /// Runs commands to their end, whatever their exit code.
     pub fn try_run(&self, commands: &str) -> (ExitStatus, String) {
         let script = format!("set -e\n{commands}\npwd > \"{}\"", self.place().display());
         let mut program = self.spawn(&script);
@@ -92,7 +92,8 @@ impl<'a> Terminal<'a> {
 
     /// Starts a long-running command in a terminal of its own.
     pub fn start(&self, command: &str) -> Program {
-        // In bash's place: the signal and the code are the command's.
+        // `exec` replaces bash by the command, which so receives the signal and gives the exit
+        // code.
         self.spawn(&format!("exec {command}"))
     }
 
@@ -106,14 +107,14 @@ impl<'a> Terminal<'a> {
     }
 }
 
-/// What runs in a terminal; it ends with the test.
+/// A program in a terminal; it ends with the test.
 pub struct Program {
     child: Child,
     screen: PathBuf,
 }
 
 impl Program {
-    /// What it has printed so far.
+    /// Returns the output so far.
     pub fn output(&self) -> String {
         std::fs::read_to_string(&self.screen).expect("UTF-8")
     }
@@ -124,7 +125,7 @@ impl Program {
         !crate::fixture::is_alive(pid)
     }
 
-    /// Ctrl-C, unless it has ended already: all it printed.
+    /// Sends Ctrl-C unless the program has already ended; returns all of its output.
     pub fn interrupt(mut self, at: &str) -> String {
         if !self.has_ended() {
             self.signal(Signal::INT);
@@ -138,7 +139,7 @@ impl Program {
 
     fn signal(&self, signal: Signal) {
         if let Some(group) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
-            // It may have ended by itself.
+            // The program may have ended by itself.
             let _ = kill_process_group(group, signal);
         }
     }
