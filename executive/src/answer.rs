@@ -3,25 +3,25 @@
 use armor_plan::{Plan, Stand};
 use std::sync::Arc;
 
-/// The answer to a [`Question`].
+/// The answer to a [`crate::VersionQuestion`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct VersionAnswer {
-    /// Which question it answers.
+    /// The number of the question.
     pub serial: u64,
-    /// What was found.
+    /// The result.
     pub found: VersionFinding,
 }
 
-/// What was found of a new version.
+/// The result of an examination of a new version.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VersionFinding {
-    /// It can be played, or why not.
+    /// Whether it can be played; an error gives the reason why not.
     Read(Result<VersionOffer, String>),
-    /// Nothing bad follows from where the mission stands, or what does.
+    /// Whether it is safe to continue with it from the current marking.
     Proven {
-        /// Where that is.
+        /// The marking and variables that it was proven from.
         stand: Stand,
-        /// In words, with a way there.
+        /// An error describes the faults, each with a trace that leads to it.
         verdict: Result<(), String>,
     },
 }
@@ -31,7 +31,7 @@ pub enum VersionFinding {
 pub struct VersionOffer {
     /// Its plan.
     pub plan: Arc<Plan>,
-    /// What is not as before, in words.
+    /// The differences to the version in force, in words.
     pub changes: Vec<String>,
 }
 

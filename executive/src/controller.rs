@@ -2,9 +2,10 @@
 //!
 //! It is composed of machines with state of their own: commands to components, progress of firings,
 //! turns of transitions, operators, senses, dates, changes of the file, reports. They share a
-//! [`Context`]: the ledger (what is decided) and the roster (what is observed). After every event the
-//! controller settles the difference: firings move on, transitions begin, components are commanded.
-//! Everything decided is first an [`Action::Journal`]; nothing here knows sockets or clocks.
+//! [`Context`]: the ledger (what is decided) and the roster (what is observed). After every event
+//! the controller settles the difference: firings move on, transitions begin, components are
+//! commanded. Everything decided is first a [`ControllerAction::Journal`]; nothing here knows
+//! sockets or clocks.
 
 mod blocked_starts;
 mod commands;
@@ -96,7 +97,8 @@ impl Controller {
         (controller, actions)
     }
 
-    /// Continues where a journal ends. Every component counts as running until it reports otherwise.
+    /// Continues where a journal ends. Every component counts as running until it reports
+    /// otherwise.
     ///
     /// # Errors
     /// If the journal is not one of this plan.
@@ -148,7 +150,7 @@ impl Controller {
         self.context.take_actions()
     }
 
-    /// Returns when [`Event::Timer`] is due next, if nothing else happens.
+    /// Returns when [`ControllerEvent::Timer`] is due next, if nothing else happens.
     pub fn deadlines(&self) -> Deadlines {
         if self.is_finished {
             return Deadlines::default();
@@ -193,12 +195,13 @@ impl Controller {
         }
     }
 
-    /// Returns the question that [`Action::Judge`] asks; none if it has been overtaken.
+    /// Returns the question that [`ControllerAction::Judge`] asks; none if it has been overtaken.
     pub fn question(&self) -> Option<VersionQuestion> {
         self.changes.question(self.plan())
     }
 
-    /// Returns the question that [`Action::JudgeMove`] asks; none if it has been answered.
+    /// Returns the question that [`ControllerAction::JudgeMove`] asks; none if it has been
+    /// answered.
     pub fn move_question(&self) -> Option<MoveQuestion> {
         self.operators.move_question(self.plan())
     }

@@ -1,4 +1,4 @@
-//! The controller's events, and the actions that it wants done.
+//! The events that the controller takes, and the actions that it returns.
 
 use crate::answer::VersionAnswer;
 use crate::incoming_order::IncomingOrder;
@@ -10,33 +10,33 @@ use armor_robotfile::Date;
 use armor_robotfile::guard::Scalar;
 use std::sync::Arc;
 
-/// Something that happened.
+/// An event: something that the controller observes or is asked to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ControllerEvent {
-    /// The control connection to a component's process is up; what it is doing follows. A new
+    /// The control connection to a component's process is up; a state report follows. A new
     /// instance means that the old one has ended.
     Appeared {
-        /// Whose.
+        /// The component.
         component: ComponentId,
         /// The process start, unique in the system.
         instance: u64,
     },
-    /// A component reports what it does: first after appearing, then at every change.
+    /// A component reports its state: once after the connection is up, then at every change.
     StateReported {
-        /// Who.
+        /// The component.
         component: ComponentId,
         /// The process start.
         instance: u64,
-        /// What.
+        /// Its state.
         doing: Doing,
-        /// In which activation.
+        /// The activation that it is in.
         activation: u64,
-        /// Whether its code lets itself be commanded.
+        /// Whether its code accepts commands.
         controllable: bool,
     },
-    /// A component reports.
+    /// A component reports that its task is done, that it failed, or an event.
     Reported {
-        /// Who.
+        /// The component.
         component: ComponentId,
         /// The process start.
         instance: u64,
@@ -44,118 +44,119 @@ pub enum ControllerEvent {
         serial: u64,
         /// The activation it belongs to.
         activation: u64,
-        /// What.
+        /// The report.
         report: ComponentReport,
     },
     /// The control connection is down; the process may be running.
     Lost {
-        /// Whose.
+        /// The component.
         component: ComponentId,
         /// The process start.
         instance: u64,
     },
     /// The process has ended, for certain.
     Gone {
-        /// Whose.
+        /// The component.
         component: ComponentId,
-        /// The process start; none: whichever there was.
+        /// The process start; `None` stands for any.
         instance: Option<u64>,
     },
     /// An operator gives an order.
     Ordered(IncomingOrder),
     /// The connection of an operator has ended.
     OperatorLeft {
-        /// Which.
+        /// The number of the connection.
         connection: u64,
     },
-    /// A field of data that guards look at has a new value; none: what was published has none.
+    /// A field of data that guards read has a new value; `None`: the message has no such value.
     Sensed {
-        /// Which.
+        /// The field.
         watch: WatchId,
-        /// In SI.
+        /// Its value, in SI units.
         value: Option<Scalar>,
     },
-    /// The link to the provider of a field is down; its last value holds for a while.
+    /// The link to the provider of a field is down; its last value stays in force for a while.
     Unlinked {
-        /// Which.
+        /// The field.
         watch: WatchId,
     },
-    /// There is a version of the file; nothing follows from the one that is played.
+    /// A version of the file is offered; the version in force is ignored.
     Offered(Arc<Version>),
-    /// What came of a question about a version.
+    /// The answer to a [`crate::VersionQuestion`].
     Answered(VersionAnswer),
-    /// What came of a question about tokens to be moved.
+    /// The answer to a [`crate::MoveQuestion`].
     MoveJudged {
-        /// Which.
+        /// The number of the question.
         serial: u64,
-        /// Nothing bad follows, or what does, in words.
+        /// An error describes the faults that the move would lead to.
         verdict: Result<(), String>,
     },
-    /// A reading of the wall clock. Without one no date comes or passes, and no transition with a date
-    /// fires.
+    /// A reading of the wall clock. Without one no date comes or passes, and no transition with a
+    /// date fires.
     Utc {
         /// The moment at which mission time was 0, by that clock.
         at_start: Date,
     },
     /// Time has passed; see [`crate::Controller::next_deadline`].
     Timer,
-    /// Everything is to come to rest; the mission stays as it is and can be resumed.
+    /// The executive is to end: all components come to rest, and the mission can be resumed later.
     Stop,
 }
 
-/// Something to be done, in the order given.
+/// An action for the caller. Actions must be performed in the order in which they are returned.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ControllerAction {
-    /// Write it down, on disk, before doing what follows.
+    /// Write the record to the journal; it must be on disk before the next action is performed.
     Journal(JournalRecord),
-    /// Tell a component to run.
+    /// Command a component to run.
     Activate {
-        /// Who.
+        /// The component.
         component: ComponentId,
         /// The activation that begins.
         activation: u64,
         /// The values that places give its parameters.
         values: Vec<GivenValue>,
     },
-    /// Tell a component to come to rest.
+    /// Command a component to come to rest.
     Freeze {
-        /// Who.
+        /// The component.
         component: ComponentId,
         /// The activation that ends.
         activation: u64,
     },
-    /// End the process, whether it wants or not, and say [`Event::Gone`] when it has.
+    /// Kill the process, and report [`ControllerEvent::Gone`] when it has ended.
     Kill {
-        /// Whose.
+        /// The component.
         component: ComponentId,
     },
-    /// Tell a component that its report need not be sent again.
+    /// Acknowledge a report, so that the component does not send it again.
     Acknowledge {
-        /// Who.
+        /// The component.
         component: ComponentId,
-        /// The report.
+        /// The number of the report.
         serial: u64,
     },
-    /// Tell an operator what became of an order.
+    /// Answer an operator's order.
     Answer {
         /// The connection it came on.
         connection: u64,
-        /// The order.
+        /// The number of the order.
         request: u64,
         /// Whether it is carried out.
         accepted: bool,
         /// What follows from it, or why it is refused.
         text: String,
     },
-    /// Find the answer to [`crate::Controller::question`], elsewhere, and say [`Event::Answered`].
+    /// Answer [`crate::Controller::question`] on another thread, and report
+    /// [`ControllerEvent::Answered`].
     Judge,
-    /// Find the answer to [`crate::Controller::move_question`], elsewhere, and say
-    /// [`Event::MoveJudged`].
+    /// Answer [`crate::Controller::move_question`] on another thread, and report
+    /// [`ControllerEvent::MoveJudged`].
     JudgeMove,
-    /// Another plan is played from now on: look at what its guards look at.
+    /// Another plan is in force: watch the data that its guards read.
     Changed,
     /// The marking has changed: publish it.
     Publish,
-    /// The mission is over; the last action there is.
+    /// The mission is over. This is the last action.
     Finished(MissionOutcome),
 }

@@ -1,10 +1,11 @@
 //! The journal on disk: one JSON object per line, synced before it is acted upon.
 //!
-//! A line that a crash cut off was never acted upon, and is dropped when the journal is opened again.
-//! The first line of every life of the executive holds the state of its clock, so that timeouts keep
-//! running through a restart of the process; after a restart of the machine, time continues from the
-//! last record. A journal that has grown long is cut: one snapshot record replaces those before it. An
-//! executive that is killed at any moment leaves the old journal or the new one, whole.
+//! A line that a crash cut off was never acted upon, and is dropped when the journal is opened
+//! again. The first line of every life of the executive holds the state of its clock, so that
+//! timeouts keep running through a restart of the process; after a restart of the machine, time
+//! continues from the last record. A journal that has grown long is cut: one snapshot record
+//! replaces those before it. An executive that is killed at any moment leaves the old journal or
+//! the new one, whole.
 
 use crate::record::{JournalEntry, JournalRecord};
 use armor_files::{Durability, PendingFile, SaveError};
@@ -41,12 +42,12 @@ pub enum JournalError {
         /// What.
         error: serde_json::Error,
     },
-    /// Longer than can be meant.
+    /// The journal is longer than 1 GiB, far beyond the length at which it is cut.
     #[error("journal {0} is longer than 1 GiB; move it away to begin anew")]
     TooLong(PathBuf),
 }
 
-/// Where the clock of one life of the executive stands.
+/// The state of the clock in one life of the executive, from its start to its end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Life {
     /// Names the machine's start; monotonic clocks of one start can be compared.
@@ -54,7 +55,7 @@ pub struct Life {
     /// The machine's monotonic clock at mission time 0, in nanoseconds; below 0 if the mission is
     /// older than the machine's start.
     pub zero_ns: i64,
-    /// What mission time follows, if that is data and not this clock.
+    /// The data that mission time follows; `None` if it follows this clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anchor: Option<Anchor>,
 }
@@ -62,11 +63,11 @@ pub struct Life {
 /// Ties mission time to the data that it follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// The process start whose data it is.
+    /// The process start that provides the data.
     pub instance: u64,
-    /// The stamp of its data, in seconds.
+    /// The stamp of the data, in seconds.
     pub stamp_s: f64,
-    /// The mission time then, in nanoseconds.
+    /// The mission time at that stamp, in nanoseconds.
     pub at_ns: u64,
 }
 
@@ -85,7 +86,7 @@ pub struct Journal {
     unsynced: bool,
     /// Its length, in bytes.
     len: u64,
-    /// How long it was after it was cut, or 0.
+    /// Its length after the last cut, or 0.
     cut_len: u64,
 }
 
@@ -94,7 +95,7 @@ pub struct Journal {
 pub struct Story {
     /// Everything decided so far.
     pub records: Vec<JournalRecord>,
-    /// The last life, if there was one.
+    /// The last life of the executive, if there was one.
     pub life: Option<Life>,
 }
 
@@ -105,12 +106,12 @@ impl Story {
         last.is_some_and(|record| !matches!(record.entry, JournalEntry::Ended { .. }))
     }
 
-    /// Whether nothing at all is in it, not even what [`rest`] writes.
+    /// Whether it is empty: it does not even hold the line that [`rest`] writes.
     pub fn is_blank(&self) -> bool {
         self.records.is_empty() && self.life.is_none()
     }
 
-    /// How many records there were ever, those included that one took the place of.
+    /// How many records were ever written, including those that a snapshot has replaced.
     pub fn told(&self) -> u64 {
         match self.records.first() {
             Some(JournalRecord { entry: JournalEntry::Snapshot(snapshot), .. }) => {
@@ -121,7 +122,7 @@ impl Story {
     }
 }
 
-/// Reads a journal without touching it; an executive may be writing it.
+/// Reads a journal without changing it; an executive may be writing to it.
 ///
 /// # Errors
 /// If it cannot be read, or is not a journal.
@@ -136,19 +137,19 @@ pub fn read(path: &Path) -> Result<Story, JournalError> {
     parse(path, &bytes[..whole_len(&bytes)])
 }
 
-/// Notes that no executive runs until the next life begins; time then continues from the last record.
-/// Creates the journal if it is missing, so that one missing later is known to be lost.
+/// Notes that no executive runs until the next life begins; time then continues from the last
+/// record. Creates the journal if it is missing, so that one missing later is known to be lost.
 ///
 /// # Errors
 /// If it cannot be read or written, or is not a journal.
 pub fn rest(path: &Path) -> Result<(), JournalError> {
     let (mut journal, _) = Journal::open(path)?;
-    // No machine's start has this name.
+    // No start of the machine has an empty name, so the next life continues from the last record.
     journal.begin(Life { boot: String::new(), zero_ns: 0, anchor: None })?;
     journal.sync()
 }
 
-/// Up to the end of the last whole line.
+/// Returns the length up to the end of the last complete line.
 fn whole_len(bytes: &[u8]) -> usize {
     bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1)
 }
@@ -174,6 +175,7 @@ impl Journal {
         file.read_to_end(&mut bytes).map_err(failed)?;
         let whole = whole_len(&bytes);
         let story = parse(path, &bytes[..whole])?;
+        // Remove an incomplete last line, so that the next record starts on a line of its own.
         file.set_len(whole as u64).map_err(failed)?;
         file.seek(SeekFrom::Start(whole as u64)).map_err(failed)?;
         file.sync_all().map_err(failed)?;
@@ -184,10 +186,12 @@ impl Journal {
 
     /// Whether it is longer than `limit` bytes, and much longer than it has to be.
     pub fn is_longer_than(&self, limit: u64) -> bool {
+        // Otherwise a snapshot longer than `limit` would be written again after every event.
         self.len > limit && self.len > 2 * self.cut_len
     }
 
-    /// Replaces the content by `record`, a snapshot of all that was decided. It is on disk afterwards.
+    /// Replaces the content by `record`, a snapshot of all that was decided. It is on disk
+    /// afterwards.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -247,7 +251,7 @@ impl Journal {
     }
 }
 
-/// So that its name is on disk too.
+/// Syncs the folder of a file: without that a crash may lose the name of a new file.
 fn sync_folder(path: &Path) -> io::Result<()> {
     match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         Some(folder) => File::open(folder)?.sync_all(),
@@ -270,7 +274,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Story, JournalError> {
     Ok(story)
 }
 
-/// The version of the file that a journal began with; none in one that does not hold it.
+/// Returns the version of the file that a journal began with, if the journal holds it.
 pub fn began_with(records: &[JournalRecord]) -> Option<&Version> {
     match &records.first()?.entry {
         JournalEntry::Began { version, .. } if !version.files.is_empty() => Some(version),
@@ -279,8 +283,11 @@ pub fn began_with(records: &[JournalRecord]) -> Option<&Version> {
     }
 }
 
-/// The clock a life begins with: `monotonic` is the machine's clock now, `boot` names its start.
-/// Answers the life and the mission time now.
+/// Returns the life that begins now, and the mission time. `monotonic` is the machine's monotonic
+/// clock, `boot` names the machine's start.
+///
+/// In the same start of the machine, the time since the last record counts. After another start the
+/// clock readings cannot be compared, so mission time continues from the last record.
 pub fn clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
     let last = story.records.last().map_or(Duration::ZERO, |record| record.at);
     let zero_ns = match &story.life {
@@ -291,8 +298,8 @@ pub fn clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration)
     (Life { boot: boot.to_owned(), zero_ns, anchor: None }, now.max(last))
 }
 
-/// The same where mission time follows data: it continues from the last record, or from the anchor of the
-/// last life if the source of the data has not been restarted.
+/// As [`clock`], where mission time follows data: it continues from the last record, or from the
+/// anchor of the last life if the source of the data has not been restarted.
 pub fn followed_clock(story: &Story, boot: &str, monotonic: Duration) -> (Life, Duration) {
     let last = story.records.last().map_or(Duration::ZERO, |record| record.at);
     let anchor = story.life.as_ref().and_then(|life| life.anchor);

@@ -1,5 +1,5 @@
-//! Whether a new version of the file can be played, and is safe from where the mission stands: pure
-//! functions that take their time, to be called on a thread of their own.
+//! Decides whether a new version of the file can be played, and whether it is safe from the current
+//! marking. These are pure functions that may take seconds; call them on a thread of their own.
 
 use crate::answer::{VersionAnswer, VersionFinding, VersionOffer};
 use crate::event::ControllerEvent;
@@ -10,37 +10,37 @@ use armor_robotfile::{Code, Configuration, Finding, Findings, Severity, differen
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a proof may take before it counts as not found.
+/// How long a proof may take; what it has not decided by then counts as not proven.
 const PROOF_WITHIN: Duration = Duration::from_secs(5);
 
-/// What the controller wants to know of a new version.
+/// A question of the controller about a new version.
 #[derive(Clone, Debug)]
 pub enum VersionQuestion {
-    /// Whether it can be played by the components that run.
+    /// Can the running components play it?
     Read {
-        /// Names the answer.
+        /// The number of the question; the answer has the same.
         serial: u64,
         /// The version.
         version: Arc<Version>,
-        /// What is played.
+        /// The plan in force.
         running: Arc<Plan>,
     },
-    /// Whether it is safe from where the mission stands.
+    /// Is it safe to continue with it from the current marking?
     Prove {
-        /// Names the answer.
+        /// The number of the question; the answer has the same.
         serial: u64,
-        /// What is played.
+        /// The plan in force.
         running: Arc<Plan>,
-        /// What would be played.
+        /// The plan of the new version.
         next: Arc<Plan>,
-        /// Where it would stand.
+        /// The marking and variables that it would continue from.
         stand: Stand,
     },
 }
 
 impl VersionQuestion {
-    /// Finds the answer; that of a proof may take seconds. `clock_doubts` returns why the host's clock
-    /// may not be right; it is called for a version that brings the first dates.
+    /// Finds the answer; that of a proof may take seconds. `clock_doubts` returns why the host's
+    /// clock may not be right; it is called for a version that brings the first dates.
     pub fn answer(&self, clock_doubts: &dyn Fn() -> Option<String>) -> ControllerEvent {
         ControllerEvent::Answered(match self {
             Self::Read { serial, version, running } => {
@@ -65,11 +65,11 @@ impl VersionQuestion {
     }
 }
 
-/// Whether it is safe to move tokens: nothing bad follows from where they would be that does not
-/// follow from where they are.
+/// Is it safe to move tokens? It is if the marking after the move leads to no fault to which the
+/// marking before it does not lead as well.
 #[derive(Clone, Debug)]
 pub struct MoveQuestion {
-    /// Names the answer.
+    /// The number of the question; the answer has the same.
     pub serial: u64,
     pub(crate) plan: Arc<Plan>,
     pub(crate) before: Stand,
@@ -84,7 +84,7 @@ impl MoveQuestion {
     }
 }
 
-/// What is not as before, as far as both can be read.
+/// Describes the differences of two versions; none if one of them cannot be read.
 fn describe_changes(before: &Version, after: &Version) -> Vec<String> {
     match (before.configuration(), after.configuration()) {
         (Ok(before), Ok(after)) => {
@@ -94,7 +94,8 @@ fn describe_changes(before: &Version, after: &Version) -> Vec<String> {
     }
 }
 
-/// Whether nothing bad follows from a marking that does not follow from it already as things are.
+/// Proves the new version from `stand`. Faults that the running version has from there as well are
+/// no reason to refuse it, unless they are grave.
 fn judge_version(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), String> {
     let configuration = next.version().configuration().map_err(in_words)?;
     let found = proven_from(&configuration, next, stand.clone());
@@ -115,8 +116,8 @@ fn judge_version(running: &Plan, next: &Plan, stand: &Stand) -> Result<(), Strin
     Err(format!("from where the mission stands, {}", found_words.join("; ")))
 }
 
-/// Whether nothing bad follows from where tokens would be moved to that does not follow from where
-/// they are; errors keep them from being moved even then.
+/// Proves the plan from the marking after a move. Warnings that the marking before it has as well
+/// are no reason to refuse the move; errors are.
 fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(), String> {
     let configuration = plan.version().configuration().map_err(in_words)?;
     let found = proven_from(&configuration, plan, after.clone());
@@ -136,7 +137,8 @@ fn judge_move(plan: &Plan, before: &Stand, after: &Stand) -> Result<(), String> 
     }
 }
 
-/// What the proof finds from there on, but for what has been passed already.
+/// Returns the faults that the proof finds from `stand` on. A transition that never fires from
+/// there is none: the mission may be past it.
 fn proven_from(configuration: &Configuration, plan: &Plan, stand: Stand) -> Vec<Finding> {
     let start = Instant::now();
     let plan = plan.clone().starting_at(stand);
@@ -148,12 +150,12 @@ fn proven_from(configuration: &Configuration, plan: &Plan, stand: Stand) -> Vec<
     findings.iter().filter(bad).cloned().collect()
 }
 
-/// What keeps a version from being taken even if it is no worse than the one that is played.
+/// Whether a finding refuses a version even if the running version has the same fault.
 fn is_grave(finding: &Finding) -> bool {
     finding.severity() == Severity::Error || finding.code == Code::NotProven
 }
 
-/// Whether the mission that is played has the same fault at the same thing.
+/// Whether `known` has a finding with the same code about the same part of the file.
 fn is_known(finding: &Finding, known: &[Finding]) -> bool {
     let about =
         |finding: &Finding| (finding.code, finding.at.as_ref().map(|at| at.text().to_owned()));

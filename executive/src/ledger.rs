@@ -1,5 +1,6 @@
 //! What has been decided: marking, firings in flight, activations, standing reports. It changes by
-//! records alone ([`Ledger::apply`]), so replaying the journal gives the same ledger, to the nanosecond.
+//! records alone ([`Ledger::apply`]), so replaying the journal gives the same ledger, to the
+//! nanosecond.
 
 pub(crate) mod activation;
 pub(crate) mod authority;
@@ -449,7 +450,8 @@ impl Ledger {
             let refused = |why| LedgerError::NotAllowed { what: what(), why };
             self.state.add(place, tokens).map_err(refused)?;
         }
-        // What a pause keeps from a fresh start has it afterwards, and nothing to report till then.
+        // A pause can prevent the fresh start of a component; it then starts after the pause, and
+        // its old reports must not count until then.
         for component in firing.renewing {
             let activation = &mut self.activations[component.index()];
             (activation.done, activation.failed, activation.interrupted) = (false, None, false);
@@ -506,7 +508,8 @@ impl Ledger {
         self.firings.get_mut(&number).ok_or(LedgerError::UnknownFiring(number))
     }
 
-    /// Over, if the goal or the safe place is marked. A pause puts that off, but for safety.
+    /// Ends the mission if its goal or its safe place is marked. A pause delays the end at the
+    /// goal.
     fn conclude_if_ended(&mut self) {
         let marked = |place: Option<PlaceId>| place.is_some_and(|p| self.state.tokens(p) > 0);
         if marked(self.plan.safe()) {
@@ -538,7 +541,8 @@ impl Ledger {
         self.state.set_gate(id, open);
     }
 
-    /// Variables are set with the taking: what is decided next is decided by their new values.
+    /// Sets the variables of a firing. It does so when the tokens are taken, so that the next
+    /// decision is made with the new values.
     fn set_values(&mut self, sets: &[ValueSet], guards: &[GuardTurned]) -> Result<(), LedgerError> {
         for set in sets {
             let named = |counter: &PlannedCounter| counter.name == set.variable;
@@ -566,7 +570,8 @@ impl Ledger {
         renewed
     }
 
-    /// By the places that are marked, those that firings lead to (but for `except`), and `to`.
+    /// Returns the values of a component from the marked places, the places that firings in flight
+    /// lead to (without the firing `except`), and `to`.
     fn values_with(
         &self,
         component: ComponentId,

@@ -14,7 +14,7 @@ const STOP_TRIES: u32 = 2;
 /// Gives the commands, and remembers which components did not obey.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Commands {
-    /// Components that had to be killed and are gone now, or of which not even that is known.
+    /// Components that were killed, whether or not the end of their process is confirmed.
     unstopped: Vec<ComponentId>,
 }
 
@@ -91,6 +91,7 @@ impl Commands {
         let Some(order) = observed.order.as_mut() else {
             return;
         };
+        // Killed, and its end was not confirmed in time: the process may run on.
         if order.killed.is_some() {
             observed.unstoppable = true;
             self.unstopped.push(component);
@@ -125,7 +126,8 @@ fn activate_component(cx: &mut Context, component: ComponentId) {
     if planned.peers.iter().any(|peer| cx.roster.of(*peer).may_be_active()) {
         return;
     }
-    // Beyond what the component knows too: another executive may have counted further.
+    // Larger than the number that the component knows: another executive may have counted further,
+    // and an old report must never match the new activation.
     let activation = cx.ledger().last_activation().max(cx.roster.of(component).activation) + 1;
     let (name, values) = (planned.name.clone(), cx.ledger().values_for(component));
     cx.record_entry(JournalEntry::Activating {

@@ -1,6 +1,6 @@
-//! A new version of the file while the mission runs: read, proven from where the mission stands, and
-//! taken at a moment with nothing in flight; or refused, and the old one stays in force. Reading and
-//! proving take time, so they are questions that another thread answers.
+//! A new version of the file while the mission runs: read, proven from where the mission stands,
+//! and taken at a moment with nothing in flight; or refused, and the old one stays in force.
+//! Reading and proving take time, so they are questions that another thread answers.
 
 use super::context::Context;
 use crate::answer::{VersionAnswer, VersionFinding, VersionOffer};
@@ -70,7 +70,8 @@ impl FileChanges {
         self.known_as
     }
 
-    /// Returns the question that [`Action::Judge`] asks; none if it has been overtaken.
+    /// Returns the question that [`crate::ControllerAction::Judge`] asks; none if it has been
+    /// overtaken.
     pub(super) fn question(&self, plan: &Arc<Plan>) -> Option<VersionQuestion> {
         let PendingChange { version, serial, progress } = self.change.as_ref()?;
         let (serial, running) = (*serial, Arc::clone(plan));
@@ -154,8 +155,8 @@ impl FileChanges {
         }
     }
 
-    /// Takes the pending version if its moment has come: nothing is in flight, and it is proven from
-    /// where the mission stands. Returns the plan that was in force before.
+    /// Takes the pending version if its moment has come: nothing is in flight, and it is proven
+    /// from where the mission stands. Returns the plan that was in force before.
     pub(super) fn consider_change(&mut self, cx: &mut Context) -> Option<Arc<Plan>> {
         let Some(PendingChange {
             progress: ChangeProgress::Waiting { offer, proving, proven, why },
@@ -220,8 +221,8 @@ impl FileChanges {
     }
 }
 
-/// Returns why the plan that follows has to wait: two components that exclude each other only there,
-/// and that may both be running.
+/// Returns why the plan that follows has to wait: two components that exclude each other only
+/// there, and that may both be running.
 fn may_meet(cx: &Context, next: &Plan) -> Option<String> {
     let may_run = |component: ComponentId| cx.roster.of(component).may_be_active();
     for one in next.component_ids().filter(|component| may_run(*component)) {

@@ -1,5 +1,5 @@
-//! Orders of operators: who may give them, which can be carried out, and what follows for the lease when
-//! the link to its holder breaks.
+//! Orders of operators: who may give them, which can be carried out, and what follows for the lease
+//! when the link to its holder breaks.
 
 use super::context::Context;
 use super::mission_dates::MissionDates;
@@ -56,12 +56,14 @@ impl Operators {
         matches!(self.link, HolderLink::Up(_))
     }
 
-    /// Returns the question that [`Action::JudgeMove`] asks; none if it has been answered.
+    /// Returns the question that [`crate::ControllerAction::JudgeMove`] asks; none if it has been
+    /// answered.
     pub(super) fn move_question(&self, plan: &Arc<Plan>) -> Option<MoveQuestion> {
         self.moves.move_question(plan)
     }
 
-    /// Judges an order, writes it down, and answers. An order that is repeated gets the same answer.
+    /// Judges an order, writes it down, and answers. An order that is repeated gets the same
+    /// answer.
     pub(super) fn take_order(
         &mut self,
         cx: &mut Context,
@@ -114,8 +116,8 @@ impl Operators {
         }
     }
 
-    /// Whether so many refused orders were written down lately that one more is only counted: a client
-    /// that repeats an impossible order must not fill the journal.
+    /// Whether so many refused orders were written down lately that one more is only counted: a
+    /// client that repeats an impossible order must not fill the journal.
     fn has_refused_enough(cx: &Context) -> bool {
         let orders = cx.ledger().authority().orders().rev();
         let lately = orders.take_while(|past| past.1 + REFUSALS_WITHIN > cx.now());

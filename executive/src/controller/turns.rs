@@ -1,5 +1,5 @@
-//! The transition whose turn it is, and the taking of its tokens. A mission with a period looks at its
-//! net once per period; any other looks at every event.
+//! The transition whose turn it is, and the taking of its tokens. A mission with a period looks at
+//! its net once per period; any other looks at every event.
 
 use super::confirmations::{is_granted, next_firing, next_ready};
 use super::context::Context;
@@ -39,6 +39,7 @@ impl Turns {
             return;
         };
         if let Some(period) = cx.plan().period().filter(|period| !period.is_zero())
+            // Only the first transition waits for the next look; the others fire in the same look.
             && step.fired().is_empty()
             && !is_granted(cx.ledger(), id)
         {
@@ -86,7 +87,8 @@ fn begin_transition(cx: &mut Context, senses: &mut GuardSenses, id: TransitionId
     });
     let from: Vec<_> = transition.inputs.iter().copied().chain(emptied).collect();
     let mut to = transition.outputs.clone();
-    // A mission with a period looks that rarely, and the next look counts as in time.
+    // A mission with a period looks at its net once per period, so a firing at the first look after
+    // its deadline is in time.
     let period = plan.period().unwrap_or_default();
     let latest = state.deadline(id).map(|at| at.saturating_add(period));
     let late = latest.map_or(Duration::ZERO, |at| cx.now().saturating_sub(at));
@@ -95,6 +97,8 @@ fn begin_transition(cx: &mut Context, senses: &mut GuardSenses, id: TransitionId
     {
         to.push((overrun, 1));
     }
+    // One record for tokens, variables and guards: a crash cannot leave a guard that contradicts
+    // the variables that it reads.
     cx.record_entry(JournalEntry::Took {
         firing: cx.ledger().next_firing(),
         cause: Cause::Transition(transition.name.clone()),

@@ -1,8 +1,8 @@
 //! The shortest and the longest time to a wanted marking.
 //!
-//! The firing domains include the beginning of the run as one more moment. For the shortest time only
-//! the least elapsed time matters, and domains are searched in its order. For the longest time no
-//! circle and no dead end may avoid the wanted markings; then there are finitely many sequences.
+//! The firing domains include the beginning of the run as one more moment. For the shortest time
+//! only the least elapsed time matters, and domains are searched in its order. For the longest time
+//! no circle and no dead end may avoid the wanted markings; then there are finitely many sequences.
 
 use super::budget::{AnalysisBudget, Exhausted};
 use super::classes::{StateClasses, TimedRules};
@@ -35,7 +35,8 @@ pub enum Latest {
     DeadEnd(Vec<TransitionId>),
 }
 
-/// Returns the shortest time to a wanted marking; `None` if there is none. `classes` must be complete.
+/// Returns the shortest time to a wanted marking; `None` if there is none. `classes` must be
+/// complete.
 ///
 /// # Errors
 /// If a budget ran out.
@@ -50,6 +51,8 @@ pub fn shortest_time(
     }
     let mut search = DurationSearch::new(net)?;
     let mut domain = search.initial_domain(net);
+    // Only the least elapsed time matters: without upper bounds, more domains are equal or
+    // contained.
     domain.forget_latest();
     let mut waiting = BinaryHeap::new();
     search.enter_node(net.initial().into(), domain, None, &mut |elapsed, node| {
@@ -58,6 +61,8 @@ pub fn shortest_time(
     while let Some(Reverse((elapsed, node))) = waiting.pop() {
         search.check_budget(budget)?;
         let (marking, domain) = search.nodes[node].clone();
+        // Elapsed time never decreases along a run, and the queue returns the least first: no later
+        // domain can be sooner.
         if wanted(&marking) {
             let time = search.firing.times.duration(elapsed);
             return Ok(Some(TimedSequence { time, sequence: search.way_to(node) }));
@@ -176,6 +181,7 @@ impl DurationSearch {
         let (core, row, column) = domain.split_beginning();
         let known = self.known.entry((marking.clone(), core)).or_default();
         let beginning = Beginning { row, column };
+        // Every run from this domain is also one from the domain that contains it.
         if known.iter().any(|other| beginning.is_within(other)) {
             return;
         }
