@@ -118,7 +118,7 @@ impl Bench {
                 (echo, ping)
             }
         };
-        let said = ping.wait_for_line("round", PATIENCE + self.window * 2)?;
+        let reported = ping.wait_for_line("round", PATIENCE + self.window * 2)?;
         let goal = match (len, spin) {
             (_, true) if len > KIB => FigureGoal::None,
             (_, true) => FigureGoal::TimesStdAtMost(1.2),
@@ -131,8 +131,8 @@ impl Bench {
         let what =
             format!("round trip{}, {}", if spin { " spinning" } else { "" }, format_bytes(len));
         Ok(vec![
-            Figure::new(format!("{what}, p50"), "µs", said["p50_us"], goal),
-            Figure::new(format!("{what}, p99"), "µs", said["p99_us"], FigureGoal::None),
+            Figure::new(format!("{what}, p50"), "µs", reported["p50_us"], goal),
+            Figure::new(format!("{what}, p99"), "µs", reported["p99_us"], FigureGoal::None),
         ])
     }
 
@@ -151,16 +151,16 @@ impl Bench {
         let mut cpu_s_per_million = publisher.wait_for_line("window", limit)?["cpu_ns"] / 1e3;
         let mut rate_hz_sum = 0.0;
         for sink in &sinks {
-            let said = sink.wait_for_line("window", limit)?;
-            rate_hz_sum += said["rate_hz"];
-            cpu_s_per_million += said["cpu_ns"] / 1e3;
+            let reported = sink.wait_for_line("window", limit)?;
+            rate_hz_sum += reported["rate_hz"];
+            cpu_s_per_million += reported["cpu_ns"] / 1e3;
         }
         let published = publisher.wait_for_line("published", limit)?["count"];
         for sink in &sinks {
-            let said = sink.wait_for_line("received", limit)?;
+            let reported = sink.wait_for_line("received", limit)?;
             // Armor's publisher also counts what it sent before all subscribers were connected.
-            let all = side == Contender::Armor || said["count"] == published;
-            ensure!(said["lost"] == 0.0 && all, "{said:?} of {published} received");
+            let all = side == Contender::Armor || reported["count"] == published;
+            ensure!(reported["lost"] == 0.0 && all, "{reported:?} of {published} received");
         }
         Ok(match (len, rate_hz) {
             (SMALL_LEN, None) => vec![
@@ -300,17 +300,22 @@ impl Bench {
         std::fs::write(&file, crate::large_file::write_large_file())?;
         let arguments = [file.display().to_string(), self.window_s().to_string()];
         let checking = RoleProcess::start(FIRST_CORE, Contender::Armor, "check", &arguments);
-        let said =
+        let reported =
             checking.and_then(|checking| checking.wait_for_line("checked", PATIENCE + self.window));
         let _ = std::fs::remove_file(&file);
-        let said = said?;
-        let mib = said["peak_kib"] / 1024.0;
+        let reported = reported?;
+        let mib = reported["peak_kib"] / 1024.0;
         Ok(vec![
-            Figure::new("1,000 components, check", "ms", said["p50_ms"], FigureGoal::AtMost(100.0)),
+            Figure::new(
+                "1,000 components, check",
+                "ms",
+                reported["p50_ms"],
+                FigureGoal::AtMost(100.0),
+            ),
             Figure::new(
                 "1,000 components, first check",
                 "ms",
-                said["first_ms"],
+                reported["first_ms"],
                 FigureGoal::AtMost(100.0),
             ),
             Figure::new("1,000 components, memory", "MiB", mib, FigureGoal::AtMost(50.0)),

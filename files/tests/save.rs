@@ -69,17 +69,17 @@ fn symbolic_links_stay_and_their_target_is_replaced() {
 #[test]
 fn a_file_that_cannot_be_saved_is_reported_and_unchanged() {
     let folder = folder("refused");
-    let said = |path: &Path| save(path, b"x").unwrap_err().to_string();
+    let save_error = |path: &Path| save(path, b"x").unwrap_err().to_string();
     let missing = folder.join("gone/a.xml");
-    let text = said(&missing);
+    let text = save_error(&missing);
     assert!(text.starts_with(&format!("{} was not saved: ", missing.display())), "{text}");
     assert!(text.contains("No such file"), "{text}");
-    assert!(said(&folder).contains("not a regular file"));
-    assert!(said(Path::new("/")).contains("not a regular file"));
-    assert!(said(Path::new("/dev/null")).contains("not a regular file"));
-    assert!(said(Path::new("")).contains("names no file"));
+    assert!(save_error(&folder).contains("not a regular file"));
+    assert!(save_error(Path::new("/")).contains("not a regular file"));
+    assert!(save_error(Path::new("/dev/null")).contains("not a regular file"));
+    assert!(save_error(Path::new("")).contains("names no file"));
     fs::write(folder.join("a.xml"), "a").unwrap();
-    assert!(said(&folder.join("a.xml/b.xml")).contains("Not a directory"));
+    assert!(save_error(&folder.join("a.xml/b.xml")).contains("Not a directory"));
     assert_eq!(names(&folder), ["a.xml"]);
     assert_eq!(fs::read_to_string(folder.join("a.xml")).unwrap(), "a");
 }

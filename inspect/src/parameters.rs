@@ -133,8 +133,8 @@ impl ParameterThread {
     fn serve_requests(self, asked: &Receiver<ParameterRequest>) {
         while let Ok(wish) = asked.recv() {
             if let ParameterRequest::Set { component, parameter, value } = &wish {
-                let told = self.set_parameter(component, parameter, value.as_deref());
-                self.shared.state.lock().told = Some(told);
+                let report = self.set_parameter(component, parameter, value.as_deref());
+                self.shared.state.lock().told = Some(report);
             }
             let listed = self.connect_to_configd().and_then(|mut configd| configd.parameters(None));
             let listed = listed.map_err(|error| error.to_string());
@@ -151,7 +151,7 @@ impl ParameterThread {
 
     fn set_parameter(&self, component: &str, parameter: &str, value: Option<&str>) -> SetReport {
         let name = format!("{component}.{parameter}");
-        let told = |is_set, text| SetReport {
+        let report = |is_set, text| SetReport {
             parameter: name.clone(),
             value: value.map(Into::into),
             is_set,
@@ -163,7 +163,7 @@ impl ParameterThread {
             .and_then(|mut configd| configd.set(component, parameter, value));
         match done {
             Ok(SetOutcome::Set { changes, .. }) if changes.is_empty() => {
-                told(true, format!("{name} already has this value; nothing was written"))
+                report(true, format!("{name} already has this value; nothing was written"))
             }
             Ok(SetOutcome::Set { version, changes }) => {
                 self.shared.state.lock().has_written = true;
@@ -171,15 +171,15 @@ impl ParameterThread {
                     "" => change.text.clone(),
                     effect => format!("{}; it {effect}", change.text),
                 });
-                told(true, format!("version {version}: {}", words.collect::<Vec<_>>().join("; ")))
+                report(true, format!("version {version}: {}", words.collect::<Vec<_>>().join("; ")))
             }
             Ok(SetOutcome::Rejected { text, findings, .. }) => {
-                SetReport { findings, ..told(false, text) }
+                SetReport { findings, ..report(false, text) }
             }
             Err(error @ ConfigdError::Ended(_)) => {
-                told(false, format!("{error}; it is unknown whether the value was written"))
+                report(false, format!("{error}; it is unknown whether the value was written"))
             }
-            Err(error) => told(false, error.to_string()),
+            Err(error) => report(false, error.to_string()),
         }
     }
 }

@@ -183,8 +183,8 @@ fn a_component_is_removed_with_everything_that_needs_it() {
         "{after}"
     );
     assert!(after.contains("<!-- slow -->") && after.contains("<!-- the world -->"));
-    let said = document.remove(Item::Place("home")).unwrap_err().to_string();
-    assert!(said.contains("still named at a.xml:11:17 (home)"), "{said}");
+    let message = document.remove(Item::Place("home")).unwrap_err().to_string();
+    assert!(message.contains("still named at a.xml:11:17 (home)"), "{message}");
 }
 
 #[test]
@@ -239,8 +239,8 @@ fn edits_that_break_the_format_are_refused() {
     let mut document = open(ROVER);
     let link = |from, to| Item::Link { from, to };
     let refused = |result: Result<(), EditError>, part: &str| {
-        let said = result.unwrap_err().to_string();
-        assert!(said.contains(part), "{said}");
+        let message = result.unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
     };
     refused(
         document.add(Item::Component("slam"), &[]),

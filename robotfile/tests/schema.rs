@@ -38,12 +38,12 @@ fn accepted_by_xmllint(name: &str, files: &[String]) -> Option<Vec<bool>> {
         println!("skipped: xmllint is not installed");
         return None;
     };
-    let said = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert!(!said.contains("Schemas parser error"), "{said}");
+    let stderr = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(!stderr.contains("Schemas parser error"), "{stderr}");
     Some(
         paths
             .iter()
-            .map(|path| said.lines().any(|line| line == format!("{path} validates")))
+            .map(|path| stderr.lines().any(|line| line == format!("{path} validates")))
             .collect(),
     )
 }

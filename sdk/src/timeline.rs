@@ -108,16 +108,16 @@ mod tests {
     #[test]
     fn time_begins_passes_stands_and_jumps() {
         use Passage::{Begins, Jumps, Passes};
-        let said = [(5.0, 1), (5.1, 1), (5.1, 1), (5.0, 1), (9.0, 2), (9.5, 2)];
+        let readings = [(5.0, 1), (5.1, 1), (5.1, 1), (5.0, 1), (9.0, 2), (9.5, 2)];
         let meant = [Some(Begins), Some(Passes), None, Some(Jumps), Some(Jumps), Some(Passes)];
-        assert_eq!(passages(&said), meant);
+        assert_eq!(passages(&readings), meant);
     }
 
     #[test]
     fn what_is_no_time_changes_nothing() {
-        let said = [(f64::NAN, 1), (-1.0, 1), (3.0, 1), (f64::INFINITY, 1), (4.0, 1)];
+        let readings = [(f64::NAN, 1), (-1.0, 1), (3.0, 1), (f64::INFINITY, 1), (4.0, 1)];
         let meant = [None, None, Some(Passage::Begins), None, Some(Passage::Passes)];
-        assert_eq!(passages(&said), meant);
+        assert_eq!(passages(&readings), meant);
     }
 
     /// At which of the moments a component of 10 Hz is called.

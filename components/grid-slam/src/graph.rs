@@ -118,6 +118,7 @@ impl PoseGraph {
                 *pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, yaw_rad);
                 largest = largest.max(step.amax());
             }
+            // Small steps at a larger doubt do not count: wrong closures still have too much weight.
             if largest < STILL && doubt <= DOUBT {
                 break;
             }
@@ -133,6 +134,8 @@ impl PoseGraph {
             let (from, to) = (&self.poses[edge.from], &self.poses[edge.to]);
             let error = pose_error(&edge.motion, &(from.inverse() * *to));
             let squared = (information * error).dot(&error);
+            // Dynamic covariance scaling: s = min(1, 2Φ / (Φ + χ²)) scales the error, so the
+            // information is scaled by s².
             let trust = (2.0 * doubt / (doubt + squared)).min(1.0);
             let scale = if edge.is_closure { trust } else { 1.0 };
             let information = information * (scale * scale);
@@ -142,6 +145,7 @@ impl PoseGraph {
             system.add(edge.to, &(right * b), &(-right * error));
             system.couple_blocks(edge.from, edge.to, &(left * b));
         }
+        // Fixes the first keyframe: edges are relative, so without this the system is singular.
         system.add(0, &(Matrix3::identity() * 1e12), &Vector3::zeros());
         system
     }

@@ -52,6 +52,7 @@ impl SparseSystem {
         while let Some((_, unknown)) = waiting.pop_first() {
             eliminated.push(self.eliminate_column(unknown, &mut waiting)?);
         }
+        // Back substitution: an unknown depends only on those that were eliminated after it.
         let mut solution = vec![Vector3::zeros(); eliminated.len()];
         for one in eliminated.iter().rev() {
             let known = one.others.iter().map(|(other, block)| block * solution[*other]);
@@ -68,6 +69,8 @@ impl SparseSystem {
         let inverse = self.diagonal[unknown].cholesky()?.inverse();
         let right = self.right[unknown];
         let others: Vec<_> = std::mem::take(&mut self.rows[unknown]).into_iter().collect();
+        // The Schur complement: eliminating an unknown couples all its neighbours with each other,
+        // also those that had no common block before (fill-in).
         for (number, (i, block)) in others.iter().enumerate() {
             let degree = self.rows[*i].len();
             let factor = block.transpose() * inverse;

@@ -251,9 +251,9 @@ impl OperatorOrders {
         self.is_stopped = true;
         self.goal = None;
         // STOP is sent first: no other command may delay it.
-        let mut says = vec![RobotCommand::Stop(true)];
-        says.extend(self.let_go());
-        says
+        let mut commands = vec![RobotCommand::Stop(true)];
+        commands.extend(self.let_go());
+        commands
     }
 
     fn report(&mut self, event: OperatorEvent) {

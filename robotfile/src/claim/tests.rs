@@ -37,8 +37,8 @@ fn every_statement_is_read() {
 #[test]
 fn formulas_bind_as_in_guards_and_words_can_be_names() {
     let shown = |text: &str| match statement(text) {
-        Statement::Always(formula) | Statement::Never(formula) => told(&formula),
-        Statement::LeadsTo(from, to) => format!("{} ~> {}", told(&from), told(&to)),
+        Statement::Always(formula) | Statement::Never(formula) => show_formula(&formula),
+        Statement::LeadsTo(from, to) => format!("{} ~> {}", show_formula(&from), show_formula(&to)),
         other => panic!("{other:?}"),
     };
     for (text, expected) in [
@@ -54,7 +54,7 @@ fn formulas_bind_as_in_guards_and_words_can_be_names() {
     }
 }
 
-fn told(formula: &Formula) -> String {
+fn show_formula(formula: &Formula) -> String {
     let sum = |sum: &Sum| {
         let names = sum.places.iter().map(ToString::to_string);
         names.chain([sum.number.to_string()]).collect::<Vec<_>>().join("+")
@@ -66,9 +66,11 @@ fn told(formula: &Formula) -> String {
         Formula::Compare(left, relation, right) => {
             format!("{} {} {}", sum(left), relation.as_str(), sum(right))
         }
-        Formula::Not(inner) => format!("not {}", told(inner)),
-        Formula::And(left, right) => format!("({} and {})", told(left), told(right)),
-        Formula::Or(left, right) => format!("({} or {})", told(left), told(right)),
+        Formula::Not(inner) => format!("not {}", show_formula(inner)),
+        Formula::And(left, right) => {
+            format!("({} and {})", show_formula(left), show_formula(right))
+        }
+        Formula::Or(left, right) => format!("({} or {})", show_formula(left), show_formula(right)),
     }
 }
 

@@ -118,10 +118,10 @@ mod tests {
 
     #[test]
     fn errors_show_what_is_not_a_whole_number() {
-        let check = |text: &str, piece: &str, said: &str| {
+        let check = |text: &str, piece: &str, message: &str| {
             let error = Count::parse(text).expect_err(text);
             assert_eq!(&text[error.at.clone()], piece, "{text}: {error}");
-            assert!(error.to_string().contains(said), "{text}: {error}");
+            assert!(error.to_string().contains(message), "{text}: {error}");
         };
         check("round + 1.5", "1.5", "not a whole number");
         check("round + 1s", "1s", "unit");

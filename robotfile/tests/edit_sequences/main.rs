@@ -47,12 +47,12 @@ fn edited(seed: u64) -> Document {
     assert_eq!(Contents::by_file(&document), Contents::by(&model), "{}", text(&document));
     for _ in 0..EDITS {
         let before = document.clone();
-        let told = moves::make(&mut document, &mut model, random);
+        let edit = moves::make(&mut document, &mut model, random);
         let show =
-            || format!("{told}\n--- before\n{}\n--- after\n{}", text(&before), text(&document));
+            || format!("{edit}\n--- before\n{}\n--- after\n{}", text(&before), text(&document));
         assert_eq!(Contents::by_file(&document), Contents::by(&model), "{}", show());
         // What is removed takes the comments in it along, not those around it.
-        let depth = if told.starts_with("remove") { 2 } else { usize::MAX };
+        let depth = if edit.starts_with("remove") { 2 } else { usize::MAX };
         let (kept, were) = (comments(document.tree(), depth), comments(before.tree(), depth));
         assert_eq!(kept, were, "{}", show());
         // The document is what reading its bytes gives.
@@ -130,7 +130,7 @@ fn the_schema_accepts_edited_files() {
         println!("skipped: xmllint is not installed");
         return;
     };
-    let said = String::from_utf8_lossy(&run.stderr);
-    let accepted = said.lines().filter(|line| line.ends_with(" validates")).count();
-    assert_eq!(accepted, files.len(), "{said}");
+    let stderr = String::from_utf8_lossy(&run.stderr);
+    let accepted = stderr.lines().filter(|line| line.ends_with(" validates")).count();
+    assert_eq!(accepted, files.len(), "{stderr}");
 }

@@ -33,7 +33,7 @@ pub fn make(document: &mut Document, model: &mut Model, random: &mut Random) -> 
 
 /// How many lines at most differ, of the old and of the new text, counted from the first that does
 /// to the last.
-fn touches(before: &Document, after: &Document, old_most: usize, new_most: usize, told: &str) {
+fn touches(before: &Document, after: &Document, old_most: usize, new_most: usize, edit: &str) {
     let old: Vec<_> = text(before).split_inclusive('\n').collect();
     let new: Vec<_> = text(after).split_inclusive('\n').collect();
     let head = old.iter().zip(&new).take_while(|(old, new)| old == new).count();
@@ -42,7 +42,7 @@ fn touches(before: &Document, after: &Document, old_most: usize, new_most: usize
     let (old, new) = (old.len() - head - tail, new.len() - head - tail);
     assert!(
         old <= old_most && new <= new_most,
-        "{told}: {old} lines became {new}\n{}\n---\n{}",
+        "{edit}: {old} lines became {new}\n{}\n---\n{}",
         text(before),
         text(after)
     );
@@ -51,12 +51,12 @@ fn touches(before: &Document, after: &Document, old_most: usize, new_most: usize
 fn gives_back(
     before: &Document,
     after: &Document,
-    told: &str,
+    edit: &str,
     undo: impl FnOnce(&mut Document) -> Result<(), EditError>,
 ) {
     let mut undone = after.clone();
     undo(&mut undone).unwrap();
-    assert_eq!(text(&undone), text(before), "{told}\n{}", text(after));
+    assert_eq!(text(&undone), text(before), "{edit}\n{}", text(after));
 }
 
 fn element<'a>(document: &'a Document, item: Item<'_>) -> &'a Element {
@@ -74,7 +74,7 @@ fn parameter(document: &mut Document, model: &mut Model, random: &mut Random) ->
     let component = model.components.get_mut(n)?;
     let name = *random.pick(&["speed", "a", "world", "new"]);
     let value = random.percent(75).then(|| random_value(random));
-    let told = format!("parameter {}.{name} = {value:?}", component.name);
+    let edit = format!("parameter {}.{name} = {value:?}", component.name);
     let before = document.clone();
     document.set_parameter(&component.name, name, value.as_deref()).unwrap();
     let at = component.parameters.iter().position(|(known, _)| known == name);
@@ -82,15 +82,15 @@ fn parameter(document: &mut Document, model: &mut Model, random: &mut Random) ->
         |d: &mut Document, value: Option<&str>| d.set_parameter(&component.name, name, value);
     match (at, value) {
         (Some(n), Some(value)) => {
-            touches(&before, document, 1, 1, &told);
+            touches(&before, document, 1, 1, &edit);
             let old = component.parameters[n].1.clone();
-            gives_back(&before, document, &told, |d| back(d, Some(&old)));
+            gives_back(&before, document, &edit, |d| back(d, Some(&old)));
             component.parameters[n].1 = value;
         }
         (None, Some(value)) => {
-            touches(&before, document, 1, 3, &told);
+            touches(&before, document, 1, 3, &edit);
             if is_restored(&before, element(&before, Item::Component(&component.name))) {
-                gives_back(&before, document, &told, |d| back(d, None));
+                gives_back(&before, document, &edit, |d| back(d, None));
             }
             component.parameters.push((name.to_owned(), value));
         }
@@ -99,20 +99,20 @@ fn parameter(document: &mut Document, model: &mut Model, random: &mut Random) ->
         }
         (None, None) => assert_eq!(text(document), text(&before)),
     }
-    Some(told)
+    Some(edit)
 }
 
 fn attribute(document: &mut Document, model: &mut Model, random: &mut Random) -> Option<String> {
     let before = document.clone();
-    let (told, had) = match random.below(3) {
+    let (edit, had) = match random.below(3) {
         0 => {
             let n = random.below(model.components.len().max(1));
             let component = model.components.get_mut(n)?;
             let rate = random.percent(60).then(|| "20Hz".to_owned());
             let item = Item::Component(&component.name);
             document.set_attribute(item, "rate", rate.as_deref()).unwrap();
-            let told = format!("{} rate {rate:?}", component.name);
-            (told, std::mem::replace(&mut component.rate, rate).is_some())
+            let edit = format!("{} rate {rate:?}", component.name);
+            (edit, std::mem::replace(&mut component.rate, rate).is_some())
         }
         1 => {
             let n = random.below(model.transitions.len().max(1));
@@ -120,8 +120,8 @@ fn attribute(document: &mut Document, model: &mut Model, random: &mut Random) ->
             let priority = random.percent(60).then(|| "7".to_owned());
             let item = Item::Transition(&transition.name);
             document.set_attribute(item, "priority", priority.as_deref()).unwrap();
-            let told = format!("{} priority {priority:?}", transition.name);
-            (told, std::mem::replace(&mut transition.priority, priority).is_some())
+            let edit = format!("{} priority {priority:?}", transition.name);
+            (edit, std::mem::replace(&mut transition.priority, priority).is_some())
         }
         _ => {
             let n = random.below(model.links.len().max(1));
@@ -130,13 +130,13 @@ fn attribute(document: &mut Document, model: &mut Model, random: &mut Random) ->
             let (from, to) = (dotted(&link.from), dotted(&link.to));
             let item = Item::Link { from: &from, to: &to };
             document.set_attribute(item, "keep", keep.as_deref()).unwrap();
-            let told = format!("{from} > {to} keep {keep:?}");
-            (told, std::mem::replace(&mut link.keep, keep).is_some())
+            let edit = format!("{from} > {to} keep {keep:?}");
+            (edit, std::mem::replace(&mut link.keep, keep).is_some())
         }
     };
     let (old, new) = if had { (2, 1) } else { (1, 2) };
-    touches(&before, document, old, new, &told);
-    Some(told)
+    touches(&before, document, old, new, &edit);
+    Some(edit)
 }
 
 fn dotted(name: &(String, &str)) -> String {
@@ -144,21 +144,21 @@ fn dotted(name: &(String, &str)) -> String {
 }
 
 /// Adds an item, and checks the lines and the undoing.
-fn add(document: &mut Document, item: Item<'_>, attributes: &[(&str, &str)], told: &str) {
+fn add(document: &mut Document, item: Item<'_>, attributes: &[(&str, &str)], edit: &str) {
     let before = document.clone();
     document.add(item, attributes).unwrap();
-    touches(&before, document, 1, 3, told);
+    touches(&before, document, 1, 3, edit);
     let owner = if matches!(item, Item::Component(_) | Item::Link { .. }) {
         Item::System
     } else {
         Item::Mission
     };
     if is_restored(&before, element(&before, owner)) {
-        gives_back(&before, document, told, |d| d.remove(item));
+        gives_back(&before, document, edit, |d| d.remove(item));
     }
     // There is one of its name now.
     let after = text(document).to_owned();
-    assert!(matches!(document.add(item, attributes), Err(EditError::Taken { .. })), "{told}");
+    assert!(matches!(document.add(item, attributes), Err(EditError::Taken { .. })), "{edit}");
     assert_eq!(text(document), after);
 }
 
@@ -171,32 +171,32 @@ fn add_component_or_variable(
         let name = model.fresh(Sort::Component, random)?;
         let mut component = random_component(name.clone(), random);
         component.parameters.clear();
-        let told = format!("add component {name}");
+        let edit = format!("add component {name}");
         let mut attributes = vec![("kind", "kind")];
         attributes.extend(component.note.as_deref().map(|note| ("my:note", note)));
         attributes.extend(component.rate.as_deref().map(|rate| ("rate", rate)));
-        add(document, Item::Component(&name), &attributes, &told);
+        add(document, Item::Component(&name), &attributes, &edit);
         model.components.push(component);
-        return Some(told);
+        return Some(edit);
     }
     let name = model.fresh(Sort::Variable, random)?;
     let source = model.dotted(random, "level");
-    let told = format!("add variable {name} of {source:?}");
+    let edit = format!("add variable {name} of {source:?}");
     let data = source.as_ref().map(dotted);
     let attributes: Vec<_> = data.iter().map(|data| ("source", data.as_str())).collect();
-    add(document, Item::Variable(&name), &attributes, &told);
+    add(document, Item::Variable(&name), &attributes, &edit);
     model.variables.push((name, source));
-    Some(told)
+    Some(edit)
 }
 
 fn add_link(document: &mut Document, model: &mut Model, random: &mut Random) -> Option<String> {
     let link = model.random_link(random)?;
     let (from, to) = (dotted(&link.from), dotted(&link.to));
-    let told = format!("add link {from} > {to}");
+    let edit = format!("add link {from} > {to}");
     let attributes: Vec<_> = link.keep.iter().map(|keep| ("keep", keep.as_str())).collect();
-    add(document, Item::Link { from: &from, to: &to }, &attributes, &told);
+    add(document, Item::Link { from: &from, to: &to }, &attributes, &edit);
     model.links.push(link);
-    Some(told)
+    Some(edit)
 }
 
 fn add_place_or_transition(
@@ -207,20 +207,20 @@ fn add_place_or_transition(
     if random.percent(50) {
         let name = model.fresh(Sort::Place, random)?;
         let place = Place { parameters: Vec::new(), ..model.random_place(name, random) };
-        let told = format!("add place {}", place.name);
+        let edit = format!("add place {}", place.name);
         let components = place.components.join(" ");
         let mut attributes = Vec::new();
         if !components.is_empty() {
             attributes.push(("components", components.as_str()));
         }
         attributes.extend(place.on_failure.as_deref().map(|other| ("on-failure", other)));
-        add(document, Item::Place(&place.name), &attributes, &told);
+        add(document, Item::Place(&place.name), &attributes, &edit);
         model.places.push(place);
-        return Some(told);
+        return Some(edit);
     }
     let name = model.fresh(Sort::Transition, random)?;
     let transition = Transition { arcs: Vec::new(), ..model.random_transition(name, random) };
-    let told = format!("add transition {}", transition.name);
+    let edit = format!("add transition {}", transition.name);
     let (from, to) = (transition.from.join(" "), transition.to.join(" "));
     let (on, when) = (transition.on.as_ref().map(dotted), transition.when.as_ref().map(written));
     let mut attributes = vec![("from", from.as_str()), ("to", to.as_str())];
@@ -229,59 +229,59 @@ fn add_place_or_transition(
     attributes.extend(when.as_deref().map(|when| ("when", when)));
     attributes.extend(transition.overrun.as_deref().map(|place| ("overrun", place)));
     attributes.extend(transition.priority.as_deref().map(|priority| ("priority", priority)));
-    add(document, Item::Transition(&transition.name), &attributes, &told);
+    add(document, Item::Transition(&transition.name), &attributes, &edit);
     model.transitions.push(transition);
-    Some(told)
+    Some(edit)
 }
 
 fn rename(document: &mut Document, model: &mut Model, random: &mut Random) -> Option<String> {
     let sort = *random.pick(&SORTS);
     let old = random.one(&model.names(sort))?;
     let new = model.fresh(sort, random)?;
-    let told = format!("rename {sort:?} {old} to {new}");
+    let edit = format!("rename {sort:?} {old} to {new}");
     let before = document.clone();
     document.rename(item(sort, &old), &new).unwrap();
     let (was, is): (Vec<_>, Vec<_>) =
         (text(&before).lines().collect(), text(document).lines().collect());
-    assert_eq!(was.len(), is.len(), "{told}");
+    assert_eq!(was.len(), is.len(), "{edit}");
     for (was, is) in was.iter().zip(&is).filter(|(was, is)| was != is) {
-        assert!(was.contains(&old) && is.contains(&new), "{told}: {was} -> {is}");
+        assert!(was.contains(&old) && is.contains(&new), "{edit}: {was} -> {is}");
     }
-    gives_back(&before, document, &told, |d| d.rename(item(sort, &new), &old));
+    gives_back(&before, document, &edit, |d| d.rename(item(sort, &new), &old));
     // It has the name of another.
     if let Some(other) = model.names(sort).iter().find(|name| **name != old) {
         let after = text(document).to_owned();
         let refused = document.rename(item(sort, &new), other);
-        assert!(matches!(refused, Err(EditError::Taken { .. })), "{told}");
+        assert!(matches!(refused, Err(EditError::Taken { .. })), "{edit}");
         assert_eq!(text(document), after);
     }
     model.rename(sort, &old, &new);
-    Some(told)
+    Some(edit)
 }
 
 fn remove(document: &mut Document, model: &mut Model, random: &mut Random) -> Option<String> {
     let sort = *random.pick(&SORTS);
     let name = random.one(&model.names(sort))?;
-    let told = format!("remove {sort:?} {name}");
+    let edit = format!("remove {sort:?} {name}");
     let before = text(document).to_owned();
     let result = document.remove(item(sort, &name));
     if model.needs(sort, &name) {
         let refused = matches!(&result, Err(EditError::StillNamed { at, .. }) if !at.is_empty());
-        assert!(refused, "{told}: {result:?}\n{before}");
+        assert!(refused, "{edit}: {result:?}\n{before}");
         assert_eq!(text(document), before);
     } else {
-        result.unwrap_or_else(|error| panic!("{told}: {error}\n{before}"));
-        assert!(document.mentions(item(sort, &name)).is_empty(), "{told}\n{}", text(document));
+        result.unwrap_or_else(|error| panic!("{edit}: {error}\n{before}"));
+        assert!(document.mentions(item(sort, &name)).is_empty(), "{edit}\n{}", text(document));
         model.remove(sort, &name);
     }
-    Some(told)
+    Some(edit)
 }
 
 fn remove_link(document: &mut Document, model: &mut Model, random: &mut Random) -> Option<String> {
     let n = random.below(model.links.len().max(1));
     let link = model.links.get(n)?;
     let (from, to) = (dotted(&link.from), dotted(&link.to));
-    let told = format!("remove link {from} > {to}");
+    let edit = format!("remove link {from} > {to}");
     let before = document.clone();
     let item = Item::Link { from: &from, to: &to };
     document.remove(item).unwrap();
@@ -290,9 +290,9 @@ fn remove_link(document: &mut Document, model: &mut Model, random: &mut Random) 
     let owner = element(&before, Item::System);
     let old =
         if owner.elements().count() == 1 { lines(owner) } else { lines(element(&before, item)) };
-    touches(&before, document, old, 1, &told);
+    touches(&before, document, old, 1, &edit);
     model.links.remove(n);
-    Some(told)
+    Some(edit)
 }
 
 fn place_parameter(
@@ -304,14 +304,14 @@ fn place_parameter(
     let n = random.below(model.places.len().max(1));
     let place = model.places.get_mut(n)?;
     let value = random.percent(70).then(|| random_value(random));
-    let told = format!("{} gives {component}.area {value:?}", place.name);
+    let edit = format!("{} gives {component}.area {value:?}", place.name);
     document.set_place_parameter(&place.name, &component, "area", value.as_deref()).unwrap();
     match (place.parameters.iter_mut().find(|p| p.0 == component), value) {
         (Some(given), Some(value)) => given.2 = value,
         (None, Some(value)) => place.parameters.push((component, "area".into(), value)),
         (_, None) => place.parameters.retain(|p| p.0 != component),
     }
-    Some(told)
+    Some(edit)
 }
 
 fn positions(document: &mut Document, model: &mut Model, random: &mut Random) -> Option<String> {
@@ -326,7 +326,7 @@ fn positions(document: &mut Document, model: &mut Model, random: &mut Random) ->
             (key, random.percent(70).then_some(at))
         })
         .collect();
-    let told = format!("positions {moved:?}");
+    let edit = format!("positions {moved:?}");
     let asked: Vec<_> = moved
         .iter()
         .map(|((sort, name), at)| (item(*sort, name), at.map(|(x, y)| Position { x, y })))
@@ -337,7 +337,7 @@ fn positions(document: &mut Document, model: &mut Model, random: &mut Random) ->
     if let [((sort, name), Some(_))] = &moved[..]
         && model.positions.contains_key(&(*sort, name.clone()))
     {
-        touches(&before, document, 1, 1, &told);
+        touches(&before, document, 1, 1, &edit);
     }
     for (key, at) in moved {
         match at {
@@ -345,7 +345,7 @@ fn positions(document: &mut Document, model: &mut Model, random: &mut Random) ->
             None => model.positions.remove(&key),
         };
     }
-    Some(told)
+    Some(edit)
 }
 
 /// Moves an item to where another of its sort is.
@@ -359,7 +359,7 @@ fn reorder(document: &mut Document, model: &mut Model, random: &mut Random) -> O
     let (from, to) = (random.below(names.len().max(1)), random.below(names.len().max(1)));
     let path = document.find(item(sort, names.get(from)?))?;
     let target = document.find(item(sort, &names[to]))?;
-    let told = format!("{sort:?} {} to the place of {}", names[from], names[to]);
+    let edit = format!("{sort:?} {} to the place of {}", names[from], names[to]);
     document.move_element(&path, *target.last()?).unwrap();
     match sort {
         Sort::Component => moved(&mut model.components, from, to),
@@ -367,5 +367,5 @@ fn reorder(document: &mut Document, model: &mut Model, random: &mut Random) -> O
         Sort::Transition => moved(&mut model.transitions, from, to),
         Sort::Variable => moved(&mut model.variables, from, to),
     }
-    Some(told)
+    Some(edit)
 }

@@ -82,6 +82,7 @@ impl LinkQueue {
     /// Adds a copy of a small frame. Returns how many frames were dropped for it.
     pub fn push(&mut self, frame: &[u8]) -> u64 {
         self.bytes += frame.len();
+        // On a congested link each frame is a chunk of its own, so that it can be dropped alone.
         let single = self.congested && self.keep != Keep::All;
         if let Some((Chunk::Own(last), frames)) = self.chunks.back_mut()
             && !single
@@ -182,6 +183,8 @@ impl LinkQueue {
         if self.keep == Keep::All || self.chunks.iter().all(|(_, frames)| *frames == 1) {
             return;
         }
+        // Frames that are written completely are left out. `partial` bytes are written of the first
+        // remaining frame: `drain` must continue inside it.
         let (mut written, mut partial) = (self.written, 0);
         let mut chunks = VecDeque::new();
         for (chunk, frames) in self.chunks.drain(..) {

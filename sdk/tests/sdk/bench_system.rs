@@ -212,9 +212,9 @@ impl Drop for System {
 }
 
 /// The next data that a probe receives.
-pub fn data(told: &Receiver<ProbeEvent>) -> (String, u64, u64) {
+pub fn data(probe: &Receiver<ProbeEvent>) -> (String, u64, u64) {
     loop {
-        match told.recv_timeout(DEADLINE).expect("data in time") {
+        match probe.recv_timeout(DEADLINE).expect("data in time") {
             ProbeEvent::Data { id, value, lost, .. } => return (id, value, lost),
             ProbeEvent::Call(_) | ProbeEvent::Parameter(..) => {}
         }

@@ -31,7 +31,7 @@ fn keep_all_loses_nothing_whatever_the_size() {
     for len in [0, 100, 5_000, 20_000, 70_000, 1 << 20] {
         let mut system = System::start();
         let link = system.link("in", "source", "out", "all");
-        let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+        let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
         let (start, go) = channel::<()>();
         let mut send = burst(if len > 100_000 { 200 } else { 3_000 }, 500, len);
         let total = if len > 100_000 { 200 } else { 3_000 };
@@ -43,7 +43,7 @@ fn keep_all_loses_nothing_whatever_the_size() {
         linked(&system, "source", 1);
         start.send(()).unwrap();
         for expected in 0..total {
-            assert_eq!(data(&told), ("in".into(), expected, 0), "{len} bytes");
+            assert_eq!(data(&probe), ("in".into(), expected, 0), "{len} bytes");
         }
         let status = system.status("sink");
         assert_eq!((status.inputs[0].lost, status.inputs[0].dropped), (0, 0));
@@ -64,7 +64,7 @@ fn a_link_over_tcp_is_a_link_like_any_other() {
 fn is_a_link_like_any_other(how: &str) {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all") + how;
-    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     let (start, go) = channel::<()>();
     let mut send = burst(2_000, 100, 1_000);
     let mut started = false;
@@ -75,7 +75,7 @@ fn is_a_link_like_any_other(how: &str) {
     linked(&system, "source", 1);
     start.send(()).unwrap();
     for expected in 0..2_000 {
-        assert_eq!(data(&told), ("in".into(), expected, 0));
+        assert_eq!(data(&probe), ("in".into(), expected, 0));
     }
     system.terminate("source");
     system.until("sink", |status| !status.inputs[0].connected);
@@ -87,7 +87,7 @@ fn every_policy_keeps_what_it_promises_and_counts_the_rest() {
         let mut system = System::start();
         let link = system.link("in", "source", "out", keep);
         let (open, gate) = channel();
-        let told = system.run("sink", &[&link], Some(gate), |_, _| Ok(Outcome::CarryOn));
+        let probe = system.run("sink", &[&link], Some(gate), |_, _| Ok(Outcome::CarryOn));
         let (start, go) = channel::<()>();
         let mut send = burst(5_000, 100, 2_000);
         let mut started = false;
@@ -101,7 +101,7 @@ fn every_policy_keeps_what_it_promises_and_counts_the_rest() {
         drop(open);
         let mut values = Vec::new();
         loop {
-            let (_, value, _) = data(&told);
+            let (_, value, _) = data(&probe);
             values.push(value);
             if value == 4_999 {
                 break;
@@ -125,7 +125,7 @@ fn a_stuck_subscriber_delays_no_other() {
     let slow = system.link("in", "source", "out", "latest");
     let fast = system.link("in", "source", "out", "all");
     let _stuck = system.run("stuck", &[&slow], Some(gate), |_, _| Ok(Outcome::CarryOn));
-    let told = system.run("quick", &[&fast], None, |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("quick", &[&fast], None, |_, _| Ok(Outcome::CarryOn));
     let (start, go) = channel::<()>();
     let mut send = burst(300, 10, 200_000);
     let mut started = false;
@@ -136,7 +136,7 @@ fn a_stuck_subscriber_delays_no_other() {
     linked(&system, "source", 2);
     start.send(()).unwrap();
     for expected in 0..300 {
-        assert_eq!(data(&told).1, expected);
+        assert_eq!(data(&probe).1, expected);
     }
     drop(open);
 }
@@ -147,7 +147,7 @@ fn an_input_that_is_never_empty_keeps_no_other_waiting() {
     let rare = system.link("in2", "rare", "out", "all");
     let flood = system.link("in", "flood", "out", "all");
     let (open, gate) = channel();
-    let told = system.run("sink", &[&rare, &flood], Some(gate), |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("sink", &[&rare, &flood], Some(gate), |_, _| Ok(Outcome::CarryOn));
     let (send, sends) = channel::<()>();
     system.run("rare", &["--rate=100Hz"], None, move |armor, _| {
         for () in sends.try_iter() {
@@ -158,13 +158,13 @@ fn an_input_that_is_never_empty_keeps_no_other_waiting() {
     linked(&system, "rare", 1);
     send.send(()).unwrap();
     // While it takes the first of these, it is flooded; then it is to take the second.
-    assert_eq!(data(&told).0, "in2");
+    assert_eq!(data(&probe).0, "in2");
     system.run("flood", &["--rate=100Hz"], None, burst(u64::MAX, 1_000, 1_000));
     system.until("sink", |status| status.inputs[0].waiting > 900);
     send.send(()).unwrap();
     let take = || {
         open.send(()).unwrap();
-        data(&told).0 == "in2"
+        data(&probe).0 == "in2"
     };
     let start = Instant::now();
     while system.status("sink").inputs[1].waiting == 0 {
@@ -189,15 +189,15 @@ fn a_late_subscriber_gets_the_latched_value() {
     });
     system.until("source", |status| status.outputs[1].published == 2);
     let link = system.link("in", "source", "state", "latest");
-    let told = system.run("late", &[&link], None, |_, _| Ok(Outcome::CarryOn));
-    assert_eq!(data(&told), ("in".into(), 8, 0));
+    let probe = system.run("late", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    assert_eq!(data(&probe), ("in".into(), 8, 0));
 }
 
 #[test]
 fn links_outlive_the_registry_and_new_ones_wait_for_it() {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all");
-    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     let mut next = 0;
     system.run("source", &["--rate=200Hz"], None, move |armor, call| {
         if call == Call::Tick {
@@ -206,7 +206,7 @@ fn links_outlive_the_registry_and_new_ones_wait_for_it() {
         }
         Ok(Outcome::CarryOn)
     });
-    let first = data(&told).1;
+    let first = data(&probe).1;
     let address = system.registry.address();
     let listen = "127.0.0.1:0".parse().unwrap();
     let options =
@@ -214,7 +214,7 @@ fn links_outlive_the_registry_and_new_ones_wait_for_it() {
     let other = armor_registry::BackgroundRegistry::start(options).unwrap();
     drop(std::mem::replace(&mut system.registry, other));
     for expected in first + 1..first + 101 {
-        assert_eq!(data(&told).1, expected, "nothing is lost without a registry");
+        assert_eq!(data(&probe).1, expected, "nothing is lost without a registry");
     }
     let options = armor_registry::RegistryOptions {
         listen: address,
@@ -225,7 +225,7 @@ fn links_outlive_the_registry_and_new_ones_wait_for_it() {
     let late = system.run("late", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     data(&late);
     for expected in first + 101..first + 150 {
-        assert_eq!(data(&told).1, expected, "the old link never noticed");
+        assert_eq!(data(&probe).1, expected, "the old link never noticed");
     }
 }
 
@@ -233,7 +233,7 @@ fn links_outlive_the_registry_and_new_ones_wait_for_it() {
 fn a_restarted_publisher_is_found_again() {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all");
-    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     let publish = |armor: &Armor, call: Call| {
         if call == Call::Tick {
             armor.send_data("out", &sample(1, 10))?;
@@ -241,12 +241,12 @@ fn a_restarted_publisher_is_found_again() {
         Ok(Outcome::CarryOn)
     };
     system.run("source", &["--rate=100Hz"], None, publish);
-    data(&told);
+    data(&probe);
     system.terminate("source");
     system.until("sink", |status| !status.inputs[0].connected);
-    while told.try_recv().is_ok() {}
+    while probe.try_recv().is_ok() {}
     system.run("source", &["--rate=100Hz"], None, publish);
-    data(&told);
+    data(&probe);
     assert_eq!(system.status("sink").inputs[0].connections, 2);
 }
 
@@ -267,9 +267,9 @@ fn a_link_of_another_type_is_refused_naming_both() {
 #[test]
 fn parameters_arrive_before_the_first_call() {
     let mut system = System::start();
-    let told = system.run("probe", &["--set=speed=18km/h"], None, |_, _| Ok(Outcome::CarryOn));
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Parameter("speed".into(), 5.0)));
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Call(Call::Started)));
-    let told = system.run("plain", &[], None, |_, _| Ok(Outcome::CarryOn));
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Parameter("speed".into(), 2.0)));
+    let probe = system.run("probe", &["--set=speed=18km/h"], None, |_, _| Ok(Outcome::CarryOn));
+    assert_eq!(probe.recv_timeout(DEADLINE), Ok(ProbeEvent::Parameter("speed".into(), 5.0)));
+    assert_eq!(probe.recv_timeout(DEADLINE), Ok(ProbeEvent::Call(Call::Started)));
+    let probe = system.run("plain", &[], None, |_, _| Ok(Outcome::CarryOn));
+    assert_eq!(probe.recv_timeout(DEADLINE), Ok(ProbeEvent::Parameter("speed".into(), 2.0)));
 }

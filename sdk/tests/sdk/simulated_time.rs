@@ -23,11 +23,11 @@ fn run_clock(system: &mut System) -> Sender<f64> {
 fn run_follower(system: &mut System) -> (Receiver<(Call, f64)>, Receiver<ProbeEvent>) {
     let (tell, calls) = channel();
     let clock = format!("--clock={}.clock", system.name("world"));
-    let told = system.run("robot", &["--rate=10Hz", &clock], None, move |armor, call| {
+    let probe = system.run("robot", &["--rate=10Hz", &clock], None, move |armor, call| {
         let _ = tell.send((call, armor.timestamp()));
         Ok(Outcome::CarryOn)
     });
-    (calls, told)
+    (calls, probe)
 }
 
 fn next(calls: &Receiver<(Call, f64)>) -> (Call, f64) {
@@ -122,6 +122,6 @@ fn a_late_follower_has_the_time_at_once_and_messages_are_stamped_with_it() {
     let keep = armor_sdk::wire::keep::Keep::Latest;
     let mut tap =
         armor_sdk::tap::Tap::open(&system.directory, &data, keep, DEADLINE).expect("a provider");
-    let said = tap.next(DEADLINE).unwrap().expect("the last data");
-    assert_eq!(said.header.stamp_s, 33.0);
+    let latest = tap.next(DEADLINE).unwrap().expect("the last data");
+    assert_eq!(latest.header.stamp_s, 33.0);
 }

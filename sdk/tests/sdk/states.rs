@@ -40,7 +40,7 @@ fn report(events: &Receiver<ControlEvent>) -> (u64, u64, ReportKind) {
 fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all");
-    let told = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     let mut next = 0;
     system.run("source", &["--rate=500Hz"], None, move |armor, call| {
         if call == Call::Tick {
@@ -49,20 +49,20 @@ fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
         }
         Ok(Outcome::CarryOn)
     });
-    data(&told);
+    data(&probe);
     let (control, events) = system.control("sink", Role::Executive);
     control.send(&Command::Freeze { activation: 0 }).unwrap();
     state(&events, RunState::Frozen);
     system.until("source", |status| status.outputs[0].links[0].paused);
-    let before = told.try_iter().collect::<Vec<_>>();
+    let before = probe.try_iter().collect::<Vec<_>>();
     assert!(before.contains(&ProbeEvent::Call(Call::Stopping)));
     let published = system.status("source").outputs[0].published;
     system.until("source", |status| status.outputs[0].published > published + 50);
-    assert_eq!(told.try_recv().ok(), None, "no call while frozen");
+    assert_eq!(probe.try_recv().ok(), None, "no call while frozen");
     control.send(&Command::Activate { activation: 3, parameters: Vec::new() }).unwrap();
     assert_eq!(state(&events, RunState::Active), 3);
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(ProbeEvent::Call(Call::Started)));
-    let (_, value, lost) = data(&told);
+    assert_eq!(probe.recv_timeout(DEADLINE), Ok(ProbeEvent::Call(Call::Started)));
+    let (_, value, lost) = data(&probe);
     assert!(value > published, "nothing stale after a pause");
     assert_eq!(lost, 0, "what was published during a pause is not lost");
     assert_eq!(system.status("sink").inputs[0].lost, 0);
@@ -75,7 +75,7 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
     let (open, gate) = channel();
     let (end_tick, tick_ends) = channel();
     let (ticked, ticks) = channel();
-    let told = system.run("sink", &["--rate=1000Hz", &link], Some(gate), move |_, call| {
+    let probe = system.run("sink", &["--rate=1000Hz", &link], Some(gate), move |_, call| {
         if call == Call::Tick {
             let _ = ticked.send(());
             let _ = tick_ends.recv();
@@ -94,7 +94,7 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
         status.outputs[0].links.first().is_some_and(|link| link.sent > 500)
     });
     end_tick.send(()).unwrap();
-    data(&told);
+    data(&probe);
     std::thread::sleep(std::time::Duration::from_millis(2));
     open.send(()).unwrap();
     ticks.recv_timeout(DEADLINE).expect("a tick before the second of them");
@@ -104,7 +104,7 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
     drop((end_tick, open));
     state(&events, RunState::Frozen);
     let left: Vec<_> =
-        told.try_iter().filter(|told| matches!(told, ProbeEvent::Data { .. })).collect();
+        probe.try_iter().filter(|probe| matches!(probe, ProbeEvent::Data { .. })).collect();
     assert!(left.len() < 10, "it was kept from freezing: {} data", left.len());
 }
 
@@ -112,7 +112,7 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
 fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
     let mut system = System::start();
     let mut ticks = 0;
-    let told = system.run("worker", &["--rate=100Hz"], None, move |_, call| {
+    let probe = system.run("worker", &["--rate=100Hz"], None, move |_, call| {
         if call == Call::Tick {
             ticks += 1;
         }
@@ -136,7 +136,7 @@ fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
     assert_eq!(report(&events).2, ReportKind::Done, "only what is not acknowledged");
     control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
     assert_eq!(state(&events, RunState::Active), 2);
-    let calls: Vec<_> = told.try_iter().filter(|t| matches!(t, ProbeEvent::Call(_))).collect();
+    let calls: Vec<_> = probe.try_iter().filter(|t| matches!(t, ProbeEvent::Call(_))).collect();
     assert_eq!(calls[0], ProbeEvent::Call(Call::Started));
 }
 
@@ -217,8 +217,8 @@ fn activate(activation: u64, speed: Option<&str>) -> Command {
 #[test]
 fn values_of_an_activation_come_before_its_first_call_and_go_with_it() {
     let mut system = System::start();
-    let told = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
-    let next = || told.recv_timeout(DEADLINE).expect("more");
+    let probe = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let next = || probe.recv_timeout(DEADLINE).expect("more");
     let speed = |value: f64| ProbeEvent::Parameter("speed".into(), value);
     assert_eq!([next(), next()], [speed(2.0), ProbeEvent::Call(Call::Started)], "its default");
     let (control, events) = system.control("mover", Role::Executive);
@@ -241,32 +241,32 @@ fn values_of_an_activation_come_before_its_first_call_and_go_with_it() {
     assert_eq!(next(), speed(4.0));
     control.send(&activate(4, Some("4m/s"))).unwrap();
     assert_eq!(state(&events, RunState::Active), 4);
-    assert_eq!(told.try_recv().ok(), None);
+    assert_eq!(probe.try_recv().ok(), None);
 }
 
 #[test]
 fn a_value_that_cannot_be_read_fails_its_activation() {
     let mut system = System::start();
-    let told = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("mover", &["--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
     let (control, events) = system.control("mover", Role::Executive);
     control.send(&Command::Freeze { activation: 0 }).unwrap();
     state(&events, RunState::Frozen);
-    told.try_iter().count();
+    probe.try_iter().count();
     control.send(&activate(1, Some("11m/s"))).unwrap();
     let (_, activation, outcome) = report(&events);
     let ReportKind::Failed { reason } = outcome else { panic!("{outcome:?}") };
     assert_eq!(activation, 1);
     assert!(reason.contains("`speed`") && reason.contains("robot.xml:9:1"), "{reason}");
     system.until("mover", |status| status.state == RunState::Failed);
-    assert_eq!(told.try_recv().ok(), None, "no call with half of its values");
+    assert_eq!(probe.try_recv().ok(), None, "no call with half of its values");
 }
 
 #[test]
 fn values_of_the_command_line_go_before_values_of_the_mission() {
     let mut system = System::start();
     let arguments = ["--rate=100Hz", "--set", "speed=3m/s"];
-    let told = system.run("mover", &arguments, None, |_, _| Ok(Outcome::CarryOn));
-    let next = || told.recv_timeout(DEADLINE).expect("more");
+    let probe = system.run("mover", &arguments, None, |_, _| Ok(Outcome::CarryOn));
+    let next = || probe.recv_timeout(DEADLINE).expect("more");
     let speed = |value: f64| ProbeEvent::Parameter("speed".into(), value);
     assert_eq!([next(), next()], [speed(3.0), ProbeEvent::Call(Call::Started)]);
     let (control, events) = system.control("mover", Role::Executive);
