@@ -190,7 +190,7 @@ mod tests {
         check(Place("a"), Place("b"), Take, Ok(between));
         let between = Join::Place { from: "t".into(), to: "u".into() };
         check(Transition("t"), Transition("u"), Take, Ok(between));
-        check(Place("a"), Submission(0), Take, Err("a enters it already"));
+        check(Place("a"), Submission(0), Take, Err("a already enters it"));
         let enters = Join::Enter { submission: 0, place: "b".into() };
         check(Place("b"), Submission(0), Take, Ok(enters));
         let led = |stays, to, kind| lead(&mission, stays, to, kind);

@@ -85,5 +85,5 @@ fn a_folder_that_cannot_be_written_is_said() {
     recovery.keep(Instant::now(), 1, || Some(work("one")));
     recovery.settle();
     let trouble = recovery.trouble().expect("it is told");
-    assert!(trouble.contains("not kept"), "{trouble}");
+    assert!(trouble.contains("cannot be backed up"), "{trouble}");
 }

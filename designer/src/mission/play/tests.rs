@@ -52,7 +52,7 @@ fn by_hand_a_report_fires_at_once_and_a_timeout_takes_its_time() {
     assert_eq!(play.tell(lost), Ok(Outcome::Fired));
     assert_eq!((play.is_over(), play.time()), (true, s(150)));
     let why = play.tell(seen).unwrap_err().to_string();
-    assert_eq!(why, "seen cannot fire: there is no token in explore, the mission is over in hold");
+    assert_eq!(why, "seen cannot fire: no token in explore, the mission is over in hold");
     while play.back() {}
     assert_eq!((marked(&play), play.time(), play.firings()), (vec!["explore"], s(0), 0));
 }

@@ -84,7 +84,7 @@ fn what_is_not_there_is_said() {
     let mut choice = shown("", false);
     choice.types("none.xml").presses(Key::Enter);
     assert_eq!(*choice.chosen.borrow(), Chosen::Open);
-    choice.harness.get_by_label_contains("there is no file");
+    choice.harness.get_by_label_contains("no file /");
     choice.presses(Key::Escape);
     assert_eq!(*choice.chosen.borrow(), Chosen::Left);
 }
@@ -93,7 +93,7 @@ fn what_is_not_there_is_said() {
 fn a_new_file_gets_the_ending_and_needs_its_folder() {
     shown("new", true).presses(Key::Enter).chose("new.xml");
     let mut choice = shown("no-such-folder/a.xml", true);
-    choice.presses(Key::Enter).harness.get_by_label_contains("there is no folder");
+    choice.presses(Key::Enter).harness.get_by_label_contains("no folder /");
 }
 
 #[test]
