@@ -16,7 +16,7 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut F
         let name = &variable.name.value;
         let item = Item::variable(name);
         let set = |key, value: Option<String>| Change::Attribute(item, key, value);
-        form.of(&item);
+        form.of(item);
         row(ui, "Name", "The name that guards use.", |ui| {
             form.line(ui, &format!("name of {name}"), name, &is_name, |new| {
                 Some(Change::Rename(item, new.to_owned()))

@@ -35,11 +35,11 @@ impl MissionView {
         if let (Some(Item::Place(name)), true) = (of, is_still) {
             self.show_roles(ui, name, desk);
         }
-        if let (Some(Item::Transition(name)), false) = (of, is_still) {
-            if ui.button(format!("Fire {name}")).clicked() {
-                self.fire(&name, desk);
-                ui.close();
-            }
+        if let (Some(Item::Transition(name)), false) = (of, is_still)
+            && ui.button(format!("Fire {name}")).clicked()
+        {
+            self.fire(&name, desk);
+            ui.close();
         }
         for command in commands.iter().chain(simulate) {
             let may = self.can_run(*command, desk).unwrap_or(false);
