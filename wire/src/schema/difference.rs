@@ -63,7 +63,7 @@ impl SchemaComparison<'_> {
                 self.compare_types(&format!("{place}[]"), x, y);
             }
             (Schema::Option(x), Schema::Option(y)) => {
-                self.compare_types(&format!("{place}?"), x, y)
+                self.compare_types(&format!("{place}?"), x, y);
             }
             _ => self.push_line(place, &shorten_type(a), &shorten_type(b)),
         }
