@@ -248,7 +248,7 @@ const STARTER: &str = "ARMOR_TEST_STARTER";
 fn a_run_ends_with_the_process_that_started_it() {
     let folder = Folder::new("killed-starter");
     let mut command = Command::new(std::env::current_exe().expect("this test"));
-    command.args(["watching::starts_a_run_and_waits", "--exact", "--nocapture"]);
+    command.args(["observers::starts_a_run_and_waits", "--exact", "--nocapture"]);
     command.env(STARTER, folder.path()).env("XDG_RUNTIME_DIR", folder.path());
     let starter = Dialogue::start(command.stderr(Stdio::null()));
     let pids = wait_for("the processes", || {
