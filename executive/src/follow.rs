@@ -1,4 +1,4 @@
-//! Follows the versions of the file that configd keeps: a thread that looks for newer ones.
+//! Follows the versions of the file that configd keeps: a thread polls for newer ones.
 
 use crate::event::ControllerEvent;
 use crate::hub::ExecutiveInput;
@@ -8,20 +8,20 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-/// Time between two looks: short for a person who has just saved a file.
+/// Time between two polls: short enough for a user who has just saved a file.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
-/// Finds the newest version that is kept, if it is newer than the one of a number.
+/// Finds the newest stored version, if it is newer than a given one.
 #[derive(Clone)]
 pub struct Newer(Arc<dyn Fn(u64) -> Option<Version> + Send + Sync>);
 
 impl Newer {
-    /// Looks by calling `find` with the number of the newest version that is known.
+    /// `find` receives the number of the newest known version.
     pub fn new(find: impl Fn(u64) -> Option<Version> + Send + Sync + 'static) -> Self {
         Self(Arc::new(find))
     }
 
-    /// The newest version, if it is newer than `known`.
+    /// Returns the newest version, if it is newer than `known`.
     pub fn than(&self, known: u64) -> Option<Version> {
         (self.0)(known)
     }

@@ -1,5 +1,6 @@
-//! Before a mission begins: every component is registered and every link is up, so that the components of
-//! the first places do not publish before their subscribers are linked: that would lose data.
+//! Waits before a mission begins until every component is registered and every link is up.
+//! Otherwise the components of the initial places could publish before their subscribers are
+//! linked, and data would be lost.
 
 use crate::watch::GuardWatching;
 use armor_plan::Plan;
@@ -11,14 +12,15 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long the mission waits. A component that is missing then may be broken; the mission handles that.
+/// How long the mission waits. A component that is missing after that may be broken; the mission
+/// handles that as a failure.
 const LIMIT: Duration = Duration::from_secs(10);
 /// Time between two looks: a start takes tens of milliseconds.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How long the registry or a component may take to answer before it counts as missing this time.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
-/// Waits until everybody is there, for a while.
+/// Waits until every component and link is up, for at most [`LIMIT`].
 pub(crate) fn gather(plan: &Plan, registry: &str, watching: &GuardWatching, stop: &AtomicBool) {
     let directory = Directory::observer(registry, "executive");
     let mut connections = HashMap::new();
@@ -35,7 +37,7 @@ pub(crate) fn gather(plan: &Plan, registry: &str, watching: &GuardWatching, stop
     }
 }
 
-/// The first thing that is not there yet, in words.
+/// Describes the first component or link that is missing.
 fn find_missing(
     plan: &Plan,
     directory: &Directory,
@@ -58,7 +60,7 @@ fn find_missing(
     all.iter().find_map(|consumer| unlinked(consumer, &all)).or_else(untimed)
 }
 
-/// A component that the system's time does not reach yet, in words.
+/// Describes a component that is not yet linked to the data that the system's time follows.
 fn find_untimed(clock: &str, all: &[Status]) -> Option<String> {
     let mut outputs =
         all.iter().flat_map(|status| status.outputs.iter().map(move |it| (status, it)));
@@ -69,8 +71,8 @@ fn find_untimed(clock: &str, all: &[Status]) -> Option<String> {
     Some(format!("`{}` has no link to {clock}, which its time follows", late.name))
 }
 
-/// An input that is fed by the file but not yet, in words. The provider is asked, for it knows its
-/// link last.
+/// Describes an input that the file connects and that has no link yet. The provider is asked: it is
+/// the last of the two to know the link.
 fn unlinked(consumer: &Status, all: &[Status]) -> Option<String> {
     let outputs = || all.iter().flat_map(|status| &status.outputs);
     let is_linked = |data: &str| {

@@ -1,5 +1,6 @@
-//! The control connections to the components: kept up while the registry knows the component,
-//! turned into events, and looked into when they break.
+//! The control connections to the components. The hub keeps a connection to each component that the
+//! registry lists, turns its messages into events, and checks whether the process ended when it
+//! breaks.
 
 use crate::event::ControllerEvent;
 use crate::process::ProcessStart;
@@ -19,10 +20,10 @@ use std::time::{Duration, Instant};
 /// Time between two attempts to connect to a component that the registry knows.
 const RETRY: Duration = Duration::from_millis(200);
 
-/// What comes in from other threads.
+/// Inputs from other threads.
 pub(crate) enum ExecutiveInput {
     Registry(DirectoryChange),
-    /// There is news of what guards look at.
+    /// A watch has a new value, or lost its link.
     News(WatchId),
     Connected {
         attempt: u64,
@@ -35,7 +36,7 @@ pub(crate) enum ExecutiveInput {
         event: ControlEvent,
     },
     Operator(OrderEvent),
-    /// What needs nothing made of it.
+    /// An event that is passed to the controller unchanged.
     Event(ControllerEvent),
     /// Mission time has passed, by the data that it follows.
     Time,
@@ -44,17 +45,18 @@ pub(crate) enum ExecutiveInput {
 /// One component's process, and the connection to it.
 #[derive(Default)]
 struct Peer {
-    /// As the registry lists it; none while it does not.
+    /// Its entry in the registry; `None` while it is not listed.
     entry: Option<ComponentEntry>,
-    /// The process start the connection was made to, and where it runs if that is here.
+    /// The process start that the connection was made to, and its process if it runs on this host.
     instance: u64,
     process: Option<ProcessStart>,
-    /// Which attempt made the connection, or is making it.
+    /// The attempt that made the connection, or is making it. Inputs of earlier attempts are
+    /// ignored.
     attempt: u64,
     connecting: bool,
     connection: Option<ControlConnection>,
     retry_at: Option<Instant>,
-    /// Its connection broke or it was killed, and it is not known yet whether it has ended.
+    /// Its connection broke or it was killed, and the end of the process is not certain yet.
     doubtful: bool,
 }
 
@@ -79,7 +81,7 @@ impl Hub {
     pub(crate) fn take_in(&mut self, input: ExecutiveInput) -> Vec<ControllerEvent> {
         match input {
             ExecutiveInput::Registry(change) => self.follow_registry(change),
-            // That is for the watching and for the clock to say.
+            // The caller handles these.
             ExecutiveInput::News(_) | ExecutiveInput::Time => Vec::new(),
             ExecutiveInput::Connected { attempt, component, made } => {
                 self.take_connection(attempt, component, made).into_iter().collect()
@@ -97,7 +99,7 @@ impl Hub {
         }
     }
 
-    /// Reconnects, and looks after processes that may have ended.
+    /// Reconnects where the time has come, and checks the processes that may have ended.
     pub(crate) fn look_around(&mut self) -> Vec<ControllerEvent> {
         let mut events = Vec::new();
         for component in self.plan.component_ids() {
@@ -111,7 +113,7 @@ impl Hub {
         events
     }
 
-    /// Whether a process or connection has to be looked at soon, without an input.
+    /// Whether [`Self::look_around`] has to be called even without an input.
     pub(crate) fn is_uneasy(&self) -> bool {
         self.peers.iter().any(|peer| peer.retry_at.is_some() || peer.doubtful)
     }
@@ -120,7 +122,8 @@ impl Hub {
         if let Some(connection) = &self.peers[component.index()].connection
             && let Err(error) = connection.send(command)
         {
-            // The reading side notices the end as well, and what is lost is asked for again.
+            // The reading side reports the end of the connection. After a reconnect, the controller
+            // compares states and sends the commands that are still needed.
             let name = &self.plan.component(component).name;
             tracing::debug!(component = name.as_str(), "a command is lost: {error}");
         }
@@ -132,7 +135,8 @@ impl Hub {
         peer.doubtful = true;
         match peer.process {
             Some(process) => process.kill(),
-            // On another host all one can do is ask; one the registry does not know is not there.
+            // A process on another host cannot be killed, only asked to end. Without an entry in a
+            // registry that answers there is no process.
             None if peer.entry.is_some() || !registry => {
                 self.send_command(component, &Command::Terminate)
             }
@@ -177,7 +181,7 @@ impl Hub {
         Vec::new()
     }
 
-    /// Connects on a thread of its own: a stopped process never answers.
+    /// Connects on a thread of its own, since a suspended process never answers.
     fn begin_connecting(&mut self, component: ComponentId) {
         self.attempts += 1;
         let (attempt, inputs) = (self.attempts, self.inputs.clone());
@@ -187,7 +191,8 @@ impl Hub {
         };
         (peer.attempt, peer.connecting, peer.connection) = (attempt, true, None);
         let connecting = move || {
-            // Its first report must not overtake the connection itself.
+            // The sink waits until the connection was announced: its first report must not arrive
+            // before that.
             let (announce, announced) = mpsc::channel::<()>();
             let answers = inputs.clone();
             let sink = move |event| {
@@ -257,13 +262,13 @@ impl Hub {
         }
     }
 
-    /// Returns, once, that a process in doubt has ended, if that is certain.
+    /// Returns the end of a process in doubt, once, as soon as it is certain.
     fn take_ended(&mut self, component: ComponentId) -> Option<ControllerEvent> {
         let registry = self.registry;
         let peer = &mut self.peers[component.index()];
         let certain = match peer.process {
             Some(process) => !process.lives(),
-            // Never met: everybody who runs is in the registry.
+            // Never connected and not in the registry, which lists every running component.
             None => peer.instance == 0 && peer.entry.is_none() && registry,
         };
         if !peer.doubtful || !certain {
@@ -281,7 +286,7 @@ fn event_of(component: ComponentId, instance: u64, answer: Answer) -> Option<Con
             let doing = match state {
                 RunState::Starting => Doing::Starting,
                 RunState::Frozen => Doing::Frozen,
-                // One that has finished has not come to rest yet.
+                // A component that has finished still has to come to rest.
                 RunState::Active | RunState::Done | RunState::Failed => Doing::Active,
             };
             ControllerEvent::StateReported { component, instance, doing, activation, controllable }

@@ -1,43 +1,43 @@
-//! What operators order, as the journal keeps it.
+//! The orders of operators, as the journal keeps them.
 
 use armor_sdk::control;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Who gives an order.
+/// The operator who gives an order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Giver {
     /// The person.
     pub author: String,
-    /// The process, in words.
+    /// The name of the process.
     pub from: String,
     /// The start of that process.
     pub instance: u64,
 }
 
-/// What is to be done.
+/// An order to the mission.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MissionOrder {
-    /// Hold the command.
+    /// Take the lease: only its holder may give most orders.
     Lease,
-    /// Give it back.
+    /// Return the lease.
     Release,
     /// Fire an operator's transition.
     Fire(String),
-    /// Let clocks and components stop, but for those of safety.
+    /// Pause: clocks and components stop, except those of the safety class.
     Pause,
-    /// Go on after a pause.
+    /// End the pause.
     Resume,
     /// Go to the safe place.
     Safe,
     /// Move tokens, all of them in one step.
     Move(Vec<MovedTokens>),
-    /// Let a transition fire that asks.
+    /// Allow the firing of a transition that asks.
     Confirm(String),
-    /// Do not let it.
+    /// Refuse the firing of a transition that asks.
     Decline(String),
-    /// Go on holding the command, over another connection.
+    /// Keep the lease over a new connection.
     Rejoin,
 }
 
@@ -55,15 +55,15 @@ pub struct MovedTokens {
 /// An order that has been judged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Judged {
-    /// Names it.
+    /// The number of the order.
     pub request: u64,
-    /// Who gave it.
+    /// The operator who gave it.
     pub by: Giver,
-    /// Whether the command was to be taken over.
+    /// Whether it takes the lease from another holder.
     pub take: bool,
-    /// What was to be done.
+    /// The order.
     pub order: MissionOrder,
-    /// Whether it is done.
+    /// Whether it is carried out.
     pub accepted: bool,
     /// What follows from it, or why it is refused.
     pub text: String,

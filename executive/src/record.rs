@@ -1,5 +1,6 @@
-//! The records of the journal: each thing decided, before it is done. Names, not numbers, so that a
-//! person can read it and a changed file cannot be mistaken for the old one.
+//! The records of the journal. Each decision is recorded before it is carried out. Records hold
+//! names instead of ids, so that a person can read them and a changed file is not mistaken for the
+//! old one.
 
 use crate::order::Judged;
 use crate::snapshot::LedgerSnapshot;
@@ -8,19 +9,20 @@ use armor_plan::{DatePhase, GivenValue, Version};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// One thing decided.
+/// One decision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "entry", rename_all = "kebab-case")]
 pub enum JournalEntry {
-    /// All that was decided so far, in place of the records before; the first of a journal that was cut.
+    /// The state after all earlier records, which it replaces: the first record of a journal that
+    /// was cut.
     Snapshot(Box<LedgerSnapshot>),
-    /// A mission begins; the first of every journal that was not cut.
+    /// A mission begins: the first record of a journal that was not cut.
     Began {
-        /// Its name.
+        /// The name of the mission.
         mission: String,
-        /// Of its plan.
+        /// The fingerprint of the plan.
         fingerprint: String,
-        /// What it is played from.
+        /// The version of the file.
         #[serde(default)]
         version: Version,
     },
@@ -28,38 +30,39 @@ pub enum JournalEntry {
     Changed {
         /// The version.
         version: Version,
-        /// Of its plan.
+        /// The fingerprint of the plan.
         fingerprint: String,
-        /// What is not as before, in words.
+        /// The differences to the version before, in words.
         changes: Vec<String>,
     },
     /// A new version of the file is not played; the one before stays in force.
     Refused {
-        /// Its number.
+        /// The number of the version.
         version: u64,
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
     },
-    /// A firing has taken its tokens; what must stop is being stopped.
+    /// A firing has taken its tokens. The components that must stop are being stopped.
     Took {
-        /// Counts firings, from 1.
+        /// The number of the firing, from 1.
         firing: u64,
-        /// Why.
+        /// The reason for the firing.
         cause: Cause,
-        /// What was taken.
+        /// The tokens taken.
         from: Vec<Tokens>,
-        /// What will be put.
+        /// The tokens to be put.
         to: Vec<Tokens>,
-        /// How long after its deadline, in seconds.
+        /// The time since its deadline, in seconds; 0 if it is not late.
         late_s: f64,
         /// The variables that it has set.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         sets: Vec<ValueSet>,
-        /// The guards that hold, or do not hold any more, because of that.
+        /// The guards whose truth changes with these variables.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         guards: Vec<GuardTurned>,
     },
-    /// All that had to stop for a firing has confirmed it; what must start is being started.
+    /// All components that had to stop for a firing have confirmed it. Those that must start are
+    /// being started.
     Stopped {
         /// The firing.
         firing: u64,
@@ -68,19 +71,19 @@ pub enum JournalEntry {
     Activating {
         /// The component.
         component: String,
-        /// Counts activations of all components, from 1.
+        /// The number of the activation, counted over all components, from 1.
         activation: u64,
         /// The values that places give its parameters.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         values: Vec<GivenValue>,
     },
-    /// A firing goes elsewhere than it was going to.
+    /// A firing leads to other places, since a component did not stop or did not start.
     Redirected {
         /// The firing.
         firing: u64,
-        /// Where to.
+        /// The tokens to be put instead.
         to: Vec<Tokens>,
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
     },
     /// A firing is complete: its tokens are put.
@@ -88,74 +91,75 @@ pub enum JournalEntry {
         /// The firing.
         firing: u64,
     },
-    /// A report counts.
+    /// A report of a component is accepted.
     Heard {
-        /// Whose.
+        /// The component.
         component: String,
-        /// Of which process start; 0 if the executive itself decides that the component failed.
+        /// The process start; 0 if the executive itself decides that the component failed.
         instance: u64,
-        /// Its number in that process.
+        /// The number of the report in that process start.
         serial: u64,
-        /// What.
+        /// The report.
         report: ComponentReport,
     },
-    /// An operator's order has been judged; what follows from an accepted one is done with it.
+    /// An operator's order has been judged. An accepted order takes effect with this record.
     Ordered(Judged),
     /// The operator is asked whether a transition may fire.
     Asked {
         /// The transition.
         transition: String,
     },
-    /// No answer came in time.
+    /// The operator did not answer in time.
     Unanswered {
         /// The transition.
         transition: String,
-        /// Whether it fires all the same.
+        /// Whether it fires without an answer.
         fires: bool,
     },
     /// The holder of the lease has not come back in time.
     LinkLost {
-        /// Who commanded.
+        /// The operator who held the lease.
         author: String,
     },
-    /// The executive itself holds the mission until an operator resumes it.
+    /// The executive itself pauses the mission until an operator resumes it.
     Held {
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
     },
-    /// A guard has come to hold, or does not hold any more.
+    /// The truth of a guard has changed.
     Guard {
-        /// Of which transition.
+        /// The transition.
         transition: String,
-        /// Whether it holds.
+        /// Whether the guard is true.
         holds: bool,
-        /// The values it looks at, in words.
+        /// The values that it reads, in words.
         because: String,
     },
-    /// A date of a transition has come or passed, or is to come after all: the clock was set.
+    /// A date of a transition has come or passed, or is in the future again as the clock was set
+    /// back.
     Dated {
         /// The transition.
         transition: String,
-        /// Where its dates stand.
+        /// The phase of its dates.
         phase: DatePhase,
-        /// Whether it has fired before.
+        /// Whether the transition has fired before.
         used: bool,
         /// The reading of the clock, in UTC.
         utc: String,
     },
     /// Every token and every firing is given up; the mission goes to its safe place.
     Retreated {
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
     },
-    /// Not even the safe place could be reached.
+    /// The safe place could not be reached.
     GaveUp {
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
     },
-    /// The end.
+    /// The mission has ended.
     Ended {
-        /// How.
+        /// Its outcome.
         outcome: MissionOutcome,
     },
 }
@@ -163,15 +167,15 @@ pub enum JournalEntry {
 /// One line of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JournalRecord {
-    /// Mission time, since its beginning.
+    /// Mission time: the time since the mission began.
     #[serde(rename = "at_ns", with = "nanoseconds")]
     pub at: Duration,
-    /// What.
+    /// The decision.
     #[serde(flatten)]
     pub entry: JournalEntry,
 }
 
-/// Whole nanoseconds: exact, so that clocks come back as they were.
+/// Durations as whole nanoseconds: a replay must give the clocks their exact values.
 mod nanoseconds {
     use serde::{Deserialize, Deserializer, Serializer};
     use std::time::Duration;

@@ -1,4 +1,5 @@
-//! The executive as a process: events in, the controller, actions out. All waiting is here.
+//! The executive as a process: takes events, passes them to the controller, and performs its
+//! actions. The controller itself never waits.
 
 use crate::clocks::Clocks;
 use crate::controller::Controller;
@@ -28,21 +29,21 @@ use std::time::Duration;
 
 /// How long the registry may take to answer at the start.
 const REGISTRY_LIMIT: Duration = Duration::from_secs(20);
-/// Time between two looks at the flag to stop, and at processes in doubt.
+/// Time between two checks of the stop flag and of processes in doubt.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
-/// How long the last messages, such as the answer to the order that ended the mission, have to leave
-/// this process.
+/// How long the last messages, such as the answer to the order that ended the mission, have to
+/// leave this process.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
-/// Where an executive finds the others and keeps its journal.
+/// The options of an executive.
 #[derive(Clone, Debug)]
 pub struct ExecutiveOptions {
     /// The registry, `host:port`.
     pub registry: String,
     /// The journal; an existing one is continued.
     pub journal: PathBuf,
-    /// Whether the journal was created before ([`journal::rest`]). A missing or empty one has been lost
-    /// then: the mission does not begin again, but goes to its safe place.
+    /// Whether the journal was created before ([`journal::rest`]). A missing or empty one has been
+    /// lost then: the mission does not begin again, but goes to its safe place.
     pub is_laid_out: bool,
     /// Where newer versions of the file come from; without it the mission stays as it is.
     pub newer: Option<Newer>,
@@ -77,8 +78,9 @@ pub enum RunError {
     Register(String),
 }
 
-/// Plays a mission to its end, or until `stop` is set. An existing journal holds the version of the file
-/// that is continued, independent of the disk; without one it is `first`.
+/// Plays a mission to its end, or until `stop` is set. An existing journal holds the version of the
+/// file that is continued, independent of the disk; without one it is `first`.
+///
 ///
 /// # Errors
 /// If it cannot begin, or the journal cannot be written: nothing is done then that is not on disk.
@@ -136,7 +138,8 @@ pub fn run(
     };
     let mut outcome = executive.perform_actions(actions)?;
     if is_lost {
-        // Not before its records: killed in between, it finds the journal lost once more.
+        // Only after the records of the retreat are on disk. A journal with this line and no records
+        // looks like a mission that has not begun, and a restarted executive would begin it.
         executive.journal.begin(executive.clocks.life().clone())?;
         executive.journal.sync()?;
     }
@@ -147,7 +150,7 @@ pub fn run(
     Ok(outcome.unwrap_or(MissionOutcome::Failed))
 }
 
-/// What a journal comes to: over the version of the file that it holds, or else the `first`.
+/// Replays a journal over the version of the file that it holds, or else over `first`.
 fn read_again(
     story: &Story,
     first: impl FnOnce() -> Result<Plan, String>,
@@ -178,8 +181,8 @@ fn say_where(controller: &Controller) {
     tracing::info!("goes on where it left off: {}", all.join(", "));
 }
 
-/// A mission with dates begins only by a clock that is known to be right. One that was begun goes
-/// on by what clock there is.
+/// A mission with dates begins only with a clock that is known to be right. One that has begun
+/// continues with any clock.
 fn judge_clock(plan: &Plan, options: &ExecutiveOptions, begins: bool) -> Result<(), RunError> {
     if !plan.has_dates() || options.trust_clock {
         return Ok(());
@@ -205,12 +208,12 @@ struct ExecutiveLoop {
     clocks: Clocks,
     calendar: Calendar,
     shown: Option<Marking>,
-    /// For what comes back from other threads.
+    /// Given to threads that send inputs.
     inputs: mpsc::Sender<ExecutiveInput>,
 }
 
 impl ExecutiveLoop {
-    /// Waits for the next thing to happen and does what follows.
+    /// Waits for the next input and performs the actions that follow from it.
     fn take_turn(
         &mut self,
         inputs: &Receiver<ExecutiveInput>,
@@ -260,7 +263,7 @@ impl ExecutiveLoop {
         Ok(None)
     }
 
-    /// Returns UTC: by the data that mission time follows, if it does, else by this host's clock.
+    /// Returns UTC from the data that mission time follows, or else from this host's clock.
     fn utc(&self) -> Option<Date> {
         if !self.clocks.follow_data() {
             return Some(wall_clock::utc());
@@ -270,18 +273,19 @@ impl ExecutiveLoop {
         since_1970.filter(|since| !since.is_zero()).map(Date::since_1970)
     }
 
-    /// Takes in that there is a reading of the data that mission time follows.
+    /// Handles a reading of the data that mission time follows.
     fn look_at_the_time(&mut self) -> Result<Vec<ControllerEvent>, RunError> {
         let Some(life) = self.clocks.look() else {
             return Ok(Vec::new());
         };
         self.journal.begin(life.clone())?;
-        // Who shows the marking counts from its stamp, which is of the time before.
+        // Tools compute the time from the stamp of the last marking. After a jump that is wrong, so
+        // publish a new one.
         self.shown = None;
         Ok(vec![ControllerEvent::Timer])
     }
 
-    /// Whether an order is malformed; it is answered then, and never reaches the journal.
+    /// Answers a malformed order and returns true. It never reaches the journal.
     fn refuse_malformed(&self, given: &GivenOrder) -> bool {
         let wrong = given.order.check(given.request, &given.author).err();
         if let Some(wrong) = wrong {
@@ -290,7 +294,8 @@ impl ExecutiveLoop {
         wrong.is_some()
     }
 
-    /// Does what the controller decided. Records are on disk before anything else is done.
+    /// Performs the actions of the controller. Records are on disk before any later action is
+    /// performed.
     fn perform_actions(
         &mut self,
         actions: Vec<ControllerAction>,
@@ -344,7 +349,7 @@ impl ExecutiveLoop {
         Ok(None)
     }
 
-    /// Answers what is asked of a new version, on a thread of its own: a proof takes its time.
+    /// Answers the question about a new version on a thread of its own: a proof may take seconds.
     fn spawn_judge(&self) {
         let Some(question) = self.controller.question() else {
             return;
@@ -358,7 +363,7 @@ impl ExecutiveLoop {
         }
     }
 
-    /// Proves a move, on a thread of its own too.
+    /// Proves a move of tokens on a thread of its own.
     fn judge_move(&self) {
         let Some(question) = self.controller.move_question() else {
             return;
@@ -370,7 +375,7 @@ impl ExecutiveLoop {
         }
     }
 
-    /// Shows the marking, unless nothing but the time is new.
+    /// Publishes the marking, unless only the time has changed.
     fn publish_marking(&mut self) {
         let marking = self.controller.marking(self.node.armor().timestamp());
         let news = self.shown.as_ref().is_none_or(|shown| {
@@ -397,7 +402,7 @@ fn register_node(options: &ExecutiveOptions) -> Result<SystemNode, RunError> {
         .map_err(|error| RunError::Register(error.to_string()))
 }
 
-/// Passes on what another thread produces, until the receiver is gone.
+/// Starts a thread that sends the items of `from` as inputs, until the receiver is gone.
 fn hand_on<T: Send + 'static>(
     name: &str,
     from: impl IntoIterator<Item = T> + Send + 'static,
@@ -416,7 +421,7 @@ fn hand_on<T: Send + 'static>(
     }
 }
 
-/// Logs what people want to know of a mission.
+/// Logs a record for people who follow the mission.
 fn log_entry(entry: &JournalEntry) {
     match entry {
         JournalEntry::Took { cause, from, to, late_s, sets, .. } => {
@@ -466,7 +471,8 @@ fn log_entry(entry: &JournalEntry) {
     }
 }
 
-/// As configd would answer: relative folders start from where this process, like configd, works.
+/// Makes a parameter value as configd would: relative folders start from the working directory,
+/// which is the same for this process and configd.
 fn parameter_given(value: GivenValue) -> GivenParameter {
     let base = std::env::current_dir().unwrap_or_default().join(&value.folder);
     let base = base.to_string_lossy().into_owned();

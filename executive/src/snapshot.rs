@@ -1,5 +1,5 @@
-//! The whole ledger as one record, so that a journal need not be kept back to its beginning. Names, not
-//! numbers, as in every record.
+//! The whole ledger as one record, which replaces all earlier ones when a journal is cut. As every
+//! record, it holds names instead of ids.
 
 use crate::ledger::activation::Activation;
 use crate::ledger::authority::{Consent, Lease, Pause};
@@ -13,32 +13,32 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-/// What the records of a journal come to.
+/// The state of a ledger after the records of a journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LedgerSnapshot {
     /// The mission's name.
     pub mission: String,
-    /// Of its plan.
+    /// The fingerprint of the plan.
     pub fingerprint: String,
-    /// What it began with: the components that run are of that.
+    /// The version that the mission began with, which the running components were started from.
     pub began: Version,
-    /// What it is played from.
+    /// The version in force.
     pub version: Version,
     pub(crate) version_since: Duration,
-    /// How many records it stands for.
+    /// How many records it replaces.
     pub records: u64,
     /// The places that hold tokens.
     pub marking: Vec<Tokens>,
-    /// When each enabled transition became so.
+    /// When each enabled transition became enabled.
     pub(crate) clocks: BTreeMap<String, Duration>,
     pub(crate) held_since: Option<Duration>,
     pub(crate) firings: Vec<(u64, FiringSnapshot)>,
     pub(crate) activations: BTreeMap<String, Activation>,
     pub(crate) standing: Vec<StandingReport>,
-    /// The variables that transitions set.
+    /// The values of the variables that transitions set.
     #[serde(default)]
     pub(crate) counters: BTreeMap<String, i64>,
-    /// Transitions whose guards hold.
+    /// The transitions whose guards are true.
     pub(crate) holds: BTreeSet<String>,
     pub(crate) dates: BTreeMap<String, DateState>,
     pub(crate) stage: MissionStage,
@@ -55,7 +55,7 @@ pub struct LedgerSnapshot {
     pub(crate) why: String,
 }
 
-/// Tokens on their way.
+/// A firing in flight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FiringSnapshot {
     pub(crate) cause: Cause,
@@ -68,7 +68,7 @@ pub(crate) struct FiringSnapshot {
     pub(crate) renewing: Vec<String>,
 }
 
-/// A report that stands.
+/// A report that no transition has consumed yet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StandingReport {
     pub(crate) component: String,

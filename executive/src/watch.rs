@@ -1,5 +1,5 @@
-//! Looks at the data that guards speak of: one thread and one link for each output, kept up for as
-//! long as the mission is played. Fields are read by the provider's schema, without a Rust type.
+//! Watches the data that guards read: one thread and one link per output, kept as long as the
+//! mission is played. Fields are decoded by the provider's schema, without a Rust type.
 
 use crate::event::ControllerEvent;
 use crate::hub::ExecutiveInput;
@@ -16,24 +16,25 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// How long to wait for a provider, or for data, before looking whether it is all over.
+/// How long to wait for a provider or for data before checking whether the mission is over.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Time between two attempts to link to a provider that the registry knows.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// All the watching for one mission; it ends when this is dropped.
+/// The watchers of one mission. They end when this is dropped.
 pub(crate) struct GuardWatching {
     shared: Arc<SharedNews>,
     registry: String,
     directory: Option<Directory>,
-    /// How many of the plan's watches are watched.
+    /// How many of the plan's watches have a watcher: the first ones.
     watched: usize,
 }
 
 struct SharedNews {
-    /// What has not been taken in yet: the newest of each watch, and no more, however fast it comes.
+    /// The newest value of each watch that the executive has not taken yet. Older values are
+    /// dropped, so fast data cannot fill a queue.
     news: Mutex<BTreeMap<WatchId, WatchNews>>,
-    /// Data that is not linked.
+    /// The outputs that have not been linked yet.
     missing: Mutex<Vec<String>>,
     over: AtomicBool,
 }
@@ -45,7 +46,7 @@ struct WatchNews {
 }
 
 impl GuardWatching {
-    /// Begins to watch.
+    /// Starts the watchers of a plan.
     pub(crate) fn start(plan: &Plan, registry: &str, inputs: &Sender<ExecutiveInput>) -> Self {
         let shared = SharedNews {
             news: Mutex::default(),
@@ -62,7 +63,8 @@ impl GuardWatching {
         watching
     }
 
-    /// Watches what a plan looks at beyond what is watched: its watches begin with those.
+    /// Starts watchers for the watches that a plan adds. Its watches begin with those already
+    /// watched.
     pub(crate) fn follow(&mut self, plan: &Plan, inputs: &Sender<ExecutiveInput>) {
         let mut outputs: BTreeMap<&str, Vec<_>> = BTreeMap::new();
         for (id, watch) in (0..).map(WatchId).zip(plan.watches()).skip(self.watched) {
@@ -90,7 +92,7 @@ impl GuardWatching {
         }
     }
 
-    /// What is new of a watch.
+    /// Takes the news of a watch.
     pub(crate) fn news(&self, watch: WatchId) -> Vec<ControllerEvent> {
         let Some(news) = lock(&self.shared.news).remove(&watch) else {
             return Vec::new();
@@ -102,7 +104,7 @@ impl GuardWatching {
             .collect()
     }
 
-    /// Data that a guard looks at and that is not linked, if there is such.
+    /// Returns an output that a guard reads and that is not linked yet.
     pub(crate) fn unlinked(&self) -> Option<String> {
         lock(&self.shared.missing).first().cloned()
     }
@@ -114,7 +116,7 @@ impl Drop for GuardWatching {
     }
 }
 
-/// A thread that panicked has left nothing half done here.
+/// Ignores poisoning: a thread that panicked cannot leave these maps half changed.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -128,7 +130,7 @@ struct Watcher {
     shared: Arc<SharedNews>,
 }
 
-/// One field, and the value of it that was sent last.
+/// One field, and the value last sent.
 struct Looked<'a> {
     watch: WatchId,
     path: FieldPath<'a>,
@@ -195,7 +197,7 @@ impl Watcher {
         }
     }
 
-    /// Reads one field and sends what is new; returns whether it could be read.
+    /// Reads one field and sends its value if it has changed. Returns whether it could be read.
     fn look(&self, field: &mut Looked<'_>, schema: &Schema, payload: &[u8], warn: bool) -> bool {
         let read = field.path.read(schema, payload);
         if let (Err(error), true) = (&read, warn) {
@@ -223,7 +225,7 @@ impl Watcher {
         change(all.entry(watch).or_default());
         drop(all);
         if is_first {
-            // The receiver is gone only when all of this is about to end.
+            // The receiver is gone only when the executive is about to end.
             let _ = self.inputs.send(ExecutiveInput::News(watch));
         }
     }
