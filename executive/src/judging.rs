@@ -10,7 +10,7 @@ use armor_robotfile::{Code, Configuration, Finding, Findings, Severity, differen
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a proof may take; what it has not decided by then counts as not proven.
+/// How long a proof may take; what is undecided after that counts as not proven.
 const PROOF_WITHIN: Duration = Duration::from_secs(5);
 
 /// A question of the controller about a new version.
