@@ -257,7 +257,7 @@ impl Controller {
         let host = cx.host();
         match event {
             ControllerEvent::Appeared { component, instance } => {
-                self.take_appearance(component, instance)
+                self.take_appearance(component, instance);
             }
             ControllerEvent::StateReported {
                 component,
@@ -288,7 +288,7 @@ impl Controller {
             }
             ControllerEvent::Ordered(given) => self.operators.take_order(cx, &self.dates, given),
             ControllerEvent::OperatorLeft { connection } => {
-                self.operators.operator_left(cx, connection)
+                self.operators.operator_left(cx, connection);
             }
             ControllerEvent::Sensed { watch, value } => self.senses.take_value(cx, watch, value),
             ControllerEvent::Unlinked { watch } => self.senses.note_unlinked(cx, watch),

@@ -138,7 +138,7 @@ impl Hub {
             // A process on another host cannot be killed, only asked to end. Without an entry in a
             // registry that answers there is no process.
             None if peer.entry.is_some() || !registry => {
-                self.send_command(component, &Command::Terminate)
+                self.send_command(component, &Command::Terminate);
             }
             None => {}
         }

@@ -126,10 +126,10 @@ impl Ledger {
         match &record.entry {
             JournalEntry::Snapshot(_) => {}
             JournalEntry::Began { mission, fingerprint, .. } => {
-                self.check_mission(mission, fingerprint)?
+                self.check_mission(mission, fingerprint)?;
             }
             JournalEntry::Changed { version, fingerprint, .. } => {
-                self.take_version(version, fingerprint)?
+                self.take_version(version, fingerprint)?;
             }
             JournalEntry::Refused { .. } => {}
             JournalEntry::Took { firing, cause, from, to, sets, guards, .. } => {
@@ -151,7 +151,7 @@ impl Ledger {
             }
             JournalEntry::Ordered(judged) => self.carry_out(judged)?,
             JournalEntry::Asked { transition } => {
-                self.set_consent(transition, Consent::Asked(self.at))?
+                self.set_consent(transition, Consent::Asked(self.at))?;
             }
             JournalEntry::Unanswered { transition, fires: true } => {
                 self.set_consent(transition, Consent::Granted)?;
@@ -163,7 +163,7 @@ impl Ledger {
             JournalEntry::Held { .. } => self.begin_pause("the executive"),
             JournalEntry::Guard { transition, holds, .. } => self.set_guard(transition, *holds)?,
             JournalEntry::Dated { transition, phase, .. } => {
-                self.set_date_phase(transition, *phase)?
+                self.set_date_phase(transition, *phase)?;
             }
             JournalEntry::Retreated { why } => self.begin_retreat(why),
             JournalEntry::GaveUp { why } => {

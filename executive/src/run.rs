@@ -330,7 +330,7 @@ impl ExecutiveLoop {
                 ControllerAction::Judge => self.spawn_judge(),
                 ControllerAction::JudgeMove => self.judge_move(),
                 ControllerAction::Changed => {
-                    self.watching.follow(self.controller.plan(), &self.inputs)
+                    self.watching.follow(self.controller.plan(), &self.inputs);
                 }
                 ControllerAction::Finished(outcome) => {
                     self.publish_marking();
@@ -453,7 +453,7 @@ fn log_entry(entry: &JournalEntry) {
         JournalEntry::LinkLost { author } => tracing::warn!("the link to {author} is lost"),
         JournalEntry::Held { why } => tracing::warn!("holds: {why}"),
         JournalEntry::Dated { phase: DatePhase::Past, used: false, .. } => {
-            tracing::warn!("{entry}")
+            tracing::warn!("{entry}");
         }
         JournalEntry::Dated { .. } => tracing::info!("{entry}"),
         JournalEntry::Retreated { why } => tracing::warn!("retreats: {why}"),

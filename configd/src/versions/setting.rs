@@ -84,7 +84,7 @@ impl Versions {
                     actions.push(send_reply(wanted.peer, reply));
                 }
                 Err(Rejected(text, findings)) => {
-                    actions.push(reject_setting(&wanted, text, &findings))
+                    actions.push(reject_setting(&wanted, text, &findings));
                 }
                 Ok(Some(Prepared { write, configuration, warnings })) => {
                     self.settings.writing = Some((wanted, configuration, warnings));

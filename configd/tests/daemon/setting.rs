@@ -42,7 +42,7 @@ fn a_value_is_written_into_the_file_and_the_rest_stays() {
     expect_refused(&configd, 3);
     match set(&configd, "picture", Some("d.png")) {
         ConfigReply::Rejected { findings, .. } => {
-            assert_eq!(findings[0].severity, FindingSeverity::Error)
+            assert_eq!(findings[0].severity, FindingSeverity::Error);
         }
         other => panic!("{other:?}"),
     }

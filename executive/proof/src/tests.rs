@@ -3,7 +3,6 @@
 use crate::analysed::Analysed;
 use crate::proof::ProofEffort;
 use crate::prove::{prove, prove_within};
-use armor_petri::analysis::{AnalysisBudget, ExplorationEnd, explore_states};
 use armor_plan::Plan;
 use armor_robotfile::{Code, Colours, Finding, FindingOrigin, Findings, PageExample, check, read};
 

@@ -17,7 +17,7 @@ impl Ledger {
             MissionOrder::Lease => self.authority.give_lease(&judged.by, self.at),
             MissionOrder::Release => self.authority.release_lease(),
             MissionOrder::Fire(name) | MissionOrder::Confirm(name) => {
-                self.set_consent(name, Consent::Granted)?
+                self.set_consent(name, Consent::Granted)?;
             }
             MissionOrder::Decline(name) => self.set_consent(name, Consent::Declined)?,
             MissionOrder::Pause => self.begin_pause(&judged.by.author),

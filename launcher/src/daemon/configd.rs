@@ -166,7 +166,7 @@ fn log_notice(notice: &Notice) {
                 Some(kept) => {
                     warn!(
                         "the file is not valid; version {kept}, the last good one, stays in force"
-                    )
+                    );
                 }
                 None => error!(
                     "the file is not valid, and no version of it is kept: requests are refused until \

@@ -167,7 +167,7 @@ impl Launcher {
                 }
             }
             Err(error) => {
-                self.failed.push_back(SupervisorEvent::SpawnFailed(id, format!("{error:#}")))
+                self.failed.push_back(SupervisorEvent::SpawnFailed(id, format!("{error:#}")));
             }
         }
     }

@@ -58,7 +58,7 @@ impl Document {
             for mention in mentions.iter().filter(|m| !going.contains(&m.parent.span)) {
                 match mention.role {
                     MentionRole::Definition | MentionRole::Whole => {
-                        gone.add(mention.parent, mention.index)
+                        gone.add(mention.parent, mention.index);
                     }
                     MentionRole::Needed => {}
                     MentionRole::Listed if going.contains(&mention.element.span) => {}

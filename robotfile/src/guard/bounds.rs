@@ -91,7 +91,7 @@ impl GuardBounds<'_> {
                 }
             }
             GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => {
-                self.describe_domains(inner, out)
+                self.describe_domains(inner, out);
             }
             GuardNodeKind::Binary(_, left, right) => {
                 self.describe_domains(left, out);

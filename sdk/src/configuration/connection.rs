@@ -53,7 +53,7 @@ impl ConfigdConnection {
                     return Ok(());
                 }
                 Err(error) if is_temporary(&error) => {
-                    self.write_bytes(&frame::signal(FrameKind::Beat))?
+                    self.write_bytes(&frame::signal(FrameKind::Beat))?;
                 }
                 Err(error) => return Err(ended(error)),
             }

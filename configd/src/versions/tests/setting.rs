@@ -73,7 +73,7 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     let actions = versions.handle(ConfigdEvent::Written(Err("changed by another program".into())));
     match replies(&actions).as_slice() {
         [ConfigReply::Rejected { request: 9, text, .. }] => {
-            assert_eq!(text, "changed by another program")
+            assert_eq!(text, "changed by another program");
         }
         other => panic!("{other:?}"),
     }

@@ -259,7 +259,7 @@ impl Bench {
                     self.wanted.push(format!("freeze {}", name(component)));
                 }
                 ControllerAction::Kill { component } => {
-                    self.wanted.push(format!("kill {}", name(component)))
+                    self.wanted.push(format!("kill {}", name(component)));
                 }
                 ControllerAction::Finished(outcome) => self.wanted.push(format!("{outcome:?}")),
                 ControllerAction::Answer { accepted, text, .. } => {

@@ -67,13 +67,10 @@ impl StatusObserver {
                     // Without threads there is no status; the run itself does not need it.
                     return;
                 };
-                loop {
-                    match wakeups.recv_timeout(DRAW_EVERY) {
-                        Ok(Wakeup::Changed) | Err(RecvTimeoutError::Timeout) => {
-                            line.show(&collector.collect());
-                        }
-                        Ok(Wakeup::End) | Err(RecvTimeoutError::Disconnected) => break,
-                    }
+                while let Ok(Wakeup::Changed) | Err(RecvTimeoutError::Timeout) =
+                    wakeups.recv_timeout(DRAW_EVERY)
+                {
+                    line.show(&collector.collect());
                 }
                 line.finish();
             })
