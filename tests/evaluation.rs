@@ -139,7 +139,11 @@ fn faults_are_named_with_their_position() {
     check(&["no.csv", "--relations", "known.csv"], 1, &["no.csv", "No such file"]);
     check(&["broken.csv", "--reference", "found.csv"], 1, &["broken.csv", "line 3", "1,1.1,two"]);
     check(&["found.csv", "--relations", "moved.csv"], 1, &["moved.csv", "i,j,kind,dx_m"]);
-    check(&["found.csv", "--reference", "late.csv"], 1, &["late.csv", "are they of one run"]);
+    check(
+        &["found.csv", "--reference", "late.csv"],
+        1,
+        &["late.csv", "are they from the same run"],
+    );
     check(&["found.csv"], 1, &["--relations"]);
     check(&["found.csv", "--reference", "moved.csv", "--plot", "a.gif"], 1, &["a.gif", ".png"]);
     check(&["--map", "no.yaml", "--reference-map", "no.yaml"], 1, &["no.yaml"]);

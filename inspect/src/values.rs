@@ -101,7 +101,7 @@ impl WatchedValues {
     }
 
     /// Returns the present state of `data`. The first look makes a link, and each look keeps it for
-    /// another [`LINGER`].
+    /// another `LINGER`.
     pub fn look(&self, data: &str) -> ValueLook {
         self.with_channel(data, |channel| channel.present_look())
     }

@@ -87,7 +87,7 @@ fn check_files(arguments: &CheckArguments, format: OutputFormat) -> Result<Comma
 /// Reads the file and checks it against every kind there is.
 ///
 /// # Errors
-/// As [`run`]. What is wrong with the file is in the findings.
+/// If the current folder is gone, or the kinds cannot be read. Faults of the file are findings.
 pub fn load_file(file: &Path, sets: &[String], kinds: &KindFolders) -> Result<CheckedFile> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
     let mut reading = armor_robotfile::load(file);

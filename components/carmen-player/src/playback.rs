@@ -52,7 +52,7 @@ impl<R: BufRead> Playback<R> {
 
     /// Takes the next scan if it is due at `now_s` (any steady clock, seconds).
     ///
-    /// `Ok(None)`: nothing is due yet, or the log [has ended](Self::ended).
+    /// `Ok(None)`: nothing is due yet, or the log [has ended](Self::has_ended).
     ///
     /// # Errors
     /// [`LogError::Io`] when the log cannot be read before its first scan; malformed lines are counted

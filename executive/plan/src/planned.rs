@@ -12,7 +12,7 @@ use armor_robotfile::mission::{Autonomy, LostLink};
 pub struct ComponentId(pub u32);
 
 impl ComponentId {
-    /// The position in [`Plan::components`].
+    /// The position in `Plan::components`.
     pub fn index(self) -> usize {
         self.0 as usize
     }
