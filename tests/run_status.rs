@@ -1,7 +1,5 @@
 //! The status of `armor run` on stderr: plain lines if stderr is not a terminal.
 
-use std::os::unix::fs::symlink;
-
 use crate::fixture::{Folder, run_to_end};
 use crate::resilience::system::probe;
 
@@ -24,8 +22,9 @@ const RELAY: &str = "<armor version='1'>
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("relay.xml", RELAY);
-    std::fs::create_dir(folder.path().join("components")).expect("writable");
-    symlink(probe(), folder.path().join("components/worker")).expect("a link to the probe");
+    // Under this name the program is a `worker`; a symbolic link would be resolved to `probe`.
+    let script = format!("#!/bin/sh\nexec -a worker '{}' \"$@\"\n", probe().display());
+    folder.executable("components/worker", &script.replace("/bin/sh", "/bin/bash"));
     folder
 }
 

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use eframe::egui;
 
 use crate::desk::{Desk, Messages, Pane};
-use crate::files::Keeper;
+use crate::disk::Keeper;
 use crate::kinds::{Kinds, KindsWatch};
 use crate::live::{LiveView, Session};
 use crate::mission::MissionView;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use armor_designer::arguments::{Arguments, HELP, Task};
 use armor_designer::check::check;
-use armor_designer::files::state_folder;
+use armor_designer::disk::state_folder;
 use armor_designer::{Designer, Settings, Start, take_picture};
 use armor_robotfile::{Code, Colours, Findings, Severity};
 use eframe::egui;

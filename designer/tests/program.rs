@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use armor_designer::disk::recovery::orphans;
 use armor_designer::export::Stage;
-use armor_designer::files::recovery::orphans;
 use armor_designer::{Designer, Kinds, Settings, Start};
 use armor_robotfile::Code;
 use eframe::egui::Context;

@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 
 use crate::commands::{Command, about};
-use crate::files::examples::{EXAMPLES, Example};
+use crate::disk::examples::{EXAMPLES, Example};
 
 /// Widest that a line of the page gets.
 const WIDTH: f32 = 900.0;

@@ -7,7 +7,7 @@ use eframe::egui::{
     self, Align, EventFilter, Key, Layout, Modifiers, RichText, ScrollArea, TextEdit, Ui,
 };
 
-use crate::files::listing::{Entry, complete, entries, meant, parts, with_ending};
+use crate::disk::listing::{Entry, complete, entries, meant, parts, with_ending};
 
 /// Rows that are seen immediately.
 const ROWS: f32 = 13.0;

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use armor_designer::files::recovery::{Kept, KeptFile};
+use armor_designer::disk::recovery::{Kept, KeptFile};
 use armor_designer::{Command, system};
 use eframe::egui::{DroppedFile, Key};
 use egui_kittest::kittest::Queryable;

@@ -5,7 +5,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::*;
-use crate::files::scratch::Scratch;
+use crate::disk::scratch::Scratch;
 
 /// A choice in a folder with two robots and a folder.
 struct Shown {

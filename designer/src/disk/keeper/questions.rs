@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use eframe::egui::{self, Align, Id, Layout, Modal, Ui};
 
 use super::shown;
-use crate::files::recovery::{Kept, Orphan};
+use crate::disk::recovery::{Kept, Orphan};
 use crate::project::Project;
 use crate::text;
 

@@ -113,7 +113,7 @@ pub fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::scratch::Scratch;
+    use crate::disk::scratch::Scratch;
 
     fn folder() -> Scratch {
         let folder = Scratch::new();

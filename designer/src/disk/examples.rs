@@ -90,7 +90,7 @@ pub fn unpack(folder: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::scratch::Scratch;
+    use crate::disk::scratch::Scratch;
 
     #[test]
     fn every_example_opens_with_all_that_it_names() {

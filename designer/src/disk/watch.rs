@@ -175,7 +175,7 @@ fn run(shared: &Shared, wake: &impl Fn()) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::scratch::Scratch;
+    use crate::disk::scratch::Scratch;
 
     fn on_disk(text: &str) -> OnDisk {
         Some(text.as_bytes().into())

@@ -1,5 +1,5 @@
 use super::*;
-use crate::files::scratch::Scratch;
+use crate::disk::scratch::Scratch;
 
 fn work(text: &str) -> Kept {
     let path = Some("/home/a/rover.xml".into());

@@ -73,7 +73,7 @@ impl Recent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::scratch::Scratch;
+    use crate::disk::scratch::Scratch;
 
     #[test]
     fn the_newest_is_first_and_each_is_there_once() {
