@@ -125,7 +125,7 @@ fn a_kill_in_the_middle_of_work_leaves_the_work_and_the_file() {
     let folder = scratch("killed");
     std::fs::write(folder.join("robot.xml"), ROBOT).expect("written");
     let mut victim = Command::new(std::env::current_exe().expect("this program"))
-        .args(["--exact", "draws_until_it_is_killed", "--nocapture"])
+        .args(["--exact", "program::draws_until_it_is_killed", "--nocapture"])
         .env(VICTIM, &folder)
         .stdout(Stdio::piped())
         .spawn()

@@ -1,7 +1,5 @@
 //! Edits of odd files, with odd names and values: each is made as it was meant or refused, and a
 //! refused one has changed nothing.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 

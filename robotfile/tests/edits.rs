@@ -1,6 +1,4 @@
 //! Edits change their lines and no others, and what they write reads as it was meant.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 

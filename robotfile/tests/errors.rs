@@ -3,8 +3,6 @@
 //!
 //! With `ARMOR_BLESS=1` the tests write what is printed into the pages, and the index, instead of
 //! comparing them.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,4 @@
 //! Every example file is read, is valid, keeps its bytes, and has the expected contents.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

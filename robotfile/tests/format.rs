@@ -1,6 +1,4 @@
 //! Formatting changes white space that means nothing, and that once.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,4 @@
 //! What is found in guards and variables, at which piece of the text.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 

@@ -1,7 +1,5 @@
 //! The schema and the reader agree: xmllint accepts what we accept, and refuses what we refuse
 //! for its structure. Skipped, saying so, where xmllint is missing; never under CI.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -7,7 +7,7 @@ use armor_robotfile::{Code, Severity};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use crate::bench_kinds;
+use crate::ui::bench_kinds;
 
 /// Writes the examples of all pages, each with the files that it names into a folder of its own,
 /// and returns the paths of the main files.

@@ -9,7 +9,7 @@ use armor_designer::project::Project;
 use armor_robotfile::mission::ArcKind;
 use proptest::prelude::*;
 
-use crate::bench_kinds;
+use crate::ui::bench_kinds;
 
 const START: &str = r#"<?xml version="1.0"?>
 <armor version="1">

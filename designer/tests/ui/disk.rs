@@ -9,7 +9,7 @@ use armor_designer::{Command, system};
 use eframe::egui::{DroppedFile, Key};
 use egui_kittest::kittest::Queryable;
 
-use crate::{Window, read};
+use crate::ui::{Window, read};
 
 const ROBOT: &str = r#"<armor version="1">
   <system name="bench">

@@ -4,7 +4,7 @@ use armor_designer::{Command, Menu, about};
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 
-use crate::{Window, read};
+use crate::ui::{Window, read};
 
 #[test]
 fn a_command_is_run_by_a_part_of_its_name() {

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Key, Modifiers, vec2};
 
-use crate::Window;
+use crate::ui::Window;
 
 const TWO_EACH: &str = r#"<armor version="1">
   <system name="bench">

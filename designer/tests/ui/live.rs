@@ -16,7 +16,7 @@ use armor_wire::registry::ComponentEntry;
 use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
 use egui_kittest::kittest::Queryable;
 
-use crate::Window;
+use crate::ui::Window;
 
 const ROBOT: &str = r#"<armor version="1">
   <system name="bench">

@@ -3,7 +3,7 @@
 use eframe::egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 
-use crate::Window;
+use crate::ui::Window;
 
 const SURVEY: &str = r#"<armor version="1">
   <system name="bench">

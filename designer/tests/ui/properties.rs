@@ -2,7 +2,7 @@
 
 use eframe::egui::{Key, Modifiers};
 
-use crate::Window;
+use crate::ui::Window;
 
 const EYE: &str = r#"<armor version="1">
   <system name="bench">
@@ -47,7 +47,7 @@ fn saving_is_refused_while_a_parameter_lacks_a_value_and_leads_there() {
     } else {
         assert!(window.told().contains("eye has no value for device"), "{}", window.told());
     }
-    assert_eq!(crate::read(&window.path("robot.xml")), EYE);
+    assert_eq!(crate::ui::read(&window.path("robot.xml")), EYE);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use armor_designer::{Item, View, layout};
 use eframe::egui::{Pos2, Rect, Vec2};
 use proptest::prelude::*;
 
-use crate::bench_kinds;
+use crate::ui::bench_kinds;
 
 const START: &str = r#"<?xml version="1.0"?>
 <armor version="1">

@@ -2,7 +2,7 @@
 
 use egui_kittest::kittest::{NodeT, Queryable};
 
-use crate::Window;
+use crate::ui::Window;
 
 const ROBOT: &str = r#"<armor version="1">
   <system name="bench">

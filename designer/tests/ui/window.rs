@@ -3,7 +3,7 @@
 use eframe::egui::{Event, Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 
-use crate::Window;
+use crate::ui::Window;
 
 const ROBOT: &str = r#"<armor version="1">
   <!-- a bench -->

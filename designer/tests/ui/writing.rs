@@ -2,7 +2,7 @@
 
 use eframe::egui::{Event, Key, Modifiers, ViewportCommand};
 
-use crate::{Window, read};
+use crate::ui::{Window, read};
 
 const ROBOT: &str = r#"<armor version="1">
   <system name="bench">

@@ -1,8 +1,7 @@
 //! State spaces counted exactly: against the counts that the Model Checking Contest and TAPAAL
 //! publish, and against plain enumeration on random nets.
 
-mod data;
-
+use crate::data;
 use armor_petri::analysis::boundedness::pumping_on_walks;
 use armor_petri::analysis::invariants::PlaceBounds;
 use armor_petri::analysis::rules::FiringRules;

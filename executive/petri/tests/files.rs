@@ -1,7 +1,6 @@
 //! Nets in and out of files: real ones, random ones, and what is no net at all.
 
-mod data;
-
+use crate::data;
 use armor_petri::file::{NetFile, pnml, tina};
 use armor_petri::{FiringClass, FiringInterval, Net, NetTransition, PlaceId};
 use proptest::prelude::*;

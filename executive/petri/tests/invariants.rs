@@ -1,7 +1,6 @@
 //! Semiflows: those of known nets, and that each found for a random net is one.
 
-mod data;
-
+use crate::data;
 use armor_petri::analysis::invariants::{
     PlaceBounds, excluding_sum, place_semiflows, transition_semiflows,
 };

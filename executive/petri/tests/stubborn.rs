@@ -1,7 +1,6 @@
 //! The reduced search finds every deadlock that the full one finds.
 
-mod data;
-
+use crate::data;
 use armor_petri::analysis::invariants::PlaceBounds;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::stubborn::find_deadlocks;

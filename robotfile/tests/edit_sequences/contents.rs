@@ -5,7 +5,7 @@ use std::path::Path;
 use armor_robotfile::mission::ArcKind;
 use armor_robotfile::{Configuration, Document, Item, Position, Spanned, read};
 
-use crate::model::{Model, SORTS, Sort, written};
+use crate::edit_sequences::model::{Model, SORTS, Sort, written};
 
 #[derive(Debug, PartialEq)]
 pub struct Contents(Vec<String>);

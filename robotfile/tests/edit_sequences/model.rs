@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::random::Random;
+use crate::edit_sequences::random::Random;
 
 /// Names of all sorts of things, so that things of different sorts share them.
 pub const NAMES: &[&str] =

@@ -4,12 +4,12 @@
 use armor_robotfile::tree::Element;
 use armor_robotfile::{Document, EditError, Item, Position};
 
-use crate::contents::item;
-use crate::model::{
+use crate::edit_sequences::contents::item;
+use crate::edit_sequences::model::{
     Model, Place, SORTS, Sort, Transition, random_component, random_value, written,
 };
-use crate::random::Random;
-use crate::text;
+use crate::edit_sequences::random::Random;
+use crate::edit_sequences::text;
 
 /// Makes an edit and answers what it was.
 pub fn make(document: &mut Document, model: &mut Model, random: &mut Random) -> String {

@@ -1,7 +1,7 @@
 //! A model as a file of a random form: any indentation, line ends, quotes, spaces, comments.
 
-use crate::model::{Component, Model, Place, Transition, written};
-use crate::random::Random;
+use crate::edit_sequences::model::{Component, Model, Place, Transition, written};
+use crate::edit_sequences::random::Random;
 
 /// An element to be written: name, attributes, elements in it, text.
 #[derive(Default)]

@@ -1,7 +1,7 @@
 //! Inputs by number: the same number gives the same bytes. Random bytes, random pieces of files,
 //! examples with changes that know what a file looks like, and files made up from the vocabulary.
 
-use crate::entry::EXAMPLES;
+use crate::hostile::entry::EXAMPLES;
 
 struct Dice(fastrand::Rng);
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use armor_robotfile::{Colours, Document, MAX_FILE_BYTES, NewElement, check, format, load};
 
-use crate::entry::manifests;
+use crate::hostile::entry::manifests;
 
 /// Of the whole process, in KiB.
 const MOST_KIB: u64 = 64 << 10;
@@ -220,7 +220,7 @@ fn the_worst_files_cost_milliseconds_and_little_memory() {
 fn work_of_a_child(file: &Path, name: &str) -> (f64, u64, String) {
     let started = Instant::now();
     let output = Command::new(std::env::current_exe().expect("this test"))
-        .args(["--exact", "memory::child", "--nocapture"])
+        .args(["--exact", "hostile::memory::child", "--nocapture"])
         .env(VARIABLE, file)
         .output()
         .expect("it starts");

@@ -1,6 +1,4 @@
 //! The limits of docs/house.md hold for this workspace.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use armor_house::{
     CrateModules, circles_of, find_crates, measure_names, read_modules, workspace_root,

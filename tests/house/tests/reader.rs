@@ -1,6 +1,4 @@
 //! The reader of modules finds what imports what, on small crates written here.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::PathBuf;

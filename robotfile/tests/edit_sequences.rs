@@ -1,7 +1,5 @@
 //! Random edits of random files: the contents equal those of a model that is edited in parallel,
 //! only the lines of the edit change, and undoing restores the bytes.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 mod contents;
 mod model;

@@ -1,6 +1,4 @@
 //! One file, one fault, one finding: the right code at the marked piece of text.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 mod file;
 mod manifests;

@@ -1,8 +1,6 @@
 //! The window as a person or a screen reader meets it: everything by its accessible name, without a
 //! display.
 
-#![allow(clippy::unwrap_used, reason = "all of it is a test")]
-
 mod bench_kinds;
 mod catalogue;
 mod changes;

@@ -1,6 +1,4 @@
 //! Whatever the bytes: an answer, soon, in bounded memory, with spans inside the file.
-// A test may panic where a program may not.
-#![allow(clippy::unwrap_used)]
 
 mod entry;
 mod input;

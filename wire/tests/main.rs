@@ -1,0 +1,8 @@
+//! The tests of this crate from outside, in one program: one link instead of four.
+// A test may panic where a program may not.
+#![allow(clippy::unwrap_used)]
+
+mod derive;
+mod properties;
+mod protocol;
+mod subscriber;
