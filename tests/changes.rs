@@ -42,8 +42,8 @@ fn save(system: &System, mission: &str) {
     let text = std::fs::read_to_string(&file).expect("the file");
     let (head, rest) = text.split_once("<mission").expect("a mission");
     let (_, tail) = rest.split_once("</mission>").expect("its end");
-    let beside = system.folder.write("probes.new", &format!("{head}{mission}{tail}"));
-    std::fs::rename(beside, file).expect("renamed");
+    let temporary = system.folder.write("probes.new", &format!("{head}{mission}{tail}"));
+    std::fs::rename(temporary, file).expect("renamed");
 }
 
 /// Waits until `armor mission show` prints `words`; returns its output.

@@ -97,13 +97,13 @@ fn an_order_ends_a_mission_and_its_author_is_informed() {
 fn the_display_continues_through_a_restart_and_names_a_broken_file() {
     let system = watch("shown");
     let follower = talker(&system, &["show", "--follow"]);
-    let heads = || assert!(follower_says(&follower, "mission watch: playing"));
+    let heads = || assert!(follower_shows(&follower, "mission watch: playing"));
     heads();
     system.replace("executive");
     heads();
     let (code, _, _) = mission(&system, &["fire", "descend"]);
     assert_eq!(code, 0);
-    assert!(follower_says(&follower, "marked      down"));
+    assert!(follower_shows(&follower, "marked      down"));
 
     let text = std::fs::read_to_string(system.folder.path().join("probes.xml")).expect("the file");
     system.folder.write("probes.xml", &text.replace("to='over'", "to='nowhere'"));
@@ -118,7 +118,7 @@ fn the_display_continues_through_a_restart_and_names_a_broken_file() {
     send_signal(executive, Signal::CONT);
 }
 
-fn follower_says(follower: &Dialogue, words: &str) -> bool {
+fn follower_shows(follower: &Dialogue, words: &str) -> bool {
     (0..1000).any(|_| follower.read_line().starts_with(words))
 }
 

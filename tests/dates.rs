@@ -103,14 +103,14 @@ fn dates_need_a_synchronized_clock_and_past_ones_are_a_warning() {
     assert!(err.contains(words), "{err}");
     // With an empty folder as `PATH`, the executive finds no program that reports the clock's
     // state.
-    let nobody = folder.path().join("empty");
-    std::fs::create_dir_all(&nobody).expect("writable");
+    let without_services = folder.path().join("empty");
+    std::fs::create_dir_all(&without_services).expect("writable");
     let mut run = folder.armor(&["run", "robot.xml", "--out", "out"]);
     if armor_executive::clock_doubts().is_none() {
-        println!("skipped: somebody keeps the clock of this machine");
+        println!("skipped: a time service keeps the clock of this machine");
         return;
     }
-    let (code, _, err) = run_to_end(run.env("PATH", &nobody));
+    let (code, _, err) = run_to_end(run.env("PATH", &without_services));
     assert_eq!(code, 1, "{err}");
     assert!(err.contains("is not known to be right (there is no timedatectl; "), "{err}");
     assert!(err.contains("--trust-clock"), "{err}");

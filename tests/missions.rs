@@ -37,7 +37,7 @@ fn map(folder: &Path) -> Grid<Occupancy> {
         _ => Occupancy::Unknown,
     });
     let geometry = Geometry { origin: Point2::new(x_m, y_m), resolution_m, width, height };
-    Grid::from_values(geometry, cells.collect()).expect("as many cells as it says")
+    Grid::from_values(geometry, cells.collect()).expect("as many cells as its size requires")
 }
 
 // Slow (one to two minutes): the robot drives through the whole office in real time.

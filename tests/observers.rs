@@ -29,7 +29,7 @@ fn counted() -> (WakeCallback, Arc<AtomicUsize>) {
     (Arc::new(wake), count)
 }
 
-fn nobody() -> WakeCallback {
+fn no_wakeups() -> WakeCallback {
     Arc::new(|| {})
 }
 
@@ -60,7 +60,7 @@ fn link(watch: &SystemWatch, to: &str) -> Option<ObservedLink> {
 
 /// Returns the links to tools, which `armor graph` lists without an input's name.
 fn tools(system: &System) -> Vec<Value> {
-    let links = system.told(&["graph"]);
+    let links = system.read_json(&["graph"]);
     links
         .into_iter()
         .filter(|link| !link["to"].as_str().is_some_and(|to| to.contains('.')))
@@ -76,10 +76,10 @@ fn an_observer_sees_states_rates_and_values_and_disturbs_nothing() {
     is(&watch, "watcher", Condition::Active);
     is(&watch, "configd", Condition::Active);
     wait_for("a rate", || link(&watch, "watcher.a")?.rate_hz.filter(|rate_hz| *rate_hz > 1.0));
-    assert!(woken.load(Ordering::Relaxed) > 0, "a window is told when to look");
+    assert!(woken.load(Ordering::Relaxed) > 0, "a window is informed when to look");
     assert_eq!(tools(&system), Vec::<Value>::new(), "who is not asked for data links to none");
 
-    let values = WatchedValues::new(watch.directory().clone(), nobody());
+    let values = WatchedValues::new(watch.directory().clone(), no_wakeups());
     let seen = wait_for("data", || {
         let look = values.look("north.numbers");
         values.series("north.numbers", "count", |series| series.len() > 10).then_some(look)
@@ -100,7 +100,7 @@ fn an_observer_sees_states_rates_and_values_and_disturbs_nothing() {
 #[test]
 fn a_killed_component_is_seen_to_leave_and_to_return() {
     let system = probes("watched-deaths");
-    let watch = watch(&system, nobody());
+    let watch = watch(&system, no_wakeups());
     is(&watch, "north", Condition::Active);
     let before = system.kill("north");
     wait_for("the next north", || {
@@ -112,7 +112,7 @@ fn a_killed_component_is_seen_to_leave_and_to_return() {
     is(&watch, "watcher", Condition::Active);
     let log = RunLog::default();
     let path = system.run.out().join("logs/all.log");
-    let _tail = Tail::begin(&path, log.clone(), nobody()).expect("a thread");
+    let _tail = Tail::begin(&path, log.clone(), no_wakeups()).expect("a thread");
     wait_for("the launcher's word of it", || {
         let (_, lines) = log.since(0);
         lines
@@ -156,12 +156,12 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     let folder = Folder::new("office-watched");
     let plan = plan(&folder);
     let log = RunLog::default();
-    let run = ChildRun::start(&plan, log.clone(), nobody()).expect("armor starts");
+    let run = ChildRun::start(&plan, log.clone(), no_wakeups()).expect("armor starts");
     let record = running(&run, &log);
     assert!(record.runs(&plan.file), "{record:?}");
-    let watch =
-        SystemWatch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
-    let mission = MissionWatch::begin(watch.directory(), nobody()).expect("threads");
+    let watch = SystemWatch::begin(&record.registry.to_string(), "designer", no_wakeups())
+        .expect("threads");
+    let mission = MissionWatch::begin(watch.directory(), no_wakeups()).expect("threads");
     let marked = |place: &str| {
         let look = mission.look();
         let marking = look.marking?;
@@ -173,7 +173,8 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     let first = mission.look().now_at_s(watch.timestamp());
     wait_for("mission time", || (mission.look().now_at_s(watch.timestamp()) > first).then_some(()));
 
-    let desk = ParameterClient::open(watch.directory(), "designer", nobody()).expect("a thread");
+    let desk =
+        ParameterClient::open(watch.directory(), "designer", no_wakeups()).expect("a thread");
     desk.set("driver", "speed", Some("40km/h"));
     let result = wait_for("the refusal", || desk.last_result());
     assert!(!result.is_set && !result.findings.is_empty(), "{result:?}");
@@ -182,7 +183,7 @@ fn a_mission_is_run_watched_commanded_and_changed() {
     let text = std::fs::read_to_string(&plan.file).expect("the file");
     assert!(text.contains(r#"<parameter name="speed" value="0.8m/s"/>"#), "{text}");
 
-    let orders = OrderSender::open(watch.directory(), "designer", nobody()).expect("a thread");
+    let orders = OrderSender::open(watch.directory(), "designer", no_wakeups()).expect("a thread");
     orders.give("ruth", false, Order::Pause);
     wait_for("the pause", || mission.look().marking?.pause.as_ref().map(|_| ()));
     orders.give("ruth", false, Order::Fire { transition: "nowhere".into() });
@@ -205,8 +206,8 @@ fn a_mission_is_run_watched_commanded_and_changed() {
         ("executive", "ruth orders: safe; the mission goes to `hold`"),
         ("launcher", "ended: the mission ended in its safe place"),
     ] {
-        let is_said = |line: &Arc<LogLine>| line.name == name && line.text.contains(text);
-        assert!(lines.iter().any(is_said), "{name}: {text}: {lines:?}");
+        let is_logged = |line: &Arc<LogLine>| line.name == name && line.text.contains(text);
+        assert!(lines.iter().any(is_logged), "{name}: {text}: {lines:?}");
     }
 }
 
@@ -214,7 +215,7 @@ fn a_mission_is_run_watched_commanded_and_changed() {
 fn a_run_is_stopped_in_order() {
     let folder = Folder::new("office-stopped");
     let log = RunLog::default();
-    let run = ChildRun::start(&plan(&folder), log.clone(), nobody()).expect("armor starts");
+    let run = ChildRun::start(&plan(&folder), log.clone(), no_wakeups()).expect("armor starts");
     running(&run, &log);
     run.stop();
     let end = wait_for("the end", || match run.stage() {
@@ -230,7 +231,7 @@ fn an_invalid_file_is_not_run_and_the_log_states_why() {
     let file = folder
         .write("wrong.xml", "<armor version='1'><system name='a'><component/></system></armor>");
     let log = RunLog::default();
-    let run = ChildRun::start(&LaunchPlan { file, ..plan(&folder) }, log.clone(), nobody())
+    let run = ChildRun::start(&LaunchPlan { file, ..plan(&folder) }, log.clone(), no_wakeups())
         .expect("it starts");
     let is_fine = wait_for("the end", || match run.stage() {
         RunStage::Ended { is_fine, .. } => Some(is_fine),
@@ -276,10 +277,10 @@ fn starts_a_run_and_waits() {
         ..LaunchPlan::default()
     };
     let log = RunLog::default();
-    let run = ChildRun::start(&plan, log.clone(), nobody()).expect("armor starts");
+    let run = ChildRun::start(&plan, log.clone(), no_wakeups()).expect("armor starts");
     let record = running(&run, &log);
-    let watch =
-        SystemWatch::begin(&record.registry.to_string(), "designer", nobody()).expect("threads");
+    let watch = SystemWatch::begin(&record.registry.to_string(), "designer", no_wakeups())
+        .expect("threads");
     is(&watch, "explorer", Condition::Active);
     let picture = watch.picture();
     let pids = picture.processes.values().map(|process| process.entry.pid).chain([record.pid]);

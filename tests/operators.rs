@@ -54,7 +54,7 @@ fn refused(system: &System, author: &str, arguments: &[&str], why: &str) {
 /// Waits until the marking satisfies `is_so`; returns it.
 fn shows(system: &System, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
     wait_for(&format!("{what}\n{}", system.run.log()), || {
-        system.told(&["mission", "show"]).pop().filter(|marking| is_so(marking))
+        system.read_json(&["mission", "show"]).pop().filter(|marking| is_so(marking))
     })
 }
 

@@ -35,7 +35,7 @@ fn save(system: &System, text: &str) {
 
 /// Returns the published state of the configuration.
 fn state(system: &System) -> Value {
-    let published = || system.told(&["echo", "configuration.state", "-n", "1"]).pop();
+    let published = || system.read_json(&["echo", "configuration.state", "-n", "1"]).pop();
     wait_for("the state of the configuration", published)["value"].take()
 }
 
@@ -134,7 +134,7 @@ fn values_that_check_refuses_or_that_set_overrides_are_not_written() {
     assert_eq!(file(&system), before);
     let (code, _, err) = param(&system, &["get", "lamp.brust"]);
     assert!(code == 1 && err.contains("burst"), "{err}");
-    let list = || Some(system.told(&["param", "list", "lamp"])).filter(|all| !all.is_empty());
+    let list = || Some(system.read_json(&["param", "list", "lamp"])).filter(|all| !all.is_empty());
     let listed = wait_for("the list", list);
     let of = |name: &str| listed.iter().find(|one| one["name"] == name).expect("listed").clone();
     assert_eq!((&of("limit")["value"], &of("limit")["origin"]), (&"7".into(), &"--set".into()));
@@ -190,7 +190,7 @@ fn a_component_may_start_before_configd() {
         out.contains("lamp").then_some(())
     });
     let marks = |mark: &str| Trace::read(&folder.path().join("lamp.trace")).count(mark);
-    assert_eq!(marks("started"), 0, "nobody has told it what it is");
+    assert_eq!(marks("started"), 0, "its parameter is not assigned");
     let configd = start(&mut folder.armor(&["configd", "lamp.xml", "--registry", &at]));
     wait_for("its parameters", || (marks("mark one") == 1).then_some(()));
     // A live parameter changes in the file while configd is down; the next configd delivers it.

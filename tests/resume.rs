@@ -63,11 +63,11 @@ fn a_mission_resumes_after_all_processes_have_died() {
 
     // A new run in the same folder keeps the unfinished mission, which can be resumed there.
     power_fails(&mut again);
-    let mut anew = folder.run("out", &["probes.xml"]);
+    let mut fresh_run = folder.run("out", &["probes.xml"]);
     wait_for("the first place", || (system.trace("one").count("started") > 1).then_some(()));
-    anew.wait_for_log("an unfinished mission was here and is kept", 1);
-    assert!(anew.log().contains("out/unfinished-1 --resume"), "{}", anew.log());
-    power_fails(&mut anew);
+    fresh_run.wait_for_log("an unfinished mission was here and is kept", 1);
+    assert!(fresh_run.log().contains("out/unfinished-1 --resume"), "{}", fresh_run.log());
+    power_fails(&mut fresh_run);
     let third = folder.run("out/unfinished-1", &["probes.xml", "--resume"]);
     is_in_second(folder, &third);
     assert_eq!(system.trace("one").count("started"), 2, "this one has gone on");

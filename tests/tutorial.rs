@@ -53,7 +53,7 @@ fn every_page_is_read_and_in_the_index() {
         let file = entry.expect("readable").file_name().into_string().expect("UTF-8");
         let page = file.strip_suffix(".md").expect("a page");
         if page != "README" {
-            assert!(READERS.concat().contains(&page), "nobody reads {file}");
+            assert!(READERS.concat().contains(&page), "no test reads {file}");
             assert!(index.contains(&format!("({file})")), "the index lacks {file}");
         }
     }
@@ -68,7 +68,7 @@ fn read(reader: usize) {
 }
 
 /// The output with which the next expected block is compared.
-enum Said {
+enum Printed {
     Nothing,
     By { commands: String, output: String },
     InOtherTerminal,
@@ -77,25 +77,25 @@ enum Said {
 
 fn follow(terminal: &mut Terminal, page: &Page) {
     let mut programs: Vec<Program> = Vec::new();
-    let mut actual = Said::Nothing;
+    let mut actual = Printed::Nothing;
     for (line, step) in &page.steps {
         let at = format!("{}.md:{line}", page.name);
         match step {
             Step::Write { path, text } => terminal.write(path, text),
             Step::Run { commands, fails } => {
                 let output = terminal.run(commands, *fails, &at);
-                actual = Said::By { commands: commands.clone(), output };
+                actual = Printed::By { commands: commands.clone(), output };
             }
             Step::Start { command } => {
                 programs.push(terminal.start(command));
-                actual = Said::InOtherTerminal;
+                actual = Printed::InOtherTerminal;
             }
             Step::Interrupt => {
                 let program = programs.pop().unwrap_or_else(|| panic!("{at}: nothing runs"));
-                actual = Said::AtEnd { output: program.interrupt(&at) };
+                actual = Printed::AtEnd { output: program.interrupt(&at) };
             }
             Step::ExpectOther { text } => {
-                expect(terminal, programs.last(), &Said::InOtherTerminal, text, &at);
+                expect(terminal, programs.last(), &Printed::InOtherTerminal, text, &at);
             }
             Step::Expect { text } => expect(terminal, programs.last(), &actual, text, &at),
         }
@@ -105,14 +105,14 @@ fn follow(terminal: &mut Terminal, page: &Page) {
     }
 }
 
-fn expect(terminal: &Terminal, program: Option<&Program>, actual: &Said, text: &str, at: &str) {
+fn expect(terminal: &Terminal, program: Option<&Program>, actual: &Printed, text: &str, at: &str) {
     let check = |output: &str| {
-        assert!(page::matches(text, output), "{at}: expected\n{text}\nbut it said\n{output}");
+        assert!(page::matches(text, output), "{at}: expected\n{text}\nbut it printed\n{output}");
     };
     match actual {
-        Said::Nothing => panic!("{at}: nothing was run before"),
-        Said::AtEnd { output } => check(output),
-        Said::InOtherTerminal => {
+        Printed::Nothing => panic!("{at}: nothing was run before"),
+        Printed::AtEnd { output } => check(output),
+        Printed::InOtherTerminal => {
             let program = program.expect("it was started");
             wait_for(&format!("{at}: {text}"), || {
                 let output = program.output();
@@ -124,7 +124,7 @@ fn expect(terminal: &Terminal, program: Option<&Program>, actual: &Said, text: &
             });
         }
         // A command that only reads the state may have run too early; repeat it, as a reader does.
-        Said::By { commands, output } if only_looks(commands) => {
+        Printed::By { commands, output } if only_looks(commands) => {
             if page::matches(text, output) {
                 return;
             }
@@ -135,7 +135,7 @@ fn expect(terminal: &Terminal, program: Option<&Program>, actual: &Said, text: &
             }
             check(&last);
         }
-        Said::By { output, .. } => check(output),
+        Printed::By { output, .. } => check(output),
     }
 }
 

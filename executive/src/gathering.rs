@@ -43,7 +43,7 @@ fn find_missing(
     directory: &Directory,
     connections: &mut HashMap<u64, ControlConnection>,
 ) -> Option<String> {
-    let Ok(listing) = directory.list(ANSWER_LIMIT) else {
+    let Ok(listing) = directory.fetch_listing(ANSWER_LIMIT) else {
         return Some("the registry does not answer".into());
     };
     let mut all = Vec::new();

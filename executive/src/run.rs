@@ -107,7 +107,7 @@ pub fn run(
     }
     let node = register_node(options)?;
     clocks.follow(&plan, &node, sender.clone());
-    hand_on("watch", node.directory().watch(), sender.clone(), ExecutiveInput::Registry);
+    hand_on("watch", node.directory().watch_changes(), sender.clone(), ExecutiveInput::Registry);
     hand_on("orders", node.orders(), sender.clone(), ExecutiveInput::Operator);
     if let Some(newer) = &options.newer {
         follow(newer.clone(), plan.version().number, sender.clone());

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::leftovers::{remove_leftovers, temporary_name};
 use crate::{SaveError, folder_of, sync_folder};
 
 /// The number of symbolic links that are followed from one to the next, as in Linux itself.
@@ -47,8 +48,12 @@ impl PendingFile {
         let target =
             follow_symlinks(path).map_err(failed("its symbolic link cannot be followed"))?;
         let old = writable_metadata(&target).map_err(failed("it cannot be written"))?;
+        remove_leftovers(folder_of(&target));
         let temporary = create_temporary(&target, old.as_ref())
             .map_err(failed("no file can be made in its folder"))?;
+        // The lock shows a writer in another container or on another host that this one is alive. On
+        // a file system without locks only the process number in the name does.
+        let _ = temporary.as_file().try_lock();
         Ok(Self { path: path.to_path_buf(), target, old, temporary })
     }
 
@@ -61,7 +66,8 @@ impl PendingFile {
         written.map_err(|reason| self.new_version_failed(reason))
     }
 
-    /// Returns the open file, to lock it before it has its name.
+    /// Returns the open file, to keep it locked after it has its name. It is locked already, unless the
+    /// file system has no locks.
     pub fn file(&self) -> &File {
         self.temporary.as_file()
     }
@@ -142,9 +148,9 @@ fn create_temporary(target: &Path, old: Option<&Metadata>) -> io::Result<NamedTe
         return Err(io::Error::other("the path names no file"));
     }
     let mode = if old.is_some() { 0o600 } else { 0o666 };
-    // The name does not contain the file's own, which may be as long as a name can be.
+    let (prefix, suffix) = temporary_name();
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".armor-").suffix(".new");
+    builder.prefix(&prefix).suffix(suffix);
     // Opened here, not by `tempfile`: its error would name the temporary file.
     let open = |path: &Path| {
         OpenOptions::new().read(true).write(true).create_new(true).mode(mode).open(path)

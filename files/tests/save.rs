@@ -130,3 +130,56 @@ fn a_reader_finds_one_version_or_the_other() {
     });
     assert_eq!(names(&folder), ["a.xml"]);
 }
+
+/// The number of a process that has ended.
+fn dead_pid() -> u32 {
+    let mut child = std::process::Command::new("true").spawn().unwrap();
+    child.wait().unwrap();
+    child.id()
+}
+
+#[test]
+fn what_a_killed_process_left_is_removed_by_the_next_save() {
+    let folder = folder("leftovers");
+    let path = folder.join("a.xml");
+    let leftover = folder.join(format!(".armor-{}-x1.new", dead_pid()));
+    let of_a_running_process = format!(".armor-{}-x2.new", std::os::unix::process::parent_id());
+    let of_this_process = format!(".armor-{}-x3.new", std::process::id());
+    let of_another_program = ".armor-notes.new";
+    fs::write(&leftover, b"half of it").unwrap();
+    for kept in [&of_a_running_process, &of_this_process, of_another_program] {
+        fs::write(folder.join(kept), b"").unwrap();
+    }
+    save(&path, b"new").unwrap();
+    let mut kept = [&of_a_running_process, &of_this_process, of_another_program, "a.xml"];
+    kept.sort_unstable();
+    assert_eq!(names(&folder), kept);
+}
+
+/// Its process number means nothing here: it runs in another container, or on another host.
+#[test]
+fn what_a_writer_elsewhere_has_locked_stays() {
+    let folder = folder("locked");
+    let path = folder.join("a.xml");
+    let written = folder.join(format!(".armor-{}-x1.new", dead_pid()));
+    let writer = fs::File::create(&written).unwrap();
+    writer.lock().unwrap();
+    save(&path, b"new").unwrap();
+    assert!(written.exists());
+    drop(writer);
+    save(&path, b"newer").unwrap();
+    assert_eq!(names(&folder), ["a.xml"]);
+}
+
+#[test]
+fn a_pending_file_is_locked_and_named_after_its_process() {
+    let folder = folder("pending");
+    let pending = armor_files::PendingFile::create(&folder.join("a.xml")).unwrap();
+    let all = names(&folder);
+    let [name] = all.as_slice() else { panic!("{all:?}") };
+    assert!(name.starts_with(&format!(".armor-{}-", std::process::id())), "{name}");
+    let other = fs::File::open(folder.join(name)).unwrap();
+    assert!(other.try_lock().is_err());
+    drop(pending);
+    assert!(names(&folder).is_empty());
+}

@@ -59,7 +59,7 @@ impl ObservedSystem {
     /// # Errors
     /// If the registry does not answer.
     pub fn list(&self) -> Result<Listing, DirectoryError> {
-        self.directory.list(REGISTRY_WITHIN)
+        self.directory.fetch_listing(REGISTRY_WITHIN)
     }
 
     /// Asks every component for its status, in parallel.

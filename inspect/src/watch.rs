@@ -71,7 +71,7 @@ impl SystemWatch {
             wake,
         });
         let (inputs, received) = mpsc::channel();
-        let changes = directory.watch();
+        let changes = directory.watch_changes();
         let registry = inputs.clone();
         spawn_detached("look-registry", move || {
             for change in changes {

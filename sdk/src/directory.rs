@@ -138,7 +138,11 @@ impl Directory {
     ///
     /// # Errors
     /// The registry's refusal, or the timeout.
-    pub fn lookup(&self, data: &str, timeout: Duration) -> Result<FoundProvider, DirectoryError> {
+    pub fn find_provider(
+        &self,
+        data: &str,
+        timeout: Duration,
+    ) -> Result<FoundProvider, DirectoryError> {
         self.wait_for_answer(data, timeout, "no component provides")
     }
 
@@ -146,7 +150,7 @@ impl Directory {
     ///
     /// # Errors
     /// The registry's refusal, or the timeout.
-    pub fn component(
+    pub fn find_process(
         &self,
         name: &str,
         timeout: Duration,
@@ -182,7 +186,7 @@ impl Directory {
     ///
     /// # Errors
     /// The timeout.
-    pub fn list(&self, timeout: Duration) -> Result<Listing, DirectoryError> {
+    pub fn fetch_listing(&self, timeout: Duration) -> Result<Listing, DirectoryError> {
         let (answer, receiver) = mpsc::channel();
         let mut state = self.inner.lock_state();
         let request = state.fresh_request();
@@ -197,7 +201,7 @@ impl Directory {
     }
 
     /// Reports every process that registers or leaves, beginning with those that are registered.
-    pub fn watch(&self) -> mpsc::Receiver<DirectoryChange> {
+    pub fn watch_changes(&self) -> mpsc::Receiver<DirectoryChange> {
         let (sender, receiver) = mpsc::channel();
         let mut state = self.inner.lock_state();
         if let Some(present) = &state.present {

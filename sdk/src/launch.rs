@@ -64,7 +64,7 @@ on another host than the system, through ssh -D 1080 -R PORT:127.0.0.1:PORT:
   ARMOR_PORT=PORT           listen on this port, so that the others reach this one
 without configd, for trying a component by hand:
   --alone                 ask no configd
-  --rate 10Hz             how often exec is called
+  --rate 10Hz             rate at which exec is called
   --link INPUT=DATA[,keep=all][,wake=spin][,transport=tcp]
   --clock COMPONENT.OUTPUT  time follows this data
   --set PARAMETER=VALUE";

@@ -57,6 +57,7 @@ mod parameter;
 mod participant;
 mod port_table;
 mod ports;
+mod progress;
 mod reports;
 mod running_component;
 mod runtime;

@@ -7,6 +7,8 @@
 pub use armor_wire::clock::Clock;
 pub use armor_wire::config::ConfigurationState;
 
+pub use crate::progress::ProgressPace;
+
 mod geometry;
 mod navigation;
 mod sensing;

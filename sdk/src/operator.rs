@@ -225,7 +225,7 @@ impl Operator {
 
     fn connect_executive(&self, left: Duration) -> Result<ExecutiveConnection, OrderFailure> {
         let executive =
-            self.directory.component(EXECUTIVE, left).map_err(OrderFailure::Directory)?;
+            self.directory.find_process(EXECUTIVE, left).map_err(OrderFailure::Directory)?;
         let (sender, events) = mpsc::channel();
         let sink = move |event| {
             let news = match &event {

@@ -80,7 +80,7 @@ impl Tap {
         keep: Keep,
         timeout: Duration,
     ) -> Result<Self, TapError> {
-        let found = directory.lookup(data, timeout)?;
+        let found = directory.find_provider(data, timeout)?;
         let link = LinkRequest {
             data: data.into(),
             instance: found.provider.instance,

@@ -237,12 +237,12 @@ const BROKEN: &[Way] = &[
         d.insert(at, d.lines[at].clone());
         line("E0102", at + 1)
     }),
-    ("a link from nobody", |d| {
+    ("a link from an unknown component", |d| {
         let (at, n) = (d.any(&["<link "])?, d.n);
         let from = d.value(at, "from")?;
         let port = from.split_once('.')?.1;
-        d.set(at, "from", &format!("nobody{n}.{port}"))?;
-        word("E0103", format!("nobody{n}"))
+        d.set(at, "from", &format!("unknown{n}.{port}"))?;
+        word("E0103", format!("unknown{n}"))
     }),
     ("a link twice", |d| {
         let at = d.any(&["<link "])?;
@@ -400,7 +400,7 @@ const VALID: &[Way] = &[
         d.insert(at, text);
         Some(Fate::Taken)
     }),
-    ("an attribute of somebody else", |d| {
+    ("an attribute of another element", |d| {
         let (root, at, n) = (d.first("<armor")?, d.inside()?, d.n);
         d.add(root, "xmlns:note=\"urn:note\"");
         d.add(at, &format!("note:seen=\"{n}\""));

@@ -27,7 +27,7 @@ impl Observer {
     pub fn of(run: &Run) -> Self {
         let directory = Directory::observer(&run.registry().to_string(), "observer");
         let configd = wait_for("configd", || {
-            let all = directory.list(Duration::from_secs(2)).ok()?.components;
+            let all = directory.fetch_listing(Duration::from_secs(2)).ok()?.components;
             all.into_iter().find(|entry| entry.name == "configd")?.endpoint.parse().ok()
         });
         let (sender, states) = channel();
@@ -38,7 +38,7 @@ impl Observer {
                 let now = Instant::now();
                 let Some(data) = data else { continue };
                 assert_eq!(data.lost, 0, "states were lost");
-                let state = codec::decode(&data.payload).expect("as its schema says");
+                let state = codec::decode(&data.payload).expect("as its schema states");
                 if sender.send((now, state)).is_err() {
                     return;
                 }
@@ -54,7 +54,7 @@ impl Observer {
 
     /// Returns the components and their process ids.
     pub fn processes(&self) -> Vec<(String, u32)> {
-        let all = self.directory.list(DEADLINE).expect("the registry answers").components;
+        let all = self.directory.fetch_listing(DEADLINE).expect("the registry answers").components;
         let all = all.into_iter().filter(|entry| entry.kind != "configuration");
         all.map(|entry| (entry.name, entry.pid)).collect()
     }

@@ -31,14 +31,14 @@ const STEP: Duration = Duration::from_millis(2);
 
 impl Place {
     /// A file in the same folder.
-    fn beside(&self, name: &str) -> PathBuf {
+    fn sibling(&self, name: &str) -> PathBuf {
         self.path.with_file_name(name)
     }
 
     /// A file in the same folder: the file's name between `before` and `behind`.
     fn named(&self, before: &str, behind: &str) -> PathBuf {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        self.beside(&format!("{before}{name}{behind}"))
+        self.sibling(&format!("{before}{name}{behind}"))
     }
 
     fn apart(&self) -> PathBuf {
@@ -187,26 +187,26 @@ pub const STYLES: &[(&str, Style)] = &[
     ("ln -f", |p, b| shell(p, b, r#"ln -f "$1" "$2""#)),
     // Replaced.
     ("renamed over it", |p, b| {
-        fs::write(p.beside("new"), b)?;
-        fs::rename(p.beside("new"), &p.path)
+        fs::write(p.sibling("new"), b)?;
+        fs::rename(p.sibling("new"), &p.path)
     }),
     ("synced and renamed over it", |p, b| {
-        synced(&p.beside("new"), b)?;
-        fs::rename(p.beside("new"), &p.path)
+        synced(&p.sibling("new"), b)?;
+        fs::rename(p.sibling("new"), &p.path)
     }),
     ("synced, renamed, folder synced", |p, b| {
-        synced(&p.beside(".new"), b)?;
-        fs::rename(p.beside(".new"), &p.path)?;
+        synced(&p.sibling(".new"), b)?;
+        fs::rename(p.sibling(".new"), &p.path)?;
         p.sync_folder()
     }),
     ("trickled into a new file and renamed", |p, b| {
-        in_pieces(&p.beside("new.xml"), b, b.len() / 20 + 1, STEP)?;
-        fs::rename(p.beside("new.xml"), &p.path)
+        in_pieces(&p.sibling("new.xml"), b, b.len() / 20 + 1, STEP)?;
+        fs::rename(p.sibling("new.xml"), &p.path)
     }),
     ("exchanged with a new file", |p, b| {
-        fs::write(p.beside("other.xml"), b)?;
-        renameat_with(CWD, p.beside("other.xml"), CWD, &p.path, RenameFlags::EXCHANGE)?;
-        fs::remove_file(p.beside("other.xml"))
+        fs::write(p.sibling("other.xml"), b)?;
+        renameat_with(CWD, p.sibling("other.xml"), CWD, &p.path, RenameFlags::EXCHANGE)?;
+        fs::remove_file(p.sibling("other.xml"))
     }),
     ("deleted and written", |p, b| {
         fs::remove_file(&p.path)?;
@@ -224,7 +224,7 @@ pub const STYLES: &[(&str, Style)] = &[
         fs::rename(p.apart(), &p.path)
     }),
     ("moved away, a pause, a new one", |p, b| {
-        fs::rename(&p.path, p.beside("old.xml"))?;
+        fs::rename(&p.path, p.sibling("old.xml"))?;
         sleep(PAUSE);
         fs::write(&p.path, b)
     }),
@@ -238,8 +238,8 @@ pub const STYLES: &[(&str, Style)] = &[
     // As editors do.
     ("vim", |p, b| {
         fs::write(p.named(".", ".swp"), "b0VIM")?;
-        fs::write(p.beside("4913"), "")?;
-        fs::remove_file(p.beside("4913"))?;
+        fs::write(p.sibling("4913"), "")?;
+        fs::remove_file(p.sibling("4913"))?;
         fs::rename(&p.path, p.named("", "~"))?;
         synced(&p.path, b)?;
         fs::remove_file(p.named("", "~"))?;
@@ -274,7 +274,7 @@ pub const STYLES: &[(&str, Style)] = &[
         fs::write(&p.path, b)
     }),
     ("gedit", |p, b| {
-        let new = p.beside(".goutputstream-A1B2C3");
+        let new = p.sibling(".goutputstream-A1B2C3");
         synced(&new, b)?;
         gone(&p.named("", "~"))?;
         fs::hard_link(&p.path, p.named("", "~"))?;
@@ -312,7 +312,7 @@ pub const STYLES: &[(&str, Style)] = &[
         let folder = p.elsewhere.join(format!("data-{}", p.n));
         fs::create_dir_all(&folder)?;
         fs::write(folder.join("file.xml"), b)?;
-        let (data, new) = (p.named("..", "-data"), p.beside("..new"));
+        let (data, new) = (p.named("..", "-data"), p.sibling("..new"));
         gone(&new)?;
         symlink(&folder, &new)?;
         fs::rename(new, &data)?;

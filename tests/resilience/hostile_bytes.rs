@@ -244,7 +244,7 @@ fn strangers_are_closed_bounded_and_logged_once_on_every_port_while_data_flows()
         }
     });
     let after = memory();
-    assert_eq!(pids, ports.each_ref().map(|port| system.pid(port.0)), "nobody was replaced");
+    assert_eq!(pids, ports.each_ref().map(|port| system.pid(port.0)), "no process was replaced");
     system
         .traced("sink", "data after it", |trace| (trace.got("a").len() > flow + 200).then_some(()));
     check_nothing_lost("the sink", &system.trace("sink").got("a"));
@@ -261,6 +261,6 @@ fn strangers_are_closed_bounded_and_logged_once_on_every_port_while_data_flows()
         );
         assert!(growth < MOST_GROWTH_KIB, "{name}: {growth} KiB more");
         assert!(log.lines().count() < MOST_LINES, "{name}:\n{log}");
-        assert!(log.contains("closed"), "{name} says so at least once:\n{log}");
+        assert!(log.contains("closed"), "{name} logs it at least once:\n{log}");
     }
 }

@@ -54,8 +54,9 @@ fn request(data: &str, instance: u64, schema: &str) -> Purpose {
 #[test]
 fn a_request_for_another_process_start_or_type_gets_no_data() {
     let system = Draft::default().probe("source", "rate='100Hz'", "").run(Folder::new("asking"));
-    let found =
-        wait_for("the source", || system.directory.lookup("source.numbers", ANSWER_WITHIN).ok());
+    let found = wait_for("the source", || {
+        system.directory.find_provider("source.numbers", ANSWER_WITHIN).ok()
+    });
     let (instance, ours) = (found.provider.instance, found.entry.schema.as_str());
     let address = found.provider.endpoint.parse().expect("an address");
     let refused = [
@@ -185,8 +186,9 @@ fn register(registry: SocketAddr, address: SocketAddr, schema: &str) {
 #[test]
 fn an_answer_of_another_process_start_or_type_gives_no_data() {
     let system = Draft::default().probe("source", "", "").run(Folder::new("answering"));
-    let found =
-        wait_for("the source", || system.directory.lookup("source.numbers", ANSWER_WITHIN).ok());
+    let found = wait_for("the source", || {
+        system.directory.find_provider("source.numbers", ANSWER_WITHIN).ok()
+    });
     let schema = found.entry.schema;
     let ghost = Ghost::haunt(schema.clone());
     register(system.registry, ghost.address, &schema);
@@ -206,7 +208,7 @@ fn an_answer_of_another_process_start_or_type_gives_no_data() {
         assert_eq!(system.trace("sink").got("a"), [], "taken from {}", answer as u64);
         let status = system.status("sink");
         println!("{}", status.inputs[0].problem);
-        assert!(!status.inputs[0].problem.is_empty(), "and it says why");
+        assert!(!status.inputs[0].problem.is_empty(), "and it reports the reason");
     }
     ghost.change(Answer::AsMeant);
     let got = system.traced("sink", "data", |trace| trace.got("a").into_iter().next());

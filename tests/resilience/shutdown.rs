@@ -49,7 +49,7 @@ fn an_interrupted_system_comes_to_rest_in_order() {
     let all = system.run.children();
     system.run.signal(Signal::INT);
     assert_eq!(system.run.code(), Some(130), "{}", system.run.log());
-    assert!(all.iter().all(|pid| !is_alive(*pid)), "nobody is left");
+    assert!(all.iter().all(|pid| !is_alive(*pid)), "no process is left");
     for (name, stops) in [("source", 1), ("sink", 1), ("worker", 1), ("idler", 0)] {
         let trace = system.trace(name);
         assert_eq!((trace.count("started"), trace.count("stopping")), (stops, stops), "`{name}`");

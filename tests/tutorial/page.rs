@@ -65,7 +65,7 @@ fn steps(text: &str) -> Vec<(usize, Step)> {
             [_, file] if file.starts_with("file=") => {
                 Step::Write { path: file["file=".len()..].into(), text: block }
             }
-            _ => panic!("line {number}: nobody would notice if this block, `{info}`, were wrong"),
+            _ => panic!("line {number}: no test would fail if this block, `{info}`, were wrong"),
         };
         steps.push((number, step));
     }

@@ -25,7 +25,7 @@ use crate::scale::SizeLimits;
 const USUAL: (u32, u32) = (640, 480);
 /// How long the thread waits for a picture before it looks whether it is still wanted.
 const LOOK: Duration = Duration::from_millis(100);
-/// A camera that gives nothing for so long has failed; the first picture of some takes two seconds.
+/// A camera that gives nothing for this long has failed; the first picture of some takes two seconds.
 const SILENCE: Duration = Duration::from_secs(5);
 
 /// Why a device gives no pictures.

@@ -144,7 +144,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_says_so() {
+    fn what_is_no_picture_is_an_error() {
         let refusal = |file: &[u8]| AS_IT_IS.file(file.to_vec()).expect_err("refused").to_string();
         assert!(refusal(b"GIF89a").contains("neither a JPEG nor a PNG"));
         assert!(refusal(b"").contains("neither"));

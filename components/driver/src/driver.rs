@@ -7,6 +7,7 @@ use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
 use crate::follower::lead_point;
 use crate::guard::guard_velocity;
 use crate::limits::{DriveLimits, LONGEST_S, REACTION_S, Velocity};
+use crate::phase::DrivingPhase;
 use crate::recovery::StuckRecovery;
 use crate::surroundings::{DriverScan, list_obstacles};
 use crate::track::PoseTrack;
@@ -61,6 +62,7 @@ pub struct Driving {
     command: Velocity,
     stepped_s: f64,
     spinning: bool,
+    phase: DrivingPhase,
 }
 
 /// Something and when it came.
@@ -93,11 +95,12 @@ impl Driving {
             command: Velocity::ZERO,
             stepped_s: f64::NEG_INFINITY,
             spinning: false,
+            phase: DrivingPhase::Idle,
         }
     }
 
     /// Resets the state. Only the map and the order to stand are kept: they are not sent again.
-    pub fn begin_anew(&mut self, settings: DriverSettings) {
+    pub fn reset_state(&mut self, settings: DriverSettings) {
         let (map, is_stopped) = (self.map.take(), self.is_stopped);
         *self = Self { map, is_stopped, ..Self::new(settings) };
     }
@@ -162,13 +165,24 @@ impl Driving {
     pub fn step(&mut self, now_s: f64) -> Velocity {
         let interval_s = (now_s - self.stepped_s).clamp(0.02, LONGEST_S);
         self.stepped_s = now_s;
-        self.command = match self.fresh_value(&self.hand, now_s) {
-            _ if self.is_stopped => None,
-            Some(&wanted) => self.by_hand(wanted, now_s, interval_s),
-            None => self.along_path(now_s, interval_s),
+        let wanted = self.fresh_value(&self.hand, now_s).copied();
+        self.command = if self.is_stopped {
+            self.phase = DrivingPhase::Stopped;
+            None
+        } else if let Some(wanted) = wanted {
+            self.phase = DrivingPhase::Manual;
+            self.by_hand(wanted, now_s, interval_s)
+        } else {
+            self.phase = DrivingPhase::Idle;
+            self.along_path(now_s, interval_s)
         }
         .unwrap_or_else(|| self.rest());
         self.command
+    }
+
+    /// Returns what the robot did in the last step.
+    pub fn phase(&self) -> DrivingPhase {
+        self.phase
     }
 
     fn rest(&mut self) -> Velocity {
@@ -186,13 +200,17 @@ impl Driving {
         if !self.settings.guarded {
             return Some(limits.approach_velocity(self.command, wanted, interval_s));
         }
-        let senses = self.gather_senses(now_s)?;
+        let Some(senses) = self.gather_senses(now_s) else {
+            self.phase = DrivingPhase::Blind;
+            return None;
+        };
         Some(guard_velocity(&self.build_window(&limits, &senses.obstacles, interval_s), wanted))
     }
 
     /// The next step on the path; `None` without one, or if it is not known where the robot is.
     fn along_path(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
         let path = self.fresh_value(&self.path, now_s)?.clone();
+        self.phase = DrivingPhase::Blind;
         let senses = self.gather_senses(now_s)?;
         let robot = senses.map_from_robot?;
         let limits = self.settings.limits;
@@ -200,9 +218,11 @@ impl Driving {
         if let Some(goal) = path.last()
             && robot.point().distance_m(goal.point()) <= self.settings.tolerance_m
         {
+            self.phase = DrivingPhase::AtGoal;
             return Some(self.face_target(wrap_angle(goal.yaw_rad - robot.yaw_rad), &window));
         }
         if let Some(escape) = self.recovery.step(robot, !path.is_empty(), &window, now_s) {
+            self.phase = DrivingPhase::Escaping;
             return Some(limits.approach_velocity(self.command, escape, interval_s));
         }
         Some(self.follow_path(&path, robot, &window))
@@ -250,8 +270,10 @@ impl Driving {
         let robot_from_map = robot.inverse();
         let is_open = |point| window.is_way_clear(robot_from_map.apply(point), clear_m);
         let Some(lead) = lead_point(path, robot.point(), look_m, is_open) else {
+            self.phase = DrivingPhase::WithoutPath;
             return Velocity::ZERO;
         };
+        self.phase = DrivingPhase::Following { to_go_m: lead.remaining_m };
         let target = robot_from_map.apply(lead.target);
         let bearing_rad = Point2::default().bearing_rad(target);
         self.spinning = bearing_rad.abs() > if self.spinning { SPUN_RAD } else { SPIN_RAD };

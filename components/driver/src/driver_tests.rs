@@ -162,6 +162,32 @@ fn under_way() -> Trial {
 }
 
 #[test]
+fn the_phase_is_what_the_robot_is_doing() {
+    assert_eq!(Driving::new(DriverSettings::default()).phase(), DrivingPhase::Idle);
+    let mut trial = under_way();
+    let DrivingPhase::Following { to_go_m } = trial.driving.phase() else {
+        panic!("{:?}", trial.driving.phase())
+    };
+    let straight_m = trial.away_m(TOUR[0]);
+    assert!((straight_m - 0.3..2.0 * straight_m + 0.3).contains(&to_go_m), "{to_go_m} m");
+    trial.tick_by_hand(Velocity::ZERO);
+    assert_eq!(trial.driving.phase(), DrivingPhase::Manual);
+    trial.driving.stop_seen(true);
+    trial.tick(Some(TOUR[0]));
+    assert_eq!(trial.driving.phase(), DrivingPhase::Stopped);
+    trial.driving.stop_seen(false);
+    trial.driving.forget_orders();
+    trial.driving.path_seen(trial.now_s, Vec::new());
+    trial.driving.step(trial.now_s);
+    assert_eq!(trial.driving.phase(), DrivingPhase::WithoutPath);
+    trial.driving.path_seen(trial.now_s + 3.0, vec![TOUR[0]]);
+    trial.driving.step(trial.now_s + 3.0);
+    assert_eq!(trial.driving.phase(), DrivingPhase::Blind);
+    trial.driving.step(trial.now_s + 9.0);
+    assert_eq!(trial.driving.phase(), DrivingPhase::Idle);
+}
+
+#[test]
 fn without_a_fresh_path_it_stops() {
     let mut trial = under_way();
     for _ in 0..9 {
@@ -199,14 +225,14 @@ fn blind_it_stands() {
 }
 
 #[test]
-fn told_to_stand_it_stands_whatever_else_is_said() {
+fn ordered_to_stand_it_stands_whatever_the_other_inputs() {
     let mut trial = under_way();
     trial.driving.stop_seen(true);
     for _ in 0..20 {
         trial.driving.hand_seen(trial.now_s, FORWARD);
         assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO);
     }
-    trial.driving.begin_anew(DriverSettings::default());
+    trial.driving.reset_state(DriverSettings::default());
     assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO, "after a reset it still stands");
     trial.driving.stop_seen(false);
     trial.reach(TOUR[0], 30.0);
@@ -268,7 +294,7 @@ fn guarded_a_fast_base_looks_as_far_as_it_takes_to_stop() {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
     let mut settings = DriverSettings::default();
     settings.limits.speed_mps = 1.6;
-    trial.driving.begin_anew(settings);
+    trial.driving.reset_state(settings);
     trial.world.robot = Pose2::new(0.4, 4.5, -0.05);
     for _ in 0..200 {
         trial.tick_by_hand(Velocity { speed_mps: 1.6, turn_radps: 0.0 });
@@ -311,7 +337,7 @@ fn guarded_and_blind_a_hand_gets_nothing() {
 #[test]
 fn unguarded_a_hand_may_run_into_the_wall() {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
-    trial.driving.begin_anew(DriverSettings { guarded: false, ..DriverSettings::default() });
+    trial.driving.reset_state(DriverSettings { guarded: false, ..DriverSettings::default() });
     for _ in 0..300 {
         assert!(trial.tick_by_hand(FORWARD).speed_mps > 0.0);
     }
@@ -331,7 +357,7 @@ fn at_the_goal_it_turns_to_its_heading_and_stands() {
 }
 
 #[test]
-fn a_base_that_rolls_beside_a_wall_is_not_turned_into_it() {
+fn a_base_that_rolls_along_a_wall_is_not_turned_into_it() {
     let wall: Vec<Point2> = (-20..20).map(|i| Point2::new(0.05 * f64::from(i), 0.25)).collect();
     let now = Velocity { speed_mps: 0.5, turn_radps: 0.1 };
     let window = DynamicWindow {

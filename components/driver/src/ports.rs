@@ -8,6 +8,7 @@ use armor_sdk::prelude::*;
 
 use crate::driver::{DriverSettings, Driving};
 use crate::limits::{DriveLimits, Velocity};
+use crate::phase::DrivingPhase;
 use crate::surroundings::DriverScan;
 
 /// What can be set in the file.
@@ -84,6 +85,7 @@ pub struct Driver {
     armor: Armor,
     parameters: DriverParameters,
     driving: Driving,
+    pace: ProgressPace,
 }
 
 impl Component for Driver {
@@ -100,6 +102,7 @@ impl Component for Driver {
         ("manual", "manual velocity: has priority over the path while it is fresh"),
         ("stop", "true: stands, whatever the other inputs, until false"),
         ("velocity", "speed and turn rate, at every tick"),
+        ("progress", "what the robot is doing, and the rest of its path, once per second"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
@@ -111,10 +114,11 @@ impl Component for Driver {
         armor.subscribe::<Optional<Twist>>("manual")?;
         armor.subscribe::<Optional<Flag>>("stop")?;
         armor.provide::<Twist>("velocity")?;
+        armor.provide::<Progress>("progress")?;
         let parameters = DriverParameters::request(&armor)?;
         armor.synchronize()?;
         let driving = Driving::new(parameters.settings());
-        Ok(Self { armor, parameters, driving })
+        Ok(Self { armor, parameters, driving, pace: ProgressPace::default() })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -158,12 +162,19 @@ impl Component for Driver {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.driving.begin_anew(self.parameters.settings()),
+            Call::Started => self.driving.reset_state(self.parameters.settings()),
             Call::Stopping => self.driving.forget_orders(),
             _ => {}
         }
-        let Velocity { speed_mps, turn_radps } = self.driving.step(self.armor.timestamp());
+        let now_s = self.armor.timestamp();
+        let Velocity { speed_mps, turn_radps } = self.driving.step(now_s);
         self.armor.send_data("velocity", &Twist::planar(speed_mps, turn_radps))?;
+        // A frozen driver has no task, even if it stands for another reason.
+        let phase = if call == Call::Stopping { DrivingPhase::Idle } else { self.driving.phase() };
+        let describe = || (None, phase.detail());
+        if let Some(progress) = self.pace.next_progress(now_s, phase.task(), describe) {
+            self.armor.send_data("progress", &progress)?;
+        }
         Ok(Outcome::CarryOn)
     }
 }

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn time_going_back_starts_anew() {
+    fn time_going_back_starts_a_new_track() {
         let mut track = PoseTrack::default();
         track.odometry_seen(10.0, along(3.0));
         track.pose_seen(10.0, along(3.0));

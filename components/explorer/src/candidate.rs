@@ -48,6 +48,8 @@ pub(crate) struct GoalCandidate {
     pub(crate) travel_m: f64,
     /// The turn and the path less the value of the frontier, in metres; lower is better.
     pub(crate) cost_m: f64,
+    /// The unseen area that the frontier promises, in square metres.
+    pub(crate) gain_m2: f64,
 }
 
 /// The reachable places of one map, and how far away each is.
@@ -135,6 +137,7 @@ impl ReachableSpace {
             target: seen,
             travel_m,
             cost_m: travel_m + turn_m - worth_m,
+            gain_m2,
         })
     }
 

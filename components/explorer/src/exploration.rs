@@ -91,6 +91,7 @@ pub struct Exploration {
     given_up: Vec<Point2>,
     /// Since when no frontier is left.
     nothing_since_s: Option<f64>,
+    explored_share: Option<f64>,
 }
 
 /// The goal being driven to, and the last signs of getting somewhere.
@@ -120,6 +121,7 @@ impl Exploration {
             pursuit: None,
             given_up: Vec::new(),
             nothing_since_s: None,
+            explored_share: None,
         }
     }
 
@@ -157,6 +159,18 @@ impl Exploration {
         }
     }
 
+    /// Returns the seen area's share of the seen area and that expected behind the frontiers, 0 … 1;
+    /// `None` before the first map. It falls when the robot looks into a room that it did not expect.
+    pub fn explored_share(&self) -> Option<f64> {
+        self.explored_share
+    }
+
+    /// Returns the straight distance from the robot to its goal, in metres, if it has one.
+    pub fn goal_distance_m(&self) -> Option<f64> {
+        let (robot, pursuit) = self.robot.zip(self.pursuit.as_ref())?;
+        Some(robot.point().distance_m(pursuit.goal.point()))
+    }
+
     /// Gives up a goal that the robot gets no closer to, or that stays a frontier seen from it.
     fn watch_progress(&mut self, robot: Pose2, now_s: f64) {
         let Some(pursuit) = &mut self.pursuit else { return };
@@ -182,6 +196,8 @@ impl Exploration {
         let candidates = reach.list_candidates(map, &self.settings, pursued, avoid);
         let known = map.values().iter().filter(|&&o| o != Occupancy::Unknown).count();
         let known_m2 = known as f64 * map.geometry().resolution_m.powi(2);
+        let expected_m2: f64 = candidates.iter().map(|candidate| candidate.gain_m2).sum();
+        self.explored_share = Some(known_m2 / (known_m2 + expected_m2));
         match self.choose_best(&candidates) {
             Some(best) => {
                 self.nothing_since_s = None;

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn free_cells_beside_unknown_ones_make_a_frontier() {
+    fn free_cells_next_to_unknown_ones_make_a_frontier() {
         check(&["#####", "#...?", "#...?", "#...?", "#####"], &[3]);
     }
 

@@ -37,6 +37,31 @@ pub struct Explorer {
     parameters: ExplorerParameters,
     exploration: Exploration,
     frame: String,
+    pace: ProgressPace,
+}
+
+impl Explorer {
+    fn publish_progress(&mut self, now_s: f64, task: &str) -> Result<(), Fault> {
+        let exploration = &self.exploration;
+        let describe = || {
+            let share = exploration.explored_share();
+            (share, describe_progress(share, exploration.goal_distance_m()))
+        };
+        if let Some(progress) = self.pace.next_progress(now_s, task, describe) {
+            self.armor.send_data("progress", &progress)?;
+        }
+        Ok(())
+    }
+}
+
+fn describe_progress(share: Option<f64>, goal_distance_m: Option<f64>) -> String {
+    // Rounded down, so that 100 % means that nothing is left.
+    let explored = share.map(|share| format!("{:.0} % explored", (100.0 * share).floor()));
+    let explored = explored.unwrap_or_else(|| "no map yet".into());
+    match goal_distance_m {
+        Some(distance_m) => format!("{explored}, {distance_m:.1} m to the goal"),
+        None => explored,
+    }
 }
 
 impl Component for Explorer {
@@ -48,16 +73,19 @@ impl Component for Explorer {
         ("map", "the map so far"),
         ("pose", "where the robot is on it"),
         ("goal", "where to drive next, again at every tick while there is something to see"),
+        ("progress", "the explored share and the distance to the goal, once per second"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<OccupancyGrid>("map")?;
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("goal")?;
+        armor.provide::<Progress>("progress")?;
         let parameters = ExplorerParameters::request(&armor)?;
         armor.synchronize()?;
         let exploration = Exploration::new(parameters.settings());
-        Ok(Self { armor, parameters, exploration, frame: "map".into() })
+        let (frame, pace) = ("map".into(), ProgressPace::default());
+        Ok(Self { armor, parameters, exploration, frame, pace })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -81,18 +109,23 @@ impl Component for Explorer {
         if call == Call::Started {
             self.exploration = Exploration::new(self.parameters.settings());
         }
+        let now_s = self.armor.timestamp();
         if call == Call::Stopping {
+            self.publish_progress(now_s, "")?;
             return Ok(Outcome::CarryOn);
         }
-        let now_s = self.armor.timestamp();
         match self.exploration.step(now_s) {
-            ExplorerDecision::Wait => Ok(Outcome::CarryOn),
-            ExplorerDecision::Done => Ok(Outcome::Done),
+            ExplorerDecision::Wait => self.publish_progress(now_s, "exploring")?,
+            ExplorerDecision::Done => {
+                self.publish_progress(now_s, "explored")?;
+                return Ok(Outcome::Done);
+            }
             ExplorerDecision::Goto(goal) => {
                 self.armor.send_data("goal", &build_stamped_pose(now_s, &self.frame, goal))?;
-                Ok(Outcome::CarryOn)
+                self.publish_progress(now_s, "exploring")?;
             }
         }
+        Ok(Outcome::CarryOn)
     }
 }
 
@@ -103,5 +136,12 @@ mod tests {
     #[test]
     fn the_declared_defaults_are_those_of_the_algorithm() {
         assert_eq!(ExplorerParameters::defaults().settings(), ExplorerSettings::default());
+    }
+
+    #[test]
+    fn all_is_explored_only_when_nothing_is_left() {
+        assert_eq!(describe_progress(Some(0.999), Some(3.24)), "99 % explored, 3.2 m to the goal");
+        assert_eq!(describe_progress(Some(1.0), None), "100 % explored");
+        assert_eq!(describe_progress(None, None), "no map yet");
     }
 }

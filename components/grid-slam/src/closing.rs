@@ -135,10 +135,10 @@ fn choose_places(graph: &PoseGraph, keyframes: &[Keyframe], doubts: &[Matrix3<f6
             continue;
         }
         let cost = distance_m + doubt_m;
-        let goes_on = last.is_some_and(|l: f64| keyframe.travelled_m - l < OVERLAP_M);
+        let continues = last.is_some_and(|l: f64| keyframe.travelled_m - l < OVERLAP_M);
         last = Some(keyframe.travelled_m);
         match stretches.last_mut() {
-            Some(best) if goes_on => {
+            Some(best) if continues => {
                 if cost < best.0 {
                     *best = (cost, old);
                 }

@@ -22,19 +22,35 @@ pub struct Homecoming {
     tolerance_m: f64,
     robot: Option<Pose2>,
     there_since_s: Option<f64>,
+    /// The longest distance from home so far, in metres.
+    farthest_m: f64,
 }
 
 impl Homecoming {
     /// Home is a pose on the map; within `tolerance_m` of it the robot has arrived.
     pub fn new(home: Pose2, tolerance_m: f64) -> Self {
-        Self { home, tolerance_m, robot: None, there_since_s: None }
+        Self { home, tolerance_m, robot: None, there_since_s: None, farthest_m: 0.0 }
     }
 
     /// Takes the robot's pose on the map.
     pub fn pose_seen(&mut self, map_from_robot: Pose2) {
         if map_from_robot.is_finite() {
             self.robot = Some(map_from_robot);
+            let distance_m = map_from_robot.point().distance_m(self.home.point());
+            self.farthest_m = self.farthest_m.max(distance_m);
         }
+    }
+
+    /// Returns the straight distance from the robot to home, in metres, if its pose is known.
+    pub fn distance_m(&self) -> Option<f64> {
+        self.robot.map(|robot| robot.point().distance_m(self.home.point()))
+    }
+
+    /// Returns the share of the return that is done, 0 … 1, if the robot's pose is known: 0 at the
+    /// longest distance from home so far, 1 at home.
+    pub fn done_share(&self) -> Option<f64> {
+        let distance_m = self.distance_m()?;
+        Some(if distance_m <= self.tolerance_m { 1.0 } else { 1.0 - distance_m / self.farthest_m })
     }
 
     /// Decides at time `now_s`.
@@ -69,6 +85,19 @@ mod tests {
         check(&[1.0, 0.5, 0.2, 0.2, 0.2, 0.2], Some(5));
         check(&[0.3, 0.2, 0.0, -0.2, -0.4, -0.6], None);
         check(&[0.2, 0.3, 0.2, 0.1, 0.0, 0.0, 0.0], Some(5));
+    }
+
+    #[test]
+    fn progress_is_measured_from_the_longest_distance() {
+        let mut homecoming = Homecoming::new(Pose2::IDENTITY, 0.25);
+        assert_eq!((homecoming.distance_m(), homecoming.done_share()), (None, None));
+        for (x_m, share) in [(2.0, 0.0), (4.0, 0.0), (1.0, 0.75), (3.0, 0.25), (0.2, 1.0)] {
+            homecoming.pose_seen(Pose2::new(x_m, 0.0, 0.0));
+            assert_eq!(
+                (homecoming.distance_m(), homecoming.done_share()),
+                (Some(x_m), Some(share))
+            );
+        }
     }
 
     #[test]

@@ -34,6 +34,21 @@ pub struct Homing {
     armor: Armor,
     parameters: HomingParameters,
     homecoming: Homecoming,
+    pace: ProgressPace,
+}
+
+impl Homing {
+    fn publish_progress(&mut self, now_s: f64, task: &str) -> Result<(), Fault> {
+        let homecoming = &self.homecoming;
+        let describe = || {
+            let distance = homecoming.distance_m().map(|left_m| format!("{left_m:.1} m to home"));
+            (homecoming.done_share(), distance.unwrap_or_else(|| "no pose yet".into()))
+        };
+        if let Some(progress) = self.pace.next_progress(now_s, task, describe) {
+            self.armor.send_data("progress", &progress)?;
+        }
+        Ok(())
+    }
 }
 
 impl Component for Homing {
@@ -43,15 +58,17 @@ impl Component for Homing {
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("pose", "where the robot is on the map"),
         ("goal", "home, at every tick until the robot has arrived"),
+        ("progress", "the straight distance to home, once per second"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("goal")?;
+        armor.provide::<Progress>("progress")?;
         let parameters = HomingParameters::request(&armor)?;
         armor.synchronize()?;
         let homecoming = parameters.homecoming();
-        Ok(Self { armor, parameters, homecoming })
+        Ok(Self { armor, parameters, homecoming, pace: ProgressPace::default() })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -67,14 +84,19 @@ impl Component for Homing {
         if call == Call::Started {
             self.homecoming = self.parameters.homecoming();
         }
+        let now_s = self.armor.timestamp();
         if call == Call::Stopping {
+            self.publish_progress(now_s, "")?;
             return Ok(Outcome::CarryOn);
         }
-        let now_s = self.armor.timestamp();
         match self.homecoming.step(now_s) {
-            HomingStep::Home => Ok(Outcome::Done),
+            HomingStep::Home => {
+                self.publish_progress(now_s, "at home")?;
+                Ok(Outcome::Done)
+            }
             HomingStep::Goto(home) => {
                 self.armor.send_data("goal", &build_stamped_pose(now_s, "map", home))?;
+                self.publish_progress(now_s, "returning home")?;
                 Ok(Outcome::CarryOn)
             }
         }

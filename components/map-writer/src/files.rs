@@ -61,7 +61,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_file_is_replaced_and_nothing_is_left_beside_it() {
+    fn a_file_is_replaced_and_no_other_file_remains() {
         let scratch = Scratch::new("replace");
         let path = scratch.0.join("map.txt");
         replace_file(&path, b"first").unwrap();

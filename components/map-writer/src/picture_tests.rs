@@ -87,7 +87,7 @@ fn the_truth_is_drawn_below_the_way() {
 }
 
 #[test]
-fn the_scale_bar_is_as_long_as_it_says() {
+fn the_scale_bar_has_the_length_of_its_label() {
     let map = room();
     let decoded = Decoded::of(&draw_picture(&map, std::iter::empty(), std::iter::empty()));
     // 160 pixels are a metre here: a quarter of the width has room for one.

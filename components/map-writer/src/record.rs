@@ -87,7 +87,7 @@ impl MapRecord {
         if !self.begun {
             make_folder(&self.folder)?;
             replace_file(&self.file_path("trajectory.csv"), HEADER.as_bytes())?;
-            self.truth.begin_anew();
+            self.truth.start_over();
             self.begun = true;
             self.due_s = now_s + self.interval_s;
         }
@@ -221,7 +221,7 @@ fn write_lines(file: &Path, trajectory: &mut WrittenTrajectory) -> Result<(), Wr
     if lines.is_empty() {
         return Ok(());
     }
-    if trajectory.begins_anew() {
+    if trajectory.starts_over() {
         replace_file(file, [HEADER, lines].concat().as_bytes())?;
     } else {
         append_to_file(file, lines.as_bytes())?;

@@ -23,7 +23,7 @@ pub(crate) struct WrittenTrajectory {
     corrected_s: Option<f64>,
     corrected: u64,
     /// The next write replaces the file, because the lines in it are outdated.
-    begins_anew: bool,
+    starts_over: bool,
     newest_s: Option<f64>,
     newest: Option<Point2>,
     line: Vec<Point2>,
@@ -42,7 +42,7 @@ impl WrittenTrajectory {
         let covered = last.map_or(0, |last| last + 1);
         let is_newer = |(own_s, _): &(f64, Pose2)| last.is_some() || *own_s > stamp_s;
         let newer: Vec<_> = self.since.drain(..).skip(covered).filter(is_newer).collect();
-        *self = Self { begins_anew: true, corrected_s: Some(stamp_s), ..Self::default() };
+        *self = Self { starts_over: true, corrected_s: Some(stamp_s), ..Self::default() };
         poses.for_each(|(stamp_s, pose)| self.line_of(stamp_s, pose));
         self.corrected = self.count;
         newer.into_iter().for_each(|(stamp_s, pose)| self.push(stamp_s, pose));
@@ -84,8 +84,8 @@ impl WrittenTrajectory {
     }
 
     /// Returns whether the unwritten lines replace the file instead of being appended to it.
-    pub(crate) fn begins_anew(&self) -> bool {
-        self.begins_anew
+    pub(crate) fn starts_over(&self) -> bool {
+        self.starts_over
     }
 
     /// Returns the number of poses.
@@ -109,14 +109,14 @@ impl WrittenTrajectory {
     }
 
     /// Makes the next write replace the file, which may hold the poses of another run.
-    pub(crate) fn begin_anew(&mut self) {
-        self.begins_anew = true;
+    pub(crate) fn start_over(&mut self) {
+        self.starts_over = true;
     }
 
     /// Forgets the lines: the file now holds them.
     pub(crate) fn mark_written(&mut self) {
         self.unwritten.clear();
-        self.begins_anew = false;
+        self.starts_over = false;
     }
 }
 
@@ -160,7 +160,7 @@ mod tests {
                         1,2.000000,2.000000,0.500000,0.000000\n\
                         2,3.000000,3.000000,0.000000,0.000000\n";
         assert_eq!(trajectory.unwritten_lines(), expected);
-        assert!(trajectory.begins_anew() && trajectory.count() == 3);
+        assert!(trajectory.starts_over() && trajectory.count() == 3);
         trajectory.push(1.5, Pose2::IDENTITY);
         assert_eq!(trajectory.count(), 3, "what comes late is in the correction already");
         assert_eq!(trajectory.count_corrected(), 2);

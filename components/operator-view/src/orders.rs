@@ -303,7 +303,7 @@ mod tests {
         assert_eq!(
             orders.handle_order(OperatorOrder::Stop, 0.4),
             [RobotCommand::Stop(true)],
-            "said again, told once"
+            "repeated by the component, ordered once"
         );
         assert_eq!(orders.handle_order(OperatorOrder::Release, 0.5), [RobotCommand::Stop(false)]);
         assert_eq!(orders.handle_order(OperatorOrder::Release, 0.6), []);

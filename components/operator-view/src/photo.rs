@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn other_bytes_are_an_error_that_says_so() {
+    fn other_bytes_are_an_error_with_the_reason() {
         let whole = jpeg_of(64, 64);
         let (empty, text): (&[u8], &[u8]) = (&[], b"no image");
         for bytes in [empty, text, &whole[2..]] {

@@ -26,7 +26,7 @@ struct Robot {
 
 impl Component for Robot {
     const KIND: &'static str = "robot";
-    const SUMMARY: &'static str = "Says sense and nonsense.";
+    const SUMMARY: &'static str = "Publishes valid and invalid data.";
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<OccupancyGrid>("map")?;
@@ -69,7 +69,7 @@ impl Component for Robot {
 struct View {
     child: Child,
     folder: PathBuf,
-    said: Arc<Mutex<String>>,
+    stderr_text: Arc<Mutex<String>>,
 }
 
 impl View {
@@ -82,18 +82,18 @@ impl View {
             command.env_remove(display);
         }
         let mut child = command.spawn().unwrap();
-        let said = Arc::new(Mutex::new(String::new()));
-        let (heard, stderr) = (Arc::clone(&said), child.stderr.take().unwrap());
+        let stderr_text = Arc::new(Mutex::new(String::new()));
+        let (heard, stderr) = (Arc::clone(&stderr_text), child.stderr.take().unwrap());
         std::thread::spawn(move || {
             for line in BufReader::new(stderr).lines().map_while(Result::ok) {
                 *heard.lock().unwrap() += &(line + "\n");
             }
         });
-        Self { child, folder, said }
+        Self { child, folder, stderr_text }
     }
 
-    fn said(&self) -> String {
-        self.said.lock().unwrap().clone()
+    fn stderr_text(&self) -> String {
+        self.stderr_text.lock().unwrap().clone()
     }
 
     /// Ends it as a launcher does: its exit code.
@@ -156,17 +156,17 @@ fn what_comes_through_links_is_pictured_and_nonsense_is_survived() {
     let picture = view.folder.join("view.png");
     until("the map is in the picture", || free_pixels(&picture).is_some_and(|n| n > 3000));
     std::fs::remove_file(&picture).unwrap();
-    assert_eq!(view.end(), Some(0), "{}", view.said());
+    assert_eq!(view.end(), Some(0), "{}", view.stderr_text());
     assert!(picture.exists(), "the last one is made at the end");
-    let said = view.said();
-    assert!(!said.contains("panicked") && !said.contains("ERROR"), "{said}");
+    let stderr_text = view.stderr_text();
+    assert!(!stderr_text.contains("panicked") && !stderr_text.contains("ERROR"), "{stderr_text}");
 }
 
 #[test]
-fn without_a_display_it_says_what_to_do() {
+fn without_a_display_it_reports_what_to_do() {
     let (_registry, address) = registry();
     let mut view = View::start("blind", &address, &[]);
-    let told = "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set; set `window`";
-    until(told, || view.said().contains(told));
-    assert_eq!(view.end(), Some(0), "{}", view.said());
+    let report = "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set; set `window`";
+    until(report, || view.stderr_text().contains(report));
+    assert_eq!(view.end(), Some(0), "{}", view.stderr_text());
 }

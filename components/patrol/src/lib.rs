@@ -5,5 +5,5 @@ mod rounds;
 mod route;
 
 pub use ports::Patrol;
-pub use rounds::{PatrolSettings, PatrolStep, Rounds};
+pub use rounds::{PatrolProgress, PatrolSettings, PatrolStep, Rounds};
 pub use route::{RouteError, parse_route};

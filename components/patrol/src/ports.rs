@@ -4,7 +4,7 @@ use armor_convert::{build_stamped_pose, read_robot_pose};
 use armor_grid::{Point2, Pose2};
 use armor_sdk::prelude::*;
 
-use crate::rounds::{PatrolSettings, PatrolStep, Rounds};
+use crate::rounds::{PatrolProgress, PatrolSettings, PatrolStep, Rounds};
 use crate::route::parse_route;
 
 /// What can be set in the file.
@@ -39,6 +39,40 @@ pub struct Patrol {
     armor: Armor,
     parameters: PatrolParameters,
     rounds: Rounds,
+    pace: ProgressPace,
+}
+
+impl Patrol {
+    /// Publishes the progress if it is due. Each waypoint is a task of its own, so that it is
+    /// published immediately when the next one begins.
+    fn publish_progress(&mut self, now_s: f64) -> Result<(), Fault> {
+        let Some(patrol) = self.rounds.progress() else { return Ok(()) };
+        let (number, all) = patrol.waypoint;
+        let task = format!("waypoint {number} of {all}");
+        let describe = || (patrol.done_share, describe_progress(&patrol));
+        if let Some(progress) = self.pace.next_progress(now_s, &task, describe) {
+            self.armor.send_data("progress", &progress)?;
+        }
+        Ok(())
+    }
+
+    fn end_progress(&mut self, now_s: f64) -> Result<(), Fault> {
+        if let Some(progress) = self.pace.end(now_s) {
+            self.armor.send_data("progress", &progress)?;
+        }
+        Ok(())
+    }
+}
+
+fn describe_progress(patrol: &PatrolProgress) -> String {
+    let lap = match patrol.lap {
+        (number, 0) => format!("lap {number}"),
+        (number, all) => format!("lap {number} of {all}"),
+    };
+    match patrol.distance_m {
+        Some(distance_m) => format!("{lap}, {distance_m:.1} m to the waypoint"),
+        None => format!("{lap}, no pose yet"),
+    }
 }
 
 impl Component for Patrol {
@@ -48,15 +82,17 @@ impl Component for Patrol {
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("pose", "where the robot is on the map"),
         ("goal", "the next waypoint, again at every tick"),
+        ("progress", "waypoint, lap and the straight distance to the waypoint, once per second"),
     ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("goal")?;
+        armor.provide::<Progress>("progress")?;
         let parameters = PatrolParameters::request(&armor)?;
         armor.synchronize()?;
         let rounds = Rounds::new(Vec::new(), parameters.settings());
-        Ok(Self { armor, parameters, rounds })
+        Ok(Self { armor, parameters, rounds, pace: ProgressPace::default() })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -73,11 +109,14 @@ impl Component for Patrol {
             let route = self.parameters.route.clone();
             self.rounds = Rounds::new(route, self.parameters.settings());
         }
+        let now_s = self.armor.timestamp();
         if call == Call::Stopping {
+            self.end_progress(now_s)?;
             return Ok(Outcome::CarryOn);
         }
-        let now_s = self.armor.timestamp();
-        Ok(match self.rounds.step(now_s) {
+        let step = self.rounds.step(now_s);
+        self.publish_progress(now_s)?;
+        Ok(match step {
             PatrolStep::Wait => Outcome::CarryOn,
             PatrolStep::Reached(number) => Outcome::event("waypoint", number as f64),
             PatrolStep::Skipped(number) => Outcome::event("skipped", number as f64),
@@ -92,5 +131,23 @@ impl Component for Patrol {
                 Outcome::CarryOn
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_details_name_lap_and_distance() {
+        let mut patrol = PatrolProgress {
+            waypoint: (2, 5),
+            lap: (1, 2),
+            distance_m: Some(3.24),
+            done_share: Some(0.1),
+        };
+        assert_eq!(describe_progress(&patrol), "lap 1 of 2, 3.2 m to the waypoint");
+        patrol = PatrolProgress { lap: (7, 0), distance_m: None, ..patrol };
+        assert_eq!(describe_progress(&patrol), "lap 7, no pose yet");
     }
 }

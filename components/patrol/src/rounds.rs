@@ -34,6 +34,19 @@ pub enum PatrolStep {
     Stuck,
 }
 
+/// How far a patrol has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatrolProgress {
+    /// The waypoint being driven to, numbered from 1, and the number of waypoints.
+    pub waypoint: (usize, usize),
+    /// The lap, numbered from 1, and the number of laps; 0 is without end.
+    pub lap: (u32, u32),
+    /// The straight distance to the waypoint, in metres, if the robot's position is known.
+    pub distance_m: Option<f64>,
+    /// The share of all waypoints of all laps that lie behind the robot, 0 … 1; `None` without end.
+    pub done_share: Option<f64>,
+}
+
 /// Nearer by this is progress, in metres.
 const PROGRESS_M: f64 = 0.1;
 
@@ -96,6 +109,21 @@ impl Rounds {
             return PatrolStep::Skipped(self.leave_waypoint());
         }
         PatrolStep::Goto(goal)
+    }
+
+    /// Returns how far the patrol has come; `None` between two laps, after the last one, and without
+    /// a route.
+    pub fn progress(&self) -> Option<PatrolProgress> {
+        let goal = *self.route.get(self.next)?;
+        let PatrolSettings { laps, .. } = self.settings;
+        let per_lap = self.route.len() as f64;
+        let left_behind = f64::from(self.laps) * per_lap + self.next as f64;
+        Some(PatrolProgress {
+            waypoint: (self.next + 1, self.route.len()),
+            lap: (self.laps + 1, laps),
+            distance_m: self.robot.map(|robot| robot.distance_m(goal)),
+            done_share: (laps != 0).then(|| left_behind / (f64::from(laps) * per_lap)),
+        })
     }
 
     /// Turns to the next waypoint; the number of the one left.
@@ -168,7 +196,30 @@ mod tests {
     }
 
     #[test]
-    fn without_a_number_of_laps_it_goes_on() {
+    fn progress_counts_waypoints_of_all_laps() {
+        let mut rounds = Rounds::new(route(), SETTINGS);
+        let check = |rounds: &Rounds, waypoint, lap, share: f64, distance_m| {
+            let progress = rounds.progress().expect("a waypoint is next");
+            assert_eq!((progress.waypoint, progress.lap), ((waypoint, 3), (lap, 2)));
+            assert_eq!((progress.done_share, progress.distance_m), (Some(share), distance_m));
+        };
+        check(&rounds, 1, 1, 0.0, None);
+        rounds.robot_seen(Point2::new(2.0, 0.0));
+        rounds.step(0.0);
+        check(&rounds, 1, 1, 0.0, Some(0.0));
+        assert_eq!(rounds.step(1.0), PatrolStep::Reached(1));
+        check(&rounds, 2, 1, 1.0 / 6.0, Some(2.0));
+        for _ in 0..2 {
+            rounds.leave_waypoint();
+        }
+        assert_eq!((rounds.progress(), rounds.step(2.0)), (None, PatrolStep::Lap(1)));
+        check(&rounds, 1, 2, 0.5, Some(0.0));
+        let endless = Rounds::new(route(), PatrolSettings { laps: 0, ..SETTINGS });
+        assert_eq!(endless.progress().expect("a waypoint is next").done_share, None);
+    }
+
+    #[test]
+    fn without_a_number_of_laps_it_continues() {
         let reported = patrol(PatrolSettings { laps: 0, ..SETTINGS }, &[], 2000);
         assert!(
             reported.iter().filter(|step| matches!(step, PatrolStep::Lap(_))).count() > 5,
@@ -178,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_reached_is_given_up_and_the_rest_goes_on() {
+    fn what_cannot_be_reached_is_given_up_and_the_patrol_continues() {
         let reported = patrol(PatrolSettings { laps: 1, ..SETTINGS }, &route()[1..2], 1000);
         use PatrolStep::{Done, Lap, Reached, Skipped};
         assert_eq!(reported, [Reached(1), Skipped(2), Reached(3), Lap(1), Done]);

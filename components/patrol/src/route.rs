@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_route_says_where() {
+    fn what_is_no_route_names_the_waypoint() {
         assert_eq!(parse_route("  "), Err(RouteError::Empty));
         for (text, number) in [("4", 1), ("1,2 3,4,5", 2), ("1,2 nan,3", 2), ("1,2 3, 4", 2)] {
             match parse_route(text) {

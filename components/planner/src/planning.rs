@@ -65,7 +65,7 @@ impl Planning {
     }
 
     /// Resets the state. Only the map is kept: it may not be sent again.
-    pub fn begin_anew(&mut self, settings: PlannerSettings) {
+    pub fn reset_state(&mut self, settings: PlannerSettings) {
         let map = self.way.take_map();
         *self = Self::new(settings);
         map.into_iter().for_each(|map| self.map_seen(map));

@@ -140,7 +140,7 @@ fn without_a_map_or_a_pose_the_path_is_empty() {
 }
 
 #[test]
-fn a_goal_that_ends_is_told_once() {
+fn the_end_of_a_goal_is_published_once() {
     let mut planning = planning(with_gap(0.8));
     assert_eq!(planning.step(0.9), None);
     planning.goal_seen(1.0, Rank::Task, FAR);

@@ -99,7 +99,7 @@ impl Component for Planner {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.planning.begin_anew(self.parameters.settings()),
+            Call::Started => self.planning.reset_state(self.parameters.settings()),
             Call::Stopping => self.planning.forget_goals(),
             _ => {}
         }

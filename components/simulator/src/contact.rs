@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bumper_says_which_side_touches() {
+    fn the_bumper_reports_which_side_touches() {
         let world = room();
         let scene = WorldScene::from(&world);
         for (yaw_rad, side) in [

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_degree_is_as_long_as_the_ellipsoid_says() {
+    fn a_degree_is_as_long_as_on_the_ellipsoid() {
         check(0.0, 111_319.49, 110_574.28);
         check(45.0, 78_846.81, 111_131.78);
         check(60.0, 55_800.0, 111_412.24);

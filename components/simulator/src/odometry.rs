@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_straight_on_spreads_as_the_book_says() {
+    fn a_second_straight_on_spreads_as_in_the_book() {
         let model = OdometryModel { alpha2: 0.01, alpha3: 0.02, ..OdometryModel::EXACT };
         let (mean_m, variance) =
             statistics(OdometryModel { alpha2: 0.0, ..model }, (0.5, 0.0), |pose| pose.x_m);
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_on_the_spot_spreads_as_the_book_says() {
+    fn a_second_on_the_spot_spreads_as_in_the_book() {
         let model = OdometryModel { alpha1: 0.03, alpha4: 0.001, ..OdometryModel::EXACT };
         let (mean_rad, variance) = statistics(model, (0.0, 1.0), |pose| pose.yaw_rad);
         check(mean_rad, 1.0, 0.012);

@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_there_if_nobody_is_wanted() {
+    fn no_people_walk_if_none_are_wanted() {
         assert_eq!(crowd(&[(0.0, 0.0), (1.0, 0.0)], Manners::Absent).bodies().count(), 0);
     }
 }

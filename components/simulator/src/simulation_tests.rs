@@ -68,7 +68,7 @@ fn odometry_comes_before_the_scan_of_its_instant() {
 }
 
 #[test]
-fn collisions_are_said_at_first_and_when_they_happen() {
+fn collisions_are_published_at_first_and_when_they_happen() {
     let mut simulation = simulation(Models::default(), 0.0);
     let mut readings = Vec::new();
     for tick in 1..=200 {
@@ -133,7 +133,7 @@ fn only<T>(readings: &[Stamped], kind: impl Fn(&SensorReading) -> Option<T>) -> 
 }
 
 #[test]
-fn every_sensor_reports_at_its_rate_and_the_camera_slower_while_nobody_looks() {
+fn every_sensor_reports_at_its_rate_and_the_camera_slower_without_a_subscriber() {
     let readings = run(1, 0.0, 0.05);
     let count =
         |kind: fn(&SensorReading) -> bool| readings.iter().filter(|s| kind(&s.reading)).count();

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn the_raster_tells_free_walls_and_the_unseen_apart() {
+    fn the_raster_separates_free_walls_and_the_unseen() {
         let truth = truth();
         for (x, y, expected) in [
             (1.51, 2.01, Occupancy::Free),

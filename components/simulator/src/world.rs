@@ -213,11 +213,11 @@ mod tests {
         for degrees in -12..=12 {
             let yaw_rad = f64::from(degrees).to_radians();
             let hit = world.range_m(Pose2::new(0.0, 0.0, yaw_rad), 10.0);
-            let beside_m = 4.0 * yaw_rad.sin();
-            if beside_m.abs() < 0.499 {
-                let expected = 4.0 * yaw_rad.cos() - (0.25 - beside_m * beside_m).sqrt();
+            let aside_m = 4.0 * yaw_rad.sin();
+            if aside_m.abs() < 0.499 {
+                let expected = 4.0 * yaw_rad.cos() - (0.25 - aside_m * aside_m).sqrt();
                 assert!((hit.expect("a hit") - expected).abs() < 0.006, "{degrees}");
-            } else if beside_m.abs() > 0.5 {
+            } else if aside_m.abs() > 0.5 {
                 assert_eq!(hit, None, "{degrees}");
             }
         }

@@ -174,7 +174,7 @@ fn a_map_of_the_office_is_the_office_to_within_a_cell() {
 }
 
 #[test]
-fn a_robot_begins_in_a_map_where_it_is_told_and_not_in_a_wall() {
+fn a_robot_begins_in_a_map_where_the_file_places_it_and_not_in_a_wall() {
     let folder = Folder::new("rooms-map");
     let path = write_map(&folder, &world("rooms.svg").free_space(0.05).expect("a raster"));
     let read = |x_m, y_m| {

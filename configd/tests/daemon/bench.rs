@@ -51,11 +51,11 @@ impl Folder {
 
     /// Saves as careful editors do: writes a second file, syncs it, and renames it over the first.
     pub fn save(&self, text: &str) {
-        let beside = self.0.join(".robot.xml.new");
-        let mut new = fs::File::create(&beside).unwrap();
+        let temporary = self.0.join(".robot.xml.new");
+        let mut new = fs::File::create(&temporary).unwrap();
         new.write_all(text.as_bytes()).unwrap();
         new.sync_all().unwrap();
-        fs::rename(beside, self.file()).unwrap();
+        fs::rename(temporary, self.file()).unwrap();
     }
 }
 

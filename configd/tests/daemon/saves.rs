@@ -73,7 +73,7 @@ type Save = fn(&Folder, &str);
 
 /// Ways in which editors and tools save, each with moments in which the file is not whole.
 const SAVES: [(&str, Save); 8] = [
-    ("written beside and renamed", |folder, text| folder.save(text)),
+    ("written to another file and renamed", |folder, text| folder.save(text)),
     ("cut and written in pieces", |folder, text| {
         let mut file = fs::File::create(folder.file()).unwrap();
         for piece in text.as_bytes().chunks(40) {
@@ -85,7 +85,7 @@ const SAVES: [(&str, Save); 8] = [
         fs::write(folder.file(), &text[..text.len() / 2]).unwrap();
         fs::write(folder.file(), text).unwrap();
     }),
-    ("moved to a backup and written anew", |folder, text| {
+    ("moved to a backup and written again", |folder, text| {
         fs::rename(folder.file(), folder.0.join("robot.xml~")).unwrap();
         fs::write(folder.file(), text).unwrap();
     }),
@@ -94,7 +94,7 @@ const SAVES: [(&str, Save); 8] = [
         fs::write(folder.file(), text).unwrap();
         fs::remove_file(folder.0.join("robot.xml.bak")).unwrap();
     }),
-    ("deleted and written anew", |folder, text| {
+    ("deleted and written again", |folder, text| {
         fs::remove_file(folder.file()).unwrap();
         fs::write(folder.file(), text).unwrap();
     }),

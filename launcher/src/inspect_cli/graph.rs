@@ -160,8 +160,8 @@ mod tests {
     }
 
     #[test]
-    fn a_link_that_is_down_says_why() {
-        let cells = format_row(&format_edge("nobody provides laser.scan"));
-        assert_eq!(cells.last().map(String::as_str), Some("nobody provides laser.scan"));
+    fn a_link_that_is_down_shows_the_reason() {
+        let cells = format_row(&format_edge("no component provides laser.scan"));
+        assert_eq!(cells.last().map(String::as_str), Some("no component provides laser.scan"));
     }
 }

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_decided_is_said_and_nothing_else() {
+    fn only_what_is_decided_is_printed() {
         check(
             "tr t p -> q\npl p (2)",
             u64::MAX,

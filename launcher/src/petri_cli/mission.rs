@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_mission_says_goes_through_pnml() {
+    fn what_a_mission_contains_passes_through_pnml() {
         let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
         let mut seen = 0;
         for entry in std::fs::read_dir(missions).expect("missions") {

@@ -175,7 +175,7 @@ impl Launcher {
     /// Watches the registry for processes that appear and go.
     fn watch_registry(&self) {
         let name = format!("{LAUNCHER}-{}", std::process::id());
-        let changes = Directory::observer(&self.plan.registry.to_string(), &name).watch();
+        let changes = Directory::observer(&self.plan.registry.to_string(), &name).watch_changes();
         let inputs = self.inputs.clone();
         tokio::task::spawn_blocking(move || {
             while let Ok(change) = changes.recv() {

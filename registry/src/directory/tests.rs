@@ -325,7 +325,7 @@ fn a_process_is_looked_up_by_its_name_by_however_many() {
         assert_eq!(found(&vec![answer.clone()]), (*asker, 5, "configd".into()));
     }
     for wait in [false, true] {
-        assert_eq!(found(&bench.lookup(askers[0], 7, "configd", wait)).1, 7, "at once");
+        assert_eq!(found(&bench.lookup(askers[0], 7, "configd", wait)).1, 7, "immediately");
     }
     bench.close(peer);
     assert!(bench.lookup(askers[0], 8, "configd", true).is_empty(), "not the one that is gone");
@@ -346,9 +346,9 @@ fn every_table_has_an_end() {
     assert_eq!(refusal(&bench.provide(lidar, data("lidar.more"))).code, RefusalCode::Limit);
 
     for n in 0..MAX_WAITING_PER_CONNECTION {
-        assert!(bench.lookup(lidar, n as u64, "nobody.nothing", true).is_empty());
+        assert!(bench.lookup(lidar, n as u64, "unknown.nothing", true).is_empty());
     }
-    let actions = bench.lookup(lidar, 100_000, "nobody.nothing", true);
+    let actions = bench.lookup(lidar, 100_000, "unknown.nothing", true);
     assert_eq!(refusal(&actions).code, RefusalCode::Limit);
 
     let watchers: Vec<_> = (0..=MAX_WATCHERS).map(|_| bench.observer()).collect();

@@ -48,7 +48,7 @@ fn stay_connected(participant: &Participant) {
 fn serve_connection(participant: &Participant) -> Result<(), String> {
     let found = participant
         .directory()
-        .component(CONFIGD, FIND_LIMIT)
+        .find_process(CONFIGD, FIND_LIMIT)
         .map_err(|error| error.to_string())?;
     let identity = &participant.identity;
     let hello = Hello::new(&identity.name, identity.instance, Purpose::Config);

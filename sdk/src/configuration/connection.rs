@@ -32,7 +32,7 @@ impl ConfigdConnection {
     /// # Errors
     /// If it is not registered within `limit`, or cannot be reached.
     pub fn open(directory: &Directory, from: &str, limit: Duration) -> Result<Self, ConfigdError> {
-        let found = directory.component(CONFIGD, limit)?;
+        let found = directory.find_process(CONFIGD, limit)?;
         let hello = Hello::new(from, random_id(), Purpose::Config);
         Ok(Self { dialled: dial::dial(&found.endpoint, &hello)?, next_request: 0 })
     }

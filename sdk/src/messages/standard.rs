@@ -58,7 +58,8 @@ pub struct Log {
 /// How far a component's task has come (our own; ROS has no such message).
 ///
 /// A component whose task takes long may publish it, by convention on an output named `progress`, at
-/// about once per second and whenever `task` changes. `armor run` shows the newest one.
+/// about once per second and whenever `task` changes (`ProgressPace`). `armor run` shows the newest
+/// one.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Progress {
@@ -69,7 +70,7 @@ pub struct Progress {
     pub task: String,
     /// Share of the task that is done, 0 … 1 (no unit); NaN if unknown.
     pub fraction: f32,
-    /// Details for people, such as `84 % explored, 3.2 m to go`; may be empty.
+    /// Details for people, such as `84 % explored, 3.2 m to the goal`; may be empty.
     pub detail: String,
 }
 

@@ -30,7 +30,7 @@ type Script = Box<dyn FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send>;
 
 /// What a probe does. Found by its name: the component's type cannot carry it.
 pub struct Plan {
-    pub told: Sender<ProbeEvent>,
+    pub events: Sender<ProbeEvent>,
     pub script: Script,
     /// Makes `data_received` wait until the test sends something or hangs up.
     pub gate: Option<Receiver<()>>,
@@ -71,19 +71,19 @@ impl Component for Probe {
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        let _ = self.plan.told.send(ProbeEvent::Parameter(name.into(), value.number()?));
+        let _ = self.plan.events.send(ProbeEvent::Parameter(name.into(), value.number()?));
         Ok(())
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let sample: Sample = data.decode()?;
-        let told = ProbeEvent::Data {
+        let events = ProbeEvent::Data {
             id: header.id().into(),
             value: sample.value,
             lost: header.lost,
             len: sample.bulk.len(),
         };
-        let _ = self.plan.told.send(told);
+        let _ = self.plan.events.send(events);
         if let Some(gate) = &self.plan.gate {
             let _ = gate.recv();
         }
@@ -92,7 +92,7 @@ impl Component for Probe {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         if call != Call::Tick && call != Call::Data {
-            let _ = self.plan.told.send(ProbeEvent::Call(call));
+            let _ = self.plan.events.send(ProbeEvent::Call(call));
         }
         (self.plan.script)(&self.armor, call)
     }
@@ -124,8 +124,8 @@ impl System {
     ) -> Receiver<ProbeEvent> {
         // One process, many systems: names are made unique by the registry's port.
         let full = self.name(name);
-        let (told, receiver) = channel();
-        let plan = Plan { told, script: Box::new(script), gate };
+        let (events, receiver) = channel();
+        let plan = Plan { events, script: Box::new(script), gate };
         PLANS.lock().unwrap().insert(full.clone(), plan);
         let address = self.registry.address().to_string();
         let mut all =
@@ -148,7 +148,7 @@ impl System {
     }
 
     pub fn entry(&self, name: &str) -> ComponentEntry {
-        self.directory.component(&self.name(name), DEADLINE).unwrap()
+        self.directory.find_process(&self.name(name), DEADLINE).unwrap()
     }
 
     pub fn control(&self, name: &str, role: Role) -> (ControlConnection, Receiver<ControlEvent>) {
@@ -191,7 +191,7 @@ impl Drop for System {
     fn drop(&mut self) {
         // What cannot be asked to end ends with the process.
         for (name, thread) in std::mem::take(&mut self.threads) {
-            let Ok(entry) = self.directory.component(&name, Duration::from_secs(1)) else {
+            let Ok(entry) = self.directory.find_process(&name, Duration::from_secs(1)) else {
                 continue;
             };
             let control = ControlConnection::connect(&entry, Role::Launcher, "test", |_| {});

@@ -1,6 +1,6 @@
 //! Components in threads of this process, linked through a real registry.
 
-// A test that cannot go on may panic.
+// A test that cannot continue may panic.
 #![allow(clippy::unwrap_used)]
 
 mod bench_system;

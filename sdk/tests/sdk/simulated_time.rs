@@ -44,7 +44,7 @@ fn let_the_hosts_time_pass(system: &System) {
 fn ticks_follow_the_time_and_stand_with_it() {
     let mut system = System::start();
     let give = run_clock(&mut system);
-    let (calls, _told) = run_follower(&mut system);
+    let (calls, _events) = run_follower(&mut system);
     give.send(10.0).unwrap();
     assert_eq!(next(&calls), (Call::Started, 10.0));
     assert_eq!(next(&calls), (Call::Tick, 10.0));
@@ -65,7 +65,7 @@ fn ticks_follow_the_time_and_stand_with_it() {
 fn ticks_start_afresh_where_the_time_goes_back() {
     let mut system = System::start();
     let give = run_clock(&mut system);
-    let (calls, _told) = run_follower(&mut system);
+    let (calls, _events) = run_follower(&mut system);
     give.send(500.0).unwrap();
     assert_eq!([next(&calls).0, next(&calls).0], [Call::Started, Call::Tick]);
     give.send(7.0).unwrap();
@@ -78,7 +78,7 @@ fn ticks_start_afresh_where_the_time_goes_back() {
 fn no_component_is_active_before_the_time_is_known() {
     let mut system = System::start();
     let give = run_clock(&mut system);
-    let (calls, _told) = run_follower(&mut system);
+    let (calls, _events) = run_follower(&mut system);
     system.until("robot", |status| status.state == RunState::Starting);
     let_the_hosts_time_pass(&system);
     assert_eq!(calls.try_recv().ok(), None);
@@ -91,7 +91,7 @@ fn no_component_is_active_before_the_time_is_known() {
 fn time_stands_while_its_source_is_dead_and_goes_on_with_another_start_of_it() {
     let mut system = System::start();
     let give = run_clock(&mut system);
-    let (calls, _told) = run_follower(&mut system);
+    let (calls, _events) = run_follower(&mut system);
     give.send(20.0).unwrap();
     assert_eq!([next(&calls).0, next(&calls).0], [Call::Started, Call::Tick]);
     system.terminate("world");

@@ -1,4 +1,4 @@
-//! Everything that reads a stranger's bytes, one function each. Shared by the test beside this file
+//! Everything that reads a stranger's bytes, one function each. Shared by the test next to this file
 //! and by the fuzz targets in `fuzz/`; what must hold of any input is asserted here.
 
 use armor_wire::frame::{FrameReader, PREFIX_LEN};

@@ -70,7 +70,7 @@ pub struct Report {
     pub pose_error_m: f64,
 }
 
-enum Said {
+enum Sent {
     Odometry(f64, Pose2),
     Scan(f64, Vec<f32>),
     Pose(f64, Pose2),
@@ -90,9 +90,9 @@ pub struct Trial {
     homecoming: Homecoming,
     planning: Planning,
     driving: Driving,
-    to_mapper: Delivery<Said>,
-    to_planner: Delivery<Said>,
-    to_driver: Delivery<Said>,
+    to_mapper: Delivery<Sent>,
+    to_planner: Delivery<Sent>,
+    to_driver: Delivery<Sent>,
     poses: Delivery<(f64, Pose2)>,
     maps: Delivery<[Grid<Occupancy>; 2]>,
     velocities: Delivery<(f64, Velocity)>,
@@ -184,13 +184,13 @@ impl Trial {
             self.believed = pose;
             self.exploration.pose_seen(pose);
             self.homecoming.pose_seen(pose);
-            self.to_planner.send(now_s, Said::Pose(stamp_s, pose));
-            self.to_driver.send(now_s, Said::Pose(stamp_s, pose));
+            self.to_planner.send(now_s, Sent::Pose(stamp_s, pose));
+            self.to_driver.send(now_s, Sent::Pose(stamp_s, pose));
         }
         while let Some([seen, certain]) = self.maps.receive(now_s) {
             self.exploration.map_seen(seen);
-            self.to_planner.send(now_s, Said::Map(certain.clone()));
-            self.to_driver.send(now_s, Said::Map(certain));
+            self.to_planner.send(now_s, Sent::Map(certain.clone()));
+            self.to_driver.send(now_s, Sent::Map(certain));
         }
         if self.ticks.is_multiple_of(EXPLORER_TICKS) {
             self.decide(now_s);
@@ -201,7 +201,7 @@ impl Trial {
         if self.ticks.is_multiple_of(PLANNER_TICKS)
             && let Some(path) = self.planning.step(now_s)
         {
-            self.to_driver.send(now_s, Said::Path(path.to_vec()));
+            self.to_driver.send(now_s, Sent::Path(path.to_vec()));
         }
         while let Some(message) = self.to_driver.receive(now_s) {
             self.send_to_driver(message, now_s);
@@ -239,12 +239,12 @@ impl Trial {
         for Stamped { time_s, reading } in readings {
             match reading {
                 SensorReading::Odometry(motion) => {
-                    self.to_mapper.send(now_s, Said::Odometry(time_s, motion.pose));
-                    self.to_driver.send(now_s, Said::Odometry(time_s, motion.pose));
+                    self.to_mapper.send(now_s, Sent::Odometry(time_s, motion.pose));
+                    self.to_driver.send(now_s, Sent::Odometry(time_s, motion.pose));
                 }
                 SensorReading::Scan(ranges) => {
-                    self.to_mapper.send(now_s, Said::Scan(time_s, ranges.clone()));
-                    self.to_driver.send(now_s, Said::Scan(time_s, ranges));
+                    self.to_mapper.send(now_s, Sent::Scan(time_s, ranges.clone()));
+                    self.to_driver.send(now_s, Sent::Scan(time_s, ranges));
                 }
                 SensorReading::Collisions(count) => {
                     self.report.collisions = count;
@@ -261,10 +261,10 @@ impl Trial {
     fn map_scans(&mut self, now_s: f64) {
         while let Some(message) = self.to_mapper.receive(now_s) {
             match message {
-                Said::Odometry(stamp_s, Pose2 { x_m, y_m, yaw_rad }) => {
+                Sent::Odometry(stamp_s, Pose2 { x_m, y_m, yaw_rad }) => {
                     self.pairing.odometry_seen(stamp_s, MapperPose::new(x_m, y_m, yaw_rad));
                 }
-                Said::Scan(stamp_s, ranges_m) => {
+                Sent::Scan(stamp_s, ranges_m) => {
                     self.pairing.scan_seen(for_mapper(stamp_s, ranges_m));
                 }
                 _ => {}
@@ -291,7 +291,7 @@ impl Trial {
             match self.homecoming.step(now_s) {
                 HomingStep::Home => self.report.home_s = Some(now_s),
                 HomingStep::Goto(home) => {
-                    self.to_planner.send(now_s, Said::Goal(Rank::Override, home));
+                    self.to_planner.send(now_s, Sent::Goal(Rank::Override, home));
                 }
             }
             return;
@@ -307,31 +307,31 @@ impl Trial {
                     println!("{now_s:7.2} goal {:.2} {:.2}", goal.x_m, goal.y_m);
                 }
                 self.goal = Some(goal);
-                self.to_planner.send(now_s, Said::Goal(Rank::Task, goal));
+                self.to_planner.send(now_s, Sent::Goal(Rank::Task, goal));
             }
         }
     }
 
-    fn send_to_planner(&mut self, message: Said, now_s: f64) {
+    fn send_to_planner(&mut self, message: Sent, now_s: f64) {
         match message {
-            Said::Pose(_, pose) => self.planning.pose_seen(pose),
-            Said::Map(map) => self.planning.map_seen(map),
-            Said::Goal(rank, goal) => self.planning.goal_seen(now_s, rank, goal),
+            Sent::Pose(_, pose) => self.planning.pose_seen(pose),
+            Sent::Map(map) => self.planning.map_seen(map),
+            Sent::Goal(rank, goal) => self.planning.goal_seen(now_s, rank, goal),
             _ => {}
         }
     }
 
-    fn send_to_driver(&mut self, message: Said, now_s: f64) {
+    fn send_to_driver(&mut self, message: Sent, now_s: f64) {
         let driving = &mut self.driving;
         match message {
-            Said::Odometry(stamp_s, pose) => driving.odometry_seen(now_s, stamp_s, pose),
-            Said::Scan(stamp_s, ranges_m) => {
+            Sent::Odometry(stamp_s, pose) => driving.odometry_seen(now_s, stamp_s, pose),
+            Sent::Scan(stamp_s, ranges_m) => {
                 driving.scan_seen(now_s, for_driver(stamp_s, &ranges_m));
             }
-            Said::Pose(stamp_s, pose) => driving.pose_seen(stamp_s, pose),
-            Said::Map(map) => driving.map_seen(map),
-            Said::Path(path) => driving.path_seen(now_s, path),
-            Said::Goal(..) => {}
+            Sent::Pose(stamp_s, pose) => driving.pose_seen(stamp_s, pose),
+            Sent::Map(map) => driving.map_seen(map),
+            Sent::Path(path) => driving.path_seen(now_s, path),
+            Sent::Goal(..) => {}
         }
     }
 }

@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn transforms_move_a_point_as_svg_says() {
+    fn transforms_move_a_point_as_svg_specifies() {
         check("", (1.0, 2.0));
         check("translate(3)", (4.0, 2.0));
         check("translate(3,4) scale(2)", (5.0, 8.0));

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_is_alone_when_nobody_came_in_time_or_all_have_gone() {
+    fn a_clock_is_alone_when_no_subscriber_came_in_time_or_all_have_gone() {
         let mut clock = ClockOutput::default();
         assert!(!clock.is_alone(100.0));
         clock.count_followers(0, 100.0);

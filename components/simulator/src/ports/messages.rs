@@ -198,14 +198,14 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_as_large_as_it_says() {
+    fn a_picture_has_the_size_that_it_states() {
         let camera = CameraModel::default();
         let message = build_image(1.0, &camera, vec![7; 160 * 120 * 3]);
         assert_eq!(message.data.len(), (message.step * message.height) as usize);
     }
 
     #[test]
-    fn a_scan_says_where_its_beams_are() {
+    fn a_scan_states_where_its_beams_are() {
         let laser = LaserModel::default();
         let scan = build_scan(5.0, &laser, 10.0, vec![1.0; laser.beam_count() as usize]);
         let last = scan.angle_min + (scan.ranges.len() - 1) as f32 * scan.angle_increment;

@@ -116,8 +116,8 @@ fn parameters_are_listed_with_values_and_origins() {
         ConfigReply::Listed { parameters, total: 2, .. } => assert_eq!(parameters.len(), 1),
         other => panic!("{other:?}"),
     }
-    let nobody = ask(&mut versions, 1, list(Some("nobody"), 0));
-    assert!(matches!(nobody, ConfigReply::Refused { request: 5, .. }), "{nobody:?}");
+    let unknown = ask(&mut versions, 1, list(Some("unknown"), 0));
+    assert!(matches!(unknown, ConfigReply::Refused { request: 5, .. }), "{unknown:?}");
 }
 
 #[test]

@@ -102,8 +102,8 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
     };
     let invalid = "nothing was written: the file would not be valid";
     assert_eq!(rejected(&mut versions, "player.sped", "1"), format!("{invalid} [E0110]"));
-    let nobody = rejected(&mut versions, "nobody.speed", "1");
-    assert!(nobody.contains("no component called `nobody`; it has: player, mapper"), "{nobody}");
+    let unknown = rejected(&mut versions, "unknown.speed", "1");
+    assert!(unknown.contains("no component called `unknown`; it has: player, mapper"), "{unknown}");
     let over = rejected(&mut versions, "mapper.speed", "1");
     assert!(over.starts_with("mapper.speed is given by --set"), "{over}");
     let control = rejected(&mut versions, "player.file", "a\u{1}b");

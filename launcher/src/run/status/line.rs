@@ -95,13 +95,13 @@ mod tests {
         let status = RunStatus {
             elapsed_s: 12.34,
             places: vec!["explore".into(), "watch".into()],
-            tasks: vec![task(Some(0.84), "84 % explored, 3.2 m to go")],
+            tasks: vec![task(Some(0.84), "84 % explored, 3.2 m to the goal")],
             fallen_rates: vec![slow("laser.scan -> mapper.scan")],
             restarts: 1,
         };
         assert_eq!(
             status.to_line(),
-            "12.3 s | explore, watch | explorer: exploring, 84 % explored, 3.2 m to go | \
+            "12.3 s | explore, watch | explorer: exploring, 84 % explored, 3.2 m to the goal | \
              slow: laser.scan -> mapper.scan 3.1 Hz instead of 10.0 | 1 restart"
         );
     }

@@ -118,7 +118,7 @@ fn a_daemon_that_never_gets_ready_is_killed_and_given_up() {
             break;
         }
     }
-    assert_eq!(kills, 20, "one death in 20 s is slow enough to go on trying");
+    assert_eq!(kills, 20, "one death in 20 s is slow enough to keep trying");
     let failed = SupervisorEvent::SpawnFailed(REGISTRY, "no such file".into());
     let ends = (0..5).any(|_| {
         let done = bench.on(failed.clone());
@@ -138,7 +138,7 @@ fn a_killed_component_comes_back_with_growing_delays_and_is_given_up() {
         assert_eq!(bench.pass(0.1, &[SLAM]), [Spawn(LASER)], "after {delay} s");
     }
     assert_eq!(bench.on(Bench::killed(LASER)), []);
-    assert_eq!(bench.pass(120.0, &[SLAM]), [], "the others go on");
+    assert_eq!(bench.pass(120.0, &[SLAM]), [], "the others continue");
     assert!(
         bench.logged.last().is_some_and(|logged| logged.contains("given up")),
         "{:?}",
@@ -212,7 +212,7 @@ fn who_registers_and_never_answers_is_killed() {
 }
 
 #[test]
-fn a_launcher_that_slept_blames_nobody() {
+fn a_launcher_that_slept_blames_no_process() {
     let mut bench = Bench::running(Restart::OnFailure);
     bench.now += s(3600.0);
     assert_eq!(bench.on(SupervisorEvent::Tick), []);
@@ -304,7 +304,7 @@ fn a_stop_goes_in_order_and_kills_who_does_not_end() {
     assert_eq!(
         bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))),
         [],
-        "nobody comes back"
+        "no process comes back"
     );
     assert_eq!(bench.pass(5.1, &[]), [Kill(SLAM)]);
     assert_eq!(bench.on(Bench::killed(SLAM)), [Terminate(CONFIGD)]);
