@@ -118,7 +118,8 @@ impl Trial {
         for n in saves {
             let (style, save) = STYLES[n % STYLES.len()];
             let chosen = dice.throw(self.files.len());
-            // A save of the bytes that are on the disk already is no change: configd reports nothing.
+            // A save of the bytes that are on the disk already is no change: configd reports
+            // nothing.
             let changed = loop {
                 let changed = change(&self.files[chosen].1, n, &mut dice);
                 if std::fs::read(&self.files[chosen].0).ok().as_ref() != Some(&changed.bytes) {

@@ -5,8 +5,8 @@ use serde_json::Value;
 use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
-/// `north` and `south` are never active together. An operator decides between them; `leave` ends the
-/// mission if the operator's link is lost.
+/// `north` and `south` are never active together. An operator decides between them; `leave` ends
+/// the mission if the operator's link is lost.
 const WATCH: &str = "
 <mission name='watch' goal='over' safe='hold'>
   <place name='up' initial='true' components='north'/>

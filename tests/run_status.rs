@@ -1,5 +1,7 @@
 //! The status of `armor run` on stderr: plain lines if stderr is not a terminal.
 
+use std::process::{Command, Stdio};
+
 use crate::fixture::{Folder, run_to_end};
 use crate::resilience::system::probe;
 
@@ -48,15 +50,77 @@ fn quiet_and_json_print_no_status() {
     }
 }
 
-/// The program `script` gives the launcher a terminal, on which it redraws the line in place.
+const RETURN: &str = "<armor version='1'>
+<system name='return'>
+  <component name='simulator' kind='simulator' rate='20Hz'>
+    <parameter name='world' value='WORLDS/office.svg'/>
+  </component>
+  <component name='mapper' kind='grid-slam' rate='10Hz'>
+    <parameter name='laser_x' value='0.08m'/>
+    <parameter name='map_period' value='0.5s'/>
+  </component>
+  <component name='explorer' kind='explorer' rate='5Hz'/>
+  <component name='homing' kind='homing' rate='5Hz'>
+    <parameter name='x' value='1.5m'/>
+  </component>
+  <component name='planner' kind='planner' rate='10Hz'/>
+  <component name='driver' kind='driver' rate='20Hz'>
+    <parameter name='laser_x' value='0.08m'/>
+  </component>
+  <link from='simulator.scan' to='mapper.scan' keep='10'/>
+  <link from='simulator.odometry' to='mapper.odometry' keep='50'/>
+  <link from='mapper.map' to='explorer.map'/>
+  <link from='mapper.pose' to='explorer.pose'/>
+  <link from='mapper.pose' to='homing.pose'/>
+  <link from='homing.goal' to='planner.goal'/>
+  <link from='mapper.map' to='planner.map'/>
+  <link from='mapper.pose' to='planner.pose'/>
+  <link from='planner.path' to='driver.path'/>
+  <link from='mapper.map' to='driver.map'/>
+  <link from='mapper.pose' to='driver.pose'/>
+  <link from='simulator.scan' to='driver.scan'/>
+  <link from='simulator.odometry' to='driver.odometry'/>
+  <link from='driver.velocity' to='simulator.velocity'/>
+</system>
+<mission name='return' goal='home' safe='hold'>
+  <place name='drive' initial='true' components='homing driver explorer'/>
+  <place name='home'/>
+  <place name='hold'/>
+  <transition name='arrived' from='drive' to='home' on='homing.done'/>
+  <transition name='lost' from='drive' to='hold' timeout='3min'/>
+</mission>
+</armor>
+";
+
+/// Returns whether `line` holds a positive number with one decimal place between the two texts.
+fn has_distance(line: &str, before: &str, after: &str) -> bool {
+    let number = |rest: &str| rest.split_once(after)?.0.rsplit(' ').next()?.parse::<f64>().ok();
+    line.split_once(before).is_some_and(|(_, rest)| number(rest).is_some_and(|left| left > 0.0))
+}
+
+/// A robot drives 1.5 m. Nothing but the status line subscribes to the progress.
 #[test]
-fn on_a_terminal_the_line_has_the_progress_of_the_active_component() {
-    let folder = folder("run-terminal");
-    let armor = folder.armor(&["run", "relay.xml"]);
-    let mut script = std::process::Command::new("script");
+fn the_line_has_the_progress_of_the_stock_components() {
+    let folder = Folder::new("run-return");
+    let worlds = format!("{}/../missions/worlds", env!("CARGO_MANIFEST_DIR"));
+    folder.write("return.xml", &RETURN.replace("WORLDS", &worlds));
+    let drawn = draw_on_terminal(&folder, "return.xml");
+    let is_shown = |before: &str, after: &str| {
+        drawn.iter().any(|line| line.contains(" | drive | ") && has_distance(line, before, after))
+    };
+    assert!(is_shown("homing: returning home, ", " m to home"), "{drawn:#?}");
+    assert!(is_shown("driver: driving, ", " m to go"), "{drawn:#?}");
+    assert!(is_shown("explorer: exploring, ", " % explored"), "{drawn:#?}");
+}
+
+/// Runs a file to its goal and returns each state of the line. The program `script` gives the
+/// launcher a terminal, on which it redraws the line in place.
+fn draw_on_terminal(folder: &Folder, file: &str) -> Vec<String> {
+    let armor = folder.armor(&[]);
+    let mut script = Command::new("script");
     script.args(["--quiet", "--return", "--command"]);
-    script.arg(format!("{} run relay.xml", armor.get_program().display())).arg("screen");
-    script.current_dir(folder.path()).stdin(std::process::Stdio::null());
+    script.arg(format!("{} run {file}", armor.get_program().display())).arg("screen");
+    script.current_dir(folder.path()).stdin(Stdio::null());
     for (name, value) in armor.get_envs() {
         match value {
             Some(value) => script.env(name, value),
@@ -65,10 +129,16 @@ fn on_a_terminal_the_line_has_the_progress_of_the_active_component() {
     }
     let (code, out, err) = run_to_end(&mut script);
     assert_eq!(code, 0, "{out}{err}");
-    let drawn: Vec<&str> = out.split("\r\x1b[2K").collect();
+    out.split("\r\x1b[2K").map(str::to_owned).collect()
+}
+
+#[test]
+fn on_a_terminal_the_line_has_the_progress_of_the_active_component() {
+    let folder = folder("run-terminal");
+    let drawn = draw_on_terminal(&folder, "relay.xml");
     let is_shown = |text: &str| drawn.iter().any(|line| line.contains(text));
-    assert!(is_shown(" | sort | first: sorting, "), "{out:?}");
-    assert!(is_shown(" | check | second: sorting, "), "{out:?}");
-    assert!(!is_shown("check | first:"), "a frozen component's progress is old: {out:?}");
-    assert!(drawn.last().is_some_and(|line| !line.contains("sorting")), "erased: {out:?}");
+    assert!(is_shown(" | sort | first: sorting, "), "{drawn:?}");
+    assert!(is_shown(" | check | second: sorting, "), "{drawn:?}");
+    assert!(!is_shown("check | first:"), "a frozen component's progress is old: {drawn:?}");
+    assert!(drawn.last().is_some_and(|line| !line.contains("sorting")), "erased: {drawn:?}");
 }

@@ -86,8 +86,8 @@ pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal
     Refusal::new(RefusalCode::UnknownData, text)
 }
 
-/// Why a component gets no answer about a parameter that its kind does not have; nothing if its kind
-/// is not known, or has it.
+/// Why a component gets no answer about a parameter that its kind does not have; nothing if its
+/// kind is not known, or has it.
 pub(crate) fn no_parameter(
     component: &Component,
     parameter: &str,

@@ -1,5 +1,5 @@
-//! The file and those that it includes, on the disk: parsed again only when their bytes have changed,
-//! and written only if they still have the expected bytes.
+//! The file and those that it includes, on the disk: parsed again only when their bytes have
+//! changed, and written only if they still have the expected bytes.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::versions::Write;
 /// Each file with its bytes; none if it could not be read.
 pub(crate) type FileSnapshot = Vec<(PathBuf, Option<Vec<u8>>)>;
 
-/// What is known of the files.
+/// The status of the files.
 #[derive(Clone)]
 pub(crate) struct WatchedFiles {
     file: PathBuf,
@@ -82,8 +82,8 @@ pub fn write(wanted: &Write) -> Result<(), String> {
     save_atomically(file, text.as_bytes()).map_err(|error| error.to_string())
 }
 
-/// Whether every file exists and is not empty. A missing or empty file may be between two steps of a
-/// save.
+/// Whether every file exists and is not empty. A missing or empty file may be between two steps of
+/// a save.
 pub(crate) fn is_whole(snapshot: &FileSnapshot) -> bool {
     snapshot.iter().all(|(_, bytes)| bytes.as_ref().is_some_and(|bytes| !bytes.is_empty()))
 }

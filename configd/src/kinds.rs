@@ -1,4 +1,5 @@
-//! The kinds of components as they are now: executables come, go and are rebuilt while configd runs.
+//! The kinds of components as they are now: executables come, go and are rebuilt while configd
+//! runs.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -14,8 +15,8 @@ type LookForKinds = dyn Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync;
 pub struct KindSource(Arc<LookForKinds>);
 
 impl KindSource {
-    /// Uses `look`, which gets the files that configd knows and returns all kinds; `None` if they have
-    /// not changed since its last call.
+    /// Uses `look`, which gets the files that configd knows and returns all kinds; `None` if they
+    /// have not changed since its last call.
     pub fn new(look: impl Fn(&[PathBuf]) -> Option<Manifests> + Send + Sync + 'static) -> Self {
         Self(Arc::new(look))
     }

@@ -38,8 +38,8 @@ fn set_location(at: &Location, record: &mut config::FindingRecord) {
     record.source_line = cut_text(at.source.text().lines().nth(line - 1).unwrap_or_default());
 }
 
-/// Returns the first [`MAX_RECORDS`] changes between two versions with their effects, and the number of
-/// further ones.
+/// Returns the first [`MAX_RECORDS`] changes between two versions with their effects, and the
+/// number of further ones.
 pub(crate) fn change_records(
     before: &Configuration,
     after: &Configuration,
@@ -95,8 +95,9 @@ fn left_out(len: usize) -> u32 {
     u32::try_from(len.saturating_sub(MAX_RECORDS)).unwrap_or(u32::MAX)
 }
 
-/// Describes when a change takes effect. A component requests its parameters, rate and links when it
-/// starts; the launcher reads the file once; the executive decides itself when to take a new mission.
+/// Describes when a change takes effect. A component requests its parameters, rate and links when
+/// it starts; the launcher reads the file once; the executive decides itself when to take a new
+/// mission.
 fn describe_effect(difference: &Difference, after: &Configuration, rules: &VersionRules) -> String {
     let at_next_start = |component: &str| format!("takes effect when {component} is started again");
     let name = difference.name.as_str();

@@ -139,8 +139,9 @@ pub async fn serve(
     }
 }
 
-/// Starts a task that stores versions on the disk one after the other, and stores the `newest` again if
-/// its copy has disappeared. A disk that is slower than changes of the file keeps fewer of them.
+/// Starts a task that stores versions on the disk one after the other, and stores the `newest`
+/// again if its copy has disappeared. A disk that is slower than changes of the file keeps fewer of
+/// them.
 fn start_keeping(
     store: Option<VersionStore>,
     mut newest: Option<KeptVersion>,

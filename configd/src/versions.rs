@@ -121,8 +121,8 @@ struct ConfigdClient {
 }
 
 impl Versions {
-    /// Starts with the file as it is first read; or, after a restart, with the last version that was
-    /// `kept`, to which the file is then read as a change.
+    /// Starts with the file as it is first read; or, after a restart, with the last version that
+    /// was `kept`, to which the file is then read as a change.
     ///
     /// # Errors
     /// What is wrong with the file, if nothing is kept.

@@ -1,10 +1,11 @@
-//! Notices when the files change: immediately by watching every folder on the path to them (watching a
-//! file alone loses it at the first atomic save), and every [`POLL`] by reading them, for file systems
-//! that report no changes. It also writes them, so that no write coincides with a read.
+//! Notices when the files change: immediately by watching every folder on the path to them
+//! (watching a file alone loses it at the first atomic save), and every [`POLL`] by reading them,
+//! for file systems that report no changes. It also writes them, so that no write coincides with a
+//! read.
 //!
 //! A change is accepted when the files have been quiet for [`QUIET`], and what is missing or empty
-//! only at the end of [`MAX_WAIT`]: so neither a file caught half-written nor the moment between two
-//! steps of an editor's save is taken for what was saved.
+//! only at the end of [`MAX_WAIT`]: so neither a file caught half-written nor the moment between
+//! two steps of an editor's save is taken for what was saved.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -201,8 +202,8 @@ fn start_watcher(
     entries: Arc<Mutex<BTreeSet<PathBuf>>>,
 ) -> notify::Result<RecommendedWatcher> {
     notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
-        // An error may have lost events, so it counts as one. Reading is not a change: otherwise the
-        // task's own reading would wake it for ever.
+        // An error may have lost events, so it counts as one. Reading is not a change: otherwise
+        // the task's own reading would wake it for ever.
         let matters = event.map_or(true, |event| {
             let is_change = match event.kind {
                 EventKind::Access(AccessKind::Close(AccessMode::Write)) => true,

@@ -1,5 +1,5 @@
-//! The path to a file: every folder on it, and in each the entry whose change may redirect the path. A
-//! symbolic link adds the path to its target.
+//! The path to a file: every folder on it, and in each the entry whose change may redirect the
+//! path. A symbolic link adds the path to its target.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,8 +8,8 @@ use std::path::{Component, Path, PathBuf};
 /// Most links that are followed on one path, as in the kernel.
 const MAX_LINKS: usize = 40;
 
-/// Folders, each with the paths of its entries that matter. Links are resolved, so that a folder has
-/// one spelling.
+/// Folders, each with the paths of its entries that matter. Links are resolved, so that a folder
+/// has one spelling.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct WatchedPaths {
     pub(crate) folders: BTreeMap<PathBuf, BTreeSet<PathBuf>>,

@@ -34,15 +34,15 @@ fn parse_writer(name: &str) -> Option<Pid> {
     Pid::from_raw(pid.parse().ok().filter(|pid| *pid > 0)?)
 }
 
-/// Returns whether a process of that number exists on this host. It may be another one that has been
-/// given the number since: then its number protects the leftover until it ends.
+/// Returns whether a process of that number exists on this host. It may be another one that has
+/// been given the number since: then its number protects the leftover until it ends.
 fn is_running(writer: Pid) -> bool {
     test_kill_process(writer) != Err(Errno::SRCH)
 }
 
-/// Returns whether no process holds the lock of a temporary file. The number alone does not prove that
-/// the writer has ended: in a folder that containers or hosts share, it may run where this process
-/// cannot see it.
+/// Returns whether no process holds the lock of a temporary file. The number alone does not prove
+/// that the writer has ended: in a folder that containers or hosts share, it may run where this
+/// process cannot see it.
 fn is_unlocked(path: &Path) -> bool {
     File::open(path).is_ok_and(|file| file.try_lock().is_ok())
 }

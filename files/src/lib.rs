@@ -1,7 +1,7 @@
 //! Saving a file atomically: the bytes are written to a temporary file in the same folder, synced,
 //! and renamed over the old file. A reader, or the next start after a power cut, finds the old
-//! bytes or the new ones. A temporary file that a killed process has left is removed by the next save
-//! in its folder.
+//! bytes or the new ones. A temporary file that a killed process has left is removed by the next
+//! save in its folder.
 //!
 //! ```
 //! let folder = tempfile::tempdir()?;

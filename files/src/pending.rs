@@ -51,8 +51,8 @@ impl PendingFile {
         remove_leftovers(folder_of(&target));
         let temporary = create_temporary(&target, old.as_ref())
             .map_err(failed("no file can be made in its folder"))?;
-        // The lock shows a writer in another container or on another host that this one is alive. On
-        // a file system without locks only the process number in the name does.
+        // The lock shows a writer in another container or on another host that this one is alive.
+        // On a file system without locks only the process number in the name does.
         let _ = temporary.as_file().try_lock();
         Ok(Self { path: path.to_path_buf(), target, old, temporary })
     }
@@ -66,8 +66,8 @@ impl PendingFile {
         written.map_err(|reason| self.new_version_failed(reason))
     }
 
-    /// Returns the open file, to keep it locked after it has its name. It is locked already, unless the
-    /// file system has no locks.
+    /// Returns the open file, to keep it locked after it has its name. It is locked already, unless
+    /// the file system has no locks.
     pub fn file(&self) -> &File {
         self.temporary.as_file()
     }

@@ -1,5 +1,5 @@
-//! The registered processes, their outputs, and the lookups that wait: the registry without sockets or
-//! clocks.
+//! The registered processes, their outputs, and the lookups that wait: the registry without sockets
+//! or clocks.
 
 mod lookups;
 
@@ -123,7 +123,8 @@ impl RegistryDirectory {
         }
     }
 
-    /// Checks whether a process can register; a holder of its name that has fallen silent loses the name.
+    /// Checks whether a process can register; a holder of its name that has fallen silent loses the
+    /// name.
     fn check_admission(
         &mut self,
         entry: Option<&ComponentEntry>,
@@ -204,7 +205,8 @@ impl RegistryDirectory {
         };
         refusals::check_data(entry, owner)?;
         if self.data.contains_key(&entry.data) {
-            // The name of data begins with its component's name, so the asker itself provides it already.
+            // The name of data begins with its component's name, so the asker itself provides it
+            // already.
             return Err(refusals::refuse_duplicate_data(&entry.data, owner));
         }
         if client.provides.len() >= MAX_DATA_PER_COMPONENT {

@@ -36,8 +36,9 @@ pub const MAX_WAITING: usize = 4096;
 /// executive, and many open tools.
 pub const MAX_WATCHERS: usize = 64;
 
-/// Length of a listing in bytes; a longer one is sent without schemas, or refused. A third of what a
-/// frame carries, because the reader's limit counts its strings and entries at their size in memory.
+/// Length of a listing in bytes; a longer one is sent without schemas, or refused. A third of what
+/// a frame carries, because the reader's limit counts its strings and entries at their size in
+/// memory.
 pub const MAX_LISTING_LEN: usize = MAX_CONTROL_LEN / 3;
 
 /// Length of the text of a refusal in bytes: a screenful. The types of others appear in it.
@@ -47,5 +48,6 @@ pub const MAX_REFUSAL_LEN: usize = 2048;
 pub const MAX_SIMILAR: usize = 3;
 
 /// A holder of a name that was not heard for this long, two beats and a half, gives it up when
-/// another process registers under it: a restarted component does not wait for its dead predecessor.
+/// another process registers under it: a restarted component does not wait for its dead
+/// predecessor.
 pub const GIVE_UP: Duration = BEAT.saturating_mul(2).saturating_add(Duration::from_millis(250));

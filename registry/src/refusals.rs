@@ -153,7 +153,8 @@ pub(crate) fn refuse_unknown(
     build_refusal(RefusalCode::UnknownData, text)
 }
 
-/// Returns text of a peer in a form that is safe to show: without control characters, and shortened.
+/// Returns text of a peer in a form that is safe to show: without control characters, and
+/// shortened.
 pub(crate) fn quote_text(text: &str) -> String {
     const SHOWN: usize = 80;
     let shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();

@@ -2,8 +2,8 @@
 
 use crate::limits::MAX_SIMILAR;
 
-/// Returns the names nearest to `wanted`, nearest first: those with at most a third of their letters different, or
-/// with the same output or the same component.
+/// Returns the names nearest to `wanted`, nearest first: those with at most a third of their
+/// letters different, or with the same output or the same component.
 pub(crate) fn find_similar<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let parts = |name: &str| name.split_once('.').map(|(a, b)| (a.to_owned(), b.to_owned()));
     let wanted_parts = parts(wanted);

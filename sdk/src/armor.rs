@@ -15,8 +15,8 @@ use crate::ports::{InputType, OutputType};
 /// How long [`Armor::synchronize`] waits for configd.
 const SYNCHRONIZE_LIMIT: Duration = Duration::from_secs(10);
 
-/// The handle through which a component publishes, asks and declares. Cheap to clone; threads of the
-/// component may share it.
+/// The handle through which a component publishes, asks and declares. Cheap to clone; threads of
+/// the component may share it.
 #[derive(Clone)]
 pub struct Armor {
     pub(crate) participant: Arc<Participant>,

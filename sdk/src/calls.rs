@@ -1,5 +1,5 @@
-//! Numbers the calls of user code, so that a message knows in which call it was sent and the service
-//! thread knows how long a call takes.
+//! Numbers the calls of user code, so that a message knows in which call it was sent and the
+//! service thread knows how long a call takes.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};

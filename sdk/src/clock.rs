@@ -12,8 +12,8 @@ use crate::timeline::{ClockReading, Passage, Timeline};
 /// A monotonic clock with an estimate of the system time's offset from it.
 ///
 /// Until the registry has answered, system time is this host's wall clock as it was at the start; a
-/// later jump of the wall clock changes nothing. In a system whose time follows data, system time is
-/// the last reading; monotonic time is the host's nevertheless.
+/// later jump of the wall clock changes nothing. In a system whose time follows data, system time
+/// is the last reading; monotonic time is the host's nevertheless.
 #[derive(Debug)]
 pub struct SystemClock {
     start_s: f64,
@@ -82,7 +82,8 @@ impl SystemClock {
         !self.follows.load(Ordering::Relaxed) || has_reading()
     }
 
-    /// Applies a reading of the source of the system's time. Returns what it means; `None` if nothing.
+    /// Applies a reading of the source of the system's time. Returns what it means; `None` if
+    /// nothing.
     pub(crate) fn apply_reading(&self, reading: ClockReading) -> Option<Passage> {
         let mut following = self.following.lock();
         let passage = following.timeline.read(reading)?;

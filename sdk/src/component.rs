@@ -7,8 +7,8 @@ use crate::parameter::{Parameter, Value};
 
 /// One task, in one process.
 ///
-/// `exec`, `data_received` and `parameter_received` never run at the same time: no locks are needed.
-/// A frozen component gets no calls at all.
+/// `exec`, `data_received` and `parameter_received` never run at the same time: no locks are
+/// needed. A frozen component gets no calls at all.
 pub trait Component: Sized + Send + 'static {
     /// Name of this kind of component, as the file has it.
     const KIND: &'static str;

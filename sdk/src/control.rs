@@ -67,7 +67,8 @@ impl ControlConnection {
         Self::connect_as(entry, role, from, random_id(), sink)
     }
 
-    /// As [`Self::connect`], for a process that is identified by its `instance` over all its connections.
+    /// As [`Self::connect`], for a process that is identified by its `instance` over all its
+    /// connections.
     pub(crate) fn connect_as(
         entry: &ComponentEntry,
         role: Role,

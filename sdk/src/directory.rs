@@ -1,7 +1,7 @@
 //! The connection to the registry: what this process provides, what it looks for, and the time.
 //!
-//! When the registry has died and is back, everything is declared and asked again, after a delay that
-//! differs from process to process. Links are not affected.
+//! When the registry has died and is back, everything is declared and asked again, after a delay
+//! that differs from process to process. Links are not affected.
 
 mod answers;
 mod background;
@@ -112,8 +112,8 @@ impl Directory {
         state.provided.push(entry);
     }
 
-    /// Asks for the provider of `data` of the given schema (empty: any). The answer arrives when there is
-    /// a provider.
+    /// Asks for the provider of `data` of the given schema (empty: any). The answer arrives when
+    /// there is a provider.
     pub(crate) fn request_provider(
         &self,
         data: &str,

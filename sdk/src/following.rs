@@ -1,5 +1,5 @@
-//! Follows the data that set the system's time: one thread and one link, kept up for the life of the
-//! process. While the data have no provider, time stands still.
+//! Follows the data that set the system's time: one thread and one link, kept up for the life of
+//! the process. While the data have no provider, time stands still.
 
 use std::sync::Arc;
 use std::time::Duration;

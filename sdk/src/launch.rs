@@ -207,7 +207,8 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     Ok(if has_crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
 }
 
-/// Answers from the command line, on a thread of its own: the constructor may wait for its parameters.
+/// Answers from the command line, on a thread of its own: the constructor may wait for its
+/// parameters.
 fn answer_parameters_alone(participant: &Arc<Participant>, set: HashMap<String, String>) {
     let participant = Arc::clone(participant);
     std::thread::spawn(move || {

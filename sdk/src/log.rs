@@ -1,4 +1,5 @@
-//! The log of a component's process: plain lines on stderr, to which the launcher adds time and name.
+//! The log of a component's process: plain lines on stderr, to which the launcher adds time and
+//! name.
 
 use std::io::IsTerminal;
 

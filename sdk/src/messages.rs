@@ -1,8 +1,8 @@
 //! The standard messages, named and laid out as in ROS's `geometry_msgs`, `nav_msgs` and
 //! `sensor_msgs`; units and axes by REP-103, frames by REP-105.
 //!
-//! Where ROS has a `std_msgs/Header`, these have `stamp` (system time, seconds since the Unix epoch)
-//! and `frame` (the frame's name).
+//! Where ROS has a `std_msgs/Header`, these have `stamp` (system time, seconds since the Unix
+//! epoch) and `frame` (the frame's name).
 
 pub use armor_wire::clock::Clock;
 pub use armor_wire::config::ConfigurationState;

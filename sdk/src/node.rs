@@ -63,7 +63,8 @@ impl SystemNode {
         Ok(Self { participant })
     }
 
-    /// The functions of a component, of which those that publish and return the time are useful here.
+    /// The functions of a component, of which those that publish and return the time are useful
+    /// here.
     pub fn armor(&self) -> Armor {
         Armor { participant: Arc::clone(&self.participant) }
     }
@@ -73,8 +74,8 @@ impl SystemNode {
         self.participant.directory()
     }
 
-    /// Lets the time of this process follow `data` from now on. Calls `on_reading`, on a thread of its
-    /// own, for every reading by which time begins, passes or jumps.
+    /// Lets the time of this process follow `data` from now on. Calls `on_reading`, on a thread of
+    /// its own, for every reading by which time begins, passes or jumps.
     ///
     /// # Errors
     /// If no thread can be started for it.
@@ -86,8 +87,8 @@ impl SystemNode {
         following::start_following(&self.participant, data, on_reading)
     }
 
-    /// Accepts orders of operators from now on; without it they are refused. Returns where they arrive,
-    /// in order. Each order needs an [`Self::answer`].
+    /// Accepts orders of operators from now on; without it they are refused. Returns where they
+    /// arrive, in order. Each order needs an [`Self::answer`].
     pub fn orders(&self) -> Receiver<OrderEvent> {
         self.participant.operator_orders.accept_orders()
     }

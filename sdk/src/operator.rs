@@ -1,4 +1,5 @@
-//! The operator's end: orders to the executive. Each is sent until it is answered, and carried out once.
+//! The operator's end: orders to the executive. Each is sent until it is answered, and carried out
+//! once.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
@@ -68,17 +69,17 @@ struct ExecutiveConnection {
 }
 
 impl Operator {
-    /// An operator that is not connected yet; it connects with the first order. `author` is the person,
-    /// such as `ruth@station`; `from` is the program.
+    /// An operator that is not connected yet; it connects with the first order. `author` is the
+    /// person, such as `ruth@station`; `from` is the program.
     pub fn new(directory: Directory, from: &str, author: &str) -> Self {
         let (author, from) = (author.to_owned(), from.to_owned());
         let instance = random_id();
         Self { directory, author, from, instance, connected: None, holds: false, lost: None }
     }
 
-    /// Sends an order and waits for the answer. If the executive dies meanwhile, the order is sent to the
-    /// next one; it is carried out once, however many times it is sent. An operator that has the
-    /// command of a mission sends the order to that mission and to no other.
+    /// Sends an order and waits for the answer. If the executive dies meanwhile, the order is sent
+    /// to the next one; it is carried out once, however many times it is sent. An operator that has
+    /// the command of a mission sends the order to that mission and to no other.
     ///
     /// # Errors
     /// [`OrderError`] if there is no answer within `limit`, when the order may have been carried
@@ -128,8 +129,8 @@ impl Operator {
         true
     }
 
-    /// Why it has lost the command, as far as the executive has reported; [`Self::is_connected`] reads
-    /// these reports.
+    /// Why it has lost the command, as far as the executive has reported; [`Self::is_connected`]
+    /// reads these reports.
     pub fn lost(&self) -> Option<&str> {
         self.lost.as_deref()
     }

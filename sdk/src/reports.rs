@@ -1,5 +1,5 @@
-//! What the component reports to the executive: numbered, and kept until it is acknowledged, so that
-//! a restarted executive misses none.
+//! What the component reports to the executive: numbered, and kept until it is acknowledged, so
+//! that a restarted executive misses none.
 
 use std::collections::VecDeque;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! A component at work: its code, its state and its activation. Only the thread inside the call gate
-//! touches it.
+//! A component at work: its code, its state and its activation. Only the thread inside the call
+//! gate touches it.
 
 use std::sync::Arc;
 
@@ -164,8 +164,8 @@ impl RunningComponent {
         self.enter_state(RunState::Frozen);
     }
 
-    /// The values of the activation come before its first call. A value that cannot be read fails the
-    /// activation.
+    /// The values of the activation come before its first call. A value that cannot be read fails
+    /// the activation.
     fn carry_out_activation(&mut self, order: ActivationOrder) {
         self.activation = order.activation;
         let was_active = self.is_active();
@@ -204,7 +204,8 @@ impl RunningComponent {
         }
     }
 
-    /// Reports what a call returned, and leaves the active state if it was the last of its activation.
+    /// Reports what a call returned, and leaves the active state if it was the last of its
+    /// activation.
     fn report_result(&mut self, result: Result<Outcome, String>) {
         let (state, report) = match result.and_then(check_event_name) {
             Ok(Outcome::CarryOn) => return,

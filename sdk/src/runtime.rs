@@ -1,5 +1,5 @@
-//! The loop that ticks a component and changes its state, and the threads of its inputs, which run its
-//! code on data: all through one [call gate](crate::call_gate).
+//! The loop that ticks a component and changes its state, and the threads of its inputs, which run
+//! its code on data: all through one [call gate](crate::call_gate).
 
 use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
@@ -22,8 +22,8 @@ const DEFAULT_PERIOD: Duration = Duration::from_millis(100);
 /// The main loop sleeps no longer than this.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
-/// A thread inside the component. After it is dropped, [`Runtime::after_release`] takes care of what
-/// arrived meanwhile.
+/// A thread inside the component. After it is dropped, [`Runtime::after_release`] takes care of
+/// what arrived meanwhile.
 pub(crate) struct EnteredComponent<'a>(MutexGuard<'a, RunningComponent>);
 
 impl EnteredComponent<'_> {
@@ -83,8 +83,9 @@ impl Runtime {
     /// Called after leaving the component: delivers what arrived while its lock was held.
     ///
     /// A reader adds to the backlog, then tries the lock; the thread inside unlocks, then reads the
-    /// backlog. The later of the two sees the other's step, so no data stay behind. Data that arrive
-    /// during the delivery are for the main loop: the calling thread must return to its input.
+    /// backlog. The later of the two sees the other's step, so no data stay behind. Data that
+    /// arrive during the delivery are for the main loop: the calling thread must return to its
+    /// input.
     pub fn after_release(&self) {
         let end = self.gate.arrivals();
         loop {

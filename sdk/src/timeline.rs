@@ -80,9 +80,9 @@ impl TickSchedule {
         self.next.saturating_sub(now)
     }
 
-    /// Records a call at `now` and schedules the next one. A missed tick is not repeated: the next one
-    /// keeps the phase. Only ticks that are closer together than the kernel wakes reliably are all
-    /// called, late ones too.
+    /// Records a call at `now` and schedules the next one. A missed tick is not repeated: the next
+    /// one keeps the phase. Only ticks that are closer together than the kernel wakes reliably are
+    /// all called, late ones too.
     pub fn record_tick(&mut self, now: Duration) {
         let behind = now.saturating_sub(self.next);
         self.next += self.period;

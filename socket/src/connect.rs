@@ -48,7 +48,8 @@ pub fn connect_component(
 
 fn connect_unix(instance: u64, limit: Duration) -> io::Result<Stream> {
     let socket = Socket::new(Domain::UNIX, Type::STREAM, None)?;
-    // Connecting to a stopped process waits once its backlog is full; the write timeout limits that.
+    // Connecting to a stopped process waits once its backlog is full; the write timeout limits
+    // that.
     socket.set_write_timeout(Some(limit))?;
     socket.connect(&unix_address(instance)?)?;
     socket.set_write_timeout(None)?;

@@ -1,8 +1,9 @@
-//! The daemons' half: accepts connections, reads and writes frames, beats, closes peers that violate
-//! the protocol, and gives the daemon typed events only.
+//! The daemons' half: accepts connections, reads and writes frames, beats, closes peers that
+//! violate the protocol, and gives the daemon typed events only.
 //!
-//! Start with [`server`]: a daemon is a loop over [`Server::next_event`] and [`Server::perform`] around a pure
-//! state machine. [`registration`] is the other direction: being registered under a name.
+//! Start with [`server`]: a daemon is a loop over [`Server::next_event`] and [`Server::perform`]
+//! around a pure state machine. [`registration`] is the other direction: being registered under a
+//! name.
 
 mod close_log;
 mod connection;

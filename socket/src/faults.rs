@@ -7,12 +7,12 @@ use std::net::IpAddr;
 
 use parking_lot::Mutex;
 
-/// Most pairs of peer address and fault that are remembered. Further faults are not logged at all: a
-/// flood of addresses must fill neither memory nor disk.
+/// Most pairs of peer address and fault that are remembered. Further faults are not logged at all:
+/// a flood of addresses must fill neither memory nor disk.
 pub const MAX_FAULTS: usize = 256;
 
-/// Whether a read or write only found nothing to do, ran into its time limit or was interrupted by a
-/// signal: the connection is intact.
+/// Whether a read or write only found nothing to do, ran into its time limit or was interrupted by
+/// a signal: the connection is intact.
 ///
 /// [`io::ErrorKind::TimedOut`] is not temporary: a socket reports it when its connection has ended
 /// because the peer's host fell silent. A read timeout that passes is `WouldBlock`.

@@ -1,7 +1,8 @@
-//! The sockets of Armor: one [`Stream`] and one [`Listener`] whatever the transport, where processes
-//! listen, how they connect, and how a socket is tuned.
+//! The sockets of Armor: one [`Stream`] and one [`Listener`] whatever the transport, where
+//! processes listen, how they connect, and how a socket is tuned.
 //!
-//! Start with [`stream`]. The daemons' server of typed messages, which needs an async runtime, is in
+//! Start with [`stream`]. The daemons' server of typed messages, which needs an async runtime, is
+//! in
 //! [`daemon`] and exists with the feature `daemon` only.
 
 pub mod connect;

@@ -14,8 +14,8 @@ use crate::proxy;
 use crate::stream::Stream;
 
 /// Ports taken when any will do. They lie below the range from which the kernel gives a connecting
-/// socket its own port: above it, a client that connects to a process that has gone can happen to get
-/// the very port it connects to, and then talks to itself.
+/// socket its own port: above it, a client that connects to a process that has gone can happen to
+/// get the very port it connects to, and then talks to itself.
 pub const PORTS: std::ops::Range<u16> = 10_000..32_000;
 
 /// How many random ports are tried. With half of them taken, all fail once in 10^19 times.

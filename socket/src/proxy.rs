@@ -1,5 +1,5 @@
-//! Connections to a system on another host while everything listens on loopback: a SOCKS5 proxy (RFC
-//! 1928), such as `ssh -D` opens. The host at its far end resolves the addresses.
+//! Connections to a system on another host while everything listens on loopback: a SOCKS5 proxy
+//! (RFC 1928), such as `ssh -D` opens. The host at its far end resolves the addresses.
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
@@ -38,8 +38,8 @@ pub(crate) fn fixed_port() -> io::Result<Option<u16>> {
     }
 }
 
-/// Asks the proxy at the other end of `stream` to connect to `address`, within `limit` for each of its
-/// answers. Afterwards the stream is a connection to that address.
+/// Asks the proxy at the other end of `stream` to connect to `address`, within `limit` for each of
+/// its answers. Afterwards the stream is a connection to that address.
 pub(crate) fn connect_through(
     stream: &TcpStream,
     address: &str,

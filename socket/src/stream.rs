@@ -32,8 +32,8 @@ impl Stream {
         Ok(send(self, bytes, SEND_NOW)?)
     }
 
-    /// Sends what the socket takes of `pieces`, one after the other, without waiting. Returns how many
-    /// bytes it took.
+    /// Sends what the socket takes of `pieces`, one after the other, without waiting. Returns how
+    /// many bytes it took.
     ///
     /// # Errors
     /// [`io::ErrorKind::WouldBlock`] if the socket takes nothing now.
@@ -50,8 +50,8 @@ impl Stream {
         Ok(recv(self, buffer, RecvFlags::DONTWAIT)?.1)
     }
 
-    /// Waits for bytes as long as the read timeout allows, and receives them. Returns their number, 0
-    /// at the end of the stream.
+    /// Waits for bytes as long as the read timeout allows, and receives them. Returns their number,
+    /// 0 at the end of the stream.
     ///
     /// # Errors
     /// [`io::ErrorKind::WouldBlock`] if the read timeout has passed.
@@ -70,7 +70,8 @@ impl Stream {
         }
     }
 
-    /// ServerLimits how long [`receive`](Self::receive) and [`Read::read`] wait; `None` sets no limit.
+    /// ServerLimits how long [`receive`](Self::receive) and [`Read::read`] wait; `None` sets no
+    /// limit.
     ///
     /// # Errors
     /// If `timeout` is zero.
@@ -114,8 +115,8 @@ impl Stream {
         })
     }
 
-    /// Returns the peer's address. A Unix socket's peer is on this host and has no port: its address is
-    /// the loopback address with port 0.
+    /// Returns the peer's address. A Unix socket's peer is on this host and has no port: its
+    /// address is the loopback address with port 0.
     ///
     /// # Errors
     /// If the peer has gone.

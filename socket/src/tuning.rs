@@ -10,11 +10,12 @@ use crate::stream::Stream;
 
 /// Send buffer of a link, in bytes. A frame up to about this size goes to the kernel in one call.
 const LINK_BUFFER_LEN: usize = 4 << 20;
-/// Silence after which the kernel begins to probe the peer's host, and the pause between its probes.
+/// Silence after which the kernel begins to probe the peer's host, and the pause between its
+/// probes.
 const PROBE_PERIOD: Duration = Duration::from_secs(1);
 
-/// Makes a TCP connection send small frames without delay and end when the peer's host falls silent.
-/// A Unix socket needs neither.
+/// Makes a TCP connection send small frames without delay and end when the peer's host falls
+/// silent. A Unix socket needs neither.
 ///
 /// # Errors
 /// If the system refuses an option.
@@ -24,8 +25,8 @@ pub fn tune(stream: &Stream) -> io::Result<()> {
         Stream::Tcp(stream) => {
             let socket = SockRef::from(stream);
             socket.set_tcp_nodelay(true)?;
-            // Ends a connection whose sent bytes are not acknowledged; the probes do so for one that
-            // sends nothing.
+            // Ends a connection whose sent bytes are not acknowledged; the probes do so for one
+            // that sends nothing.
             socket.set_tcp_user_timeout(Some(SILENCE))?;
             let probes = TcpKeepalive::new()
                 .with_time(PROBE_PERIOD)

@@ -1,5 +1,5 @@
-//! Without free descriptors a daemon pauses and then continues. A test process of its own, because it
-//! takes all descriptors.
+//! Without free descriptors a daemon pauses and then continues. A test process of its own, because
+//! it takes all descriptors.
 
 #![allow(clippy::unwrap_used, reason = "all of it is a test")]
 

@@ -105,7 +105,7 @@ impl ClockFilter {
 mod tests {
     use super::*;
 
-    /// A question at `asked_s` over a way of `there_s` and back in `back_s`; the true offset.
+    /// A question at `asked_s` that takes `there_s`, and its answer `back_s`; the true offset.
     fn exchange(asked_s: f64, there_s: f64, back_s: f64, offset_s: f64) -> Exchange {
         let received_s = asked_s + there_s + offset_s;
         let answered_s = asked_s + there_s + back_s + 0.001;

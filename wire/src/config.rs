@@ -1,5 +1,6 @@
-//! The messages between configd and components or tools. A component asks, configd answers (ArMoR 2.3);
-//! only parameters marked live are sent unasked. Tools list and set parameters and request changes.
+//! The messages between configd and components or tools. A component asks, configd answers (ArMoR
+//! 2.3); only parameters marked live are sent unasked. Tools list and set parameters and request
+//! changes.
 
 mod records;
 
@@ -110,7 +111,8 @@ pub enum ConfigReply {
         request: u64,
         /// The version that has it.
         version: u64,
-        /// What changed with it, and when that takes effect; empty if the file had the value already.
+        /// What changed with it, and when that takes effect; empty if the file had the value
+        /// already.
         changes: Vec<ChangeRecord>,
     },
     /// The value was not written.

@@ -76,8 +76,8 @@ pub enum Command {
     Beat,
     /// From an operator to the executive. Answered by `Ordered`.
     Order {
-        /// Identifies the order, also when it is sent again on another connection: a random number other
-        /// than 0. A repeated order gets the answer of the first one.
+        /// Identifies the order, also when it is sent again on another connection: a random number
+        /// other than 0. A repeated order gets the answer of the first one.
         request: u64,
         /// The person who gives it, such as `ruth@station`.
         author: String,

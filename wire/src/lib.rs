@@ -1,5 +1,5 @@
-//! The Armor protocol without IO and without a clock: the messages, their bytes, and the small state
-//! machines that both ends of a connection run.
+//! The Armor protocol without IO and without a clock: the messages, their bytes, and the small
+//! state machines that both ends of a connection run.
 //!
 //! Start with [`frame`] (how bytes become frames), then [`hello`] (how a connection begins), then
 //! [`message`] and [`schema`] (how data is typed). The normative text is `docs/protocol.md`.

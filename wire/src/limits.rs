@@ -2,8 +2,8 @@
 
 /// Largest handshake or control body in bytes. It carries at most two schemas and a status.
 pub const MAX_CONTROL_LEN: usize = 1 << 20;
-/// Largest first frame of a connection in bytes: a peer that has not completed its handshake costs no
-/// more than this.
+/// Largest first frame of a connection in bytes: a peer that has not completed its handshake costs
+/// no more than this.
 pub const MAX_HELLO_LEN: usize = 64 << 10;
 /// Largest data payload in bytes: an 8 MiB image or a 4096 x 4096 map with room to spare.
 pub const MAX_DATA_LEN: usize = 64 << 20;

@@ -1,4 +1,5 @@
-//! A peer that is silent for three beats is taken for dead. Times are durations since any fixed moment.
+//! A peer that is silent for three beats is taken for dead. Times are durations since any fixed
+//! moment.
 
 use std::time::Duration;
 

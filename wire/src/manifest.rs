@@ -182,8 +182,8 @@ impl ParameterManifest {
         self.range_in(&self.unit)
     }
 
-    /// Returns the default with its unit, as a file's author writes it: `30deg`, also where the component
-    /// declares `30`.
+    /// Returns the default with its unit, as a file's author writes it: `30deg`, also where the
+    /// component declares `30`.
     pub fn default_with_unit(&self) -> Option<String> {
         self.default.as_ref().map(|text| match quantity::parse(text) {
             Ok(quantity) if quantity.unit.is_none() => format!("{text}{}", self.unit),

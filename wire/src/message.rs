@@ -1,8 +1,9 @@
-//! The types that can be sent: a field type has a layout and is read by it; a message type has a name
-//! as well.
+//! The types that can be sent: a field type has a layout and is read by it; a message type has a
+//! name as well.
 //!
 //! Reading is ours, not bincode's, for the sake of lists: a count is accepted only if the
-//! remaining bytes suffice for that many values, so that a short frame never causes a large allocation.
+//! remaining bytes suffice for that many values, so that a short frame never causes a large
+//! allocation.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -16,14 +17,16 @@ use bincode::error::{DecodeError, EncodeError};
 pub use crate::limits::MAX_FIXED_COUNT;
 use crate::schema::Schema;
 
-/// A list of unknown size starts with room for so many bytes; it grows with the items that are read.
+/// A list of unknown size starts with room for so many bytes; it grows with the items that are
+/// read.
 const FIRST_LIST_LEN: usize = 4 << 10;
 
 /// A type that can be part of a message. Derived by `#[derive(Message)]`.
 ///
 /// A recursive type does not compile: its least length would depend on itself.
 pub trait WireType: Encode + Sized + 'static {
-    /// The fewest bytes a value takes. 0 only for a type without fields, which cannot be the item of a list.
+    /// The fewest bytes a value takes. 0 only for a type without fields, which cannot be the item
+    /// of a list.
     const MIN_LEN: usize;
 
     /// The layout of the type.

@@ -126,8 +126,8 @@ pub enum CloseReason {
 }
 
 impl CloseReason {
-    /// Returns the kind of protocol violation, which is logged once per address; `None` if the peer did
-    /// not violate the protocol.
+    /// Returns the kind of protocol violation, which is logged once per address; `None` if the peer
+    /// did not violate the protocol.
     pub fn fault_kind(&self) -> Option<&'static str> {
         Some(match self {
             Self::Ended | Self::Broken(_) | Self::Silent | Self::Daemon(_) => return None,

@@ -1,5 +1,5 @@
-//! The messages between a process and the registry: lookups from name to endpoint, type and instance,
-//! and the time.
+//! The messages between a process and the registry: lookups from name to endpoint, type and
+//! instance, and the time.
 
 use crate::Message;
 use crate::refusal::Refusal;

@@ -1,4 +1,5 @@
-//! What carries a connection: the transports that a link can ask for, and how endpoints are spelled.
+//! What carries a connection: the transports that a link can ask for, and how endpoints are
+//! spelled.
 
 use std::fmt;
 use std::str::FromStr;
@@ -40,7 +41,8 @@ pub enum Endpoint {
 impl Endpoint {
     /// Returns the endpoints at which `entry` can be reached, the preferred one first.
     ///
-    /// The TCP endpoint always comes last: two containers may share a host name and no Unix sockets.
+    /// The TCP endpoint always comes last: two containers may share a host name and no Unix
+    /// sockets.
     pub fn of_component(
         entry: &ComponentEntry,
         transport: Transport,

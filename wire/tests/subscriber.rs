@@ -1,5 +1,5 @@
-//! The Python subscriber of `docs/examples` against a registry and a publisher played here: what the
-//! document suffices to talk to this crate.
+//! The Python subscriber of `docs/examples` against a registry and a publisher played here: what
+//! the document suffices to talk to this crate.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

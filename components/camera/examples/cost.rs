@@ -1,4 +1,5 @@
-//! What compressing a picture costs and saves: `cargo run --release -p armor-camera --example cost FILE`.
+//! What compressing a picture costs and saves:
+//! `cargo run --release -p armor-camera --example cost FILE`.
 
 use std::time::Instant;
 

@@ -25,7 +25,8 @@ use crate::scale::SizeLimits;
 const USUAL: (u32, u32) = (640, 480);
 /// How long the thread waits for a picture before it looks whether it is still wanted.
 const LOOK: Duration = Duration::from_millis(100);
-/// A camera that gives nothing for this long has failed; the first picture of some takes two seconds.
+/// A camera that gives nothing for this long has failed; the first picture of some takes two
+/// seconds.
 const SILENCE: Duration = Duration::from_secs(5);
 
 /// Why a device gives no pictures.
@@ -135,8 +136,8 @@ impl Device {
         }
     }
 
-    /// The newest picture that was not taken yet, with its stamp in seconds. A damaged one, as cameras
-    /// give now and then, is left out.
+    /// The newest picture that was not taken yet, with its stamp in seconds. A damaged one, as
+    /// cameras give now and then, is left out.
     pub(crate) fn take(&mut self, finish: &Finish) -> Result<Option<(f64, Vec<u8>)>, DeviceError> {
         self.check()?;
         let Some((stamp_s, bytes)) = self.shared.newest.lock().frame.take() else {

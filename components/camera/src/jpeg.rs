@@ -12,8 +12,8 @@ use crate::picture::{Picture, PictureError, PixelLayout, check_sides};
 const BEGIN: [u8; 3] = [0xff, 0xd8, 0xff];
 const END: [u8; 2] = [0xff, 0xd9];
 
-/// Compresses a picture. `quality` is 1 to 100, as cameras and `cjpeg` count it; below 90 the colours
-/// are stored at half the resolution.
+/// Compresses a picture. `quality` is 1 to 100, as cameras and `cjpeg` count it; below 90 the
+/// colours are stored at half the resolution.
 pub(crate) fn encode(picture: &Picture<'_>, quality: u8) -> Result<Vec<u8>, PictureError> {
     let colours = match picture.layout() {
         PixelLayout::Rgb => ColorType::Rgb,

@@ -63,7 +63,8 @@ pub(crate) fn shrink_picture(
     Picture::new(width.into(), height.into(), layout, pixels)
 }
 
-/// Which of `from` old pixels each of `to` new ones covers, also in part: first, and one past the last.
+/// Which of `from` old pixels each of `to` new ones covers, also in part: first, and one past the
+/// last.
 fn split_into_spans(from: u16, to: u16) -> Vec<(usize, usize)> {
     let (from, to) = (usize::from(from), usize::from(to));
     (0..to).map(|at| (at * from / to, ((at + 1) * from).div_ceil(to))).collect()

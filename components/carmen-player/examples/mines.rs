@@ -1,6 +1,6 @@
-//! Writes a log of the rover of Mines ParisTech (Steux and El Hamzaoui, *tinySLAM*, ICARCV 2010) as a
-//! CARMEN log: `mines mines-exp2.dat.gz > mines.log`. A line has microseconds, ticks of the left and
-//! the right wheel, and from column 24 on 682 ranges in millimetres over 240 degrees.
+//! Writes a log of the rover of Mines ParisTech (Steux and El Hamzaoui, *tinySLAM*, ICARCV 2010) as
+//! a CARMEN log: `mines mines-exp2.dat.gz > mines.log`. A line has microseconds, ticks of the left
+//! and the right wheel, and from column 24 on 682 ranges in millimetres over 240 degrees.
 
 use anyhow::{Context, Result};
 use flate2::bufread::MultiGzDecoder;
@@ -9,8 +9,8 @@ use std::io::{BufRead, BufReader, Write};
 
 const WHEEL_M: f64 = 0.077;
 const HALF_AXLE_M: f64 = 0.165;
-/// Ticks of a whole turn of a wheel. With twice as many, as some read them, the room is not square and
-/// the scans see twice the way.
+/// Ticks of a whole turn of a wheel. With twice as many, as some read them, the room is not square
+/// and the scans see twice the distance.
 const TICKS: f64 = 2000.0;
 const LASER_AHEAD_M: f64 = 0.145;
 const RANGES: std::ops::Range<usize> = 24..24 + 682;

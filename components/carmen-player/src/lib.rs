@@ -1,7 +1,7 @@
 //! Plays CARMEN logs: recorded laser scans and odometry as live data.
 //!
-//! `line` reads one line, `log` streams a file of them, `playback` decides what is due when; `ports`
-//! publishes it.
+//! `line` reads one line, `log` streams a file of them, `playback` decides what is due when;
+//! `ports` publishes it.
 
 pub mod line;
 pub mod log;

@@ -1,4 +1,5 @@
-//! Reads one line of a CARMEN log. Nothing a line may hold makes it panic or allocate without bound.
+//! Reads one line of a CARMEN log. Nothing a line may hold makes it panic or allocate without
+//! bound.
 
 use crate::record::{Beams, LogRecord, Mount, RecordedOdometry, RecordedPose, RecordedScan};
 use std::f64::consts::TAU;

@@ -9,7 +9,8 @@ use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use thiserror::Error;
 
-/// Longest line that is read, bytes: [`line::MAX_BEAMS`] readings and as many remissions, with room.
+/// Longest line that is read, bytes: [`line::MAX_BEAMS`] readings and as many remissions, with
+/// room.
 pub const MAX_LINE_BYTES: usize = 512 * 1024;
 
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];

@@ -55,8 +55,8 @@ impl<R: BufRead> Playback<R> {
     /// `Ok(None)`: nothing is due yet, or the log [has ended](Self::has_ended).
     ///
     /// # Errors
-    /// [`LogError::Io`] when the log cannot be read before its first scan; malformed lines are counted
-    /// instead, and a log that breaks off ends there.
+    /// [`LogError::Io`] when the log cannot be read before its first scan; malformed lines are
+    /// counted instead, and a log that breaks off ends there.
     pub fn next_due(&mut self, now_s: f64) -> Result<Option<RecordedScan>, LogError> {
         self.read_ahead()?;
         let due = self.ready.front().is_some_and(|scan| self.pace.is_due(scan.stamp_s, now_s));
@@ -65,13 +65,14 @@ impl<R: BufRead> Playback<R> {
         Ok(scan)
     }
 
-    /// What time it is in the log, if it has its own timing and has begun: at least that of the scan
-    /// taken last.
+    /// What time it is in the log, if it has its own timing and has begun: at least that of the
+    /// scan taken last.
     pub fn time_s(&self, now_s: f64) -> Option<f64> {
         self.pace.time_s(now_s)
     }
 
-    /// Returns whether every scan has been played; true only after [`Self::next_due`] found the end.
+    /// Returns whether every scan has been played; true only after [`Self::next_due`] found the
+    /// end.
     pub fn has_ended(&self) -> bool {
         self.log.has_ended() && self.ready.is_empty() && self.waiting.is_empty()
     }
@@ -155,7 +156,7 @@ impl<R: BufRead> Playback<R> {
     }
 }
 
-/// Pose at `stamp_s` between two readings, turning the short way round; held beyond them.
+/// Pose at `stamp_s` between two readings, turning by the smaller angle; constant beyond them.
 pub fn interpolate_pose(
     earlier: &RecordedOdometry,
     later: &RecordedOdometry,
@@ -241,7 +242,7 @@ mod tests {
         let mut playback = play(text, OdometrySource::Apart, 0.0);
         let first = playback.next_due(0.0).unwrap().unwrap().odometry;
         assert_eq!((first.x_m, first.y_m), (2.0, 4.0));
-        assert!((first.yaw_rad - TAU / 2.0).abs() < 1e-12, "the short way round: {first:?}");
+        assert!((first.yaw_rad - TAU / 2.0).abs() < 1e-12, "the smaller angle: {first:?}");
         let held = playback.next_due(0.0).unwrap().unwrap().odometry;
         assert_eq!((held.x_m, held.yaw_rad), (4.0, -3.0));
         assert_eq!(playback.next_due(0.0).unwrap(), None);

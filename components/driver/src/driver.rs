@@ -1,5 +1,5 @@
-//! One step of driving: the input that has priority, the robot's pose, and the velocity that follows
-//! from them.
+//! One step of driving: the input that has priority, the robot's pose, and the velocity that
+//! follows from them.
 //! Time is passed in: there is no clock.
 
 use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
@@ -24,8 +24,8 @@ const SPUN_RAD: f64 = 0.35;
 const SPIN_BRAKE: f64 = 0.7;
 /// The heading at the goal is met within this, in radians.
 const HEADING_RAD: f64 = 0.15;
-/// Things further away than this touch no arc that is tried, in metres, unless the base takes longer
-/// to stop.
+/// Things further away than this touch no arc that is tried, in metres, unless the base takes
+/// longer to stop.
 const NEAR_M: f64 = 1.5;
 /// Arcs that stay further than this from everything are not better for it, in metres.
 const COMFORT_M: f64 = 0.15;
@@ -43,7 +43,7 @@ pub struct DriverSettings {
     pub tolerance_m: f64,
     /// Paths, scans, odometry and manual velocities older than this are ignored, in seconds.
     pub timeout_s: f64,
-    /// Whether who drives by hand is slowed down and stopped before what the laser sees.
+    /// Whether manual velocities are limited so that the robot stops before what the laser sees.
     pub guarded: bool,
 }
 
@@ -72,7 +72,7 @@ struct Received<T> {
     value: T,
 }
 
-/// What is known of here and now.
+/// Where the robot is and what is around it now.
 struct DriverSenses {
     map_from_robot: Option<Pose2>,
     /// Everything near, in the robot's frame.
@@ -125,15 +125,16 @@ impl Driving {
         }
     }
 
-    /// Takes a scan that arrived at `now_s`. One without any range, as of a covered laser, is ignored.
+    /// Takes a scan that arrived at `now_s`. One without any range, as of a covered laser, is
+    /// ignored.
     pub fn scan_seen(&mut self, now_s: f64, scan: DriverScan) {
         if scan.has_ranges() {
             self.scan = Some(Received { at_s: now_s, value: scan });
         }
     }
 
-    /// Takes a path on the map that came at `now_s`: from the robot to the goal, with its heading at
-    /// the end; empty if no path exists. One that is not finite counts as empty.
+    /// Takes a path on the map that came at `now_s`: from the robot to the goal, with its heading
+    /// at the end; empty if no path exists. One that is not finite counts as empty.
     pub fn path_seen(&mut self, now_s: f64, mut path: Vec<Pose2>) {
         if !path.iter().all(|pose| pose.is_finite()) {
             path.clear();
@@ -141,8 +142,8 @@ impl Driving {
         self.path = Some(Received { at_s: now_s, value: path });
     }
 
-    /// Takes a manual velocity that arrived at `now_s`; it has priority over the path. A velocity that
-    /// is not finite counts as zero.
+    /// Takes a manual velocity that arrived at `now_s`; it has priority over the path. A velocity
+    /// that is not finite counts as zero.
     pub fn hand_seen(&mut self, now_s: f64, mut wanted: Velocity) {
         if !(wanted.speed_mps.is_finite() && wanted.turn_radps.is_finite()) {
             wanted = Velocity::ZERO;
@@ -191,8 +192,8 @@ impl Driving {
         Velocity::ZERO
     }
 
-    /// The manual velocity within what the base can do and, if guarded, what is safe; `None` if safety
-    /// cannot be judged.
+    /// The manual velocity within what the base can do and, if guarded, what is safe; `None` if
+    /// safety cannot be judged.
     fn by_hand(&mut self, wanted: Velocity, now_s: f64, interval_s: f64) -> Option<Velocity> {
         self.rest();
         let limits = self.settings.limits;
@@ -291,8 +292,8 @@ impl Driving {
         }
     }
 
-    /// Turns on the spot. A base that still rolls is brought to rest first, on the arc it is on: that
-    /// one was found to be free, others only where nothing is near.
+    /// Turns on the spot. A base that still rolls is brought to rest first, on the arc it is on:
+    /// that one was found to be free, others only where nothing is near.
     fn spin_by(&self, off_rad: f64, window: &DynamicWindow<'_>) -> Velocity {
         let limits = window.limits;
         // By the time this takes effect, the robot has turned on.

@@ -1,5 +1,5 @@
-//! The point to head for: some distance ahead on the path, as long as it can be seen (the look-ahead
-//! point of pure pursuit; Coulter, CMU-RI-TR-92-01, 1992).
+//! The point to head for: some distance ahead on the path, as long as it can be seen (the
+//! look-ahead point of pure pursuit; Coulter, CMU-RI-TR-92-01, 1992).
 
 use armor_grid::{Point2, Pose2};
 
@@ -28,7 +28,8 @@ pub(crate) fn lead_point(
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     let ahead = &path[nearest..];
     let remaining_m = robot.distance_m(ahead[0].point()) + length_m(ahead);
-    // At least a short distance ahead, or a robot that stands off its path would head for its own side.
+    // At least a short distance ahead, or a robot that stands off its path would head for its own
+    // side.
     let mut target = ahead[0].point();
     for point in ahead.iter().map(|pose| pose.point()) {
         let away_m = robot.distance_m(point);

@@ -1,4 +1,4 @@
-//! Keeps who drives by hand from running into things.
+//! Limits manual velocities so that the robot does not run into things.
 
 use crate::limits::Velocity;
 use crate::window::DynamicWindow;

@@ -59,7 +59,8 @@ impl DriveLimits {
         }
     }
 
-    /// Returns the velocity nearest to `wanted` that the base can have, backwards as fast as forward.
+    /// Returns the velocity nearest to `wanted` that the base can have, backwards as fast as
+    /// forward.
     pub(crate) fn limit_velocity(&self, wanted: Velocity) -> Velocity {
         Velocity {
             speed_mps: wanted.speed_mps.clamp(-self.speed_mps, self.speed_mps),

@@ -7,7 +7,8 @@ use armor_grid::{Point2, Pose2, wrap_angle};
 use crate::limits::Velocity;
 use crate::window::DynamicWindow;
 
-/// Without having moved `MOVED_M` for this long, not counting turns, the robot is stuck, in seconds.
+/// Without having moved `MOVED_M` for this long, not counting turns, the robot is stuck, in
+/// seconds.
 const STUCK_S: f64 = 4.0;
 /// Less than this is not moving, in metres.
 const MOVED_M: f64 = 0.1;

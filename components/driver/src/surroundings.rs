@@ -1,5 +1,5 @@
-//! What is near the robot, as points in its own frame: what the laser sees now and, behind its back,
-//! what the map shows.
+//! What is near the robot, as points in its own frame: what the laser sees now and, behind its
+//! back, what the map shows.
 
 use std::f64::consts::TAU;
 

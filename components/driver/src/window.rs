@@ -13,8 +13,8 @@ const STEP_S: f64 = 0.1;
 /// A command takes effect this long after the senses it is based on, in seconds; until then the
 /// robot moves on as it does now.
 const DELAY_S: f64 = 0.1;
-/// The faster past a thing, the wider, in metres per metre per second: senses and commands are late,
-/// and a person takes a step.
+/// The faster past a thing, the wider, in metres per metre per second: senses and commands are
+/// late, and a person takes a step.
 const CARE_S: f64 = 0.1;
 /// So much closer than it should be the robot may creep in a narrow place, in metres, and no more.
 const SLACK_M: f64 = 0.012;
@@ -23,14 +23,16 @@ const SPEEDS: usize = 6;
 /// Turn rates tried between the left-most and the right-most; odd, so that the middle is one.
 const TURNS: usize = 15;
 
-// The cost of an arc is a weighted sum, in units of the distance to the target: an arc that comes no
-// closer to it costs 1, one that passes through it 0. The weights state what else is worth how much.
+// The cost of an arc is a weighted sum, in units of the distance to the target: an arc that comes
+// no closer to it costs 1, one that passes through it 0. The weights state what else is worth how
+// much.
 
 /// A radian off the target's direction costs as much as missing the target by 35 % of its distance:
 /// of two arcs that come equally close, the one that faces the target wins.
 const HEADING_WEIGHT: f64 = 0.35;
-/// The closest passage that is allowed costs as much as 40 % of the distance. The term is squared, so
-/// that half of the comfort distance costs a quarter of that and a narrow gap still beats standing.
+/// The closest passage that is allowed costs as much as 40 % of the distance. The term is squared,
+/// so that half of the comfort distance costs a quarter of that and a narrow gap still beats
+/// standing.
 const TIGHT_WEIGHT: f64 = 0.4;
 /// Standing costs as much as 20 % of the distance. It is the smallest weight: speed decides between
 /// arcs that are about equally good otherwise.
@@ -50,8 +52,8 @@ const BRAKE_FACTOR: f64 = 2.0;
 const ROLLED_OUT_M: f64 = 0.01;
 /// From too close, an arc may come closer by this, in metres: the noise of a range is larger.
 const CLOSER_M: f64 = 0.005;
-/// From too close, an arc must leave this much of the distance at least, in metres: rounding must not
-/// forbid an arc that stays at that distance.
+/// From too close, an arc must leave this much of the distance at least, in metres: rounding must
+/// not forbid an arc that stays at that distance.
 const ROUNDING_M: f64 = 0.001;
 
 /// How close the robot's centre may and should come to things.
@@ -103,8 +105,8 @@ impl DynamicWindow<'_> {
         stop_m < ROLLED_OUT_M || self.nearest_m(Pose2::IDENTITY) > self.distances.keep_m + stop_m
     }
 
-    /// Returns whether nothing is closer than `clear_m` to the straight line to a point in the robot's
-    /// frame, or no closer than it is to the robot now.
+    /// Returns whether nothing is closer than `clear_m` to the straight line to a point in the
+    /// robot's frame, or no closer than it is to the robot now.
     pub(crate) fn is_way_clear(&self, to: Point2, clear_m: f64) -> bool {
         let clear_m = clear_m.min(self.nearest_m(Pose2::IDENTITY));
         let length_m2 = (to.x_m * to.x_m + to.y_m * to.y_m).max(1e-9);

@@ -102,7 +102,7 @@ struct Pursuit {
     target: Point2,
     /// The path that was left at the last progress, in weighted metres.
     closest_m: f64,
-    /// What was known of the world at the last progress.
+    /// The known area at the last progress.
     known_m2: f64,
     progress_s: f64,
     arrived_s: Option<f64>,
@@ -159,8 +159,9 @@ impl Exploration {
         }
     }
 
-    /// Returns the seen area's share of the seen area and that expected behind the frontiers, 0 … 1;
-    /// `None` before the first map. It falls when the robot looks into a room that it did not expect.
+    /// Returns the share that is explored, 0 … 1: the seen area by the sum of it and the area that
+    /// the frontiers promise; `None` before the first map. It falls when the robot looks into a room
+    /// that it did not expect.
     pub fn explored_share(&self) -> Option<f64> {
         self.explored_share
     }

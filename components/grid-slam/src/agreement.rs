@@ -42,7 +42,7 @@ pub fn select_agreeing(graph: &PoseGraph, matches: &[PoseEdge], contradiction: f
     (0..count).filter(|&number| weights[number] > 0.5 * most).collect()
 }
 
-/// Squared error in sigmas of the loop over two matches and the two ways between them. `from` and
+/// Squared error in sigmas of the loop over two matches and the two paths between them. `from` and
 /// `to` are the doubts about the second's keyframes as seen from the first's.
 fn loop_openness(
     graph: &PoseGraph,

@@ -58,7 +58,7 @@ const MEMORY_M: f64 = 20.0;
 /// A scan that has been drawn.
 #[derive(Clone, Debug)]
 pub struct Keyframe {
-    /// Way driven up to it, metres.
+    /// Distance driven up to it, metres.
     pub travelled_m: f64,
     /// What was seen, in the robot's frame.
     pub beams: Vec<Beam>,
@@ -119,7 +119,8 @@ impl Closing {
     }
 }
 
-/// Old keyframes to compare the newest with: of each stretch of trajectory that may overlap, the nearest.
+/// Old keyframes to compare the newest with: of each stretch of trajectory that may overlap, the
+/// nearest.
 fn choose_places(graph: &PoseGraph, keyframes: &[Keyframe], doubts: &[Matrix3<f64>]) -> Vec<usize> {
     let newest = keyframes.len() - 1;
     let here = &graph.poses()[newest];
@@ -150,7 +151,7 @@ fn choose_places(graph: &PoseGraph, keyframes: &[Keyframe], doubts: &[Matrix3<f6
     stretches.into_iter().take(MOST_PLACES).map(|(_, old)| old).collect()
 }
 
-/// Where the newest keyframe is as seen from an old one, if their surroundings fit in one way only.
+/// Where the newest keyframe is as seen from an old one, if their surroundings fit in one position only.
 fn match_place(
     graph: &PoseGraph,
     keyframes: &[Keyframe],

@@ -68,8 +68,8 @@ const LEAST_WINDOW_M: f64 = 0.2;
 const LEAST_WINDOW_RAD: f64 = 0.35;
 
 impl Config {
-    /// Where the robot should be that was at `from` and moved by `motion` according to its odometry,
-    /// as a Gaussian and as a window to search.
+    /// Where the robot should be that was at `from` and moved by `motion` according to its
+    /// odometry, as a Gaussian and as a window to search.
     pub(crate) fn expect_motion(&self, from: &Pose, motion: &Pose) -> (Expected, Prior) {
         let distance_m = motion.x_m.hypot(motion.y_m);
         let turned_rad = motion.yaw_rad.abs();

@@ -1,5 +1,5 @@
-//! How well each keyframe of the graph is known as seen from another: covariances along the best path
-//! of edges.
+//! How well each keyframe of the graph is known as seen from another: covariances along the best
+//! path of edges.
 
 use crate::graph::{PoseEdge, PoseGraph, turn_covariance, turn_matrix};
 use crate::pose::Pose;

@@ -56,8 +56,8 @@ pub struct LikelihoodField {
 }
 
 impl LikelihoodField {
-    /// Draws the surfaces of `grid` in `window`, blurred by `sigma_m`, with `levels` levels of maxima
-    /// above the finest.
+    /// Draws the surfaces of `grid` in `window`, blurred by `sigma_m`, with `levels` levels of
+    /// maxima above the finest.
     pub fn draw(grid: &SurfaceGrid, window: CellWindow, sigma_m: f64, levels: usize) -> Self {
         let width = (window.high[0] - window.low[0]).max(0) as usize;
         let height = (window.high[1] - window.low[1]).max(0) as usize;

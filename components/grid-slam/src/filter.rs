@@ -15,7 +15,7 @@ use crate::snapshot::GridSnapshot;
 use nalgebra::Matrix3;
 use std::num::NonZero;
 
-/// One scan alone is not believed by anyone who plans on the map: the first few are all drawn.
+/// No planner relies on one scan alone: the first few are all drawn.
 const FIRST_KEYFRAMES: u64 = 6;
 /// Particles are resampled when their effective number falls below this share.
 const RESAMPLED_SHARE: f64 = 0.5;
@@ -119,7 +119,8 @@ impl ParticleFilter {
         self.followed.map_or(Pose::default(), |(pose, _)| pose)
     }
 
-    /// Where each particle has the robot: it has gone on from its last drawn scan as the best one has.
+    /// Where each particle has the robot: it has gone on from its last drawn scan as the best one
+    /// has.
     pub(crate) fn robots(&self) -> impl Iterator<Item = Pose> + '_ {
         let since = self.keyframe().inverse() * self.robot();
         self.particles.iter().map(move |particle| particle.pose * since)
@@ -251,7 +252,7 @@ impl ParticleFilter {
         self.effective = count as f64;
     }
 
-    /// Drops what all ways have in common: it cannot become another's any more.
+    /// Drops the steps that all trajectories have in common: it cannot become another's any more.
     fn forget_shared_steps(&mut self) {
         let Some((first, others)) = self.particles.split_first() else { return };
         let is_shared = |&at: &usize| others.iter().all(|p| p.steps[at] == first.steps[at]);

@@ -1,8 +1,8 @@
 //! The pose graph: keyframes, what was measured between them, and the poses that fit all of it
 //! best (Gauss-Newton as in Grisetti, Kümmerle, Stachniss and Burgard, *A Tutorial on Graph-Based
-//! SLAM*, 2010). Closures that disagree with the rest lose their weight by dynamic covariance scaling
-//! (Agarwal et al., ICRA 2013), gradually, so that right ones far off are not lost at the start
-//! (graduated non-convexity, Yang et al., RA-L 2020).
+//! SLAM*, 2010). Closures that disagree with the rest lose their weight by dynamic covariance
+//! scaling (Agarwal et al., ICRA 2013), gradually, so that right ones far off are not lost at the
+//! start (graduated non-convexity, Yang et al., RA-L 2020).
 
 use crate::pose::{Pose, wrapped};
 use crate::sparse::SparseSystem;
@@ -118,7 +118,8 @@ impl PoseGraph {
                 *pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, yaw_rad);
                 largest = largest.max(step.amax());
             }
-            // Small steps at a larger doubt do not count: wrong closures still have too much weight.
+            // Small steps at a larger doubt do not count: wrong closures still have too much
+            // weight.
             if largest < STILL && doubt <= DOUBT {
                 break;
             }
@@ -172,8 +173,8 @@ pub(crate) fn turn_matrix(yaw_rad: f64) -> Matrix3<f64> {
 fn error_jacobians(from: &Pose, to: &Pose, motion: &Pose) -> (Matrix3<f64>, Matrix3<f64>) {
     let back = |yaw_rad: f64| turn_matrix(yaw_rad).fixed_view::<2, 2>(0, 0).transpose();
     let (sin, cos) = from.yaw_rad.sin_cos();
-    let way = Vector2::new(to.x_m - from.x_m, to.y_m - from.y_m);
-    let turn = back(motion.yaw_rad) * Matrix2::new(-sin, cos, -cos, -sin) * way;
+    let offset = Vector2::new(to.x_m - from.x_m, to.y_m - from.y_m);
+    let turn = back(motion.yaw_rad) * Matrix2::new(-sin, cos, -cos, -sin) * offset;
     let rotation = back(motion.yaw_rad) * back(from.yaw_rad);
     let (mut a, mut b) = (-Matrix3::identity(), Matrix3::identity());
     a.fixed_view_mut::<2, 2>(0, 0).copy_from(&-rotation);
@@ -244,7 +245,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn another_way_to_a_keyframe_moves_all_after_it() {
+    fn another_motion_to_a_keyframe_moves_all_after_it() {
         let (_, mut graph) = bent_square(3);
         let (before, after) = (graph.between(0, 4), graph.between(5, 12));
         let motion = Pose::new(0.5, 0.2, -0.3);

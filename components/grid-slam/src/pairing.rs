@@ -13,7 +13,8 @@ pub const MAX_WAITING: usize = 2_400;
 const MAX_ODOMETRY: usize = 3_000;
 /// Odometry whose stamps go back by more than this restarts, seconds; recorders' go back by less.
 const ANEW_S: f64 = 5.0;
-/// A scan whose stamp went back waits for odometry that does too until that is so far ahead, seconds.
+/// A scan whose stamp went back waits for odometry that does too until that is so far ahead,
+/// seconds.
 const PATIENCE_S: f64 = 2.0;
 
 /// The scans and odometry that have not met yet.
@@ -59,8 +60,8 @@ impl Pairing {
         self.dropped
     }
 
-    /// The next scan whose odometry is known, in the order they came. Of several scans with one stamp,
-    /// as coarse clocks give, each gets a reading of its own.
+    /// The next scan whose odometry is known, in the order they came. Of several scans with one
+    /// stamp, as coarse clocks give, each gets a reading of its own.
     pub fn next_pair(&mut self) -> Option<(Pose, MapperScan)> {
         let (stamp_s, found) = loop {
             let stamp_s = self.scans.front()?.stamp_s;
@@ -131,8 +132,8 @@ impl Pairing {
         None
     }
 
-    /// Forgets what no later scan asks for: all before the reading in use, but for as long as a scan
-    /// out of order may look back.
+    /// Forgets what no later scan asks for: all before the reading in use, but for as long as a
+    /// scan out of order may look back.
     fn forget_before(&mut self, stamp_s: f64) {
         let is_old =
             |(odometry_s, _): &(f64, Pose)| !(0.0..ANEW_S).contains(&(stamp_s - odometry_s));
@@ -202,8 +203,8 @@ mod tests {
         }
     }
 
-    /// What the scans are paired with if so many readings come before the first scan, and so many more
-    /// of one than of the other at a time.
+    /// What the scans are paired with if so many readings come before the first scan, and so many
+    /// more of one than of the other at a time.
     fn paired(stream: &[(f64, f64)], scans_s: &[f64], ahead: usize, turns: [usize; 2]) -> Vec<f64> {
         let (mut pairing, mut found) = (Pairing::default(), Vec::new());
         let (mut readings, mut scans) = (stream.iter(), scans_s.iter());

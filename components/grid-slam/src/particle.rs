@@ -1,5 +1,5 @@
-//! One hypothesis: a trajectory and the map drawn along it. A new scan proposes its next pose: from the
-//! optimum of the scan on its own map, by samples around it (Grisetti, Stachniss and Burgard,
+//! One hypothesis: a trajectory and the map drawn along it. A new scan proposes its next pose: from
+//! the optimum of the scan on its own map, by samples around it (Grisetti, Stachniss and Burgard,
 //! T-RO 2007, section III).
 
 use crate::config::Config;

@@ -44,7 +44,7 @@ impl Pose {
         (self.x_m - other.x_m).hypot(self.y_m - other.y_m)
     }
 
-    /// The pose at `part` of the way to another (0 … 1), turning the short way round.
+    /// The pose at `part` of the distance to another (0 … 1), turning by the smaller angle.
     pub fn towards(&self, other: &Self, part: f64) -> Self {
         Self::new(
             self.x_m + part * (other.x_m - self.x_m),

@@ -138,8 +138,8 @@ struct Patch {
 pub fn refine(grid: &SurfaceGrid, points: &[Point], start: Pose, expected: &Expected) -> Refined {
     let mut pose = start;
     let mut landscape = Landscape::new(grid, points, &pose);
-    // Surfaces are looked up again after every step: where they give no information along a wall, those of
-    // the step before would hold the scan back.
+    // Surfaces are looked up again after every step: where they give no information along a wall,
+    // those of the step before would hold the scan back.
     for _ in 0..MOST_STEPS {
         let Some(step) = landscape.newton_step(&pose, expected) else { break };
         pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
@@ -212,7 +212,8 @@ fn read_patch(grid: &SurfaceGrid, world: Point) -> Option<Patch> {
     let scatter = squares / weights - mean * mean.transpose();
     let roughness = ROUGHNESS_M * ROUGHNESS_M;
     let within = (scatter + Matrix2::identity() * roughness).try_inverse()?;
-    // Along a wall that fills the neighbourhood the scatter is the neighbourhood's: it carries no information.
+    // Along a wall that fills the neighbourhood the scatter is the neighbourhood's: it carries no
+    // information.
     let information = within - Matrix2::identity() / (width_m * width_m + roughness);
     Some(Patch { mean: mean + Vector2::new(world.x_m, world.y_m), information })
 }

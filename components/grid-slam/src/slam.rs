@@ -115,12 +115,12 @@ impl Slam {
 
     /// Brings the graph's chain to the trajectory of the best particle, which may have changed.
     fn remember_keyframe(&mut self) {
-        let way = self.front.steps();
-        let first = self.graph.poses().len() + 1 - way.len();
+        let steps = self.front.steps();
+        let first = self.graph.poses().len() + 1 - steps.len();
         if first == 0 && self.graph.poses().is_empty() {
-            self.graph.extend(way[0].pose, way[0].covariance);
+            self.graph.extend(steps[0].pose, steps[0].covariance);
         }
-        for (number, pair) in way.windows(2).enumerate() {
+        for (number, pair) in steps.windows(2).enumerate() {
             let (motion, covariance) = relate_steps(&pair[0], &pair[1]);
             let keyframe = first + number + 1;
             if keyframe < self.graph.poses().len() {

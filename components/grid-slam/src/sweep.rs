@@ -1,5 +1,5 @@
-//! What one scan shows of the cells around it: which its beams ended in, and which they went through,
-//! a bit each. A scan changes a cell once, however many of its beams touch it.
+//! What one scan shows of the cells around it: which its beams ended in, and which they went
+//! through, a bit each. A scan changes a cell once, however many of its beams touch it.
 
 use crate::tile::{TILE_CELLS, TileRows};
 

@@ -50,8 +50,8 @@ impl Thresholds {
 }
 
 impl Grid<Occupancy> {
-    /// Classifies the cells of an occupancy grid message, row-major; `None` if their number does not
-    /// fit the geometry.
+    /// Classifies the cells of an occupancy grid message, row-major; `None` if their number does
+    /// not fit the geometry.
     pub fn classified(geometry: Geometry, percent: &[i8]) -> Option<Self> {
         Self::classified_by(Thresholds::default(), geometry, percent)
     }

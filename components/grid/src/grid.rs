@@ -68,8 +68,8 @@ impl Geometry {
         self.len() == 0
     }
 
-    /// Returns whether the cells have a size, of a millimetre at least, and a place: with less, a metre
-    /// would be cells without end.
+    /// Returns whether the cells have a size, of a millimetre at least, and a place: with less, a
+    /// metre would be cells without end.
     pub fn is_sound(&self) -> bool {
         let Point2 { x_m, y_m } = self.origin;
         self.resolution_m >= 1e-3 && [self.resolution_m, x_m, y_m].iter().all(|v| v.is_finite())
@@ -130,7 +130,8 @@ impl<T> Grid<T> {
         Self { geometry, values: vec![value; geometry.len()] }
     }
 
-    /// Takes row-major values; `None` if their number does not fit the geometry, or that is not sound.
+    /// Takes row-major values; `None` if their number does not fit the geometry, or that is not
+    /// sound.
     pub fn from_values(geometry: Geometry, values: Vec<T>) -> Option<Self> {
         let fits = geometry.is_sound() && values.len() == geometry.len();
         fits.then_some(Self { geometry, values })

@@ -94,7 +94,7 @@ impl Pose2 {
         )
     }
 
-    /// Returns the pose at `fraction` between this one and another, turning the shorter way round.
+    /// Returns the pose at `fraction` between this one and another, turning by the smaller angle.
     #[must_use]
     pub fn toward(self, other: Self, fraction: f64) -> Self {
         let position = self.point().toward(other.point(), fraction);

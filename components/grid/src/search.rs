@@ -1,4 +1,4 @@
-//! Shortest ways over a cost map, to one goal (A*) or to everywhere (wavefront), moving to any of
+//! Shortest paths over a cost map, to one goal (A*) or to everywhere (wavefront), moving to any of
 //! the eight neighbours.
 
 use std::cmp::Reverse;

@@ -27,10 +27,10 @@ const WAY: [RgbColour; 3] = [[25, 100, 220], [150, 50, 175], [240, 110, 30]];
 /// Draws a map in percent (negative: unknown), the trajectory, and the true one if it is known.
 pub(crate) fn draw_picture(
     map: &Grid<i8>,
-    way: impl Iterator<Item = Point2> + Clone,
+    trajectory: impl Iterator<Item = Point2> + Clone,
     truth: impl Iterator<Item = Point2> + Clone,
 ) -> RgbCanvas {
-    let view = MapView::of(map, way.clone().chain(truth.clone()));
+    let view = MapView::of(map, trajectory.clone().chain(truth.clone()));
     let width = view.width().max(STRIP_WIDTH);
     let mut canvas = RgbCanvas::new(width, view.height() + STRIP, UNKNOWN);
     view.draw_map(&mut canvas, map);
@@ -38,7 +38,7 @@ pub(crate) fn draw_picture(
     for pair in truth.windows(2) {
         canvas.draw_line(pair[0], pair[1], 0, TRUTH);
     }
-    draw_way(&mut canvas, &way.map(|point| view.pixel(point)).collect::<Vec<_>>());
+    draw_trajectory(&mut canvas, &trajectory.map(|point| view.pixel(point)).collect::<Vec<_>>());
     draw_strip(&mut canvas, &view, width as i32);
     canvas
 }
@@ -63,11 +63,12 @@ enum Scale {
 }
 
 impl MapView {
-    fn of(map: &Grid<i8>, way: impl Iterator<Item = Point2>) -> Self {
+    fn of(map: &Grid<i8>, trajectory: impl Iterator<Item = Point2>) -> Self {
         let geometry = map.geometry();
         let known = map.iter().filter(|(_, percent)| **percent >= 0).map(|(cell, _)| cell);
         // A pose far off the map is a fault elsewhere; it must not blow the picture up.
-        let driven = way.map(|point| geometry.cell_at(point)).filter(|&c| geometry.contains(c));
+        let driven =
+            trajectory.map(|point| geometry.cell_at(point)).filter(|&c| geometry.contains(c));
         let shown = known.chain(driven);
         let bounds = shown.fold(None, |bounds: Option<(Cell, Cell)>, cell| {
             let (low, high) = bounds.unwrap_or((cell, cell));
@@ -155,11 +156,16 @@ impl MapView {
     }
 }
 
-fn draw_way(canvas: &mut RgbCanvas, way: &[(f64, f64)]) {
-    for (index, pair) in way.windows(2).enumerate() {
-        canvas.draw_line(pair[0], pair[1], 1, way_colour(index as f64 / way.len() as f64));
+fn draw_trajectory(canvas: &mut RgbCanvas, trajectory: &[(f64, f64)]) {
+    for (index, pair) in trajectory.windows(2).enumerate() {
+        canvas.draw_line(
+            pair[0],
+            pair[1],
+            1,
+            trajectory_colour(index as f64 / trajectory.len() as f64),
+        );
     }
-    if let (Some(first), Some(last)) = (way.first(), way.last()) {
+    if let (Some(first), Some(last)) = (trajectory.first(), trajectory.last()) {
         let at = |place: &(f64, f64)| (place.0.round() as i32, place.1.round() as i32);
         draw_end(canvas, at(last));
         draw_start(canvas, at(first));
@@ -194,7 +200,7 @@ fn draw_strip(canvas: &mut RgbCanvas, view: &MapView, width: i32) {
     draw_end(canvas, (end - 20, middle));
     let ribbon = (end - 180, 130);
     for step in 0..ribbon.1 {
-        let colour = way_colour(f64::from(step) / f64::from(ribbon.1));
+        let colour = trajectory_colour(f64::from(step) / f64::from(ribbon.1));
         canvas.fill_rectangle(ribbon.0 + step, middle - 2, 1, 5, colour);
     }
     draw_start(canvas, (ribbon.0 - 18, middle));
@@ -210,7 +216,7 @@ fn scale_bar(pixels_per_metre: f64, most: f64) -> (f64, i32) {
 }
 
 /// The colour at a fraction of the trajectory.
-fn way_colour(fraction: f64) -> RgbColour {
+fn trajectory_colour(fraction: f64) -> RgbColour {
     let place = fraction.clamp(0.0, 1.0) * (WAY.len() - 1) as f64;
     let before = (place as usize).min(WAY.len() - 2);
     let share = place - before as f64;

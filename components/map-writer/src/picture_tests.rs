@@ -40,7 +40,7 @@ fn room() -> Grid<i8> {
     map
 }
 
-fn way() -> Vec<Point2> {
+fn trajectory() -> Vec<Point2> {
     (0..=100).map(|i| Point2::new(0.5 + 0.03 * f64::from(i), 1.0)).collect()
 }
 
@@ -66,8 +66,8 @@ fn the_map_is_where_it_belongs() {
 #[test]
 fn the_way_runs_from_the_start_mark_to_the_end_mark() {
     let map = room();
-    let view = MapView::of(&map, way().into_iter());
-    let decoded = Decoded::of(&draw_picture(&map, way().into_iter(), std::iter::empty()));
+    let view = MapView::of(&map, trajectory().into_iter());
+    let decoded = Decoded::of(&draw_picture(&map, trajectory().into_iter(), std::iter::empty()));
     let colour = |x_m| decoded.at(view.pixel(Point2::new(x_m, 1.0)));
     assert_eq!(colour(0.5), START);
     assert_eq!(colour(3.5), END);
@@ -80,9 +80,9 @@ fn the_way_runs_from_the_start_mark_to_the_end_mark() {
 #[test]
 fn the_truth_is_drawn_below_the_way() {
     let map = room();
-    let above = way().into_iter().map(|p| Point2::new(p.x_m, p.y_m + 0.5));
-    let decoded = Decoded::of(&draw_picture(&map, way().into_iter(), above));
-    let view = MapView::of(&map, way().into_iter());
+    let above = trajectory().into_iter().map(|p| Point2::new(p.x_m, p.y_m + 0.5));
+    let decoded = Decoded::of(&draw_picture(&map, trajectory().into_iter(), above));
+    let view = MapView::of(&map, trajectory().into_iter());
     assert_eq!(decoded.at(view.pixel(Point2::new(2.0, 1.5))), TRUTH);
 }
 

@@ -79,7 +79,8 @@ impl MapRecord {
         }
     }
 
-    /// Makes the folder and starts `trajectory.csv`; a second call continues with the existing files.
+    /// Makes the folder and starts `trajectory.csv`; a second call continues with the existing
+    /// files.
     ///
     /// # Errors
     /// If the folder or the file cannot be written.
@@ -179,11 +180,10 @@ impl MapRecord {
 
     fn write_picture(&self, path: &Path, map: &Grid<i8>) -> Result<(), WriteError> {
         let finite = |point: &Point2| point.x_m.is_finite() && point.y_m.is_finite();
-        let way = self.trajectory.line().filter(finite);
+        let trajectory = self.trajectory.line().filter(finite);
         let truth = self.truth.line().filter(finite);
-        let png = draw_picture(map, way, truth).encode_png().map_err(|error| WriteError {
-            path: path.to_owned(),
-            source: std::io::Error::other(error),
+        let png = draw_picture(map, trajectory, truth).encode_png().map_err(|error| {
+            WriteError { path: path.to_owned(), source: std::io::Error::other(error) }
         })?;
         replace_file(path, &png)
     }

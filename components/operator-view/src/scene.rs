@@ -231,7 +231,7 @@ impl RobotScene {
     }
 
     /// Returns the trajectory on the map: with corrections, and the poses since.
-    pub fn way(&self) -> impl Iterator<Item = Point2> + '_ {
+    pub fn trajectory_points(&self) -> impl Iterator<Item = Point2> + '_ {
         let (stamp_s, corrected) = &self.trajectory;
         // Without corrections all there is are the poses themselves.
         let is_corrected = !corrected.is_empty();
@@ -339,7 +339,9 @@ mod tests {
         for n in 0..4 {
             scene.set_located(located(f64::from(n), f64::from(n))).unwrap();
         }
-        let xs = |scene: &RobotScene| scene.way().map(|point| point.x_m).collect::<Vec<_>>();
+        let xs = |scene: &RobotScene| {
+            scene.trajectory_points().map(|point| point.x_m).collect::<Vec<_>>()
+        };
         assert_eq!(xs(&scene).first(), Some(&0.0));
         scene.set_trajectory(1.0, [0.0, 0.9].map(|x| Pose2::new(x, 0.0, 0.0)).into_iter());
         assert_eq!(xs(&scene), [0.0, 0.9, 2.0, 3.0]);

@@ -111,8 +111,8 @@ impl Rounds {
         PatrolStep::Goto(goal)
     }
 
-    /// Returns how far the patrol has come; `None` between two laps, after the last one, and without
-    /// a route.
+    /// Returns how far the patrol has come; `None` between two laps, after the last one, and
+    /// without a route.
     pub fn progress(&self) -> Option<PatrolProgress> {
         let goal = *self.route.get(self.next)?;
         let PatrolSettings { laps, .. } = self.settings;

@@ -14,8 +14,8 @@ const BORDER_M: f64 = 0.5;
 /// The map and the path over it.
 #[derive(Debug)]
 pub(crate) struct PlannedPath {
-    /// With the margin and, where that leaves no path, without: a map may be a cell thicker than the
-    /// world, and close a gap that the robot came through.
+    /// With the margin and, where that leaves no path, without: a map may be a cell thicker than
+    /// the world, and close a gap that the robot came through.
     inflations: [Inflation; 2],
     map: Option<Grid<Occupancy>>,
     /// What they cost on the map, as far as it was asked for.
@@ -57,8 +57,8 @@ impl PlannedPath {
         self.goal = None;
     }
 
-    /// Returns the poses from where the robot was when the path was planned to the goal, each looking
-    /// at the next, the last one as the goal; empty if no path exists.
+    /// Returns the poses from where the robot was when the path was planned to the goal, each
+    /// looking at the next, the last one as the goal; empty if no path exists.
     pub(crate) fn to(&mut self, goal: Pose2, robot: Point2, now_s: f64) -> &[Pose2] {
         if self.is_due(goal.point(), now_s) {
             self.plan_path(goal.point(), robot);

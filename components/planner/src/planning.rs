@@ -11,7 +11,7 @@ const WALL_WEIGHT: f64 = 4.0;
 /// What a metre of path costs where nothing was seen yet, on top of its length.
 const UNKNOWN_WEIGHT: f64 = 10.0;
 
-/// What the robot is and how long goals hold.
+/// What the robot is and how long goals are valid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlannerSettings {
     /// Radius of the circle around the robot's centre that encloses it, in metres.
@@ -25,9 +25,9 @@ pub struct PlannerSettings {
 /// Whose goal it is. While the goal of a higher rank is fresh, the lower ones do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
-    /// Who goes about the task.
+    /// The component that carries out the task.
     Task,
-    /// Who calls the robot away from it.
+    /// The component that interrupts the task.
     Override,
     /// A person.
     Operator,
@@ -40,7 +40,7 @@ pub struct Planning {
     /// When they came and where they are, by rank.
     goals: [Option<(f64, Pose2)>; 3],
     robot: Option<Pose2>,
-    way: PlannedPath,
+    path: PlannedPath,
     has_goal: bool,
 }
 
@@ -59,21 +59,21 @@ impl Planning {
             timeout_s: settings.timeout_s,
             goals: [None; 3],
             robot: None,
-            way: PlannedPath::new(inflations),
+            path: PlannedPath::new(inflations),
             has_goal: false,
         }
     }
 
     /// Resets the state. Only the map is kept: it may not be sent again.
     pub fn reset_state(&mut self, settings: PlannerSettings) {
-        let map = self.way.take_map();
+        let map = self.path.take_map();
         *self = Self::new(settings);
         map.into_iter().for_each(|map| self.map_seen(map));
     }
 
     /// Takes the newest map.
     pub fn map_seen(&mut self, map: Grid<Occupancy>) {
-        self.way.map_seen(map);
+        self.path.map_seen(map);
     }
 
     /// Takes where the robot is on the map.
@@ -100,12 +100,12 @@ impl Planning {
     /// robot may stand, and ends with the goal's heading.
     pub fn step(&mut self, now_s: f64) -> Option<&[Pose2]> {
         let Some(goal) = self.freshest_goal(now_s) else {
-            self.way.forget_path();
+            self.path.forget_path();
             return std::mem::take(&mut self.has_goal).then_some(&[]);
         };
         self.has_goal = true;
         let Some(robot) = self.robot else { return Some(&[]) };
-        Some(self.way.to(goal, robot.point(), now_s))
+        Some(self.path.to(goal, robot.point(), now_s))
     }
 
     /// The fresh goal of the highest rank.

@@ -58,7 +58,8 @@ impl Battery {
         Self::EMPTY_V + (Self::FULL_V - Self::EMPTY_V) * self.level
     }
 
-    /// Current at a speed, in amperes; negative, as sensor_msgs/BatteryState has it for discharging.
+    /// Current at a speed, in amperes; negative, as sensor_msgs/BatteryState has it for
+    /// discharging.
     pub fn current_a(&self, speed_mps: f64) -> f64 {
         let level_per_s = 1.0 / self.model.endurance_s + speed_mps.abs() / self.model.range_m;
         -level_per_s * Self::CAPACITY_AH * 3600.0

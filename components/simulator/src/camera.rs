@@ -127,7 +127,8 @@ struct PictureColumn {
 }
 
 impl PictureColumn {
-    /// How bright a wall is by the direction in which it runs, 0.6 to 1, from where two columns meet it.
+    /// How bright a wall is by the direction in which it runs, 0.6 to 1, from where two columns
+    /// meet it.
     fn facing(&self, neighbour: &Self) -> f64 {
         let (Some((_, here)), Some((_, there))) = (self.wall, neighbour.wall) else { return 1.0 };
         let (x, y) = (there.0 - here.0, there.1 - here.1);

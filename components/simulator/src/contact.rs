@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_4;
 use crate::pose::{Pose2, wrap_angle};
 use crate::scene::WorldScene;
 
-/// How far the base must be off a thing before touching it again counts as another collision (metres).
+/// How far the base must be off a thing before touching it again counts as another collision
+/// (metres).
 const CONTACT_RELEASE_M: f64 = 0.02;
 
 /// Nearer than this to its edge the base touches, in metres: the bumper's travel.
@@ -39,9 +40,9 @@ impl Base {
         Self { radius_m, pose: Pose2::default(), collisions: 0, is_touching: false }
     }
 
-    /// Drives an arc of a given length and turn, as far as things let it; returns whether the whole arc was driven
-    /// stop it. The arc is cut into pieces of a quarter radius: a base that is clear of a wall
-    /// cannot be beyond it one piece later.
+    /// Drives an arc of a given length and turn, as far as things let it; returns whether the whole
+    /// arc was driven stop it. The arc is cut into pieces of a quarter radius: a base that is clear
+    /// of a wall cannot be beyond it one piece later.
     pub(crate) fn travel_until_contact(
         &mut self,
         scene: WorldScene<'_>,
@@ -86,7 +87,7 @@ impl Base {
             || clearance_m > scene.clearance_m(self.pose.x_m, self.pose.y_m)
     }
 
-    /// Halves the way until the base touches, and counts a new contact.
+    /// Halves the motion until the base touches, and counts a new contact.
     fn run_into(&mut self, scene: WorldScene<'_>, length_m: f64, turn_rad: f64) {
         let (mut free, mut blocked) = (0.0, 1.0);
         for _ in 0..10 {
@@ -101,7 +102,7 @@ impl Base {
         self.count_touch();
     }
 
-    /// Counts those who have run into the base, and forgets a contact that is over.
+    /// Counts the people that have run into the base, and forgets a contact that is over.
     fn feel_contact(&mut self, scene: WorldScene<'_>) {
         let Pose2 { x_m, y_m, .. } = self.pose;
         let bodies = scene.bodies.iter().map(|body| body.clearance_m(x_m, y_m));

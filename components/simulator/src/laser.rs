@@ -1,6 +1,6 @@
 //! A scanning laser: one ray per beam, all at the same instant. A reading is a mixture as in Thrun,
-//! Burgard & Fox, Probabilistic Robotics, table 6.1: a hit with normal noise, a short one by something
-//! that is not in the world, a random one, or none.
+//! Burgard & Fox, Probabilistic Robotics, table 6.1: a hit with normal noise, a short one by
+//! something that is not in the world, a random one, or none.
 
 use std::f64::consts::TAU;
 

@@ -1,9 +1,10 @@
 //! The simulator: a robot with its sensors among walls, people and other robots.
 //!
 //! Pure and without a clock: [`drawing`] and `map_server` read worlds, [`world`] answers rays and
-//! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with [`steering`]
-//! and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins them in fixed
-//! steps, [`pace`] maps the host's time to simulated time, [`truth`] is the world as a raster. `ports` alone knows the SDK.
+//! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with
+//! [`steering`] and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins
+//! them in fixed steps, [`pace`] maps the host's time to simulated time, [`truth`] is the world as
+//! a raster. `ports` alone knows the SDK.
 
 pub mod battery;
 pub mod camera;

@@ -1,6 +1,6 @@
-//! Reads a grid map as `map_server` has it: a YAML file that names a grey PGM picture and states the
-//! size of its cells and their place. All cells that are not free are solid: what no robot has seen is
-//! not for driving.
+//! Reads a grid map as `map_server` has it: a YAML file that names a grey PGM picture and states
+//! the size of its cells and their place. All cells that are not free are solid: what no robot has
+//! seen is not for driving.
 
 use std::io::Read;
 use std::path::Path;

@@ -3,8 +3,8 @@
 //! that real robots have, a wrong wheel size (scale) and a pull to one side (heading bias).
 //!
 //! The book's variances hold for one leg of motion: rotate, translate, rotate. A simulation step is
-//! a short leg, so its variances are divided by its share of [`LEG_S`]: whatever the step, one second
-//! of steady motion has the spread that the book gives a leg of one second.
+//! a short leg, so its variances are divided by its share of [`LEG_S`]: whatever the step, one
+//! second of steady motion has the spread that the book gives a leg of one second.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,7 +25,7 @@ pub struct OdometryModel {
     pub alpha3: f64,
     /// Variance of a translation per squared rotation (α₄, m²/rad²).
     pub alpha4: f64,
-    /// Measured length per true length: 1 is right, 1.02 makes ways 2% too long.
+    /// Measured length per true length: 1 is right, 1.02 makes paths 2% too long.
     pub scale: f64,
     /// Turn to the left that is believed in per metre driven, in radians.
     pub bias_rad_per_m: f64,
@@ -100,7 +100,7 @@ impl WheelOdometry {
     }
 }
 
-/// A motion taken apart into a rotation, a straight way (negative: backwards) and a rotation.
+/// A motion taken apart into a rotation, a straight motion (negative: backwards) and a rotation.
 struct OdometryLeg {
     first_rad: f64,
     length_m: f64,

@@ -72,7 +72,7 @@ impl Crowd {
 }
 
 impl Walker {
-    /// How far along, and which way, after another piece of the way.
+    /// The distance along the route and the direction, after another piece of it.
     fn after(&self, way_m: f64) -> (f64, bool) {
         if self.route.is_round() {
             let along_m = self.along_m + way_m;

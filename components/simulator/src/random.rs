@@ -44,8 +44,9 @@ impl Random {
         (self.generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Draws from a normal distribution around 0 with standard deviation `sigma`, cut off at 6 sigma:
-    /// the sum of twelve uniform draws (Thrun, Burgard & Fox, Probabilistic Robotics, table 5.4).
+    /// Draws from a normal distribution around 0 with standard deviation `sigma`, cut off at 6
+    /// sigma: the sum of twelve uniform draws (Thrun, Burgard & Fox, Probabilistic Robotics, table
+    /// 5.4).
     pub fn normal(&mut self, sigma: f64) -> f64 {
         let sum: f64 = (0..12).map(|_| self.uniform()).sum();
         sigma * (sum - 6.0)

@@ -180,7 +180,8 @@ mod tests {
     }
 
     proptest! {
-        /// Walking over cells finds what the tree of their outlines finds, however the map is turned.
+        /// Walking over cells finds what the tree of their outlines finds, however the map is
+        /// turned.
         #[test]
         fn rays_agree_with_those_to_the_outlines(
             cells in proptest::collection::vec(proptest::bool::weighted(0.2), 100),

@@ -1,5 +1,5 @@
-//! What the robot meets at an instant: the walls of the world, and the round bodies of people and of
-//! other robots between them.
+//! What the robot meets at an instant: the walls of the world, and the round bodies of people and
+//! of other robots between them.
 
 use crate::pose::Pose2;
 use crate::world::World;

@@ -20,8 +20,8 @@ use crate::world::{World, WorldError};
 /// Length of a simulation step, in seconds.
 pub const STEP_S: f64 = 0.01;
 
-/// Most time caught up in one call, in seconds: after a longer pause (a suspended machine, a stopped
-/// process) simulated time jumps, instead of burning the processor to live through it.
+/// Most time caught up in one call, in seconds: after a longer pause (a suspended machine, a
+/// stopped process) simulated time jumps, instead of burning the processor to live through it.
 pub const CATCH_UP_S: f64 = 0.5;
 
 /// How many other robots may share the world.
@@ -184,8 +184,8 @@ impl Simulation {
         }
     }
 
-    /// Sets whether anything subscribes to the pictures: only then are they taken at their rate, else
-    /// one a second.
+    /// Sets whether anything subscribes to the pictures: only then are they taken at their rate,
+    /// else one a second.
     pub fn watch(&mut self, is_watched: bool) {
         self.is_watched = is_watched;
     }

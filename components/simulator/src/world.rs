@@ -1,6 +1,6 @@
-//! The world as the robot meets it, in the map frame, whose origin is the start pose: walls drawn as
-//! SVG, or the cells of a grid map. Both have the same outlines; rays find drawn walls by a tree and
-//! cells by walking over the grid.
+//! The world as the robot meets it, in the map frame, whose origin is the start pose: walls drawn
+//! as SVG, or the cells of a grid map. Both have the same outlines; rays find drawn walls by a tree
+//! and cells by walking over the grid.
 
 use std::path::Path;
 
@@ -125,7 +125,7 @@ impl World {
         self.walls.segments()
     }
 
-    /// The ways of the people in it.
+    /// The routes of the people in it.
     pub fn routes(&self) -> &[WalkedRoute] {
         &self.routes
     }

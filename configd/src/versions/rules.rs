@@ -7,7 +7,8 @@ use tracing::warn;
 
 use crate::history::KeptVersion;
 
-/// The rules by which a version of the file is checked. Only the kinds can change while configd runs.
+/// The rules by which a version of the file is checked. Only the kinds can change while configd
+/// runs.
 #[derive(Clone, Debug, Default)]
 pub struct VersionRules {
     /// Values with priority over those of every version.
@@ -45,8 +46,8 @@ impl VersionRules {
         }
     }
 
-    /// Returns the newest of the kept versions (oldest first) that is intact: a disk may have damaged the
-    /// last ones.
+    /// Returns the newest of the kept versions (oldest first) that is intact: a disk may have
+    /// damaged the last ones.
     pub(super) fn newest_good(
         &self,
         kept: &[KeptVersion],
@@ -64,8 +65,8 @@ impl VersionRules {
         None
     }
 
-    /// Checks a version that an earlier process start accepted. If its kinds have changed since, it is
-    /// still taken, so that the running components get answers.
+    /// Checks a version that an earlier process start accepted. If its kinds have changed since, it
+    /// is still taken, so that the running components get answers.
     fn judge_again(&self, kept: &KeptVersion) -> Result<(Configuration, Findings), Findings> {
         let judged = self.judge_reading(kept.read_files());
         let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };

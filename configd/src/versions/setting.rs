@@ -1,6 +1,6 @@
-//! Setting a parameter: the edit is made and checked here, written by the watching task, and in force
-//! once it is on the disk. One after the other, so that each is checked against the result of the one
-//! before it.
+//! Setting a parameter: the edit is made and checked here, written by the watching task, and in
+//! force once it is on the disk. One after the other, so that each is checked against the result of
+//! the one before it.
 
 use std::collections::VecDeque;
 
@@ -139,7 +139,8 @@ impl Versions {
                  the system runs; run it without that"
             ));
         }
-        // A value of an unknown parameter is refused by the check; nothing would refuse its removal.
+        // A value of an unknown parameter is refused by the check; nothing would refuse its
+        // removal.
         let is_there = wanted.value.is_some() || found.parameter(parameter).is_some();
         let unknown = answers::no_parameter(found, parameter, self.rules.manifests.as_ref());
         if let Some(refusal) = unknown.filter(|_| !is_there) {

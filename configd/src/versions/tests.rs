@@ -293,8 +293,9 @@ fn state(actions: &[ConfigdAction]) -> ConfigurationState {
 
 #[test]
 fn a_component_commanded_by_the_mission_stays_so_while_the_system_runs() {
-    // A mission that no longer commands a component is not taken while the component runs: with another
-    // answer at its next start, the component would be active together with those that exclude it.
+    // A mission that no longer commands a component is not taken while the component runs: with
+    // another answer at its next start, the component would be active together with those that
+    // exclude it.
     let free = FILE.replace(r#" components="player""#, "");
     let mut versions = versions();
     versions.handle(saved(&free));

@@ -50,7 +50,7 @@ pub struct PumpingReport {
     pub growing: Vec<String>,
 }
 
-/// A state and the shortest way there.
+/// A state and the shortest firing sequence to it.
 #[derive(Debug, Serialize)]
 pub struct FiringSequence {
     pub sequence: Vec<String>,
@@ -91,7 +91,7 @@ pub struct ClassReport {
     pub shortest: Option<TimedSequence>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub longest: Option<TimedSequence>,
-    /// Why there is no longest time to the goal, with a way that shows it.
+    /// Why there is no longest time to the goal, with a firing sequence that shows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_longest: Option<NoLongest>,
 }

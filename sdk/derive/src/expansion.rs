@@ -90,8 +90,8 @@ fn expand_declaration(field: &ParameterField) -> TokenStream {
     quote!(::armor_sdk::Parameter::#declaration)
 }
 
-/// The field before the default is assigned: of a choice the first one, since its type need not have
-/// a default of its own.
+/// The field before the default is assigned: of a choice the first one, since its type need not
+/// have a default of its own.
 fn expand_initial_value(field: &ParameterField) -> TokenStream {
     let ident = &field.ident;
     match &field.conversion {

@@ -14,8 +14,8 @@ const OVERRIDE: &str = "--set";
 
 impl ParameterRequests {
     /// Applies the values of an activation. If it `starts` the component, all of them are handed
-    /// over; otherwise those that have changed. A parameter that the activation before was given and
-    /// this one is not has the file's value again.
+    /// over; otherwise those that have changed. A parameter that the activation before was given
+    /// and this one is not has the file's value again.
     ///
     /// # Errors
     /// In words, which of them cannot be read as the component declares them.

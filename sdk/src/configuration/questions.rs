@@ -1,5 +1,5 @@
-//! What tools ask about parameters: list them, set one, list what changed. The questions do not depend
-//! on the answering side, which is the configd of a running system or one over a file alone.
+//! What tools ask about parameters: list them, set one, list what changed. The questions do not
+//! depend on the answering side, which is the configd of a running system or one over a file alone.
 
 use armor_wire::config::{
     ChangeRecord, ConfigReply, ConfigRequest, FindingRecord, ListedParameter,
@@ -77,8 +77,8 @@ pub trait Questions {
     /// Why there is no answer.
     type Error: From<ConfigdError>;
 
-    /// Sends the request that `request` makes with the given number, and waits for its reply; a refusal
-    /// is an error.
+    /// Sends the request that `request` makes with the given number, and waits for its reply; a
+    /// refusal is an error.
     ///
     /// # Errors
     /// If it is refused, or there is no reply.

@@ -176,7 +176,8 @@ impl ParameterRequests {
         self.wakers.wake_main();
     }
 
-    /// Answers all open questions from the command line: for a component run by hand, without configd.
+    /// Answers all open questions from the command line: for a component run by hand, without
+    /// configd.
     pub fn answer_from_command_line(&self, set: &HashMap<String, String>) {
         for name in self.unanswered() {
             let assigned = set.get(&name).map(|text| Assigned {

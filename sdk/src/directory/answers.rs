@@ -23,8 +23,8 @@ pub struct Listing {
 /// A change that a watcher receives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DirectoryChange {
-    /// A process has registered. Also sent for every process that is registered already, at first and
-    /// after a restart of the registry.
+    /// A process has registered. Also sent for every process that is registered already, at first
+    /// and after a restart of the registry.
     Appeared(ComponentEntry),
     /// A process has gone.
     Gone(ComponentEntry),

@@ -1,5 +1,5 @@
-//! The thread behind the connection to the registry: connects, declares everything again after a loss,
-//! delivers answers, and asks for the time.
+//! The thread behind the connection to the registry: connects, declares everything again after a
+//! loss, delivers answers, and asks for the time.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -44,7 +44,8 @@ pub(super) struct RegistryState {
     pub(super) lookups: HashMap<u64, PendingLookup>,
     pub(super) lists: HashMap<u64, mpsc::Sender<Listing>>,
     pub(super) watchers: Vec<mpsc::Sender<DirectoryChange>>,
-    /// The registered processes, as far as the registry has reported; kept from the first watcher on.
+    /// The registered processes, as far as the registry has reported; kept from the first watcher
+    /// on.
     pub(super) present: Option<Vec<ComponentEntry>>,
 }
 

@@ -52,9 +52,9 @@ impl Inbox {
         self.items.front().map(|item| item.arrival)
     }
 
-    /// Adds an item. Returns how many older ones were dropped for it. The item after a dropped one takes
-    /// its arrival: otherwise the newest data of a fast publisher would always be younger than the
-    /// data at another input, and never be delivered.
+    /// Adds an item. Returns how many older ones were dropped for it. The item after a dropped one
+    /// takes its arrival: otherwise the newest data of a fast publisher would always be younger
+    /// than the data at another input, and never be delivered.
     pub fn push(&mut self, item: InboxItem) -> u64 {
         self.len += item.bytes.len().max(1);
         self.items.push_back(item);

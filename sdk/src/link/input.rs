@@ -1,5 +1,5 @@
-//! An input: the data that wait for the component, the state of its link, and its counters. Its thread
-//! is in `input_reader.rs`.
+//! An input: the data that wait for the component, the state of its link, and its counters. Its
+//! thread is in `input_reader.rs`.
 
 use std::net::Shutdown;
 use std::sync::Arc;
@@ -27,13 +27,13 @@ pub(crate) struct InputPort {
     pub schema: String,
     state: Mutex<InputState>,
     inbox: Mutex<Inbox>,
-    /// Whether the inbox holds data. Only the reader adds some, so if it reads `false` while it is in
-    /// the component, there are no older data to deliver first.
+    /// Whether the inbox holds data. Only the reader adds some, so if it reads `false` while it is
+    /// in the component, there are no older data to deliver first.
     pub(super) waiting: AtomicBool,
     /// Notified when a full inbox has room again.
     pub(super) room: Condvar,
-    /// Whether the reader waits for bytes, and how many times it has received some. The reader keeps
-    /// both without reading a clock; the service thread judges them at every beat.
+    /// Whether the reader waits for bytes, and how many times it has received some. The reader
+    /// keeps both without reading a clock; the service thread judges them at every beat.
     pub(super) listening: AtomicBool,
     pub(super) reads: SingleWriterCounter,
     /// The component has been frozen since the last data: what was published meanwhile is not lost.
@@ -142,7 +142,8 @@ impl InputPort {
         let mut state = self.lock_state();
         send_signal(state.stream.as_deref(), FrameKind::Beat);
         let reads = self.reads.count();
-        // A reader that is busy in the component's code does not listen: that is not the publisher's silence.
+        // A reader that is busy in the component's code does not listen: that is not the
+        // publisher's silence.
         let is_quiet = self.listening.load(Ordering::Relaxed) && reads == state.reads_before;
         state.quiet_beats = if is_quiet { state.quiet_beats + 1 } else { 0 };
         state.reads_before = reads;
@@ -186,8 +187,8 @@ impl InputPort {
         }
     }
 
-    /// Compares the schema of the provider that has answered: another build of it may publish another
-    /// type by the same name.
+    /// Compares the schema of the provider that has answered: another build of it may publish
+    /// another type by the same name.
     pub(super) fn check_type(&self, welcome: &Welcome) -> Result<(), String> {
         let Welcome { name, schema, .. } = welcome;
         if *schema == self.schema {

@@ -1,8 +1,8 @@
 //! The thread of an input: finds the provider of its data, links to it, reads, and comes back when
 //! the link is lost.
 //!
-//! It also runs the component's code whenever the component is free: no hand-over between threads on
-//! a message's path.
+//! It also runs the component's code whenever the component is free: no hand-over between threads
+//! on a message's path.
 
 use std::io;
 use std::sync::Arc;
@@ -250,7 +250,8 @@ impl InputReader {
         }
         let arrival = runtime.next_arrival();
         let dropped = inbox.push(InboxItem { arrival, header, lost, bytes: payload.to_vec() });
-        // Counted before the inbox is released: otherwise a status could miss a loss that has happened.
+        // Counted before the inbox is released: otherwise a status could miss a loss that has
+        // happened.
         input.dropped.fetch_add(dropped, Ordering::Relaxed);
         input.waiting.store(true, Ordering::Relaxed);
         drop(inbox);

@@ -70,8 +70,8 @@ impl OutputPort {
         Err(Refusal::new(RefusalCode::TypeMismatch, text))
     }
 
-    /// Adds a link after `welcome` has been sent on it, both under the lock: a welcomed subscriber misses
-    /// nothing that is published afterwards. A latched value is sent immediately.
+    /// Adds a link after `welcome` has been sent on it, both under the lock: a welcomed subscriber
+    /// misses nothing that is published afterwards. A latched value is sent immediately.
     pub fn add_link<E>(
         &self,
         mut link: OutgoingLink,

@@ -1,5 +1,5 @@
-//! Gives one message to the links of an output: encoded once, small ones from one buffer, latched ones
-//! from one shared frame, large ones directly from the message.
+//! Gives one message to the links of an output: encoded once, small ones from one buffer, latched
+//! ones from one shared frame, large ones directly from the message.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use armor_wire::frame::PREFIX_LEN;
 use armor_wire::keep::Keep;
 
-/// Gathered frames are written when they reach this length: one socket write of it costs little more
-/// than one of a single small frame.
+/// Gathered frames are written when they reach this length: one socket write of it costs little
+/// more than one of a single small frame.
 pub(crate) const GATHER_LEN: usize = 60 << 10;
 /// A `keep="all"` sender waits while a queue is longer than this.
 pub(crate) const ALL_LEN: usize = 256 << 10;
@@ -100,8 +100,8 @@ impl LinkQueue {
         self.drop_oldest()
     }
 
-    /// Adds a frame that other links share, of which `written` bytes are already out (the queue must
-    /// then be empty). Returns how many frames were dropped for it.
+    /// Adds a frame that other links share, of which `written` bytes are already out (the queue
+    /// must then be empty). Returns how many frames were dropped for it.
     pub fn push_shared(&mut self, frame: Arc<Vec<u8>>, written: usize) -> u64 {
         self.bytes += frame.len() - written;
         if self.chunks.is_empty() {

@@ -1,5 +1,5 @@
-//! Writes a large message to several links without copying it first: bulk arrays go from the message to
-//! the sockets, piece by piece, while it is encoded.
+//! Writes a large message to several links without copying it first: bulk arrays go from the
+//! message to the sockets, piece by piece, while it is encoded.
 
 use std::io::IoSlice;
 use std::sync::Arc;
@@ -15,8 +15,8 @@ use super::wire_out::OutgoingLink;
 
 /// Pieces from this size on are not copied together.
 const BULK_LEN: usize = 4 << 10;
-/// How long a sender waits for a subscriber to take a piece. A subscriber that takes nothing costs this
-/// time once per message; the rest of the frame then waits in its queue.
+/// How long a sender waits for a subscriber to take a piece. A subscriber that takes nothing costs
+/// this time once per message; the rest of the frame then waits in its queue.
 const PATIENCE: Duration = Duration::from_micros(250);
 
 /// One large frame on its way to several links.

@@ -49,7 +49,8 @@ pub(crate) enum OfferResult {
 }
 
 impl OutgoingLink {
-    /// Writes without waiting. Returns how many bytes the socket has taken. A failure breaks the link.
+    /// Writes without waiting. Returns how many bytes the socket has taken. A failure breaks the
+    /// link.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         match self.stream.try_send(bytes) {
             Ok(len) => len,

@@ -70,7 +70,7 @@ impl Quaternion {
 pub struct Pose {
     /// Where.
     pub position: Point,
-    /// Which way.
+    /// Orientation.
     pub orientation: Quaternion,
 }
 

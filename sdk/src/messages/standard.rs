@@ -57,9 +57,9 @@ pub struct Log {
 
 /// How far a component's task has come (our own; ROS has no such message).
 ///
-/// A component whose task takes long may publish it, by convention on an output named `progress`, at
-/// about once per second and whenever `task` changes (`ProgressPace`). `armor run` shows the newest
-/// one.
+/// A component whose task takes long may publish it, by convention on an output named `progress`,
+/// at about once per second and whenever `task` changes (`ProgressPace`). `armor run` shows the
+/// newest one.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Progress {

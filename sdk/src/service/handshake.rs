@@ -1,5 +1,5 @@
-//! New connections, until their purpose is known. A stranger gets two seconds, 64 KiB, and one line in
-//! the log.
+//! New connections, until their purpose is known. A stranger gets two seconds, 64 KiB, and one line
+//! in the log.
 
 use std::io::Write;
 use std::net::SocketAddr;

@@ -1,4 +1,5 @@
-//! Protocol violations go to the log once per peer address and kind, so that they cannot fill a disk.
+//! Protocol violations go to the log once per peer address and kind, so that they cannot fill a
+//! disk.
 
 use std::net::SocketAddr;
 

@@ -1,5 +1,5 @@
-//! One connection from its first byte to its last: the handshake, then reading, writing and beating in
-//! one task, then the end.
+//! One connection from its first byte to its last: the handshake, then reading, writing and beating
+//! in one task, then the end.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -46,8 +46,8 @@ pub(crate) struct PeerConnection<Q> {
 }
 
 impl<Q: WireType + Send> PeerConnection<Q> {
-    /// Serves the connection until it ends. The end is reported to the server if the hello was, unless
-    /// the server itself ended the connection.
+    /// Serves the connection until it ends. The end is reported to the server if the hello was,
+    /// unless the server itself ended the connection.
     pub(crate) async fn serve_peer(&self, stream: &AsyncStream, faults: &CloseLog) {
         let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
         let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
@@ -144,8 +144,8 @@ impl<Q: WireType + Send> PeerConnection<Q> {
     }
 
     async fn send_beats(&self, outgoing: &Outgoing, liveness: &Mutex<Liveness>) -> CloseReason {
-        // All connections look at the same moments, so that an idle daemon wakes four times a second,
-        // independent of their number.
+        // All connections look at the same moments, so that an idle daemon wakes four times a
+        // second, independent of their number.
         let looks = self.now().as_nanos() / LOOK.as_nanos() + 1;
         let first = self.epoch + LOOK * u32::try_from(looks).unwrap_or(u32::MAX);
         let mut look = time::interval_at(first, LOOK);
@@ -192,8 +192,8 @@ async fn read_hello(stream: &AsyncStream, frames: &mut FrameReader) -> Result<He
     }
 }
 
-/// Waits until the peer has read the last frames: closing a socket that has unread bytes would reset
-/// the connection and discard them.
+/// Waits until the peer has read the last frames: closing a socket that has unread bytes would
+/// reset the connection and discard them.
 async fn drain_and_close(stream: &AsyncStream) {
     let _ = stream.shutdown_writing();
     let mut waste = [0; 4 << 10];

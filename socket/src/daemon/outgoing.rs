@@ -1,5 +1,5 @@
-//! The bounded buffer of bytes for one peer. The daemon fills it without waiting; the connection's task
-//! empties it in as few writes as possible.
+//! The bounded buffer of bytes for one peer. The daemon fills it without waiting; the connection's
+//! task empties it in as few writes as possible.
 
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::message::WireType;

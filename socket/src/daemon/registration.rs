@@ -1,4 +1,5 @@
-//! Keeps a process registered at the registry for as long as it runs, also when the registry restarts.
+//! Keeps a process registered at the registry for as long as it runs, also when the registry
+//! restarts.
 
 use std::convert::Infallible;
 use std::io;

@@ -1,5 +1,5 @@
-//! A [`Stream`] and a [`Listener`] that tasks wait on. They know nothing of transports: tokio waits on
-//! the descriptor, and the reads, writes and accepts are those of the blocking types.
+//! A [`Stream`] and a [`Listener`] that tasks wait on. They know nothing of transports: tokio waits
+//! on the descriptor, and the reads, writes and accepts are those of the blocking types.
 
 use std::io;
 use std::net::Shutdown;

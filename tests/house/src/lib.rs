@@ -1,8 +1,8 @@
 //! The structure of the workspace in figures: names of functions and types, circles of modules,
 //! comments, wording. `cargo run -p armor-house` prints them; `tests/house.rs` keeps the limits.
 //!
-//! Everything is read from the source text with `syn`; no compiler runs. A name that a macro builds,
-//! or a method that is called on a value, is therefore not seen.
+//! Everything is read from the source text with `syn`; no compiler runs. A name that a macro
+//! builds, or a method that is called on a value, is therefore not seen.
 
 mod circles;
 mod modules;

@@ -17,8 +17,8 @@ const PRIMITIVES: [&str; 12] =
 ///
 /// `#[message(name = "…")]` on the type names it otherwise than the Rust type;
 /// `#[message(unit = "m")]` on a field states the unit of its number;
-/// `#[message(text)]` on a field sends its value as the string that `Display` writes and `FromStr` reads;
-/// `#[message(wire = "path::to::armor_wire")]` names the path of the wire crate.
+/// `#[message(text)]` on a field sends its value as the string that `Display` writes and `FromStr`
+/// reads; `#[message(wire = "path::to::armor_wire")]` names the path of the wire crate.
 #[proc_macro_derive(Message, attributes(message))]
 pub fn derive_message(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);

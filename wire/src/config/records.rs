@@ -1,5 +1,5 @@
-//! Parameters, findings and changes of configd's versions, as records that every tool can read. Their
-//! lengths are bounded, so that every answer fits into a frame.
+//! Parameters, findings and changes of configd's versions, as records that every tool can read.
+//! Their lengths are bounded, so that every answer fits into a frame.
 
 use std::fmt;
 use std::str::FromStr;
@@ -21,7 +21,8 @@ pub fn cut_text(text: impl Into<String>) -> String {
     text
 }
 
-/// Defines an enum that is sent as a text: its variants with their texts. The first one is the default.
+/// Defines an enum that is sent as a text: its variants with their texts. The first one is the
+/// default.
 macro_rules! text_enum {
     ($(#[$doc:meta])* $name:ident {
         $(#[$first_doc:meta])* $first:ident = $first_text:literal,
@@ -186,7 +187,8 @@ pub struct ChangeRecord {
     /// The kind of thing that changed.
     #[message(text)]
     pub subject: ChangeSubject,
-    /// Which one: `driver`, `driver.speed`, `laser.scan -> slam.scan`; empty for system and mission.
+    /// Which one: `driver`, `driver.speed`, `laser.scan -> slam.scan`; empty for system and
+    /// mission.
     pub name: String,
     /// What happened to it.
     #[message(text)]

@@ -7,16 +7,16 @@ use super::{Frame, FrameError, FrameKind, PREFIX_LEN, read_prefix};
 pub const READ_LEN: usize = 64 << 10;
 /// Most bytes of the first read: most connections begin with a short handshake.
 const FIRST_READ_LEN: usize = 4 << 10;
-/// First size of a large frame's buffer, which doubles as it fills: a peer that announces a length and
-/// sends nothing costs no more than this.
+/// First size of a large frame's buffer, which doubles as it fills: a peer that announces a length
+/// and sends nothing costs no more than this.
 const FIRST_LARGE_LEN: usize = 1 << 20;
 /// A large frame's buffer above this is given back after use instead of being kept.
 const KEPT_LARGE_LEN: usize = 16 << 20;
 
 /// Turns a stream of bytes into frames.
 ///
-/// Read into [`space`](Self::space), report the number of bytes with [`filled`](Self::filled), then take
-/// frames with [`next_frame`](Self::next_frame) until it returns `None`.
+/// Read into [`space`](Self::space), report the number of bytes with [`filled`](Self::filled), then
+/// take frames with [`next_frame`](Self::next_frame) until it returns `None`.
 pub struct FrameReader {
     small: Vec<u8>,
     start: usize,
@@ -47,8 +47,8 @@ impl FrameReader {
         Self::with_limit(usize::MAX)
     }
 
-    /// Creates a reader that also refuses bodies longer than `max_body_len`: for peers that have not
-    /// completed a handshake.
+    /// Creates a reader that also refuses bodies longer than `max_body_len`: for peers that have
+    /// not completed a handshake.
     pub fn with_limit(max_body_len: usize) -> Self {
         let (small, large) = (Vec::new(), Vec::new());
         Self { small, start: 0, end: 0, large, arriving: None, max_body_len }
@@ -59,7 +59,8 @@ impl FrameReader {
         self.max_body_len = usize::MAX;
     }
 
-    /// Returns the buffer for the next bytes. It is never empty once `next_frame` has returned `None`.
+    /// Returns the buffer for the next bytes. It is never empty once `next_frame` has returned
+    /// `None`.
     pub fn space(&mut self) -> &mut [u8] {
         if let Some(Arriving { total, filled, .. }) = self.arriving {
             if filled == self.large.len() {

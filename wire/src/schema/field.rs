@@ -30,7 +30,8 @@ pub enum Scalar {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldPath<'a> {
     steps: Vec<usize>,
-    /// Its layout: a number, `bool`, text or an enum; for an optional field the layout within the option.
+    /// Its layout: a number, `bool`, text or an enum; for an optional field the layout within the
+    /// option.
     pub schema: &'a Schema,
     /// The unit of its number.
     pub unit: Option<&'a str>,
@@ -116,8 +117,8 @@ impl<'a> FieldPath<'a> {
         (self.schema, self.unit) = (without_options(&field.schema), field.unit.as_deref());
     }
 
-    /// Reads the value from one payload of `schema`, in which it was found; `None` if it is, or lies
-    /// within, an absent optional value.
+    /// Reads the value from one payload of `schema`, in which it was found; `None` if it is, or
+    /// lies within, an absent optional value.
     ///
     /// # Errors
     /// [`PayloadError`] if the payload up to the value is not one of the schema.

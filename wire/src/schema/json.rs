@@ -8,8 +8,8 @@ use thiserror::Error;
 
 use super::layout::{Field, Schema};
 
-/// Most memory that a message may take as JSON, in bytes, estimated: a `bool` of the payload becomes
-/// a value of 32 bytes, a struct a map of names.
+/// Most memory that a message may take as JSON, in bytes, estimated: a `bool` of the payload
+/// becomes a value of 32 bytes, a struct a map of names.
 pub const MAX_JSON_LEN: usize = 1 << 30;
 
 const VALUE_LEN: usize = size_of::<Value>();
@@ -28,8 +28,8 @@ pub struct JsonError {
     pub problem: &'static str,
 }
 
-/// Decodes `payload` by `schema`. The memory it takes depends on the payload's length, not on the counts
-/// in it.
+/// Decodes `payload` by `schema`. The memory it takes depends on the payload's length, not on the
+/// counts in it.
 ///
 /// # Errors
 /// [`JsonError`] if the payload is not exactly one value of the schema, or its JSON would be larger

@@ -1,5 +1,5 @@
-//! Everything that reads a stranger's bytes, one function each. Shared by the test next to this file
-//! and by the fuzz targets in `fuzz/`; what must hold of any input is asserted here.
+//! Everything that reads a stranger's bytes, one function each. Shared by the test next to this
+//! file and by the fuzz targets in `fuzz/`; what must hold of any input is asserted here.
 
 use armor_wire::frame::{FrameReader, PREFIX_LEN};
 use armor_wire::hello::{Hello, Refusal, Welcome, read_answer};
@@ -19,7 +19,8 @@ pub const ENTRIES: [Entry; 5] = [
     ("json", json),
 ];
 
-/// A stream of frames. The first byte sets the sizes of the pieces in which it arrives; they must make no difference.
+/// A stream of frames. The first byte sets the sizes of the pieces in which it arrives; they must
+/// make no difference.
 pub fn frames(bytes: &[u8]) {
     let Some((piece, stream)) = bytes.split_first() else { return };
     let pieces = read_in_pieces(stream, usize::from(*piece) + 1);
@@ -94,7 +95,7 @@ fn value<T: WireType>(bytes: &[u8]) {
     assert_eq!(typed.is_ok(), untyped.is_ok(), "{:?} {untyped:?}", typed.err());
 }
 
-/// Text from a peer: a schema, and the quantities and names that share the way.
+/// Text from a peer: a schema, and the quantities and names that are read in the same manner.
 pub fn schema_text(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     if let Ok(schema) = schema::parse(text) {

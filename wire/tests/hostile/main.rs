@@ -1,5 +1,5 @@
-//! Hundreds of thousands of random and damaged inputs, from a fixed seed, on everything that reads a
-//! stranger's bytes: nothing panics, and a short input takes little memory.
+//! Hundreds of thousands of random and damaged inputs, from a fixed seed, on everything that reads
+//! a stranger's bytes: nothing panics, and a short input takes little memory.
 //!
 //! `HOSTILE_SEED` and `HOSTILE_INPUTS` choose others; `fuzz/` runs for hours.
 

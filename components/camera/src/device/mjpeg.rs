@@ -1,5 +1,5 @@
-//! Motion JPEG, what cameras give that compress: JPEG files that may lack the Huffman tables, because
-//! all have the same (ITU-T T.81, annex K.3.3). With them any decoder can read a file.
+//! Motion JPEG, what cameras give that compress: JPEG files that may lack the Huffman tables,
+//! because all have the same (ITU-T T.81, annex K.3.3). With them any decoder can read a file.
 
 use crate::jpeg;
 use crate::picture::{Picture, PictureError, PixelLayout};
@@ -29,8 +29,8 @@ fn standard_tables() -> Result<Vec<u8>, PictureError> {
         .collect())
 }
 
-/// The segments before the picture and the one that begins it: where each lies, the second byte of its
-/// mark, and all of its bytes.
+/// The segments before the picture and the one that begins it: where each lies, the second byte of
+/// its mark, and all of its bytes.
 fn list_segments(file: &[u8]) -> impl Iterator<Item = (usize, u8, &[u8])> {
     // After the mark that begins the file.
     let mut next = Some(2);

@@ -1,9 +1,10 @@
-//! YUYV, what cameras give that do not compress: two pixels in four bytes, which share their colour.
+//! YUYV, what cameras give that do not compress: two pixels in four bytes, which share their
+//! colour.
 
 use crate::picture::{Picture, PictureError, PixelLayout, check_sides};
 
-/// Makes a picture of rows of `step` bytes, in which two pixels are brightness, blue, brightness, red:
-/// ITU-R BT.601, brightness 16 to 235, as USB cameras give it.
+/// Makes a picture of rows of `step` bytes, in which two pixels are brightness, blue, brightness,
+/// red: ITU-R BT.601, brightness 16 to 235, as USB cameras give it.
 pub(super) fn convert_picture(
     width: usize,
     height: usize,

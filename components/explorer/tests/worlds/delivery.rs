@@ -16,7 +16,7 @@ pub struct Delays {
     pub busy_share: f64,
 }
 
-/// One queue of messages on their way.
+/// A queue of messages in transit.
 pub struct Delivery<T> {
     delays: Delays,
     random: Random,

@@ -84,7 +84,7 @@ fn check_in_full(world: &str, home_s: f64) {
     }
 }
 
-/// `missions/office.xml` gives it 150 s to explore and 60 s for the way home.
+/// `missions/office.xml` gives it 150 s to explore and 60 s for the return.
 const OFFICE_S: f64 = 210.0;
 
 #[test]

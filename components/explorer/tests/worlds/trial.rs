@@ -38,7 +38,7 @@ pub struct Conditions {
     pub explorer: armor_explorer::ExplorerSettings,
     pub planner: armor_planner::PlannerSettings,
     pub driver: armor_driver::DriverSettings,
-    /// On the way into and out of planner, driver and mapper.
+    /// Messages in transit to and from planner, driver and mapper.
     pub delays: Delays,
     /// From a scan to the pose it gives, in seconds.
     pub pose_late_s: f64,
@@ -46,7 +46,7 @@ pub struct Conditions {
     pub pose_jump_m: f64,
 }
 
-/// What became of it.
+/// Its result.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// When the explorer was done, in seconds.

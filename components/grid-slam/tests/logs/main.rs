@@ -37,13 +37,15 @@ fn write_map(mapper: &Slam, poses: &ScanTrajectory, path: &Path) {
     encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 }
 
-/// Processor time of this process until now, seconds: more reliable than the clock on a shared machine.
+/// Processor time of this process until now, seconds: more reliable than the clock on a shared
+/// machine.
 fn cpu_s() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Maps a log; gives all poses, the map, and a line for each scan: seconds it took, tiles in memory.
+/// Maps a log; gives all poses, the map, and a line for each scan: seconds it took, tiles in
+/// memory.
 fn mapped(scans: &[Recorded], config: Config) -> (ScanTrajectory, Slam, String) {
     let mut slam = Slam::new(config);
     let mut curve =

@@ -18,7 +18,7 @@ pub struct Recorded {
     pub scan: MapperScan,
 }
 
-/// A log's scans, and what is known of where they were taken. Without `ARMOR_DATA` the tests are
+/// A log's scans, and the known poses at which they were taken. Without `ARMOR_DATA` the tests are
 /// skipped, except under CI.
 pub fn recorded(name: &str) -> Option<(Vec<Recorded>, Vec<ScanRelation>)> {
     let data = std::env::var_os("ARMOR_DATA");

@@ -12,19 +12,19 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const LOGS: [&str; 5] = ["intel", "aces", "freiburg-079", "edmonton", "acapulco"];
-/// What is put onto the odometry, which has as much already: share of the way, heading for each
+/// What is put onto the odometry, which has as much already: share of the distance, heading for each
 /// metre, and noise as a share of both.
 const SCALE: f64 = 0.02;
 const BIAS_RADPM: f64 = 0.0061;
 const NOISE: f64 = 0.03;
-/// Errors above these are no way to be lost, only to be less exact: metres and degrees.
+/// Errors below these do not count as lost, only as less exact: metres and degrees.
 const BEARABLE: [f64; 2] = [0.35, 3.0];
 
 /// A revisit this far off is counted as one that was not recognised, metres.
 const LOST_M: f64 = 0.5;
 
-/// Where it is lost: one and a half to four metres between scans, in corridors and halls. Printed all
-/// the same.
+/// Where it is lost: one and a half to four metres between scans, in corridors and halls. Printed
+/// all the same.
 const LOST: [(&str, &str); 5] = [
     ("aces", "every 2nd scan"),
     ("aces", "every 3rd scan"),
@@ -47,7 +47,7 @@ const WAYS: [Worse; 9] = [
     ("odometry turned", |scans| scans.iter().map(turned).collect()),
 ];
 
-/// The same way with more error in every motion.
+/// The same trajectory with more error in every motion.
 fn drifting(scans: &[Recorded], seed: u64) -> Vec<Recorded> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     // A sum of three even numbers is normal enough; deviation 1.
@@ -126,7 +126,7 @@ fn check(logs: &[&str], ways: &[Worse]) {
             }
         }
     }
-    assert!(lost.is_empty(), "lost its way: {lost:#?}");
+    assert!(lost.is_empty(), "lost: {lost:#?}");
 }
 
 #[test]

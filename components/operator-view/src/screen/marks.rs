@@ -29,11 +29,11 @@ pub(super) fn paint_marks(
     layers: &Layers,
 ) {
     let scene = &console.scene;
-    let way = |points: Vec<Pos2>, width: f32, colour: Color32| {
+    let draw_line = |points: Vec<Pos2>, width: f32, colour: Color32| {
         painter.add(Shape::line(points, Stroke::new(width, colour)));
     };
     if layers.is_shown(Layer::Truth) {
-        way(look.line(scene.truth.line()), 3.0, colours::TRUTH.gamma_multiply(0.6));
+        draw_line(look.line(scene.truth.line()), 3.0, colours::TRUTH.gamma_multiply(0.6));
     }
     if layers.is_shown(Layer::Odometry) {
         let stroke = Stroke::new(1.5, colours::ODOMETRY);
@@ -42,13 +42,13 @@ pub(super) fn paint_marks(
         }
     }
     if layers.is_shown(Layer::Trajectory) {
-        way(look.line(scene.way()), 2.0, colours::TRAJECTORY);
+        draw_line(look.line(scene.trajectory_points()), 2.0, colours::TRAJECTORY);
     }
     if layers.is_shown(Layer::Particles) {
         paint_particles(painter, look, &scene.particles);
     }
     if layers.is_shown(Layer::Path) && console.is_linked("path") {
-        way(look.line(scene.path.iter().copied()), 3.0, colours::PATH);
+        draw_line(look.line(scene.path.iter().copied()), 3.0, colours::PATH);
     }
     if layers.is_shown(Layer::Scan)
         && let Some(robot) = scene.robot_at(scene.scan.stamp_s)

@@ -121,9 +121,9 @@ pub enum DrawingFault {
     /// The start is not a circle.
     #[error("a start is drawn as <{0}>; it is a circle, <circle id=\"start\" …>")]
     StartNotCircle(String),
-    /// What is marked as a person's way is none.
+    /// What is marked as a person's route is none.
     #[error(
-        "<{0} class=\"person\"> is no way to walk; draw one line, polyline, polygon or path of \
+        "<{0} class=\"person\"> is no route to walk; draw one line, polyline, polygon or path of \
          straight pieces, with data-speed=\"…\" from 0 to {most} m/s",
         most = limits::SPEED_MPS
     )]

@@ -34,7 +34,7 @@ pub struct WorldDrawing {
     pub start: Pose2,
     /// The line of the start in the file, if it is drawn.
     pub start_line: Option<usize>,
-    /// The ways that people walk.
+    /// The routes that people walk.
     pub routes: Vec<WalkedRoute>,
 }
 

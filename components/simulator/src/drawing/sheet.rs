@@ -1,4 +1,4 @@
-//! Collects the walls, the starts and the ways of people from the XML events of a drawing.
+//! Collects the walls, the starts and the routes of people from the XML events of a drawing.
 
 use quick_xml::events::{BytesStart, Event};
 
@@ -132,7 +132,7 @@ impl DrawingSheet {
         Ok(())
     }
 
-    /// The way of a person: one line of at least two points.
+    /// The route of a person: one line of at least two points.
     fn draw_route(
         &mut self,
         element: &DrawingElement<'_>,
@@ -195,7 +195,7 @@ impl DrawingSheet {
         let given = start.otherwise.map(|pose| Pose2 { y_m: -pose.y_m, ..pose });
         let (pose, start_line) = match (drawn, given) {
             (Some(drawn), _) => (drawn.pose, Some(drawn.line)),
-            // A name that was asked for and is not there is a mistake, whatever else is given.
+            // A name that was requested and does not exist is a mistake, whatever else is given.
             (None, Some(pose)) if start.id == WorldStart::default().id => (pose, None),
             (None, _) => return Err(DrawingFault::NoStart(shorten_text(&start.id))),
         };

@@ -20,8 +20,8 @@ pub(super) struct ClockOutput {
 }
 
 impl ClockOutput {
-    /// Catches up with the time. If others follow it, none is left out: where the machine is too slow
-    /// for it, time passes more slowly.
+    /// Catches up with the time. If others follow it, none is left out: where the machine is too
+    /// slow for it, time passes more slowly.
     pub(super) fn advance(
         &self,
         simulation: &mut Simulation,

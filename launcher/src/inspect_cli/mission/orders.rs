@@ -109,7 +109,7 @@ struct Commanded {
     observed: ObservedSystem,
     /// As the launcher has written it down, if this user runs it on this host.
     record: Option<RunRecord>,
-    /// Since when there is no way to its executive.
+    /// Since when its executive cannot be reached.
     away_since: Option<Instant>,
 }
 

@@ -1,4 +1,4 @@
-//! What is known of a running system → the text of its status line.
+//! The text of the status line of a running system.
 
 use armor_inspect::words::format_duration;
 
@@ -20,7 +20,7 @@ pub struct TaskStatus {
     pub detail: String,
 }
 
-/// What is known of a running system at one moment.
+/// The status of a running system at one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunStatus {
     /// Time since the start of the run, in seconds.

@@ -60,7 +60,8 @@ impl GlimpseReader<'_> {
         }
     }
 
-    /// Adds the value and those within it while there is room. Returns early without reading the rest.
+    /// Adds the value and those within it while there is room. Returns early without reading the
+    /// rest.
     fn walk_value(
         &mut self,
         schema: &Schema,
@@ -183,8 +184,8 @@ impl ValuePath {
         is_plain.then_some(Self { steps })
     }
 
-    /// Reads the value from one payload of the schema in which it was found, `true` as 1; `None` if it
-    /// is, or lies within, an absent value.
+    /// Reads the value from one payload of the schema in which it was found, `true` as 1; `None` if
+    /// it is, or lies within, an absent value.
     ///
     /// # Errors
     /// [`PayloadError`] if the payload up to the value is not one of the schema.
