@@ -92,7 +92,7 @@ const RETURN: &str = "<armor version='1'>
 </armor>
 ";
 
-/// Returns whether `line` holds a positive number with one decimal place between the two texts.
+/// Returns whether `line` has a positive number between the two texts.
 fn has_distance(line: &str, before: &str, after: &str) -> bool {
     let number = |rest: &str| rest.split_once(after)?.0.rsplit(' ').next()?.parse::<f64>().ok();
     line.split_once(before).is_some_and(|(_, rest)| number(rest).is_some_and(|left| left > 0.0))

@@ -133,6 +133,7 @@ impl RegistryDirectory {
         let Some(entry) = entry else { return Ok(()) };
         refusals::check_component(entry)?;
         if let Some((peer, holder, heard)) = self.find_holder(&entry.name) {
+            // A process that reconnects may arrive before the end of its old connection is noticed.
             let is_same_process = holder.instance == entry.instance;
             if !is_same_process && now.saturating_sub(heard) < GIVE_UP {
                 return Err(refusals::refuse_duplicate_component(holder));

@@ -60,6 +60,8 @@ impl StuckRecovery {
         let moved = self.moved.get_or_insert(here);
         moved.turned_rad += wrap_angle(yaw_rad - moved.yaw_rad).abs();
         moved.yaw_rad = yaw_rad;
+        // A robot that turns towards its path stays in place and is not stuck. Endless turning is:
+        // two turns on one spot lead nowhere.
         let turned_s = moved.turned_rad / window.limits.turn_radps;
         if moved.place.distance_m(here.place) > MOVED_M {
             *moved = here;
@@ -78,6 +80,8 @@ impl StuckRecovery {
         now_s: f64,
     ) -> Option<Velocity> {
         let back = Velocity { speed_mps: BACK_MPS, turn_radps: 0.0 };
+        // The absolute value: after time went back, an escape must not last until time has caught
+        // up.
         match (now_s - began_s).abs() {
             since_s if since_s < BACK_S && has_path && window.is_safe(back) => Some(back),
             since_s if since_s < BACK_S + TURN_S => Some(Velocity::spin(side * TURN_RADPS)),

@@ -160,8 +160,8 @@ impl Exploration {
     }
 
     /// Returns the share that is explored, 0 … 1: the seen area by the sum of it and the area that
-    /// the frontiers promise; `None` before the first map. It falls when the robot looks into a room
-    /// that it did not expect.
+    /// the frontiers promise; `None` before the first map. It falls when the robot looks into a
+    /// room that it did not expect.
     pub fn explored_share(&self) -> Option<f64> {
         self.explored_share
     }

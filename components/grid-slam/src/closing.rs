@@ -151,7 +151,8 @@ fn choose_places(graph: &PoseGraph, keyframes: &[Keyframe], doubts: &[Matrix3<f6
     stretches.into_iter().take(MOST_PLACES).map(|(_, old)| old).collect()
 }
 
-/// Where the newest keyframe is as seen from an old one, if their surroundings fit in one position only.
+/// Where the newest keyframe is as seen from an old one, if their surroundings fit in one position
+/// only.
 fn match_place(
     graph: &PoseGraph,
     keyframes: &[Keyframe],

@@ -3,7 +3,8 @@
 
 use crate::random::{NoiseStream, Random};
 
-/// The largest share of a motion that can be lost: the model of the odometry divides by the share that is left.
+/// The largest share of a motion that can be lost: the model of the odometry divides by the share
+/// that is left.
 const MOST: f64 = 0.95;
 
 /// How much the wheels slip.

@@ -84,6 +84,8 @@ impl RegistryState {
             self.send_request(&RegistryRequest::List { request: *request });
         }
         if let Some(present) = &mut self.present {
+            // The new registry reports all processes again; those that left meanwhile are not among
+            // them.
             present.clear();
             self.send_request(&RegistryRequest::Watch);
         }
@@ -170,6 +172,8 @@ impl RegistryLink {
     pub(super) fn serve_connection(&self, dialled: Dialled) {
         let Ok(writer) = FrameWriter::new(&dialled.stream) else { return };
         {
+            // Under one lock: a request of another thread is either in the lists that are declared
+            // again or sent on the new connection, never both and never neither.
             let mut state = self.lock_state();
             state.writer = Some(writer.clone());
             state.refusal = None;

@@ -82,6 +82,8 @@ impl InputReader {
                 }
             };
             self.input.lock_state().problem = reason;
+            // A provider that accepts and closes immediately is no success: the delay keeps
+            // growing.
             if start.elapsed() > GOOD_LINK {
                 backoff.reset();
             }
@@ -93,6 +95,7 @@ impl InputReader {
     fn open_link(&self) -> Result<Dialled, String> {
         let (input, settings) = (&self.input, &self.settings);
         let participant = self.participant();
+        // Asked for each link: a restarted provider has another endpoint and another instance.
         let answer = participant.directory().request_provider(&settings.data, &input.schema);
         let found =
             answer.recv().map_err(|e| e.to_string())?.map_err(|refusal| refusal.to_string())?;
@@ -200,6 +203,7 @@ impl InputReader {
         let was_paused = self.input.was_paused.load(Ordering::Relaxed);
         let lost = match last {
             Some(last) if last.instance == header.instance => {
+                // A latched value is sent again at the start of each link.
                 if header.sequence <= last.sequence {
                     return None;
                 }

@@ -179,6 +179,7 @@ impl OutputPort {
         let mut state = self.lock_state();
         let OutputState { links, last, .. } = &mut *state;
         for link in links.iter_mut() {
+            // A subscriber that was paused has missed the latched value if it changed meanwhile.
             let resumed = link.read_signals(now);
             if resumed && let Some((sequence, frame)) = last {
                 offer_shared(link, *sequence, frame);
@@ -188,6 +189,8 @@ impl OutputPort {
             }
             if link.liveness.owes_beat(now) && link.queue.is_empty() && !link.broken {
                 let written = link.write(beat);
+                // The rest of a partly written beat must follow before any other frame. A beat of
+                // which nothing is written is left out: the bytes that fill the socket show life.
                 if written > 0 && written < beat.len() {
                     link.queue.push_shared(Arc::new(beat.to_vec()), written);
                 }

@@ -86,6 +86,8 @@ impl LinkQueue {
         let single = self.congested && self.keep != Keep::All;
         if let Some((Chunk::Own(last), frames)) = self.chunks.back_mut()
             && !single
+            // The last frame may exceed the limit, but not so far that the buffer is too long to be
+            // kept.
             && last.len() + frame.len() <= GATHER_LEN + frame.len().min(GATHER_LEN)
             && last.len() < GATHER_LEN
         {

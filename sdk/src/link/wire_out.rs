@@ -74,6 +74,7 @@ impl OutgoingLink {
         }
         self.sent += 1;
         if std::mem::take(&mut self.fresh) {
+            // All links share this buffer: the mark is for this one alone, so it is removed again.
             frame[FLAGS_AT] |= FLAG_FRESH;
             let offered = self.offer_marked(frame, call);
             frame[FLAGS_AT] &= !FLAG_FRESH;
@@ -94,6 +95,8 @@ impl OutgoingLink {
             }
             return if self.drain_queue() { OfferResult::Sent } else { OfferResult::Queued(true) };
         }
+        // Not the first data of this call of user code: the end of the call flushes what is
+        // gathered. Outside a call (0) there is no such end, so nothing is gathered.
         if call != 0 && self.last_call == call {
             self.dropped += self.queue.push(frame);
             return OfferResult::Gathered;
@@ -103,6 +106,7 @@ impl OutgoingLink {
         if written == frame.len() || self.broken {
             return OfferResult::Sent;
         }
+        // Congested first: otherwise the push would count as gathering, to which no policy applies.
         self.queue.set_congested();
         self.dropped += self.queue.push_shared(Arc::new(frame.to_vec()), written);
         OfferResult::Queued(true)

@@ -12,8 +12,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const LOGS: [&str; 5] = ["intel", "aces", "freiburg-079", "edmonton", "acapulco"];
-/// What is put onto the odometry, which has as much already: share of the distance, heading for each
-/// metre, and noise as a share of both.
+/// What is put onto the odometry, which has as much already: share of the distance, heading for
+/// each metre, and noise as a share of both.
 const SCALE: f64 = 0.02;
 const BIAS_RADPM: f64 = 0.0061;
 const NOISE: f64 = 0.03;

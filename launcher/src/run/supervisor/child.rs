@@ -170,6 +170,8 @@ impl Child {
         while self.deaths.front().is_some_and(|death| *death + DEATHS_WITHIN < now) {
             self.deaths.pop_front();
         }
+        // Not after each good start: for a process that dies soon after it is ready, the delay
+        // would never grow.
         if self.deaths.is_empty() {
             self.delay = FIRST_DELAY;
         }

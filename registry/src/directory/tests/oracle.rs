@@ -1,6 +1,6 @@
 //! Random conversations against a model that is simple because it is slow: no answer is lost or
-//! given twice, none goes to a connection that has ended, and watchers see exactly the registered processes,
-//! and nothing is left of those that went.
+//! given twice, none goes to a connection that has ended, and watchers see exactly the registered
+//! processes, and nothing is left of those that went.
 
 use std::collections::{BTreeMap, BTreeSet};
 
