@@ -122,7 +122,7 @@ pub fn serve_file(registry: SocketAddr, file: &Path) -> Result<()> {
     let mut registrations = Vec::new();
     let register = |notice| {
         if let armor_configd::Notice::Ready { address } = notice {
-            registrations.push(Registration::keep(registry, make_entry(address)));
+            registrations.push(Registration::keep_registered(registry, make_entry(address)));
         }
     };
     let serving = armor_configd::serve(armor_configd::ConfigdOptions::new(file), register);

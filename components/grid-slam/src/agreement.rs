@@ -87,7 +87,7 @@ mod tests {
                 if step <= 20 { (f64::from(step), 0.0) } else { (f64::from(40 - step), 3.0) };
             let pose = Pose::new(x_m, 0.0, yaw_rad);
             let before = graph.poses().last().copied().unwrap_or_default();
-            graph.extend(before.inverse() * pose, covariance);
+            graph.add_keyframe(before.inverse() * pose, covariance);
         }
         graph
     }

@@ -256,7 +256,7 @@ mod tests {
             let at = |r: f64| Pose::new(r * angle.cos(), r * angle.sin(), angle);
             let (truth, part) = (at(radius_m), step as f64 / count as f64);
             let before = graph.poses().last().copied().unwrap_or_default();
-            graph.extend(before.inverse() * at(radius_m + drift_m * part), chain);
+            graph.add_keyframe(before.inverse() * at(radius_m + drift_m * part), chain);
             let seen = world.iter().map(|point| truth.inverse().apply(*point));
             let points = seen.filter(|point| point.x_m.hypot(point.y_m) < 6.0).collect();
             keyframes.push(Keyframe { travelled_m: step as f64, beams: Vec::new(), points });
@@ -271,7 +271,7 @@ mod tests {
         for number in 1..=keyframes.len() {
             let chain = Matrix3::from_diagonal(&Vector3::new(2e-3, 2e-3, 1e-5));
             let before = driven.poses().last().copied().unwrap_or_default();
-            driven.extend(before.inverse() * graph.poses()[number - 1], chain);
+            driven.add_keyframe(before.inverse() * graph.poses()[number - 1], chain);
             found.extend(closing.look_for_closures(&driven, &keyframes[..number], 1.0));
         }
         found

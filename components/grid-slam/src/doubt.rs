@@ -114,8 +114,8 @@ mod tests {
         assert!(near < 0.5 * far && spread(&graph, 40) == 0.0, "{near} {far}");
         let motion = truth[0].inverse() * truth[40];
         let covariance = covariance(0.01, 0.003);
-        graph.connect(PoseEdge { from: 0, to: 40, motion, covariance, is_closure: true });
-        graph.optimise();
+        graph.add_edge(PoseEdge { from: 0, to: 40, motion, covariance, is_closure: true });
+        graph.optimise_poses();
         assert!(spread(&graph, 5) < 0.5 * far, "{}", spread(&graph, 5));
     }
 }

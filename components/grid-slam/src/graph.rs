@@ -54,7 +54,7 @@ impl PoseGraph {
 
     /// Adds a keyframe: the pose of the first, the motion from the one before of all others, with
     /// its covariance in the new one's frame.
-    pub fn extend(&mut self, motion: Pose, covariance: Matrix3<f64>) {
+    pub fn add_keyframe(&mut self, motion: Pose, covariance: Matrix3<f64>) {
         let to = self.poses.len();
         self.at.push(Vec::new());
         self.chain.push(self.edges.len());
@@ -62,14 +62,14 @@ impl PoseGraph {
             None => self.poses.push(motion),
             Some(from) => {
                 self.poses.push(self.poses[from] * motion);
-                self.connect(PoseEdge { from, to, motion, covariance, is_closure: false });
+                self.add_edge(PoseEdge { from, to, motion, covariance, is_closure: false });
             }
         }
     }
 
     /// Replaces the motion that leads to a keyframe from the one before. The keyframe and all later
     /// ones move along rigidly. The first keyframe has no such motion.
-    pub fn reached(&mut self, keyframe: usize, motion: Pose, covariance: Matrix3<f64>) {
+    pub fn replace_motion(&mut self, keyframe: usize, motion: Pose, covariance: Matrix3<f64>) {
         let edge = &mut self.edges[self.chain[keyframe]];
         if edge.motion == motion {
             return;
@@ -82,7 +82,7 @@ impl PoseGraph {
     }
 
     /// Adds an edge between two keyframes.
-    pub fn connect(&mut self, edge: PoseEdge) {
+    pub fn add_edge(&mut self, edge: PoseEdge) {
         self.at[edge.from].push(self.edges.len());
         self.at[edge.to].push(self.edges.len());
         self.edges.push(edge);
@@ -106,7 +106,7 @@ impl PoseGraph {
 
     /// Moves the keyframes to where all edges fit best; the first one stays. Returns the longest
     /// distance that one was moved, metres.
-    pub fn optimise(&mut self) -> f64 {
+    pub fn optimise_poses(&mut self) -> f64 {
         let before = self.poses.clone();
         let closures = self.edges.iter().filter(|edge| edge.is_closure);
         let mut doubt = closures.map(|edge| self.disagreement(edge)).fold(DOUBT, f64::max);
@@ -142,12 +142,12 @@ impl PoseGraph {
             let information = information * (scale * scale);
             let (a, b) = error_jacobians(from, to, &edge.motion);
             let (left, right) = (a.transpose() * information, b.transpose() * information);
-            system.add(edge.from, &(left * a), &(-left * error));
-            system.add(edge.to, &(right * b), &(-right * error));
+            system.add_block(edge.from, &(left * a), &(-left * error));
+            system.add_block(edge.to, &(right * b), &(-right * error));
             system.couple_blocks(edge.from, edge.to, &(left * b));
         }
         // Fixes the first keyframe: edges are relative, so without this the system is singular.
-        system.add(0, &(Matrix3::identity() * 1e12), &Vector3::zeros());
+        system.add_block(0, &(Matrix3::identity() * 1e12), &Vector3::zeros());
         system
     }
 }
@@ -194,11 +194,11 @@ pub(crate) mod tests {
     /// A square of 4 × `side` keyframes driven with a bend that the truth does not have.
     pub(crate) fn bent_square(side: usize) -> (Vec<Pose>, PoseGraph) {
         let (mut truth, mut graph) = (vec![Pose::default()], PoseGraph::default());
-        graph.extend(Pose::default(), Matrix3::identity());
+        graph.add_keyframe(Pose::default(), Matrix3::identity());
         for step in 1..=4 * side {
             let turn = if step % side == 0 { std::f64::consts::FRAC_PI_2 } else { 0.0 };
             truth.push(truth[step - 1] * Pose::new(1.0, 0.0, turn));
-            graph.extend(Pose::new(1.01, 0.0, turn + 0.01), covariance(0.02, 0.01));
+            graph.add_keyframe(Pose::new(1.01, 0.0, turn + 0.01), covariance(0.02, 0.01));
         }
         (truth, graph)
     }
@@ -214,9 +214,9 @@ pub(crate) mod tests {
         for (from, to) in [(0, 40), (1, 39), (0, 39)] {
             let motion = truth[from].inverse() * truth[to];
             let covariance = covariance(0.01, 0.003);
-            graph.connect(PoseEdge { from, to, motion, covariance, is_closure: true });
+            graph.add_edge(PoseEdge { from, to, motion, covariance, is_closure: true });
         }
-        graph.optimise();
+        graph.optimise_poses();
         assert!(bent > 2.0 && worst(&graph) < 0.6, "{bent} became {}", worst(&graph));
         assert!(
             graph.between(0, 40).distance_m(&Pose::default()) < 0.02,
@@ -230,13 +230,13 @@ pub(crate) mod tests {
         let (truth, mut graph) = bent_square(10);
         let mut close = |from: usize, to: usize, motion: Pose| {
             let covariance = covariance(0.01, 0.003);
-            graph.connect(PoseEdge { from, to, motion, covariance, is_closure: true });
+            graph.add_edge(PoseEdge { from, to, motion, covariance, is_closure: true });
         };
         for (from, to) in [(0, 40), (1, 40), (0, 39), (1, 39), (2, 38)] {
             close(from, to, truth[from].inverse() * truth[to]);
         }
         close(2, 40, Pose::new(3.0, 3.0, 1.0));
-        graph.optimise();
+        graph.optimise_poses();
         assert!(
             graph.between(0, 40).distance_m(&Pose::default()) < 0.05,
             "{:?}",
@@ -249,7 +249,7 @@ pub(crate) mod tests {
         let (_, mut graph) = bent_square(3);
         let (before, after) = (graph.between(0, 4), graph.between(5, 12));
         let motion = Pose::new(0.5, 0.2, -0.3);
-        graph.reached(5, motion, covariance(0.02, 0.01));
+        graph.replace_motion(5, motion, covariance(0.02, 0.01));
         for (found, expected) in [
             (graph.between(0, 4), before),
             (graph.between(4, 5), motion),

@@ -118,15 +118,15 @@ impl Slam {
         let steps = self.front.steps();
         let first = self.graph.poses().len() + 1 - steps.len();
         if first == 0 && self.graph.poses().is_empty() {
-            self.graph.extend(steps[0].pose, steps[0].covariance);
+            self.graph.add_keyframe(steps[0].pose, steps[0].covariance);
         }
         for (number, pair) in steps.windows(2).enumerate() {
             let (motion, covariance) = relate_steps(&pair[0], &pair[1]);
             let keyframe = first + number + 1;
             if keyframe < self.graph.poses().len() {
-                self.graph.reached(keyframe, motion, covariance);
+                self.graph.replace_motion(keyframe, motion, covariance);
             } else {
-                self.graph.extend(motion, covariance);
+                self.graph.add_keyframe(motion, covariance);
             }
         }
     }
@@ -135,7 +135,7 @@ impl Slam {
         let believed = self.closing.look_for_closures(&self.graph, &self.keyframes, LOOK_EVERY_M);
         for edge in believed {
             self.disagreement += self.graph.disagreement(&edge).max(f64::MIN_POSITIVE);
-            self.graph.connect(edge);
+            self.graph.add_edge(edge);
         }
         if self.disagreement > DISAGREEMENT {
             self.optimise_graph();
@@ -147,7 +147,7 @@ impl Slam {
     }
 
     fn optimise_graph(&mut self) {
-        self.moved_m += self.graph.optimise();
+        self.moved_m += self.graph.optimise_poses();
         self.disagreement = 0.0;
     }
 

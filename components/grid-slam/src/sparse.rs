@@ -33,7 +33,7 @@ impl SparseSystem {
     }
 
     /// Adds to a block on the diagonal and to the right side.
-    pub fn add(&mut self, unknown: usize, block: &Matrix3<f64>, right: &Vector3<f64>) {
+    pub fn add_block(&mut self, unknown: usize, block: &Matrix3<f64>, right: &Vector3<f64>) {
         self.diagonal[unknown] += block;
         self.right[unknown] += right;
     }
@@ -115,7 +115,7 @@ mod tests {
         }
         for i in 0..unknowns {
             let block = Matrix3::identity() * 20.0;
-            system.add(i, &block, &right.fixed_rows::<3>(3 * i).into());
+            system.add_block(i, &block, &right.fixed_rows::<3>(3 * i).into());
             let mut view = dense.view_mut((3 * i, 3 * i), (3, 3));
             view += block;
         }
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn what_is_not_definite_has_no_solution() {
         let mut system = SparseSystem::new(2);
-        system.add(0, &Matrix3::identity(), &Vector3::zeros());
+        system.add_block(0, &Matrix3::identity(), &Vector3::zeros());
         assert!(system.solve().is_none(), "nothing determines the second unknown");
     }
 }

@@ -59,7 +59,7 @@ impl PlannedPath {
 
     /// Returns the poses from where the robot was when the path was planned to the goal, each
     /// looking at the next, the last one as the goal; empty if no path exists.
-    pub(crate) fn to(&mut self, goal: Pose2, robot: Point2, now_s: f64) -> &[Pose2] {
+    pub(crate) fn path_to(&mut self, goal: Pose2, robot: Point2, now_s: f64) -> &[Pose2] {
         if self.is_due(goal.point(), now_s) {
             self.plan_path(goal.point(), robot);
             self.planned_s = now_s;

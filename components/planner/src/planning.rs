@@ -105,7 +105,7 @@ impl Planning {
         };
         self.has_goal = true;
         let Some(robot) = self.robot else { return Some(&[]) };
-        Some(self.path.to(goal, robot.point(), now_s))
+        Some(self.path.path_to(goal, robot.point(), now_s))
     }
 
     /// The fresh goal of the highest rank.

@@ -103,7 +103,7 @@ fn configd(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
                 host: "here".into(),
                 endpoint: address.to_string(),
             };
-            registrations.push(armor_socket::Registration::keep(registry, entry));
+            registrations.push(armor_socket::Registration::keep_registered(registry, entry));
         }
     };
     let served = runtime.expect("a runtime").block_on(armor_configd::serve(options, tell));

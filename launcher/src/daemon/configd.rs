@@ -100,7 +100,8 @@ fn run_configd(arguments: &ConfigdArguments) -> Result<CommandEnding> {
     let mut registrations = Vec::new();
     let notify = |notice| match notice {
         Notice::Ready { address } => {
-            registrations.push(Registration::keep(registry, make_entry("configd", address)));
+            registrations
+                .push(Registration::keep_registered(registry, make_entry("configd", address)));
         }
         // No thread receives it only if none could be started, which was logged.
         Notice::State(state) => drop(publisher.send(*state)),

@@ -20,7 +20,7 @@ pub fn ask_executables(executables: Vec<PathBuf>, cache: &Cache) -> Vec<ProbeAns
     if executables.is_empty() {
         return Vec::new();
     }
-    let known = cache.load();
+    let known = cache.load_entries();
     let fresh = Mutex::new(Vec::new());
     let answers: Vec<Mutex<Option<Result<Manifest, ProbeProblem>>>> =
         executables.iter().map(|_| Mutex::new(None)).collect();
@@ -30,10 +30,11 @@ pub fn ask_executables(executables: Vec<PathBuf>, cache: &Cache) -> Vec<ProbeAns
         // A binding of its own, so that the lock is not held while asking.
         while let Some((path, answer)) = { next.lock().ok().and_then(|mut next| next.next()) } {
             let before = identity(path);
-            let remembered = before.as_ref().and_then(|identity| known.get(path, identity));
+            let remembered =
+                before.as_ref().and_then(|identity| known.find_manifest(path, identity));
             let answer_now = remembered.unwrap_or_else(|| {
                 if let Some(identity) = &before {
-                    identity.settle();
+                    identity.wait_until_settled();
                 }
                 let answer_now = probe::ask_description(path);
                 // Only if its next version can be distinguished, and it was not replaced in the
@@ -60,7 +61,7 @@ pub fn ask_executables(executables: Vec<PathBuf>, cache: &Cache) -> Vec<ProbeAns
             scope.spawn(ask);
         }
     });
-    cache.keep(fresh.into_inner().unwrap_or_default());
+    cache.store_entries(fresh.into_inner().unwrap_or_default());
     let answers = answers.into_iter().map(|answer| answer.into_inner().ok().flatten());
     executables
         .iter()

@@ -55,7 +55,7 @@ impl Identity {
     }
 
     /// Waits until a further change of the file would show in its times.
-    pub fn settle(&self) {
+    pub fn wait_until_settled(&self) {
         let now_ns = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |now| now.as_nanos());
         let age_ns = i128::try_from(now_ns).unwrap_or(i128::MAX).saturating_sub(self.changed_ns);
         // A time in the future is another clock's, and nothing to wait for.
@@ -90,7 +90,11 @@ struct CachedManifest {
 impl CachedFiles {
     /// Returns the description of the executable at `path`, or that it hangs, if the file is
     /// unchanged.
-    pub fn get(&self, path: &Path, identity: &Identity) -> Option<Result<Manifest, ProbeProblem>> {
+    pub fn find_manifest(
+        &self,
+        path: &Path,
+        identity: &Identity,
+    ) -> Option<Result<Manifest, ProbeProblem>> {
         let entry = self.executables.get(path).filter(|entry| entry.identity == *identity)?;
         let Some(manifest) = &entry.manifest else { return Some(Err(ProbeProblem::hangs())) };
         // An earlier Armor may have remembered what this one refuses.
@@ -115,7 +119,7 @@ impl Cache {
     }
 
     /// What is remembered; nothing if the file cannot be read or is damaged.
-    pub fn load(&self) -> CachedFiles {
+    pub fn load_entries(&self) -> CachedFiles {
         let Some(file) = &self.file else { return CachedFiles::default() };
         match read(file) {
             Ok(known) if known.version == VERSION => known,
@@ -129,11 +133,11 @@ impl Cache {
 
     /// Remembers more. What another `armor` remembers at the same moment may be forgotten, never
     /// mixed up: the file is replaced whole.
-    pub fn keep(&self, fresh: Vec<(PathBuf, Identity, Option<Manifest>)>) {
+    pub fn store_entries(&self, fresh: Vec<(PathBuf, Identity, Option<Manifest>)>) {
         let Some(file) = self.file.as_ref().filter(|_| !fresh.is_empty()) else { return };
         // JSON has no other paths.
         let fresh = fresh.into_iter().filter(|(path, ..)| path.to_str().is_some());
-        let mut known = self.load();
+        let mut known = self.load_entries();
         let others = std::mem::take(&mut known.executables);
         known.version = VERSION;
         let fresh =

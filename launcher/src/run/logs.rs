@@ -110,7 +110,7 @@ impl RunLog {
             let now = self.elapsed();
             let mut flood = false;
             let mut take = |text: &[u8]| {
-                if budget.take(now, text.len()) {
+                if budget.spend_line(now, text.len()) {
                     self.push(LogLine::read(now.as_secs_f64(), name.clone(), stream, text));
                 } else {
                     flood = true;
@@ -120,7 +120,7 @@ impl RunLog {
                 0 => splitter.finish(&mut take),
                 read => splitter.feed(&bytes[..read], &mut take),
             }
-            if let Some(left_out) = budget.confession(now, read == 0) {
+            if let Some(left_out) = budget.take_left_out(now, read == 0) {
                 self.report(
                     &name,
                     LogLevel::Warn,
@@ -161,7 +161,7 @@ fn spawn_thread(
 fn print_lines(queue: &LineQueue, renderer: &Renderer, status: &StatusLine) {
     let mut stdout = std::io::stdout();
     let mut text = String::new();
-    while let Some((lines, left_out)) = queue.take() {
+    while let Some((lines, left_out)) = queue.take_lines() {
         text.clear();
         for line in &lines {
             renderer.render(line, &mut text);

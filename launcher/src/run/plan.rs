@@ -75,7 +75,7 @@ impl ProcessPlan {
         let sets = arguments.overrides.iter().flat_map(|set| ["--set".into(), set.into()]);
         let sets: Vec<OsString> = sets.collect();
 
-        plan.daemon("registry", ChildRole::Registry, vec!["--listen".into(), (&at).into()]);
+        plan.add_daemon("registry", ChildRole::Registry, vec!["--listen".into(), (&at).into()]);
         let versions = out.join(unfinished::VERSIONS);
         let mut configd = vec![file.into(), "--registry".into(), (&at).into()];
         configd.extend(["--versions".into(), versions.into_os_string()]);
@@ -85,7 +85,7 @@ impl ProcessPlan {
         for directory in &arguments.kinds.directories {
             configd.extend(["--components".into(), directory.into()]);
         }
-        plan.daemon("configd", ChildRole::Configd, configd);
+        plan.add_daemon("configd", ChildRole::Configd, configd);
         let components = &configuration.system.components;
         for without in &arguments.without {
             if !components.iter().any(|component| component.name.value == *without) {
@@ -107,7 +107,7 @@ impl ProcessPlan {
             if arguments.trust_clock {
                 executive.push("--trust-clock".into());
             }
-            plan.daemon("executive", ChildRole::Executive, executive);
+            plan.add_daemon("executive", ChildRole::Executive, executive);
         }
         let mut environment = vec![
             ("ARMOR_REGISTRY".to_owned(), OsString::from(&at)),
@@ -127,7 +127,7 @@ impl ProcessPlan {
         [LAUNCHER].into_iter().chain(self.duties.iter().map(|duty| duty.name.as_str())).collect()
     }
 
-    fn daemon(&mut self, name: &str, role: ChildRole, mut arguments: Vec<OsString>) {
+    fn add_daemon(&mut self, name: &str, role: ChildRole, mut arguments: Vec<OsString>) {
         arguments.insert(0, name.into());
         self.add(name, role, Restart::Always, own_program(), arguments);
     }

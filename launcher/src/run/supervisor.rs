@@ -66,7 +66,7 @@ impl Supervisor {
     pub fn handle(&mut self, event: SupervisorEvent, now: Duration) -> Vec<SupervisorAction> {
         let nap = now.saturating_sub(self.looked);
         if nap > NAP {
-            self.children.iter_mut().for_each(|child| child.forgive(nap));
+            self.children.iter_mut().for_each(|child| child.extend_deadlines(nap));
         }
         self.looked = now;
         match event {
@@ -75,7 +75,7 @@ impl Supervisor {
                 self.died(id, &format!("cannot be started: {reason}"), false, now);
             }
             SupervisorEvent::Ready(id) => self.children[id].became_ready(now),
-            SupervisorEvent::Heard(id, state) => self.children[id].heard(state, now),
+            SupervisorEvent::Heard(id, state) => self.children[id].record_beat(state, now),
             SupervisorEvent::Stuck(id, call) => {
                 if self.children[id].is_stuck() {
                     let why = format!(
@@ -86,7 +86,7 @@ impl Supervisor {
                     self.actions.push(SupervisorAction::Kill(id));
                 }
             }
-            SupervisorEvent::Vanished(id) => self.children[id].vanished(now),
+            SupervisorEvent::Vanished(id) => self.children[id].record_absence(now),
             SupervisorEvent::Exited(id, exit) => self.exited(id, exit, now),
             SupervisorEvent::Stop(request) => self.asked_to_stop(request),
         }
@@ -174,7 +174,7 @@ impl Supervisor {
             (RunStage::Stopping { .. }, StopRequest::Interrupt) => {
                 for (id, child) in self.children.iter_mut().enumerate() {
                     if child.is_alive() {
-                        child.end_at_once();
+                        child.end_immediately();
                         self.actions.push(SupervisorAction::Kill(id));
                     }
                 }
@@ -202,7 +202,7 @@ impl Supervisor {
 
     fn kill_what_hangs(&mut self, now: Duration) {
         for (id, child) in self.children.iter_mut().enumerate() {
-            if let Some(why) = child.overdue(now) {
+            if let Some(why) = child.take_overdue(now) {
                 self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, why));
                 self.actions.push(SupervisorAction::Kill(id));
             }

@@ -22,7 +22,7 @@ fn configd() -> ComponentEntry {
 fn a_registration_survives_the_registry() {
     run(async {
         let (registry, address) = registry();
-        let mut registration = Registration::keep(address, configd());
+        let mut registration = Registration::keep_registered(address, configd());
         let RegistrationStatus::Registered { registry: first } = registration.changed().await
         else {
             panic!("not registered")
@@ -49,7 +49,7 @@ fn a_refused_registration_gets_the_name_once_it_is_free() {
     run(async {
         let (_registry, address) = registry();
         let holder = Client::register(address, &entry("lidar", 1)).unwrap();
-        let mut registration = Registration::keep(address, entry("lidar", 2));
+        let mut registration = Registration::keep_registered(address, entry("lidar", 2));
         assert!(matches!(registration.changed().await, RegistrationStatus::Refused(_)));
         drop(holder);
         assert!(matches!(registration.changed().await, RegistrationStatus::Registered { .. }));
@@ -61,7 +61,7 @@ fn a_registry_that_accepts_and_sends_nothing_is_given_up() {
     let silent = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = silent.local_addr().unwrap();
     run(async {
-        let _registration = Registration::keep(address, entry("lidar", 2));
+        let _registration = Registration::keep_registered(address, entry("lidar", 2));
         let (first, second) = tokio::task::spawn_blocking(move || {
             (silent.accept().unwrap(), silent.accept().unwrap())
         })

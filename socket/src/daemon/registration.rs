@@ -57,7 +57,7 @@ impl Registration {
     ///
     /// # Panics
     /// Outside a tokio runtime.
-    pub fn keep(registry: SocketAddr, entry: ComponentEntry) -> Self {
+    pub fn keep_registered(registry: SocketAddr, entry: ComponentEntry) -> Self {
         let (status_sender, status) = watch::channel(RegistrationStatus::Away);
         let task = tokio::spawn(stay_registered(registry, entry, status_sender));
         Self { status, task }

@@ -27,8 +27,9 @@ pub fn print(
         None => of_the_running(running)?,
     };
     let story = read(&path)?;
-    let mut teller = Teller::default();
-    let mut print = || story.records.iter().try_for_each(|record| teller.line(record, format));
+    let mut printer = RecordPrinter::default();
+    let mut print =
+        || story.records.iter().try_for_each(|record| printer.print_record(record, format));
     end_printing(print())
 }
 
@@ -75,16 +76,16 @@ const JOURNAL: &str = "executive.journal";
 
 /// Prints records one after the other.
 #[derive(Default)]
-pub struct Teller {
+pub struct RecordPrinter {
     /// The last number of a firing, and whether the firing that leads to the safe place has a later
     /// one.
     last_firing: u64,
     retreat: Option<u64>,
 }
 
-impl Teller {
-    /// One record.
-    pub fn line(&mut self, record: &JournalRecord, format: OutputFormat) -> Result<()> {
+impl RecordPrinter {
+    /// Prints one record.
+    pub fn print_record(&mut self, record: &JournalRecord, format: OutputFormat) -> Result<()> {
         match format {
             OutputFormat::Json => {
                 print_line(json!({ "at_s": record.at.as_secs_f64(), "record": record }))

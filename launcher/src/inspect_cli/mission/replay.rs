@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::ReplayArguments;
 use super::firing;
-use super::journal::{Teller, read, time};
+use super::journal::{RecordPrinter, read, time};
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
@@ -41,7 +41,7 @@ fn play(
     format: OutputFormat,
 ) -> Result<()> {
     let mut ledger = Ledger::new(Arc::clone(&plan));
-    let mut teller = Teller::default();
+    let mut printer = RecordPrinter::default();
     for record in records {
         ledger.apply(record).map_err(|error| mismatch(arguments, &plan, record, error))?;
         match format {
@@ -54,7 +54,7 @@ fn play(
                 "stage": stage(&ledger),
             }))?,
             _ => {
-                teller.line(record, format)?;
+                printer.print_record(record, format)?;
                 print_line(format!("{:13}{}", "", in_words(&ledger)))?;
             }
         }

@@ -43,7 +43,7 @@ impl LogFiles {
 
     /// Writes what comes until the end; what waits is on disk before waiting for more.
     pub fn write_all(mut self, log: &RunLog) {
-        while let Some((lines, left_out)) = log.files.take() {
+        while let Some((lines, left_out)) = log.files.take_lines() {
             for line in &lines {
                 let text = Plain(line, 0).to_string();
                 self.all.write(&text);

@@ -42,7 +42,7 @@ impl LineQueue {
 
     /// Everything that waits and the number of lines left out; waits for the first. Nothing after
     /// the end.
-    pub fn take(&self) -> Option<(Vec<Arc<LogLine>>, u64)> {
+    pub fn take_lines(&self) -> Option<(Vec<Arc<LogLine>>, u64)> {
         let mut waiting = self.waiting.lock();
         while waiting.lines.is_empty() {
             if waiting.closed {
@@ -74,12 +74,12 @@ mod tests {
         for _ in 0..10_000 {
             queue.push(line.clone());
         }
-        let (lines, left_out) = queue.take().expect("lines wait");
+        let (lines, left_out) = queue.take_lines().expect("lines wait");
         assert!(lines.len() * line.size() <= MAX_BYTES && lines.len() > 500);
         assert_eq!(lines.len() as u64 + left_out, 10_000);
         queue.push(line);
         queue.close();
-        assert!(queue.take().is_some(), "what came before the end is still given");
-        assert!(queue.take().is_none());
+        assert!(queue.take_lines().is_some(), "what came before the end is still given");
+        assert!(queue.take_lines().is_none());
     }
 }

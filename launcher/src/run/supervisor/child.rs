@@ -109,7 +109,7 @@ impl Child {
         }
     }
 
-    pub fn heard(&mut self, reported: Option<RunState>, now: Duration) {
+    pub fn record_beat(&mut self, reported: Option<RunState>, now: Duration) {
         if let Some(reported) = reported {
             self.has_failed = reported == RunState::Failed;
         }
@@ -128,7 +128,7 @@ impl Child {
         running
     }
 
-    pub fn vanished(&mut self, now: Duration) {
+    pub fn record_absence(&mut self, now: Duration) {
         if let ChildState::Running { watch: watch @ Silence::Nothing } = &mut self.state
             && self.duty.role != ChildRole::Component
         {
@@ -138,7 +138,7 @@ impl Child {
 
     /// Extends each deadline by `nap`, during which the launcher itself did not run: it could not
     /// receive a beat, so silence proves nothing.
-    pub fn forgive(&mut self, nap: Duration) {
+    pub fn extend_deadlines(&mut self, nap: Duration) {
         match &mut self.state {
             ChildState::Running { watch } => match watch {
                 Silence::Nothing => {}
@@ -153,9 +153,9 @@ impl Child {
     }
 
     /// Why it must be killed now, in words; it then counts as killed.
-    pub fn overdue(&mut self, now: Duration) -> Option<String> {
+    pub fn take_overdue(&mut self, now: Duration) -> Option<String> {
         let (why, hung) = match &self.state {
-            ChildState::Running { watch } => (watch.overdue(now)?, true),
+            ChildState::Running { watch } => (watch.describe_overdue(now)?, true),
             ChildState::Ending { kill_at: Some(kill_at), hung } if *kill_at <= now => {
                 (format!("has not ended within {} s; it is killed", GRACE.as_secs()), *hung)
             }
@@ -195,7 +195,7 @@ impl Child {
         running
     }
 
-    pub fn end_at_once(&mut self) {
+    pub fn end_immediately(&mut self) {
         self.state = ChildState::Ending { kill_at: None, hung: false };
     }
 
@@ -229,7 +229,7 @@ impl Silence {
         }
     }
 
-    fn overdue(self, now: Duration) -> Option<String> {
+    fn describe_overdue(self, now: Duration) -> Option<String> {
         if self.deadline().is_none_or(|until| until > now) {
             return None;
         }
