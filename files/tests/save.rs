@@ -147,11 +147,11 @@ fn what_a_killed_process_left_is_removed_by_the_next_save() {
     let of_this_process = format!(".armor-{}-x3.new", std::process::id());
     let of_another_program = ".armor-notes.new";
     fs::write(&leftover, b"half of it").unwrap();
-    for kept in [&of_a_running_process, &of_this_process, of_another_program] {
+    for kept in [of_a_running_process.as_str(), &of_this_process, of_another_program] {
         fs::write(folder.join(kept), b"").unwrap();
     }
     save(&path, b"new").unwrap();
-    let mut kept = [&of_a_running_process, &of_this_process, of_another_program, "a.xml"];
+    let mut kept = [&*of_a_running_process, &of_this_process, of_another_program, "a.xml"];
     kept.sort_unstable();
     assert_eq!(names(&folder), kept);
 }

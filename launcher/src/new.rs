@@ -83,7 +83,7 @@ fn sdk(given: Option<&Path>) -> Result<PathBuf> {
     let path = given.unwrap_or(Path::new(BUILT_WITH_SDK));
     match path.canonicalize() {
         Ok(path) if path.join("Cargo.toml").is_file() => Ok(path),
-        _ => bail!("armor-sdk is not in {}; say where with --sdk DIR", path.display()),
+        _ => bail!("armor-sdk is not in {}; specify it with --sdk DIR", path.display()),
     }
 }
 

@@ -252,7 +252,7 @@ pub const STYLES: &[(&str, Style)] = &[
     }),
     ("emacs", |p, b| {
         gone(&p.named(".#", ""))?;
-        symlink("somebody@somewhere.4711:1", p.named(".#", ""))?;
+        symlink("user@host.4711:1", p.named(".#", ""))?;
         fs::rename(&p.path, p.named("", "~"))?;
         synced(&p.path, b)?;
         fs::remove_file(p.named(".#", ""))

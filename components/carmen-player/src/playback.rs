@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn speed_zero_gives_everything_at_once() {
+    fn speed_zero_gives_everything_immediately() {
         let text = text(&[10.0, 9.0, 1e6]);
         assert_eq!(due(&mut play(&text, OdometrySource::Scan, 0.0), 0.0), [10.0, 9.0, 1e6]);
     }

@@ -55,7 +55,7 @@ pub struct Driving {
     recovery: StuckRecovery,
     map: Option<Grid<Occupancy>>,
     path: Option<Received<Vec<Pose2>>>,
-    hand: Option<Received<Velocity>>,
+    manual: Option<Received<Velocity>>,
     is_stopped: bool,
     scan: Option<Received<DriverScan>>,
     odometry_s: f64,
@@ -88,7 +88,7 @@ impl Driving {
             recovery: StuckRecovery::default(),
             map: None,
             path: None,
-            hand: None,
+            manual: None,
             is_stopped: false,
             scan: None,
             odometry_s: f64::NEG_INFINITY,
@@ -144,11 +144,11 @@ impl Driving {
 
     /// Takes a manual velocity that arrived at `now_s`; it has priority over the path. A velocity
     /// that is not finite counts as zero.
-    pub fn hand_seen(&mut self, now_s: f64, mut wanted: Velocity) {
+    pub fn manual_seen(&mut self, now_s: f64, mut wanted: Velocity) {
         if !(wanted.speed_mps.is_finite() && wanted.turn_radps.is_finite()) {
             wanted = Velocity::ZERO;
         }
-        self.hand = Some(Received { at_s: now_s, value: wanted });
+        self.manual = Some(Received { at_s: now_s, value: wanted });
     }
 
     /// Takes the order to stand, which has priority over every other input, or its end.
@@ -158,7 +158,7 @@ impl Driving {
 
     /// Forgets where to drive; the next step stands still.
     pub fn forget_orders(&mut self) {
-        (self.path, self.hand) = (None, None);
+        (self.path, self.manual) = (None, None);
     }
 
     /// Decides at time `now_s` how to move. The robot rests if it is ordered to stand, if neither a
@@ -166,16 +166,16 @@ impl Driving {
     pub fn step(&mut self, now_s: f64) -> Velocity {
         let interval_s = (now_s - self.stepped_s).clamp(0.02, LONGEST_S);
         self.stepped_s = now_s;
-        let wanted = self.fresh_value(&self.hand, now_s).copied();
+        let wanted = self.fresh_value(&self.manual, now_s).copied();
         self.command = if self.is_stopped {
             self.phase = DrivingPhase::Stopped;
             None
         } else if let Some(wanted) = wanted {
             self.phase = DrivingPhase::Manual;
-            self.by_hand(wanted, now_s, interval_s)
+            self.follow_manual_velocity(wanted, now_s, interval_s)
         } else {
             self.phase = DrivingPhase::Idle;
-            self.along_path(now_s, interval_s)
+            self.continue_path(now_s, interval_s)
         }
         .unwrap_or_else(|| self.rest());
         self.command
@@ -194,7 +194,12 @@ impl Driving {
 
     /// The manual velocity within what the base can do and, if guarded, what is safe; `None` if
     /// safety cannot be judged.
-    fn by_hand(&mut self, wanted: Velocity, now_s: f64, interval_s: f64) -> Option<Velocity> {
+    fn follow_manual_velocity(
+        &mut self,
+        wanted: Velocity,
+        now_s: f64,
+        interval_s: f64,
+    ) -> Option<Velocity> {
         self.rest();
         let limits = self.settings.limits;
         let wanted = limits.limit_velocity(wanted);
@@ -209,7 +214,7 @@ impl Driving {
     }
 
     /// The next step on the path; `None` without one, or if it is not known where the robot is.
-    fn along_path(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
+    fn continue_path(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
         let path = self.fresh_value(&self.path, now_s)?.clone();
         self.phase = DrivingPhase::Blind;
         let senses = self.gather_senses(now_s)?;

@@ -49,10 +49,10 @@ impl Trial {
         self.move_on()
     }
 
-    /// Drives on with a hand on the wheel.
-    fn tick_by_hand(&mut self, wanted: Velocity) -> Velocity {
+    /// Drives on by a manual velocity.
+    fn tick_manually(&mut self, wanted: Velocity) -> Velocity {
         self.sense();
-        self.driving.hand_seen(self.now_s, wanted);
+        self.driving.manual_seen(self.now_s, wanted);
         self.move_on()
     }
 
@@ -170,7 +170,7 @@ fn the_phase_is_what_the_robot_is_doing() {
     };
     let straight_m = trial.away_m(TOUR[0]);
     assert!((straight_m - 0.3..2.0 * straight_m + 0.3).contains(&to_go_m), "{to_go_m} m");
-    trial.tick_by_hand(Velocity::ZERO);
+    trial.tick_manually(Velocity::ZERO);
     assert_eq!(trial.driving.phase(), DrivingPhase::Manual);
     trial.driving.stop_seen(true);
     trial.tick(Some(TOUR[0]));
@@ -229,7 +229,7 @@ fn ordered_to_stand_it_stands_whatever_the_other_inputs() {
     let mut trial = under_way();
     trial.driving.stop_seen(true);
     for _ in 0..20 {
-        trial.driving.hand_seen(trial.now_s, FORWARD);
+        trial.driving.manual_seen(trial.now_s, FORWARD);
         assert_eq!(trial.tick(Some(TOUR[0])), Velocity::ZERO);
     }
     trial.driving.reset_state(DriverSettings::default());
@@ -242,11 +242,11 @@ const FORWARD: Velocity = Velocity { speed_mps: 0.4, turn_radps: 0.0 };
 const BACKWARD: Velocity = Velocity { speed_mps: -0.4, turn_radps: 0.0 };
 
 #[test]
-fn a_hand_holds_before_the_path_while_it_is_fresh() {
+fn a_manual_velocity_has_priority_over_the_path_while_it_is_fresh() {
     let mut trial = under_way();
     let before = trial.world.robot;
     for _ in 0..10 {
-        trial.driving.hand_seen(trial.now_s, Velocity::spin(-1.0));
+        trial.driving.manual_seen(trial.now_s, Velocity::spin(-1.0));
         trial.tick(Some(TOUR[0]));
     }
     let turned_rad = wrap_angle(trial.world.robot.yaw_rad - before.yaw_rad);
@@ -255,13 +255,13 @@ fn a_hand_holds_before_the_path_while_it_is_fresh() {
 }
 
 #[test]
-fn a_hand_gets_what_the_base_can_do_and_no_more() {
+fn a_manual_velocity_is_limited_to_what_the_base_can_do() {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
     let limits = trial.driving.settings.limits;
     let much = Velocity { speed_mps: 9.0, turn_radps: 9.0 };
-    let mut before = trial.tick_by_hand(Velocity::ZERO);
+    let mut before = trial.tick_manually(Velocity::ZERO);
     for _ in 0..20 {
-        let next = trial.tick_by_hand(much);
+        let next = trial.tick_manually(much);
         assert!(next.speed_mps - before.speed_mps <= limits.acceleration_mps2 * TICK_S + 1e-9);
         let turned_radps = next.turn_radps - before.turn_radps;
         assert!(turned_radps <= limits.turn_acceleration_radps2 * TICK_S + 1e-9);
@@ -271,19 +271,19 @@ fn a_hand_gets_what_the_base_can_do_and_no_more() {
 }
 
 #[test]
-fn guarded_a_hand_does_not_reach_the_wall_and_may_back_off() {
+fn guarded_a_manual_velocity_does_not_reach_the_wall_and_may_back_off() {
     for noise in [EXACT, Noise { range_m: 0.015, pose_m: 0.02, odometry: 0.05, seed: 5 }] {
         let mut trial = Trial::new(two_rooms(0.9), TAU, noise);
         let before_m = trial.away_m(START);
         for _ in 0..300 {
-            trial.tick_by_hand(FORWARD);
+            trial.tick_manually(FORWARD);
             assert!(trial.nearest_m > trial.driving.settings.radius_m, "{:?}", trial.world.robot);
         }
         assert!(trial.away_m(START) > before_m + 1.0, "it drives as long as there is room");
         assert!(trial.driving.command.speed_mps < 0.05, "{:?}", trial.driving.command);
         let at_wall = trial.world.robot;
         for _ in 0..40 {
-            trial.tick_by_hand(BACKWARD);
+            trial.tick_manually(BACKWARD);
         }
         assert!(trial.away_m(at_wall) > 0.3, "{:?}", trial.world.robot);
     }
@@ -297,7 +297,7 @@ fn guarded_a_fast_base_looks_as_far_as_it_takes_to_stop() {
     trial.driving.reset_state(settings);
     trial.world.robot = Pose2::new(0.4, 4.5, -0.05);
     for _ in 0..200 {
-        trial.tick_by_hand(Velocity { speed_mps: 1.6, turn_radps: 0.0 });
+        trial.tick_manually(Velocity { speed_mps: 1.6, turn_radps: 0.0 });
         assert!(trial.nearest_m > settings.radius_m, "{:?}", trial.world.robot);
     }
     assert!(trial.world.robot.x_m > 3.0);
@@ -308,7 +308,7 @@ fn what_is_no_number_stands_and_is_forgotten() {
     let mut trial = under_way();
     let nonsense = Velocity { speed_mps: f64::NAN, turn_radps: f64::INFINITY };
     for _ in 0..20 {
-        assert!(trial.tick_by_hand(nonsense).speed_mps.is_finite());
+        assert!(trial.tick_manually(nonsense).speed_mps.is_finite());
     }
     assert_eq!(trial.driving.command, Velocity::ZERO);
     for _ in 0..11 {
@@ -324,10 +324,10 @@ fn what_is_no_number_stands_and_is_forgotten() {
 }
 
 #[test]
-fn guarded_and_blind_a_hand_gets_nothing() {
+fn guarded_and_blind_it_follows_no_manual_velocity() {
     let mut trial = under_way();
     for _ in 0..13 {
-        trial.driving.hand_seen(trial.now_s, FORWARD);
+        trial.driving.manual_seen(trial.now_s, FORWARD);
         trial.driving.step(trial.now_s);
         trial.now_s += TICK_S;
     }
@@ -335,11 +335,11 @@ fn guarded_and_blind_a_hand_gets_nothing() {
 }
 
 #[test]
-fn unguarded_a_hand_may_run_into_the_wall() {
+fn unguarded_a_manual_velocity_may_run_into_the_wall() {
     let mut trial = Trial::new(two_rooms(0.9), TAU, EXACT);
     trial.driving.reset_state(DriverSettings { guarded: false, ..DriverSettings::default() });
     for _ in 0..300 {
-        assert!(trial.tick_by_hand(FORWARD).speed_mps > 0.0);
+        assert!(trial.tick_manually(FORWARD).speed_mps > 0.0);
     }
     assert!(trial.nearest_m < 0.05, "{}", trial.nearest_m);
 }
@@ -398,7 +398,7 @@ fn a_goal_that_cannot_be_reached_is_not_forced() {
 fn what_came_before_time_went_back_does_not_count() {
     let mut trial = Trial::new(two_rooms(1.0), TAU, EXACT);
     for _ in 0..5 {
-        trial.tick_by_hand(Velocity { speed_mps: 0.3, turn_radps: 0.0 });
+        trial.tick_manually(Velocity { speed_mps: 0.3, turn_radps: 0.0 });
     }
     assert!(trial.driving.step(trial.now_s).speed_mps > 0.0, "the manual velocity has priority");
     let before_s = trial.now_s - 30.0;

@@ -1,4 +1,4 @@
-//! The driver as a component: path, pose, scan and odometry in, or a hand; velocities out.
+//! The driver as a component: path, pose, scan and odometry in, or a manual velocity; velocities out.
 
 use std::f64::consts::PI;
 
@@ -149,7 +149,7 @@ impl Component for Driver {
             "manual" => {
                 let Twist { linear, angular } = data.decode()?;
                 let wanted = Velocity { speed_mps: linear.x, turn_radps: angular.z };
-                self.driving.hand_seen(now_s, wanted);
+                self.driving.manual_seen(now_s, wanted);
             }
             "stop" => {
                 let Flag { data: is_stopped } = data.decode()?;

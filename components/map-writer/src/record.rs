@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_start_goes_on_with_the_same_files() {
+    fn a_second_start_continues_the_same_files() {
         let (_scratch, mut record) = begin("again");
         record.pose_seen(1.0, 1.0, Pose2::IDENTITY);
         record.write().unwrap();

@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_is_as_corrected_and_goes_on_to_where_the_robot_is() {
+    fn the_trajectory_is_as_corrected_and_continues_to_the_robot() {
         let mut scene = RobotScene::default();
         for n in 0..4 {
             scene.set_located(located(f64::from(n), f64::from(n))).unwrap();

@@ -115,7 +115,11 @@ impl Component for Patrol {
             return Ok(Outcome::CarryOn);
         }
         let step = self.rounds.step(now_s);
-        self.publish_progress(now_s)?;
+        if matches!(step, PatrolStep::Done | PatrolStep::Stuck) {
+            self.end_progress(now_s)?;
+        } else {
+            self.publish_progress(now_s)?;
+        }
         Ok(match step {
             PatrolStep::Wait => Outcome::CarryOn,
             PatrolStep::Reached(number) => Outcome::event("waypoint", number as f64),

@@ -175,7 +175,7 @@ fn a_goal_that_is_no_place_is_none() {
 }
 
 #[test]
-fn a_goal_that_moves_is_followed_at_once_and_one_that_turns_too() {
+fn a_goal_that_moves_is_followed_immediately_and_one_that_turns_too() {
     let mut planning = planning(with_gap(0.8));
     planning.goal_seen(1.0, Rank::Task, FAR);
     planning.step(1.0);

@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_passes_at_its_speed_stands_and_goes_on() {
+    fn time_passes_at_its_speed_stands_and_continues() {
         let mut pace = SimulationPace::new(5.0, 100.0);
         assert_eq!(pace.time_s(102.0), 110.0);
         pace.set_speed(0.0, 102.0);

@@ -8,7 +8,7 @@ use armor_petri::file::{pnml, tina};
 use super::net_facts::{is_tina, load_net};
 use crate::exit::CommandEnding;
 
-/// Reads one file and writes the other; the endings of their names say how.
+/// Reads one file and writes the other; the endings of their names specify the formats.
 ///
 /// # Errors
 /// If a file cannot be read or written, or the other format cannot express the net.

@@ -38,7 +38,7 @@ enum RunStage {
 }
 
 /// The executive first, so that it does not see its components end as failures; the registry last,
-/// so that everybody can say goodbye.
+/// so that every process can end its connections.
 const STOP_ORDER: [ChildRole; 4] =
     [ChildRole::Executive, ChildRole::Component, ChildRole::Configd, ChildRole::Registry];
 
@@ -227,12 +227,12 @@ impl Supervisor {
                 self.actions.push(SupervisorAction::Spawn(id));
             }
         }
-        let goes_on = |child: &Child| match child.duty.role {
+        let continues = |child: &Child| match child.duty.role {
             ChildRole::Component => !matches!(child.state, ChildState::Ended | ChildState::Failed),
             ChildRole::Executive => true,
             ChildRole::Registry | ChildRole::Configd => false,
         };
-        if !self.children.iter().any(goes_on) {
+        if !self.children.iter().any(continues) {
             let failed = self.failed_components();
             self.stop(RunVerdict::AllEnded { failed });
             self.stop_what_must(now);

@@ -58,16 +58,16 @@ impl Bench {
         }
     }
 
-    fn say(&mut self, peer: PeerId, message: RegistryRequest) -> Actions {
+    fn send_request(&mut self, peer: PeerId, message: RegistryRequest) -> Actions {
         self.handle(PeerEvent::Message { peer, arrived: self.now, message })
     }
 
     fn provide(&mut self, peer: PeerId, entry: DataEntry) -> Actions {
-        self.say(peer, RegistryRequest::Provide { request: 1, entry })
+        self.send_request(peer, RegistryRequest::Provide { request: 1, entry })
     }
 
     fn lookup(&mut self, peer: PeerId, request: u64, data: &str, wait: bool) -> Actions {
-        self.say(
+        self.send_request(
             peer,
             RegistryRequest::Lookup { request, data: data.into(), schema: float(), wait },
         )
@@ -129,7 +129,7 @@ fn a_cancelled_lookup_is_not_answered() {
     let mut bench = Bench::new();
     let (lidar, mapper) = (bench.component("lidar"), bench.component("mapper"));
     bench.lookup(mapper, 5, "lidar.scan", true);
-    bench.say(mapper, RegistryRequest::Cancel { request: 5 });
+    bench.send_request(mapper, RegistryRequest::Cancel { request: 5 });
     assert_eq!(bench.provide(lidar, data("lidar.scan")).len(), 1);
 }
 
@@ -155,9 +155,9 @@ fn a_mismatch_is_refused_immediately_or_after_waiting_and_names_both_sides() {
         schema: u8::schema().to_string(),
         wait: true,
     };
-    assert!(bench.say(mapper, wanted(1)).is_empty());
+    assert!(bench.send_request(mapper, wanted(1)).is_empty());
     let late = bench.provide(lidar, data("lidar.scan"));
-    let early = bench.say(mapper, wanted(2));
+    let early = bench.send_request(mapper, wanted(2));
     for actions in [&late[1..], &early[..]] {
         let refusal = refusal(actions);
         assert_eq!(refusal.code, RefusalCode::TypeMismatch);
@@ -180,7 +180,7 @@ fn a_duplicate_is_refused_with_the_holders_whereabouts() {
 fn a_holder_gives_way_to_its_own_process_and_to_others_once_it_is_silent() {
     let mut bench = Bench::new();
     let watcher = bench.observer();
-    bench.say(watcher, RegistryRequest::Watch);
+    bench.send_request(watcher, RegistryRequest::Watch);
     let first = bench.component("lidar");
     bench.provide(first, data("lidar.scan"));
     let (second, actions) = bench.register(&entry("lidar"));
@@ -213,7 +213,7 @@ fn all_of_a_connection_goes_with_it() {
         (bench.component("lidar"), bench.component("mapper"), bench.observer());
     bench.provide(lidar, data("lidar.scan"));
     bench.lookup(lidar, 3, "mapper.map", true);
-    bench.say(watcher, RegistryRequest::Watch);
+    bench.send_request(watcher, RegistryRequest::Watch);
     let gone =
         PeerAction::Send { peer: watcher, message: RegistryReply::Gone { entry: entry("lidar") } };
     assert_eq!(bench.close(lidar), [gone]);
@@ -234,8 +234,8 @@ fn a_watcher_is_notified_of_the_present_processes_first_and_once() {
         let message = RegistryReply::Appeared { entry: entry(name) };
         [PeerAction::Send { peer: watcher, message }]
     };
-    assert_eq!(bench.say(watcher, RegistryRequest::Watch), appeared("lidar"));
-    assert!(bench.say(watcher, RegistryRequest::Watch).is_empty());
+    assert_eq!(bench.send_request(watcher, RegistryRequest::Watch), appeared("lidar"));
+    assert!(bench.send_request(watcher, RegistryRequest::Watch).is_empty());
     assert_eq!(bench.register(&entry("mapper")).1[1..], appeared("mapper"));
 }
 
@@ -294,9 +294,9 @@ fn only_own_well_formed_data_is_provided_and_once() {
     ] {
         assert_eq!(refusal(&bench.provide(peer, bad)).code, code);
     }
-    bench.say(tool, RegistryRequest::Withdraw { data: "lidar.scan".into() });
+    bench.send_request(tool, RegistryRequest::Withdraw { data: "lidar.scan".into() });
     assert_eq!(bench.lookup(tool, 1, "lidar.scan", false), [found(tool, 1, "lidar.scan")]);
-    bench.say(lidar, RegistryRequest::Withdraw { data: "lidar.scan".into() });
+    bench.send_request(lidar, RegistryRequest::Withdraw { data: "lidar.scan".into() });
     assert_eq!(refusal(&bench.lookup(tool, 1, "lidar.scan", false)).code, RefusalCode::UnknownData);
 }
 
@@ -353,7 +353,7 @@ fn every_table_has_an_end() {
 
     let watchers: Vec<_> = (0..=MAX_WATCHERS).map(|_| bench.observer()).collect();
     for (n, watcher) in watchers.into_iter().enumerate() {
-        let actions = bench.say(watcher, RegistryRequest::Watch);
+        let actions = bench.send_request(watcher, RegistryRequest::Watch);
         let is_closed = matches!(actions[..], [PeerAction::Close { .. }]);
         assert_eq!(is_closed, n == MAX_WATCHERS);
     }
@@ -376,7 +376,7 @@ fn a_listing_too_long_for_a_frame_goes_without_schemas_or_not_at_all() {
             let name = format!("lidar.d{}", bench.peers);
             bench.provide(lidar, DataEntry { schema: schema.clone(), ..data(&name) });
         }
-        match bench.say(lidar, RegistryRequest::List { request: 1 }).pop() {
+        match bench.send_request(lidar, RegistryRequest::List { request: 1 }).pop() {
             Some(PeerAction::Send { message, .. }) => {
                 assert!(encoded_len(&message).unwrap() <= MAX_LISTING_LEN);
                 message

@@ -46,7 +46,7 @@ impl Client {
 
     pub fn connect(address: SocketAddr, purpose: Purpose) -> Result<Self, HandshakeError> {
         let mut client = Self::stranger(address);
-        client.say(FrameKind::Hello, &Hello::new("test", 1, purpose));
+        client.send_frame(FrameKind::Hello, &Hello::new("test", 1, purpose));
         client.beat();
         client.answer()?;
         Ok(client)
@@ -73,10 +73,10 @@ impl Client {
     }
 
     pub fn send(&mut self, request: &RegistryRequest) {
-        self.say(FrameKind::Control, request);
+        self.send_frame(FrameKind::Control, request);
     }
 
-    pub fn say<T: armor_wire::WireType>(&mut self, kind: FrameKind, value: &T) {
+    pub fn send_frame<T: armor_wire::WireType>(&mut self, kind: FrameKind, value: &T) {
         self.write(&frame::to_bytes(kind, value).unwrap()).unwrap();
     }
 

@@ -16,7 +16,7 @@ fn three_hundred_register_together_and_all_find_each_other() {
             let mut client = Client::stranger(address);
             let entry = entry(&format!("c{n}"), 1 + n as u64);
             let purpose = Purpose::Registry { entry: Some(entry) };
-            client.say(FrameKind::Hello, &Hello::new("test", 1, purpose));
+            client.send_frame(FrameKind::Hello, &Hello::new("test", 1, purpose));
             // The last of them waits for its turn longer than the registry bears silence.
             client.beat();
             client

@@ -132,7 +132,7 @@ fn another_version_is_refused() {
     let mut client = Client::stranger(address);
     let purpose = Purpose::Registry { entry: None };
     let hello = Hello { version: VERSION + 1, ..Hello::new("test", 1, purpose) };
-    client.say(FrameKind::Hello, &hello);
+    client.send_frame(FrameKind::Hello, &hello);
     let error = client.answer().err().unwrap();
     let HandshakeError::Refused(refusal) = error else { panic!("{error}") };
     assert_eq!(refusal.code, RefusalCode::Version);

@@ -88,7 +88,7 @@ fn no_component_is_active_before_the_time_is_known() {
 }
 
 #[test]
-fn time_stands_while_its_source_is_dead_and_goes_on_with_another_start_of_it() {
+fn time_stands_while_its_source_is_dead_and_continues_with_another_start_of_it() {
     let mut system = System::start();
     let give = run_clock(&mut system);
     let (calls, _events) = run_follower(&mut system);
@@ -108,7 +108,7 @@ fn time_stands_while_its_source_is_dead_and_goes_on_with_another_start_of_it() {
 }
 
 #[test]
-fn a_late_follower_has_the_time_at_once_and_messages_are_stamped_with_it() {
+fn a_late_follower_has_the_time_immediately_and_messages_are_stamped_with_it() {
     let mut system = System::start();
     let give = run_clock(&mut system);
     give.send(33.0).unwrap();

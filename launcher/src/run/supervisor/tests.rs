@@ -60,7 +60,7 @@ impl Bench {
             .partition(|action| matches!(action, SupervisorAction::Log(..)));
         self.logged.extend(logged.into_iter().map(|action| match action {
             SupervisorAction::Log(_, _, text) => text,
-            other => panic!("{other:?} is not a saying"),
+            other => panic!("{other:?} is not a report"),
         }));
         done
     }
@@ -318,7 +318,7 @@ fn a_stop_goes_in_order_and_kills_who_does_not_end() {
 }
 
 #[test]
-fn the_second_interrupt_kills_at_once() {
+fn the_second_interrupt_kills_immediately() {
     let mut bench = Bench::running(Restart::OnFailure);
     bench.on(Bench::killed(LASER));
     bench.on(SupervisorEvent::Stop(Interrupt));

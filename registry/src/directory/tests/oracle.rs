@@ -189,7 +189,7 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             if model.data.get(&data).is_some_and(|(holder, _)| *holder == id) {
                 model.data.remove(&data);
             }
-            let actions = bench.say(id, RegistryRequest::Withdraw { data });
+            let actions = bench.send_request(id, RegistryRequest::Withdraw { data });
             model.check(&actions, Vec::new());
         }
         Op::Lookup { who, name, float, wait } => {
@@ -206,20 +206,21 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
                 None => vec![(id, request, Answer::Unknown)],
             };
             let schema = float.map(schema).unwrap_or_default();
-            let actions = bench.say(id, RegistryRequest::Lookup { request, data, schema, wait });
+            let actions =
+                bench.send_request(id, RegistryRequest::Lookup { request, data, schema, wait });
             model.check(&actions, due);
         }
         Op::Cancel(who, request) => {
             let Some(id) = model_client(model, who, bench.now) else { return };
             model.pending.retain(|(asker, r, ..)| (*asker, *r) != (id, request));
-            let actions = bench.say(id, RegistryRequest::Cancel { request });
+            let actions = bench.send_request(id, RegistryRequest::Cancel { request });
             model.check(&actions, Vec::new());
         }
         Op::Watch(who) => {
             let Some(id) = model_client(model, who, bench.now) else { return };
             let peer = model.peers.iter_mut().find(|peer| peer.id == id).expect("just found");
             peer.sees.get_or_insert_default();
-            let actions = bench.say(id, RegistryRequest::Watch);
+            let actions = bench.send_request(id, RegistryRequest::Watch);
             model.check(&actions, Vec::new());
         }
         Op::List(who) => {
@@ -227,7 +228,7 @@ fn step(bench: &mut Bench, model: &mut Model, op: Op) {
             let mut present: Vec<_> =
                 model.peers.iter().filter_map(|peer| Some(peer.entry.clone()?.0)).collect();
             present.sort();
-            let actions = bench.say(id, RegistryRequest::List { request: 1 });
+            let actions = bench.send_request(id, RegistryRequest::List { request: 1 });
             let [
                 PeerAction::Send {
                     message: RegistryReply::Listing { components, data, .. }, ..

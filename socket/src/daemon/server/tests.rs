@@ -17,7 +17,7 @@ struct Peer {
 }
 
 impl Peer {
-    async fn say<T: WireType>(&mut self, kind: FrameKind, value: &T) {
+    async fn send_frame<T: WireType>(&mut self, kind: FrameKind, value: &T) {
         self.stream.write_all(&frame::to_bytes(kind, value).unwrap()).await.unwrap();
     }
 
@@ -50,7 +50,7 @@ async fn join(server: &mut Server<u64, u64>, address: std::net::SocketAddr) -> (
     let stream = TcpStream::connect(address).await.unwrap();
     let mut peer = Peer { stream, frames: FrameReader::new() };
     let purpose = Purpose::Registry { entry: None };
-    peer.say(FrameKind::Hello, &Hello::new("test", 1, purpose)).await;
+    peer.send_frame(FrameKind::Hello, &Hello::new("test", 1, purpose)).await;
     match server.next_event().await {
         PeerEvent::Connected { peer: id, hello, .. } if hello.from == "test" => (peer, id),
         other => panic!("{other:?}"),
@@ -69,7 +69,7 @@ fn messages_arrive_in_order_in_both_directions() {
         let (mut peer, id) = join(&mut server, address).await;
         server.perform(welcome(id));
         for number in 0..1000 {
-            peer.say(FrameKind::Control, &number).await;
+            peer.send_frame(FrameKind::Control, &number).await;
             server.perform(PeerAction::Send { peer: id, message: number });
         }
         for number in 0..1000 {
@@ -91,7 +91,7 @@ fn a_refused_peer_gets_the_reason_and_causes_no_further_event() {
         let (mut server, address) = server().await;
         let (mut peer, id) = join(&mut server, address).await;
         let refusal = Refusal::new(RefusalCode::DuplicateName, "taken");
-        peer.say(FrameKind::Control, &1_u64).await;
+        peer.send_frame(FrameKind::Control, &1_u64).await;
         server.perform(PeerAction::Refuse { peer: id, refusal: refusal.clone() });
         server.perform(PeerAction::Send { peer: id, message: 7 });
         let (kind, body) = peer.hear().await.unwrap();
