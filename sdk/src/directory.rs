@@ -185,7 +185,7 @@ impl Directory {
     /// Lists everything that is registered.
     ///
     /// # Errors
-    /// The timeout.
+    /// The registry's refusal, if the list is too long for a message, or the timeout.
     pub fn fetch_listing(&self, timeout: Duration) -> Result<Listing, DirectoryError> {
         let (answer, receiver) = mpsc::channel();
         let mut state = self.inner.lock_state();
@@ -193,11 +193,14 @@ impl Directory {
         state.send_request(&RegistryRequest::List { request });
         state.lists.insert(request, answer);
         drop(state);
-        receiver.recv_timeout(timeout).map_err(|_| {
-            let mut state = self.inner.lock_state();
-            state.lists.remove(&request);
-            self.timeout_error(timeout, &state)
-        })
+        match receiver.recv_timeout(timeout) {
+            Ok(listing) => Ok(listing?),
+            Err(_) => {
+                let mut state = self.inner.lock_state();
+                state.lists.remove(&request);
+                Err(self.timeout_error(timeout, &state))
+            }
+        }
     }
 
     /// Reports every process that registers or leaves, beginning with those that are registered.

@@ -28,6 +28,7 @@ const FIRST_TIME_PERIOD: Duration = Duration::from_millis(25);
 const TIME_PERIOD: Duration = Duration::from_secs(2);
 
 pub(super) type LookupAnswer = mpsc::Sender<Result<FoundProvider, Refusal>>;
+pub(super) type ListAnswer = mpsc::Sender<Result<Listing, Refusal>>;
 
 pub(super) struct PendingLookup {
     pub(super) request: RegistryRequest,
@@ -42,7 +43,7 @@ pub(super) struct RegistryState {
     pub(super) next_request: u64,
     pub(super) provided: Vec<DataEntry>,
     pub(super) lookups: HashMap<u64, PendingLookup>,
-    pub(super) lists: HashMap<u64, mpsc::Sender<Listing>>,
+    pub(super) lists: HashMap<u64, ListAnswer>,
     pub(super) watchers: Vec<mpsc::Sender<DirectoryChange>>,
     /// The registered processes, as far as the registry has reported; kept from the first watcher
     /// on.
@@ -102,15 +103,18 @@ impl RegistryState {
                     let _ = lookup.answer.send(Ok(FoundProvider { entry, provider }));
                 }
             }
-            RegistryReply::Refused { request, refusal } => match self.lookups.remove(&request) {
-                Some(lookup) => {
+            RegistryReply::Refused { request, refusal } => {
+                if let Some(lookup) = self.lookups.remove(&request) {
                     let _ = lookup.answer.send(Err(refusal));
+                } else if let Some(list) = self.lists.remove(&request) {
+                    let _ = list.send(Err(refusal));
+                } else {
+                    tracing::error!("{refusal}");
                 }
-                None => tracing::error!("{refusal}"),
-            },
+            }
             RegistryReply::Listing { request, components, data } => {
                 if let Some(list) = self.lists.remove(&request) {
-                    let _ = list.send(Listing { components, data });
+                    let _ = list.send(Ok(Listing { components, data }));
                 }
             }
             RegistryReply::Appeared { entry } => {
@@ -215,5 +219,23 @@ impl RegistryLink {
             self.lock_state().handle_reply(reply);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use armor_wire::hello::RefusalCode;
+
+    use super::*;
+
+    #[test]
+    fn a_listing_that_is_refused_does_not_wait_for_the_timeout() {
+        let (answer, receiver) = mpsc::channel();
+        let mut state = RegistryState::default();
+        state.lists.insert(7, answer);
+        let refusal = Refusal::new(RefusalCode::Limit, "the listing is too long".into());
+        state.handle_reply(RegistryReply::Refused { request: 7, refusal: refusal.clone() });
+        assert!(matches!(receiver.try_recv(), Ok(Err(reason)) if reason == refusal));
+        assert!(state.lists.is_empty());
     }
 }
