@@ -233,7 +233,7 @@ mod tests {
         let (answer, receiver) = mpsc::channel();
         let mut state = RegistryState::default();
         state.lists.insert(7, answer);
-        let refusal = Refusal::new(RefusalCode::Limit, "the listing is too long".into());
+        let refusal = Refusal::new(RefusalCode::Limit, "the listing is too long");
         state.handle_reply(RegistryReply::Refused { request: 7, refusal: refusal.clone() });
         assert!(matches!(receiver.try_recv(), Ok(Err(reason)) if reason == refusal));
         assert!(state.lists.is_empty());
