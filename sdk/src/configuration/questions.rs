@@ -1,5 +1,5 @@
-//! What tools ask about parameters: list them, set one, list what changed. The questions do not depend
-//! on the answering side, which is the configd of a running system or one over a file alone.
+//! What tools ask about parameters: list them, set one, list what changed. The questions do not
+//! depend on the answering side, which is the configd of a running system or one over a file alone.
 
 use armor_wire::config::{
     ChangeRecord, ConfigReply, ConfigRequest, FindingRecord, ListedParameter,
@@ -29,7 +29,7 @@ pub enum ConfigdError {
 
 /// The parameters of a system.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parameters {
+pub struct ParameterList {
     /// The version of the file that is in force.
     pub version: u64,
     /// Whether the file on the disk is another one, and refused.
@@ -77,8 +77,8 @@ pub trait Questions {
     /// Why there is no answer.
     type Error: From<ConfigdError>;
 
-    /// Sends the request that `request` makes with the given number, and waits for its reply; a refusal
-    /// is an error.
+    /// Sends the request that `request` makes with the given number, and waits for its reply; a
+    /// refusal is an error.
     ///
     /// # Errors
     /// If it is refused, or there is no reply.
@@ -91,8 +91,8 @@ pub trait Questions {
     ///
     /// # Errors
     /// If there is no such component, or no answer.
-    fn parameters(&mut self, component: Option<&str>) -> Result<Parameters, Self::Error> {
-        let mut all = Parameters { version: 0, refused: false, parameters: Vec::new() };
+    fn parameters(&mut self, component: Option<&str>) -> Result<ParameterList, Self::Error> {
+        let mut all = ParameterList { version: 0, refused: false, parameters: Vec::new() };
         loop {
             let from = u32::try_from(all.parameters.len()).unwrap_or(u32::MAX);
             let component = component.map(Into::into);
