@@ -71,7 +71,13 @@ xdotool mousemove 640 365
 keys ctrl+0
 
 step "components: one dragged from the palette, one by its name"
-drag 45 414 480 305
+# Searched for, so that its place in the list does not depend on the other kinds.
+click 110 61
+xdotool type --delay 60 simulator
+sleep 0.6
+drag 45 113 480 305
+click 110 61
+keys ctrl+a Delete Escape
 xdotool mousemove 760 300
 keys a
 xdotool type --delay 60 "grid"
