@@ -234,8 +234,8 @@ impl Bench {
         Ok((publisher, (0..subscribers).map(sink).collect::<Result<_>>()?))
     }
 
-    /// Starts a publisher, then a subscriber. Returns both, and the time from the subscriber's start to
-    /// its first message in milliseconds.
+    /// Starts a publisher, then a subscriber. Returns both, and the time from the subscriber's
+    /// start to its first message in milliseconds.
     fn start_publisher_and_subscriber(
         &self,
         side: Contender,

@@ -22,8 +22,8 @@ pub enum BenchJob {
     Idle,
     /// A large file read and checked.
     Check,
-    /// From a component's report to the activation of the next one; with the journal on the disk, or in
-    /// memory.
+    /// From a component's report to the activation of the next one; with the journal on the disk,
+    /// or in memory.
     Reaction { on_disk: bool },
 }
 

@@ -1,5 +1,5 @@
-//! The cost of a large file: one of 1,000 components and 3,000 links, read from the disk and checked against
-//! the manifests of its kinds, as `armor check` and configd do.
+//! The cost of a large file: one of 1,000 components and 3,000 links, read from the disk and
+//! checked against the manifests of its kinds, as `armor check` and configd do.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -81,8 +81,9 @@ fn make_manifest(kind: String) -> Manifest {
     }
 }
 
-/// The role: reads and checks the file for `window`; prints `checked first_ms=… p50_ms=… peak_kib=…`,
-/// where the memory is the most that the first check took in addition to the manifests.
+/// The role: reads and checks the file for `window`. It prints
+/// `checked first_ms=… p50_ms=… peak_kib=…`, where the memory is the most that the first check took
+/// in addition to the manifests.
 pub fn measure_checks(file: &Path, window: Duration) -> Result<()> {
     let manifests = make_manifests();
     // Resets the peak so far (VmHWM).

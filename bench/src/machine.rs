@@ -47,8 +47,8 @@ impl Load {
         Self(Ticks::read_now())
     }
 
-    /// Share of all cores that other programs have used since the start, in percent. The children of
-    /// this process must have ended.
+    /// Share of all cores that other programs have used since the start, in percent. The children
+    /// of this process must have ended.
     pub fn foreign_percent(&self) -> f64 {
         let (a, b) = (self.0, Ticks::read_now());
         100.0 * ((b.busy - a.busy) - (b.own - a.own)).max(0.0) / (b.all - a.all).max(1.0)

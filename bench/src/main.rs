@@ -85,7 +85,8 @@ fn run_jobs(options: &BenchOptions) -> Result<()> {
     let mut table = ResultTable::default();
     for round in 0..options.rounds {
         for job in options.jobs() {
-            // The second side may find the machine in another state than the first one: they alternate.
+            // The second side may find the machine in another state than the first one: they
+            // alternate.
             let sides = if round % 2 == 0 {
                 [Contender::Std, Contender::Armor]
             } else {

@@ -1,5 +1,5 @@
-//! The reaction time of a mission: from a component's report to the activation of the next one, and to
-//! the last call of the one that stops; with the journal on the disk, and in memory.
+//! The reaction time of a mission: from a component's report to the activation of the next one, and
+//! to the last call of the one that stops; with the journal on the disk, and in memory.
 
 use std::fs::File;
 use std::io::Write;

@@ -194,8 +194,8 @@ fn wait_forever() -> ! {
     }
 }
 
-/// Reads small messages many at a time into one buffer; the rest of a large one goes straight to its
-/// own.
+/// Reads small messages many at a time into one buffer; the rest of a large one goes straight to
+/// its own.
 fn read_messages(mut stream: SpinningStream, mut on_message: impl FnMut(&[u8])) -> Result<()> {
     let mut buffer = vec![0; READ_LEN];
     let mut large = Vec::new();

@@ -1,5 +1,5 @@
-//! A system of two components that take turns: its file, the component, and the roles that serve the
-//! file and play the mission, each a process of its own as on any robot.
+//! A system of two components that take turns: its file, the component, and the roles that serve
+//! the file and play the mission, each a process of its own as on any robot.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

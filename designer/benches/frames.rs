@@ -1,5 +1,6 @@
 //! What a frame of the window costs, in CPU time of the thread that draws it: the whole window, its
-//! shapes and their triangles, at 1920 × 1080, without a GPU. `cargo bench -p armor-designer --bench frames`.
+//! shapes and their triangles, at 1920 × 1080, without a GPU. `cargo bench -p armor-designer
+//! --bench frames`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -40,7 +41,7 @@ fn measure(name: &str, file: PathBuf, view: View) {
     let context = Context::default();
     let start = Start { file: Some(file), view, kinds: Some(kinds()), ..Start::default() };
     let mut designer = Designer::new(&context, start, Settings::default());
-    designer.desk().project.settle();
+    designer.workspace().project.settle();
     let mut stage = Stage::new(context.clone(), 1920, 1080, 1.0);
     for (zoom, command) in [("all of it", Command::ZoomFit), ("actual size", Command::ZoomActual)] {
         designer.run(command, &context);
@@ -59,7 +60,7 @@ fn measure(name: &str, file: PathBuf, view: View) {
     // Until the tip for what is under the pointer has come up.
     stage.settle(60, |ui| designer.show(ui));
     let next = stage.next_frame();
-    println!("{:52} {}", format!("{name}, nothing happens"), said(next));
+    println!("{:52} {}", format!("{name}, nothing happens"), frame_rate(next));
 }
 
 /// The view is moved about as two fingers on a trackpad do, under the pointer.
@@ -98,7 +99,7 @@ fn cpu_time() -> Duration {
     Duration::new(seconds.unwrap_or_default(), nanoseconds.unwrap_or_default())
 }
 
-fn said(next: Duration) -> String {
+fn frame_rate(next: Duration) -> String {
     if next == Duration::MAX {
         "no frame is drawn".to_owned()
     } else {

@@ -1,4 +1,4 @@
-//! The window: menus, panels, the view in the middle, and who runs a command.
+//! The window: menus, panels, the view in the middle, and which of them runs a command.
 
 mod commands;
 mod dialogs;
@@ -15,41 +15,43 @@ use std::sync::Arc;
 
 use eframe::egui;
 
-use crate::desk::{Desk, Messages, Pane};
 use crate::disk::Keeper;
 use crate::kinds::{Kinds, KindsWatch};
 use crate::live::{LiveView, Session};
+use crate::messages::Messages;
 use crate::mission::MissionView;
+use crate::pane::Pane;
 use crate::project::Project;
 use crate::settings::Settings;
 use crate::system::SystemView;
 use crate::theme;
 use crate::view::View;
+use crate::workspace::Workspace;
 use dialogs::Dialog;
 use lists::{AllCommands, FindList};
 
-/// How a designer begins.
+/// How a designer starts.
 #[derive(Debug, Default)]
 pub struct Start {
     /// The file to open.
     pub file: Option<PathBuf>,
     /// Component directories in addition to the file's own.
     pub components: Vec<PathBuf>,
-    /// The view to begin with.
+    /// The view at the start.
     pub view: View,
     /// Whether to watch a running system: the one whose registry listens there, or the only one.
     pub attach: Option<Option<String>>,
-    /// The kinds, where they are known already and not to be asked for.
+    /// The kinds, if they are known and `armor` is not to be asked for them.
     pub kinds: Option<Kinds>,
     /// The designer's own folder, where recent files and unsaved work are kept; none keeps nothing.
     pub own_folder: Option<PathBuf>,
-    /// Whether it begins with the page of the examples.
+    /// Whether the welcome page is shown at the start.
     pub first_page: bool,
 }
 
 /// The designer's window.
 pub struct Designer {
-    desk: Desk,
+    workspace: Workspace,
     view: View,
     panes: Vec<(View, Box<dyn Pane>)>,
     dialog: Option<Dialog>,
@@ -61,16 +63,16 @@ pub struct Designer {
     /// Whether the page of the keys is shown.
     shortcuts: bool,
     keeper: Keeper,
-    /// None where the kinds were given.
+    /// None if the kinds were given.
     kinds: Option<KindsWatch>,
-    /// The problem that was gone to last.
+    /// The problem that was shown last.
     problem: usize,
     /// The title that the window has.
     title: String,
     /// Whether a text was being written when the last frame ended: egui takes the focus away on
     /// Escape before anyone is asked.
     writes: bool,
-    /// Whether the user agreed to lose what is not saved.
+    /// Whether the user agreed to lose unsaved work.
     is_leaving: bool,
     /// What is to be done once the files are saved.
     after_saving: Option<dialogs::Then>,
@@ -100,10 +102,11 @@ impl Designer {
             KindsWatch::start(project.folder(), start.components, move || ctx.request_repaint())
         });
         let mut keeper = Keeper::start(start.own_folder.as_deref(), ctx, &mut messages);
-        project.path().into_iter().for_each(|path| keeper.remember(path));
-        let desk = Desk { project, live, settings, messages, commands: Vec::new(), shown: None };
+        project.path().into_iter().for_each(|path| keeper.remember_file(path));
+        let workspace =
+            Workspace { project, live, settings, messages, commands: Vec::new(), shown: None };
         let mut designer = Self {
-            desk,
+            workspace,
             view: start.view,
             panes: panes(),
             dialog: None,
@@ -120,73 +123,78 @@ impl Designer {
             after_saving: None,
             ctx: ctx.clone(),
         };
-        designer.listen();
+        designer.receive_results();
         if let Some(registry) = start.attach {
-            designer.attach(registry.as_deref());
+            designer.attach_to_system(registry.as_deref());
         }
         designer
     }
 
     /// What all views share: the files, the settings, the messages.
-    pub fn desk(&mut self) -> &mut Desk {
-        &mut self.desk
+    pub fn workspace(&mut self) -> &mut Workspace {
+        &mut self.workspace
     }
 
     /// Opens other files instead of those that are open.
     pub(crate) fn set_project(&mut self, project: Project) {
-        self.desk.project = project;
+        self.workspace.project = project;
         self.panes = panes();
         self.find = None;
         self.first_page = false;
         if let Some(kinds) = &self.kinds {
-            kinds.set_folder(self.desk.project.folder());
+            kinds.set_folder(self.workspace.project.folder());
         }
-        self.listen();
+        self.receive_results();
     }
 
     /// Has the window drawn again when something is found.
-    fn listen(&mut self) {
+    fn receive_results(&mut self) {
         let ctx = self.ctx.clone();
-        self.desk.project.on_found(move || ctx.request_repaint());
+        self.workspace.project.on_found(move || ctx.request_repaint());
     }
 
     fn take_news(&mut self) {
         match self.kinds.as_ref().and_then(KindsWatch::news) {
             Some(Ok(kinds)) => {
                 if !kinds.troubles().is_empty() {
-                    self.desk.messages.warn(kinds.troubles());
+                    self.workspace.messages.warn(kinds.troubles());
                 }
-                self.desk.project.set_kinds(Arc::new(kinds));
+                self.workspace.project.set_kinds(Arc::new(kinds));
             }
-            Some(Err(error)) => self.desk.messages.warn(error.to_string()),
+            Some(Err(error)) => self.workspace.messages.warn(error.to_string()),
             None => {}
         }
-        match self.desk.project.poll() {
+        match self.workspace.project.poll() {
             Some(Ok(saved)) => {
                 let names: Vec<_> =
                     saved.files.iter().map(|file| crate::text::path(file)).collect();
-                self.desk.messages.tell(format!("Saved {}", names.join(" and ")));
-                self.desk.project.path().into_iter().for_each(|path| self.keeper.remember(path));
-                self.saved();
+                self.workspace.messages.report(format!("Saved {}", names.join(" and ")));
+                self.workspace
+                    .project
+                    .path()
+                    .into_iter()
+                    .for_each(|path| self.keeper.remember_file(path));
+                self.continue_after_saving();
             }
             Some(Err(refused)) => self.not_saved(&refused),
             None => {}
         }
     }
 
-    /// Whether something is not saved, also what is being written into a field.
+    /// Returns whether there is unsaved work, also in a field that is being edited.
     fn is_unsaved(&self) -> bool {
-        self.desk.project.is_dirty() || self.panes.iter().any(|(_, pane)| pane.draft().is_some())
+        self.workspace.project.is_dirty()
+            || self.panes.iter().any(|(_, pane)| pane.field_draft().is_some())
     }
 
-    fn pane(&mut self) -> (&mut dyn Pane, &mut Desk) {
+    fn pane(&mut self) -> (&mut dyn Pane, &mut Workspace) {
         let number = self.panes.iter().position(|(view, _)| *view == self.view).unwrap_or(0);
-        (self.panes[number].1.as_mut(), &mut self.desk)
+        (self.panes[number].1.as_mut(), &mut self.workspace)
     }
 
     fn set_title(&mut self, ctx: &egui::Context) {
         let star = if self.is_unsaved() { "*" } else { "" };
-        let title = format!("{}{star} - Armor designer", self.desk.project.name());
+        let title = format!("{}{star} - Armor designer", self.workspace.project.name());
         if title != self.title {
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -207,10 +215,10 @@ impl Designer {
     /// Shows the whole window and does what is due.
     pub fn show(&mut self, ui: &mut egui::Ui) {
         self.take_news();
-        self.keep(ui.ctx());
-        self.desk.live.poll();
+        self.synchronize_disk(ui.ctx());
+        self.workspace.live.poll();
         self.set_title(ui.ctx());
-        self.keys(ui.ctx());
+        self.handle_shortcuts(ui.ctx());
         self.menu_bar(ui);
         self.status_bar(ui);
         let middle = if self.first_page {
@@ -219,8 +227,8 @@ impl Designer {
             self.side_panels(ui);
             let middle = egui::CentralPanel::default().frame(egui::Frame::NONE);
             let shown = middle.show(ui, |ui| {
-                let (pane, desk) = self.pane();
-                pane.centre(ui, desk);
+                let (pane, workspace) = self.pane();
+                pane.show_centre(ui, workspace);
             });
             shown.response.rect
         };
@@ -242,6 +250,6 @@ impl eframe::App for Designer {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        eframe::set_value(storage, "settings", &self.desk.settings);
+        eframe::set_value(storage, "settings", &self.workspace.settings);
     }
 }

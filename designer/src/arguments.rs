@@ -16,8 +16,8 @@ Usage: armor-designer [OPTIONS] [FILE]
        armor-designer --screenshot OUT.png [--view VIEW] [--size WxH] [--theme THEME] FILE
        armor-designer --export OUT.svg [--view VIEW] FILE
 
-  --attach [REGISTRY]    watches a running system, disturbing nothing; if not said which, the only
-                         one of yours on this host
+  --attach [REGISTRY]    watches a running system without affecting it; without REGISTRY,
+                         the only one of yours on this host
   --components DIR       looks for components there too; may be given again
   --check                prints what is wrong with the files, as `armor check` does, and ends
   --screenshot OUT.png   saves a picture of the whole window without opening one, and ends
@@ -71,7 +71,7 @@ pub struct Arguments {
     pub size: (u16, u16),
     /// Pixels of a point.
     pub scale: f32,
-    /// Whether dark, if said.
+    /// Whether the theme is dark, if specified.
     pub is_dark: Option<bool>,
 }
 
@@ -128,12 +128,14 @@ impl Arguments {
                 Arg::Long("export") => {
                     arguments.task = Task::Picture(Picture::Drawing(parser.value()?.into()));
                 }
-                Arg::Long("attach") => arguments.attach = Some(registry(&mut parser)?),
+                Arg::Long("attach") => arguments.attach = Some(parse_registry(&mut parser)?),
                 Arg::Long("components") => arguments.components.push(parser.value()?.into()),
-                Arg::Long("view") => shown = Some(view(&parser.value()?.string()?)?),
-                Arg::Long("size") => arguments.size = size(&parser.value()?.string()?)?,
-                Arg::Long("scale") => arguments.scale = scale(&parser.value()?.string()?)?,
-                Arg::Long("theme") => arguments.is_dark = Some(theme(&parser.value()?.string()?)?),
+                Arg::Long("view") => shown = Some(parse_view(&parser.value()?.string()?)?),
+                Arg::Long("size") => arguments.size = parse_size(&parser.value()?.string()?)?,
+                Arg::Long("scale") => arguments.scale = parse_scale(&parser.value()?.string()?)?,
+                Arg::Long("theme") => {
+                    arguments.is_dark = Some(parse_theme(&parser.value()?.string()?)?);
+                }
                 Arg::Long("help") | Arg::Short('h') => arguments.task = Task::Help,
                 Arg::Long("version") | Arg::Short('V') => arguments.task = Task::Version,
                 Arg::Value(file) => arguments.files.push(file.into()),
@@ -178,7 +180,7 @@ fn is_png(path: &Path) -> bool {
 }
 
 /// The value of `--attach`, which may be missing; a file is none.
-fn registry(parser: &mut Parser) -> Result<Option<String>, UsageError> {
+fn parse_registry(parser: &mut Parser) -> Result<Option<String>, UsageError> {
     let Some(mut rest) = parser.try_raw_args() else {
         // As --attach=ADDRESS.
         return Ok(Some(parser.value()?.string()?));
@@ -192,7 +194,7 @@ fn registry(parser: &mut Parser) -> Result<Option<String>, UsageError> {
     Ok(rest.next_if(is_address).map(|value| value.string()).transpose()?)
 }
 
-fn view(value: &str) -> Result<View, UsageError> {
+fn parse_view(value: &str) -> Result<View, UsageError> {
     match value {
         "system" => Ok(View::System),
         "mission" => Ok(View::Mission),
@@ -201,7 +203,7 @@ fn view(value: &str) -> Result<View, UsageError> {
     }
 }
 
-fn size(value: &str) -> Result<(u16, u16), UsageError> {
+fn parse_size(value: &str) -> Result<(u16, u16), UsageError> {
     let number = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIZE).contains(side));
     value
         .split_once(['x', 'X', '×'])
@@ -209,12 +211,12 @@ fn size(value: &str) -> Result<(u16, u16), UsageError> {
         .ok_or_else(|| refused("size", value, "write it as 1280x800, each from 1 to 8192"))
 }
 
-fn scale(value: &str) -> Result<f32, UsageError> {
+fn parse_scale(value: &str) -> Result<f32, UsageError> {
     let number = value.parse().ok().filter(|scale| (0.25..=4.0).contains(scale));
     number.ok_or_else(|| refused("scale", value, "it is a number from 0.25 to 4"))
 }
 
-fn theme(value: &str) -> Result<bool, UsageError> {
+fn parse_theme(value: &str) -> Result<bool, UsageError> {
     match value {
         "dark" => Ok(true),
         "light" => Ok(false),

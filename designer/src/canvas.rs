@@ -1,9 +1,10 @@
 //! A drawing that is looked at, pointed at and dragged: nodes with ports, wires, groups and notes.
 //!
-//! [`Diagram`] is what is drawn, as plain data; [`Canvas`] is how it is looked at (where, how large,
-//! what is selected, what is being dragged). Both are generic over the id of what is drawn and know
-//! nothing of files, commands or views: gestures come out as [`CanvasEvent`]s, and the caller's [`JoinRules`]
-//! decide what may be joined. Nothing here imports another module of the designer.
+//! [`Diagram`] is what is drawn, as plain data; [`Canvas`] is how it is looked at (where, how
+//! large, what is selected, what is being dragged). Both are generic over the id of what is drawn
+//! and know nothing of files, commands or views: gestures come out as [`CanvasEvent`]s, and the
+//! caller's [`JoinRules`] decide what may be joined. Nothing here imports another module of the
+//! designer.
 
 mod actions;
 mod align;

@@ -14,7 +14,7 @@ pub enum CheckError {
     /// It cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// Without the kinds hardly anything could be said of it.
+    /// Without the kinds almost nothing can be checked.
     #[error(transparent)]
     Kinds(#[from] KindsError),
 }

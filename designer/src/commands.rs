@@ -9,7 +9,7 @@ pub use table::COMMANDS;
 
 /// Something the user can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[expect(missing_docs, reason = "COMMANDS says what each does")]
+#[expect(missing_docs, reason = "COMMANDS documents each")]
 pub enum Command {
     New,
     Open,

@@ -12,12 +12,12 @@ use crate::canvas::{
     Alignment, Canvas, CanvasOutput, Diagram, JoinRules, Selection, ViewAction, align, snapped,
 };
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::layout;
 use crate::project::{Documents, Refused};
 use crate::settings::Settings;
 use crate::view::View;
+use crate::workspace::Workspace;
 
 /// Space between a new group's frame and what is in it.
 const GROUP_MARGIN: f32 = 25.0;
@@ -46,13 +46,13 @@ pub const EMPTY_MENU: &[Command] =
 
 /// A drawing in a view, with its selection and its menu.
 pub struct DiagramPane {
-    /// How the drawing is looked at.
+    /// Position, zoom and selection.
     pub canvas: Canvas<Item>,
     /// What the open menu is about (none: the drawing itself), and where in the drawing it is.
     pub menu: (Option<Item>, Pos2),
     /// The view that draws it, which is also the part of the file that keeps its layout.
     view: View,
-    /// What becomes selected with the next drawing: what an edit has just added is in none yet.
+    /// What is selected in the next drawing: what an edit has just added is not in the present one.
     select_next: Vec<Item>,
 }
 
@@ -82,8 +82,8 @@ impl DiagramPane {
         self.canvas.selection = items.into_iter().collect();
     }
 
-    /// Returns what is selected, in the order of items, so that an edit does not depend on the order
-    /// of clicks.
+    /// Returns what is selected, in the order of items, so that an edit does not depend on the
+    /// order of clicks.
     pub fn selected(&self) -> BTreeSet<Item> {
         self.canvas.selection.iter().collect()
     }
@@ -122,14 +122,14 @@ impl DiagramPane {
         self.canvas.minimap = settings.minimap;
         self.canvas.snap = settings.snap;
         let shown = self.canvas.show(ui, diagram, rules);
-        self.canvas.explain(&shown, diagram);
+        self.canvas.show_tooltip(&shown, diagram);
         shown
     }
 
     /// Opens the properties if Enter is pressed on the drawing.
-    pub fn take_enter(&self, ui: &egui::Ui, shown: &CanvasOutput<Item>, desk: &mut Desk) {
+    pub fn take_enter(&self, ui: &egui::Ui, shown: &CanvasOutput<Item>, workspace: &mut Workspace) {
         if shown.response.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
-            desk.order(Command::Properties);
+            workspace.order_command(Command::Properties);
         }
     }
 
@@ -144,12 +144,17 @@ impl DiagramPane {
         Some((part, self.canvas.to_drawing(at)))
     }
 
-    /// Returns whether a command can be run now; `None` if the pane does not know it. A drawing that
-    /// is not editable is only looked at and copied from.
-    pub fn can_run(&self, command: Command, desk: &Desk, is_editable: bool) -> Option<bool> {
+    /// Returns whether a command can be run now; `None` if the pane does not know it. A drawing
+    /// that is not editable is only looked at and copied from.
+    pub fn can_run(
+        &self,
+        command: Command,
+        workspace: &Workspace,
+        is_editable: bool,
+    ) -> Option<bool> {
         use Command as C;
         let selected = self.canvas.selection.len();
-        let has_file = desk.project.configuration().is_some();
+        let has_file = workspace.project.configuration().is_some();
         Some(match command {
             C::Cut | C::Duplicate | C::Delete | C::Group => selected > 0 && is_editable,
             C::Copy | C::ZoomSelected => selected > 0,
@@ -171,15 +176,15 @@ impl DiagramPane {
         command: Command,
         ctx: &egui::Context,
         diagram: &Diagram<Item>,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
     ) {
         if command == Command::Paste {
             ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste);
         } else if let Some(how) = alignment_of(command) {
             let places = align(&self.selected_areas(diagram), how);
-            self.place("align", &places, desk);
+            self.place("align", &places, workspace);
         } else if let Some(action) = view_action_of(command) {
-            self.canvas.act(action, diagram);
+            self.canvas.perform_action(action, diagram);
         }
     }
 
@@ -190,7 +195,7 @@ impl DiagramPane {
         by: Vec2,
         diagram: &Diagram<Item>,
         unplaced: &[(Item, Pos2)],
-        desk: &mut Desk,
+        workspace: &mut Workspace,
     ) {
         let areas = self.selected_areas(diagram).into_iter();
         let mut places: Vec<_> = areas.map(|(item, area)| (item, area.min + by)).collect();
@@ -200,41 +205,48 @@ impl DiagramPane {
         };
         let rest = unplaced.iter().filter(|(item, _)| !self.canvas.selection.contains(*item));
         places.extend(rest.copied());
-        self.place(&what, &places, desk);
+        self.place(&what, &places, workspace);
     }
 
     /// Writes positions of nodes, groups and notes, as one step of the history.
-    pub fn place(&self, what: &str, places: &[(Item, Pos2)], desk: &mut Desk) {
+    pub fn place(&self, what: &str, places: &[(Item, Pos2)], workspace: &mut Workspace) {
         let view = self.view;
-        desk.edit(what, |documents| layout::place(document_of(documents, view)?, view, places));
+        workspace
+            .edit(what, |documents| layout::place(document_of(documents, view)?, view, places));
     }
 
     /// Gives a group or note another size.
-    pub fn resize(&self, item: Item, rect: Rect, desk: &mut Desk) {
+    pub fn resize(&self, item: Item, rect: Rect, workspace: &mut Workspace) {
         if let Item::Decoration { view, number } = item {
-            desk.edit("resize", |documents| {
+            workspace.edit("resize", |documents| {
                 layout::place_decoration(document_of(documents, view)?, view, number, rect)
             });
         }
     }
 
-    /// Puts a text on the clipboard; without one it warns that nothing was copied and returns false.
-    pub fn copy(&self, text: Option<String>, ctx: &egui::Context, desk: &mut Desk) -> bool {
+    /// Puts a text on the clipboard; without one it warns that nothing was copied and returns
+    /// false.
+    pub fn copy(
+        &self,
+        text: Option<String>,
+        ctx: &egui::Context,
+        workspace: &mut Workspace,
+    ) -> bool {
         match text {
             Some(text) => {
                 ctx.copy_text(text);
                 true
             }
             None => {
-                desk.messages.warn(format!("Nothing copied: select {}.", self.copyable()));
+                workspace.messages.warn(format!("Nothing copied: select {}.", self.copyable()));
                 false
             }
         }
     }
 
     /// Warns that the selection has nothing that can be duplicated.
-    pub fn warn_not_duplicated(&self, desk: &mut Desk) {
-        desk.messages.warn(format!("Nothing duplicated: select {}.", self.copyable()));
+    pub fn warn_not_duplicated(&self, workspace: &mut Workspace) {
+        workspace.messages.warn(format!("Nothing duplicated: select {}.", self.copyable()));
     }
 
     /// Where a pasted fragment goes: its middle at the pointer, or in the middle of the view.
@@ -252,7 +264,12 @@ impl DiagramPane {
     }
 
     /// Adds a note beneath what is selected, or a group around it; returns whether it was added.
-    pub fn decorate(&mut self, is_note: bool, diagram: &Diagram<Item>, desk: &mut Desk) -> bool {
+    pub fn decorate(
+        &mut self,
+        is_note: bool,
+        diagram: &Diagram<Item>,
+        workspace: &mut Workspace,
+    ) -> bool {
         let areas = self.selected_areas(diagram);
         let selected = areas.iter().map(|(_, area)| *area).reduce(Rect::union);
         let (rect, text, what) = if is_note {
@@ -266,17 +283,18 @@ impl DiagramPane {
             (area, "Group", "add a group")
         };
         let (view, number) = (self.view, diagram.decorations.len());
-        let is_added = desk.edit(what, |documents| {
+        let is_added = workspace.edit(what, |documents| {
             layout::add_decoration(document_of(documents, view)?, view, is_note, rect, text)
         });
         if is_added {
             self.select_when_drawn([Item::Decoration { view, number }]);
-            desk.settings.properties = true;
+            workspace.settings.properties = true;
         }
         is_added
     }
 
-    /// Returns how far a copy is placed from its original; a net's nodes are smaller than their texts.
+    /// Returns how far a copy is placed from its original; a net's nodes are smaller than their
+    /// texts.
     pub fn copy_offset(&self) -> Vec2 {
         match self.view {
             View::System | View::Live => vec2(30.0, 30.0),

@@ -10,7 +10,7 @@ pub mod recent;
 pub mod recovery;
 pub mod watch;
 
-pub use keeper::{Keeper, Wish, put_back};
+pub use keeper::{Keeper, KeeperRequest, put_back};
 pub use own::state_folder;
 
 #[cfg(test)]

@@ -13,8 +13,8 @@ use crate::layout::{self, Layout};
 use crate::project::Refused;
 use crate::view::View;
 
-/// What the clipboard does not place is put down so far from the one before.
-const BESIDE: f32 = 30.0;
+/// Distance between pasted elements that the clipboard gives no position.
+const SHIFT: f32 = 30.0;
 
 /// Elements of a system or mission as the text of a file, with the groups and notes that are
 /// selected, and where it all is drawn. None if there is none of them.
@@ -83,8 +83,8 @@ impl Fragment {
         let whole = areas.reduce(Rect::union).unwrap_or(Rect::ZERO);
         let shift = at(whole) - whole.min;
         let places = added.iter().enumerate().map(|(number, (new, old))| {
-            let beside = whole.min + Vec2::splat(BESIDE * number as f32);
-            (*new, self.corner(old).unwrap_or(beside) + shift)
+            let free = whole.min + Vec2::splat(SHIFT * number as f32);
+            (*new, self.corner(old).unwrap_or(free) + shift)
         });
         layout::place(document, self.view, &places.collect::<Vec<_>>())?;
         let number = layout::read(document, self.view).decorations.len();
@@ -142,7 +142,7 @@ pub fn copied(
     if text.is_empty() { new } else { new.text(text) }
 }
 
-/// Names that are taken, and others made like a wish.
+/// Names that are taken, and others made from a preferred name.
 pub struct Names {
     taken: BTreeSet<String>,
     /// The number to try next behind a stem.
@@ -161,10 +161,11 @@ impl Names {
         self.taken.iter().map(String::as_str)
     }
 
-    /// The wish if it is free, or else its stem with the first number that is; taken from then on.
-    pub fn free(&mut self, wish: &str, stem: &str) -> String {
-        if self.taken.insert(wish.to_owned()) {
-            return wish.to_owned();
+    /// Returns the preferred name if it is free, otherwise its stem with the first free number. The
+    /// name is taken from then on.
+    pub fn free(&mut self, preferred: &str, stem: &str) -> String {
+        if self.taken.insert(preferred.to_owned()) {
+            return preferred.to_owned();
         }
         let next = self.next.entry(stem.to_owned()).or_insert(2);
         loop {
@@ -184,7 +185,7 @@ mod tests {
     #[test]
     fn every_name_is_given_once() {
         let mut names = Names::new(["laser", "laser-3"]);
-        let mut free = |wish| names.free(wish, "laser");
+        let mut free = |preferred| names.free(preferred, "laser");
         assert_eq!(free("scanner"), "scanner");
         assert_eq!(
             [free("laser"), free("laser"), free("laser-3")],

@@ -1,4 +1,4 @@
-//! What can be pointed at in the open files: selected, opened, found, complained of.
+//! The items of the open files: what can be selected, opened, found, and named in a finding.
 
 use std::fmt;
 
@@ -111,7 +111,7 @@ impl Item {
         })
     }
 
-    /// What stands at a byte of a file: the item whose element the byte is in.
+    /// Returns the item at a byte of a file: the one whose element contains the byte.
     pub fn at(tree: &Tree, offset: usize) -> Option<Self> {
         let inside =
             |element: &&Element| (element.span.start()..element.span.end()).contains(&offset);
@@ -143,7 +143,7 @@ impl Item {
     }
 }
 
-/// "component laser", as labels and messages say it.
+/// Such as "component laser", for labels and messages.
 impl fmt::Display for Item {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

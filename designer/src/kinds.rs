@@ -13,7 +13,7 @@ use serde_json::Value;
 
 pub use watch::KindsWatch;
 
-/// What a kind of the `armor` binary itself is said to come from.
+/// The origin of a kind that is part of the `armor` binary.
 const STOCK: &str = "stock";
 
 /// The kinds, and where they are from.
@@ -43,12 +43,12 @@ pub enum KindsError {
         reason: std::io::Error,
     },
     /// It failed.
-    #[error("{path} describe failed: {said}", path = path.display())]
+    #[error("{path} describe failed: {stderr}", path = path.display())]
     Failed {
         /// The binary.
         path: PathBuf,
-        /// What it said.
-        said: String,
+        /// What it printed.
+        stderr: String,
     },
     /// It printed something else than manifests.
     #[error("{path} describe printed an invalid manifest: {reason}; is it another version?", path = path.display())]
@@ -61,7 +61,7 @@ pub enum KindsError {
 }
 
 impl Kinds {
-    /// These kinds, all from one place.
+    /// Kinds that all have the same origin.
     pub fn of(manifests: impl IntoIterator<Item = Manifest>, origin: &str) -> Self {
         let manifests: Manifests =
             manifests.into_iter().map(|manifest| (manifest.kind.clone(), manifest)).collect();
@@ -85,15 +85,15 @@ impl Kinds {
         }
         let not_run = |reason| KindsError::NotRun { path: armor.to_path_buf(), reason };
         let output = command.output().map_err(not_run)?;
-        let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+        let stderr = String::from_utf8_lossy(&output.stderr).trim().to_owned();
         // With a finding it ends with 1 and has printed the kinds that are sound all the same.
         if !output.status.success() && output.stdout.is_empty() {
-            return Err(KindsError::Failed { path: armor.to_path_buf(), said });
+            return Err(KindsError::Failed { path: armor.to_path_buf(), stderr });
         }
         let kinds = Self::read(&String::from_utf8_lossy(&output.stdout));
         let kinds =
             kinds.map_err(|reason| KindsError::NotManifests { path: armor.into(), reason })?;
-        Ok(Self { troubles: said, ..kinds })
+        Ok(Self { troubles: stderr, ..kinds })
     }
 
     /// Reads what `armor describe --format json` prints: a manifest on each line, with its origin.
@@ -155,10 +155,10 @@ pub fn find_armor() -> Option<PathBuf> {
     if let Some(named) = std::env::var_os("ARMOR").filter(|named| !named.is_empty()) {
         return Some(PathBuf::from(named));
     }
-    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("armor")));
+    let own = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.join("armor")));
     let path = std::env::var_os("PATH").unwrap_or_default();
     let in_path = std::env::split_paths(&path).map(|folder| folder.join("armor"));
-    beside.into_iter().chain(in_path).find(|candidate| candidate.is_file())
+    own.into_iter().chain(in_path).find(|candidate| candidate.is_file())
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Where the file states that things are drawn: the `<layout>` of the system or of the mission, with
-//! a `<block>` for each thing and the `<group>`s and `<note>`s of the drawing.
+//! Where the file states that things are drawn: the `<layout>` of the system or of the mission,
+//! with a `<block>` for each thing and the `<group>`s and `<note>`s of the drawing.
 
 use std::collections::BTreeMap;
 
@@ -63,7 +63,7 @@ pub fn read(document: &Document, view: View) -> Layout {
     layout
 }
 
-/// Blocks stand wherever they like in a layout; recursion is bounded by the tree's depth.
+/// Blocks may be anywhere in a layout; the recursion is bounded by the depth of the tree.
 fn blocks(parent: &Element, layout: &mut Layout) {
     for element in parent.elements() {
         if element.name != "block" {
@@ -85,7 +85,7 @@ fn position(element: &Element) -> Option<Pos2> {
 
 fn number_in(element: &Element, name: &str) -> Option<f32> {
     let number: f32 = element.attribute(name)?.value.trim().parse().ok()?;
-    // Farther away nothing could be found again.
+    // Farther away it could not be found again.
     (number.is_finite() && number.abs() <= 1e6).then_some(number)
 }
 
@@ -114,7 +114,7 @@ fn gone() -> Refused {
 /// Puts blocks, groups and notes at these places, with their upper left corners.
 ///
 /// # Errors
-/// If one is not there.
+/// If one does not exist.
 pub fn place(document: &mut Document, view: View, places: &[(Item, Pos2)]) -> Result<(), Refused> {
     let rounded = |at: Pos2| Position { x: at.x.round().into(), y: at.y.round().into() };
     let blocks = places.iter().filter_map(|(item, at)| match item {
@@ -198,7 +198,7 @@ fn bounds(rect: Rect) -> [(&'static str, String); 4] {
 /// Gives a group or note another place and size.
 ///
 /// # Errors
-/// If it is not there.
+/// If it does not exist.
 pub fn place_decoration(
     document: &mut Document,
     view: View,
@@ -226,7 +226,7 @@ fn place_decorations(
 /// Gives a group another title, or a note another text.
 ///
 /// # Errors
-/// If it is not there, or the text cannot be written in XML.
+/// If it does not exist, or the text cannot be written in XML.
 pub fn write_decoration(
     document: &mut Document,
     view: View,
@@ -246,7 +246,7 @@ pub fn write_decoration(
 /// Removes groups and notes.
 ///
 /// # Errors
-/// If one is not there.
+/// If one does not exist.
 pub fn remove_decorations(
     document: &mut Document,
     view: View,

@@ -1,9 +1,9 @@
 //! The system while it runs: started by the window or attached to, watched without disturbing it,
 //! with orders to its mission.
 //!
-//! [`Session`] is what is watched, and belongs to the window; [`LiveView`] shows it: blocks and links
-//! by what they do (`blocks.rs`), the net by where it stands (`net.rs`), and next to them the log,
-//! plots, parameters and the mission. All that is asked of the running system is asked through
+//! [`Session`] is what is watched, and belongs to the window; [`LiveView`] shows it: blocks and
+//! links by what they do (`blocks.rs`), the net by where it stands (`net.rs`), and next to them the
+//! log, plots, parameters and the mission. All that is asked of the running system is asked through
 //! `armor_inspect`, which states how it keeps from disturbing it.
 
 mod blocks;

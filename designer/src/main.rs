@@ -27,26 +27,26 @@ fn main() -> ExitCode {
         }
     };
     let is_done = match &arguments.task {
-        Task::Help => told(HELP),
-        Task::Version => told(concat!("armor-designer ", env!("CARGO_PKG_VERSION"))),
+        Task::Help => print(HELP),
+        Task::Version => print(concat!("armor-designer ", env!("CARGO_PKG_VERSION"))),
         Task::Check => {
-            // Each is told, also behind one that is wrong.
+            // A file with mistakes does not keep the following ones from being checked.
             let wrong = arguments.files.iter().filter(|file| !is_fine(file, &arguments)).count();
             wrong == 0
         }
-        Task::Picture(_) => done(take_picture(&arguments)),
-        Task::Window => done(open_window(arguments)),
+        Task::Picture(_) => report_failure(take_picture(&arguments)),
+        Task::Window => report_failure(open_window(arguments)),
     };
     if is_done { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-fn told(text: &str) -> bool {
-    // Whatever closed the stream does not want to know.
+fn print(text: &str) -> bool {
+    // A closed stdout is no failure: its reader wanted no more.
     let _ = writeln!(std::io::stdout(), "{text}");
     true
 }
 
-fn done<E: std::fmt::Display>(outcome: Result<(), E>) -> bool {
+fn report_failure<E: std::fmt::Display>(outcome: Result<(), E>) -> bool {
     outcome.inspect_err(|error| eprintln!("{error}")).is_ok()
 }
 
@@ -72,10 +72,10 @@ fn is_fine(file: &Path, arguments: &Arguments) -> bool {
     }
     let problems = shown.count(Severity::Error) + shown.count(Severity::Warning);
     if problems == 0 {
-        told(&format!("{} is fine", file.display()));
+        print(&format!("{} is fine", file.display()));
     }
     if let Some(takes) = found.findings.iter().find(|finding| finding.code == Code::Takes) {
-        told(&format!("{}: {}", file.display(), takes.message));
+        print(&format!("{}: {}", file.display(), takes.message));
     }
     shown.count(Severity::Error) == 0
 }

@@ -6,8 +6,9 @@ use std::ops::Deref;
 
 use parking_lot::Mutex;
 
-/// Every name that a [`ItemName`] was made of. Entries are never removed: a drawing copies and compares
-/// names for each node of each frame, while the distinct names of a session are few and short.
+/// Every name that a [`ItemName`] was made of. Entries are never removed: a drawing copies and
+/// compares names for each node of each frame, while the distinct names of a session are few and
+/// short.
 static NAMES: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
 
 /// The name of a component, a port, a place, a transition or a variable.

@@ -32,12 +32,12 @@ pub struct OpenError {
     pub reason: std::io::Error,
 }
 
-/// What was found in one revision of the files.
+/// The findings of one revision of the files.
 #[derive(Clone, Debug, Default)]
 pub struct Checked {
     /// Which one.
     pub revision: u64,
-    /// All of it, sorted by file and line.
+    /// All findings, sorted by file and line.
     pub findings: Arc<Findings>,
     /// Whether the mission has been proven too, as far as that was possible.
     pub is_complete: bool,
@@ -57,7 +57,7 @@ pub struct Project {
 }
 
 impl Project {
-    /// A robot with nothing in it, in no file yet.
+    /// An empty robot without a file.
     pub fn new(kinds: Arc<Kinds>) -> Self {
         Self::over(vec![OpenFile::untitled(NEW_FILE)], kinds)
     }
@@ -99,7 +99,7 @@ impl Project {
         &self.files
     }
 
-    /// Where the file that was given is, once it is anywhere.
+    /// The path of the file that was given; none until it is saved.
     pub fn path(&self) -> Option<&Path> {
         self.files[0].path()
     }
@@ -111,7 +111,7 @@ impl Project {
         given.or_else(|| std::env::current_dir().ok()).unwrap_or_default()
     }
 
-    /// What the project is called in the window's title.
+    /// The name of the project in the window's title.
     pub fn name(&self) -> String {
         let file = self.path().and_then(Path::file_name);
         file.map_or_else(|| "untitled".to_owned(), |name| name.to_string_lossy().into_owned())
@@ -122,12 +122,12 @@ impl Project {
         self.revision
     }
 
-    /// Whether some file is not as it was saved.
+    /// Returns whether a file has unsaved changes.
     pub fn is_dirty(&self) -> bool {
         self.files.iter().any(OpenFile::is_dirty)
     }
 
-    /// What the files say, as far as it can be understood; checked by itself only.
+    /// The parsed files, as far as they could be understood, before the check.
     pub fn reading(&self) -> &Reading {
         &self.reading
     }
@@ -142,7 +142,7 @@ impl Project {
         self.files.iter().any(|file| file.document().is_none())
     }
 
-    /// The kinds of components that there are.
+    /// The available kinds of components.
     pub fn kinds(&self) -> &Arc<Kinds> {
         &self.kinds
     }
@@ -153,24 +153,24 @@ impl Project {
         self.changed();
     }
 
-    /// What was found last; of an older revision while the current one is looked at.
+    /// The last findings; those of an older revision while the current one is being checked.
     pub fn checked(&self) -> &Checked {
         &self.checked
     }
 
-    /// Whether the current revision is still being looked at.
+    /// Returns whether the current revision is still being checked.
     pub fn is_checking(&self) -> bool {
         self.checked.revision != self.revision || !self.checked.is_complete
     }
 
-    /// Calls `wake` whenever something was found.
+    /// Calls `wake` at every result of the check.
     pub fn on_found(&mut self, wake: impl Fn() + Send + Sync + 'static) {
         self.checker.on_found(Arc::new(wake));
     }
 
-    /// Takes what was found since, and ends a save that waited for it.
+    /// Takes the new results of the check, and finishes a save that waited for them.
     pub fn poll(&mut self) -> Option<Result<Saved, SaveRefused>> {
-        for checked in self.checker.found() {
+        for checked in self.checker.take_results() {
             if checked.revision == self.revision {
                 self.checked = checked;
             }
@@ -178,11 +178,11 @@ impl Project {
         self.finish_saving()
     }
 
-    /// Waits until the current revision has been looked at as a whole.
+    /// Waits until the check of the current revision is complete.
     pub fn settle(&mut self) -> Option<Result<Saved, SaveRefused>> {
         let mut saved = self.poll();
         while self.is_checking() {
-            self.checker.wait();
+            self.checker.wait_for_result();
             saved = saved.or(self.poll());
         }
         saved
@@ -244,7 +244,7 @@ impl Project {
         self.history.redoable().map(|step| step.what.as_str())
     }
 
-    /// Gives a file another text, as one step: what came from outside.
+    /// Replaces the text of a file by one from outside, as one step of the history.
     pub fn replace_text(&mut self, file: usize, what: impl Into<String>, text: Arc<str>) {
         let before = self.texts();
         let Some(open) = self.files.get_mut(file) else { return };
@@ -254,19 +254,19 @@ impl Project {
         self.changed();
     }
 
-    /// Reads again what the files name, since something of it changed on the disk.
+    /// Reads the files again that the open ones name, since one of them changed on the disk.
     pub fn read_again(&mut self) {
         self.changed();
     }
 
-    /// Shows that a file on the disk has this text now, so that it counts as saved.
+    /// Records that the file has this text on the disk, so that this text counts as saved.
     pub fn set_saved(&mut self, file: usize, text: Arc<str>) {
         if let Some(open) = self.files.get_mut(file) {
             open.set_saved(text);
         }
     }
 
-    /// What stands at a place of the current files.
+    /// Returns the item at a location of the current files.
     pub fn item_at(&self, at: &Location) -> Option<Item> {
         let file = self.files.iter().find(|file| file.shown_path() == at.source.path())?;
         Item::at(file.document()?.tree(), at.span.start())
@@ -297,11 +297,11 @@ impl Project {
         self.changed();
     }
 
-    /// Reads the files again and has them looked at.
+    /// Parses the files again and requests their check.
     fn changed(&mut self) {
         self.revision += 1;
         self.reading = self.disk.read(&self.files);
-        self.checker.look_at(Wanted {
+        self.checker.request_check(Wanted {
             revision: self.revision,
             files: self.files.iter().map(OpenFile::snapshot).collect(),
             kinds: Arc::clone(&self.kinds),

@@ -15,7 +15,7 @@ pub struct Settings {
     pub problems: bool,
     /// The small map of the drawing.
     pub minimap: bool,
-    /// Whether what is moved keeps to the grid.
+    /// Whether moved nodes are aligned with the grid.
     pub snap: bool,
     /// Light or dark.
     pub theme: egui::ThemePreference,

@@ -1,6 +1,7 @@
 //! The view of the system: components as blocks, links as wires between their ports.
 //!
-//! `drawing.rs` turns the model into a diagram, `rules.rs` decides what may be linked, `edits.rs` and
+//! `drawing.rs` turns the model into a diagram, `rules.rs` decides what may be linked, `edits.rs`
+//! and
 //! `fragment.rs` change the files; none of these needs a window. [`SystemView`] (`state.rs`,
 //! `pane.rs`) shows the drawing.
 

@@ -46,8 +46,8 @@ fn the_designer_finds_what_armor_check_finds() {
         assert!(path.exists(), "{} is missing", path.display());
         let path = path.to_str().expect("UTF-8");
         let (ours, theirs) = (run(DESIGNER, &["--check", path]), run(&armor, &["check", path]));
-        let said = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(said(&ours), said(&theirs), "{path}");
+        let errors = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(errors(&ours), errors(&theirs), "{path}");
         assert_eq!(ours.stdout, theirs.stdout, "{path}");
         assert_eq!(ours.status.code(), theirs.status.code(), "{path}");
     }
@@ -78,7 +78,7 @@ fn pictures_are_taken_without_a_display() {
 }
 
 #[test]
-fn a_mistake_in_the_command_line_is_said() {
+fn a_mistake_in_the_command_line_is_reported() {
     let output = run(DESIGNER, &["--size", "large"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("1280x800"));
@@ -109,7 +109,7 @@ fn draws_until_it_is_killed() {
     let mut designer = Designer::new(&context, start, Settings::default());
     let mut stage = Stage::new(context, 800, 600, 1.0);
     for n in 1.. {
-        let is_made = designer.desk().edit("counting", |documents| {
+        let is_made = designer.workspace().edit("counting", |documents| {
             let document = documents.system()?;
             Ok(document.set_attribute_at(&[0], "name", Some(&format!("robot-{n}")))?)
         });

@@ -34,7 +34,7 @@ step() { printf '%s\n' "$1"; }
 
 Xvfb "$DISPLAY" -screen 0 1360x860x24 >"$work/xvfb.log" 2>&1 & display=$!
 
-# Opens the window with these arguments and waits until it is there.
+# Opens the window with these arguments and waits until it is shown.
 open_window() {
   "$designer" --theme light "$@" >"$work/designer.log" 2>&1 & window=$!
   local id
@@ -42,7 +42,7 @@ open_window() {
   sleep 2
   xdotool windowfocus "$id"
 }
-# A hand does not jump: the pointer goes in steps.
+# A real pointer does not jump: it moves in steps.
 hold() {
   xdotool mousemove "$1" "$2" sleep 0.2 mousedown 1 sleep 0.1
   for n in $(seq 1 15); do
@@ -59,7 +59,7 @@ picture() {
   import -window root png:- |
     convert - +dither -colors 64 -define png:compression-level=9 "PNG8:$pictures/$1.png"
 }
-# A robot.xml that says so, or none.
+# Whether robot.xml contains this text.
 saved() { grep -qF "$1" robot.xml 2>/dev/null; }
 
 step "the first page"
@@ -71,7 +71,13 @@ xdotool mousemove 640 365
 keys ctrl+0
 
 step "components: one dragged from the palette, one by its name"
-drag 45 414 480 305
+# Searched for, so that its place in the list does not depend on the other kinds.
+click 110 61
+xdotool type --delay 60 simulator
+sleep 0.6
+drag 45 113 480 305
+click 110 61
+keys ctrl+a Delete Escape
 xdotool mousemove 760 300
 keys a
 xdotool type --delay 60 "grid"

@@ -70,12 +70,12 @@ impl Window {
     /// Waits until all is checked and drawn.
     fn settle(&mut self) {
         self.harness.run_steps(3);
-        let saved = self.harness.state_mut().desk().project.settle();
-        assert!(saved.is_none(), "a save was waited for by somebody else");
+        let saved = self.harness.state_mut().workspace().project.settle();
+        assert!(saved.is_none(), "a save was in progress that no test had requested");
         self.harness.run_steps(3);
     }
 
-    /// Goes on until something has come about that another thread or the disk takes part in.
+    /// Draws frames until `is_so`, for what another thread or the disk takes part in.
     #[track_caller]
     fn until(&mut self, what: &str, is_so: impl Fn(&mut Self) -> bool) {
         let start = Instant::now();
@@ -89,20 +89,20 @@ impl Window {
 
     /// The text of the file as it would be saved.
     fn text(&mut self) -> String {
-        self.harness.state_mut().desk().project.files()[0].text().to_string()
+        self.harness.state_mut().workspace().project.files()[0].text().to_string()
     }
 
-    /// What the user was told last.
-    fn told(&mut self) -> String {
-        self.harness.state_mut().desk().messages.last().unwrap_or_default().to_owned()
+    /// The last message to the user.
+    fn last_message(&mut self) -> String {
+        self.harness.state_mut().workspace().messages.last().unwrap_or_default().to_owned()
     }
 
-    /// The middle of what is called so.
+    /// The middle of what has this name.
     fn at(&self, label: &str) -> Pos2 {
         self.harness.get_by_label(label).rect().center()
     }
 
-    /// Whether something is called so.
+    /// Whether something has this name.
     fn has(&self, label: &str) -> bool {
         self.harness.query_by_label(label).is_some()
     }

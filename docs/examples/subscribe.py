@@ -109,7 +109,7 @@ class Connection:
         except OSError as error:
             sys.exit(f"cannot connect to {address}: {error}")
         if self.socket.getsockname() == self.socket.getpeername():
-            sys.exit(f"nobody listens at {address}")
+            sys.exit(f"no process listens at {address}")
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.socket.settimeout(1.75)
         self.writing, self.closed = threading.Lock(), threading.Event()

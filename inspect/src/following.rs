@@ -1,4 +1,5 @@
-//! The data of one output for as long as the system runs. When a provider ends, it links to the next.
+//! The data of one output for as long as the system runs. When a provider ends, it links to the
+//! next.
 
 use std::time::Duration;
 

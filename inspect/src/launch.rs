@@ -1,5 +1,5 @@
-//! `armor run FILE` as a child process: starts it, reads its output, stops it in order. It ends when
-//! this process ends, whatever the reason.
+//! `armor run FILE` as a child process: starts it, reads its output, stops it in order. It ends
+//! when this process ends, whatever the reason.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::os::fd::OwnedFd;
@@ -75,8 +75,8 @@ pub enum RunStage {
     },
 }
 
-/// A run started by this process. When dropped, it is stopped in order, and killed if that takes too
-/// long.
+/// A run started by this process. When dropped, it is stopped in order, and killed if that takes
+/// too long.
 pub struct ChildRun {
     shared: Arc<SharedRun>,
     over: Receiver<()>,

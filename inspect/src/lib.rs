@@ -1,9 +1,9 @@
 //! Observes a running system from outside, once (`armor ps`) or continuously for a window.
 //!
-//! [`ObservedSystem`] reads the system once; [`SystemWatch`] keeps observing and maintains a [`SystemPicture`];
-//! [`WatchedValues`] shows data on outputs and [`MissionWatch`] the state of the mission; [`OrderSender`] and
-//! [`ParameterClient`] send an operator's orders and an engineer's changes. [`launch`] runs a file.
-//! Start with `observation.rs`.
+//! [`ObservedSystem`] reads the system once; [`SystemWatch`] keeps observing and maintains a
+//! [`SystemPicture`]; [`WatchedValues`] shows data on outputs and [`MissionWatch`] the state of the
+//! mission; [`OrderSender`] and [`ParameterClient`] send an operator's orders and an engineer's
+//! changes. [`launch`] runs a file. Start with `observation.rs`.
 
 mod following;
 pub mod launch;

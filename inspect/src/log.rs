@@ -1,5 +1,5 @@
-//! The log of a run: lines as `armor run` prints them in JSON and writes them into files, parsed and
-//! kept up to a bound.
+//! The log of a run: lines as `armor run` prints them in JSON and writes them into files, parsed
+//! and kept up to a bound.
 
 use std::collections::VecDeque;
 use std::fs::File;

@@ -84,7 +84,8 @@ impl OrderSender {
         Ok(Self { wanted, shared })
     }
 
-    /// Sends an order in the name of `author`; `take` takes the command over from its present holder.
+    /// Sends an order in the name of `author`; `take` takes the command over from its present
+    /// holder.
     pub fn give(&self, author: &str, take: bool, order: Order) {
         let mut state = self.shared.state.lock();
         state.count += 1;

@@ -7,7 +7,7 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
 use armor_sdk::configuration::{
-    ConfigdConnection, ConfigdError, Parameters, Questions, SetOutcome,
+    ConfigdConnection, ConfigdError, ParameterList, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
 use armor_wire::config::FindingRecord;
@@ -35,7 +35,7 @@ pub struct SetReport {
 
 /// Lists and sets parameters.
 pub struct ParameterClient {
-    wishes: Sender<ParameterRequest>,
+    requests: Sender<ParameterRequest>,
     shared: Arc<SharedParameters>,
 }
 
@@ -51,8 +51,8 @@ struct SharedParameters {
 
 #[derive(Default)]
 struct ParameterState {
-    listed: Option<Arc<Result<Parameters, String>>>,
-    told: Option<SetReport>,
+    listed: Option<Arc<Result<ParameterList, String>>>,
+    last_result: Option<SetReport>,
     is_asking: bool,
     /// Values were written into the file since [`ParameterClient::has_written`] was last called.
     has_written: bool,
@@ -65,7 +65,7 @@ impl ParameterClient {
     /// # Errors
     /// If no thread can be started.
     pub fn open(directory: &Directory, from: &str, wake: WakeCallback) -> io::Result<Self> {
-        let (wishes, asked) = mpsc::channel();
+        let (requests, asked) = mpsc::channel();
         let shared = Arc::<SharedParameters>::default();
         let thread = ParameterThread {
             directory: directory.clone(),
@@ -74,17 +74,17 @@ impl ParameterClient {
             wake,
         };
         spawn_detached("look-parameters", move || thread.serve_requests(&asked))?;
-        Ok(Self { wishes, shared })
+        Ok(Self { requests, shared })
     }
 
     /// Returns a client that always shows these parameters and ignores requests: for tests of
     /// displays.
-    pub fn still(listed: Parameters, told: Option<SetReport>) -> Self {
-        let has_written = told.as_ref().is_some_and(|told| told.is_set);
+    pub fn still(listed: ParameterList, last_result: Option<SetReport>) -> Self {
+        let has_written = last_result.as_ref().is_some_and(|result| result.is_set);
         let listed = Some(Arc::new(Ok(listed)));
-        let state = ParameterState { listed, told, is_asking: false, has_written };
+        let state = ParameterState { listed, last_result, is_asking: false, has_written };
         Self {
-            wishes: mpsc::channel().0,
+            requests: mpsc::channel().0,
             shared: Arc::new(SharedParameters { state: Mutex::new(state) }),
         }
     }
@@ -94,7 +94,7 @@ impl ParameterClient {
         let mut state = self.shared.state.lock();
         if !std::mem::replace(&mut state.is_asking, true) {
             drop(state);
-            let _ = self.wishes.send(ParameterRequest::List);
+            let _ = self.requests.send(ParameterRequest::List);
         }
     }
 
@@ -103,11 +103,11 @@ impl ParameterClient {
     pub fn set(&self, component: &str, parameter: &str, value: Option<&str>) {
         let (component, parameter) = (component.into(), parameter.into());
         let value = value.map(Into::into);
-        let _ = self.wishes.send(ParameterRequest::Set { component, parameter, value });
+        let _ = self.requests.send(ParameterRequest::Set { component, parameter, value });
     }
 
     /// Returns the parameters as last listed, or why they could not be listed.
-    pub fn listed(&self) -> Option<Arc<Result<Parameters, String>>> {
+    pub fn listed(&self) -> Option<Arc<Result<ParameterList, String>>> {
         self.shared.state.lock().listed.clone()
     }
 
@@ -118,7 +118,7 @@ impl ParameterClient {
 
     /// Returns the result of the last request to set a parameter.
     pub fn last_result(&self) -> Option<SetReport> {
-        self.shared.state.lock().told.clone()
+        self.shared.state.lock().last_result.clone()
     }
 }
 
@@ -131,10 +131,10 @@ struct ParameterThread {
 
 impl ParameterThread {
     fn serve_requests(self, asked: &Receiver<ParameterRequest>) {
-        while let Ok(wish) = asked.recv() {
-            if let ParameterRequest::Set { component, parameter, value } = &wish {
+        while let Ok(request) = asked.recv() {
+            if let ParameterRequest::Set { component, parameter, value } = &request {
                 let report = self.set_parameter(component, parameter, value.as_deref());
-                self.shared.state.lock().told = Some(report);
+                self.shared.state.lock().last_result = Some(report);
             }
             let listed = self.connect_to_configd().and_then(|mut configd| configd.parameters(None));
             let listed = listed.map_err(|error| error.to_string());

@@ -49,8 +49,8 @@ impl Series {
         self.points.back().copied()
     }
 
-    /// Returns the points from `from_s` on, at most about `count` of them: the lowest and the highest
-    /// of each stretch, so that no spike is lost.
+    /// Returns the points from `from_s` on, at most about `count` of them: the lowest and the
+    /// highest of each stretch, so that no spike is lost.
     pub fn thin_points(&self, from_s: f64, count: usize) -> Vec<[f64; 2]> {
         let first = self.points.partition_point(|[time_s, _]| *time_s < from_s);
         // One point before the window, so that the line reaches the edge of the plot.

@@ -1,5 +1,6 @@
-//! One small file per running system of this user, by which tools find it. The launcher holds a lock
-//! on its file: if another process can take the lock, the launcher has ended and the file is removed.
+//! One small file per running system of this user, by which tools find it. The launcher holds a
+//! lock on its file: if another process can take the lock, the launcher has ended and the file is
+//! removed.
 
 use std::fs::{self, DirBuilder, File};
 use std::io;

@@ -106,7 +106,8 @@ impl WatchedValues {
         self.with_channel(data, |channel| channel.present_look())
     }
 
-    /// Calls `show` with the value at `path` of `data` over time, recorded since the first such call.
+    /// Calls `show` with the value at `path` of `data` over time, recorded since the first such
+    /// call.
     pub fn series<R>(&self, data: &str, path: &str, show: impl FnOnce(&Series) -> R) -> R {
         self.with_channel(data, |channel| show(channel.series.entry(path.to_owned()).or_default()))
     }

@@ -120,7 +120,8 @@ impl SystemWatch {
         self.directory.clock().timestamp()
     }
 
-    /// Stops watching; the picture stays as it is, even if another system starts at the same address.
+    /// Stops watching; the picture stays as it is, even if another system starts at the same
+    /// address.
     pub fn rest(&self) {
         self.shared.is_closing.store(true, Ordering::Relaxed);
         self.directory.close();
@@ -159,7 +160,9 @@ fn connect_to(entry: &ComponentEntry, name: &str, inputs: &Sender<WatchInput>) -
         let (inputs, whose) = (inputs.clone(), whose.clone());
         move |event| {
             let event = match event {
-                ControlEvent::Answer(answer) => SystemEvent::Said(whose.clone(), instance, answer),
+                ControlEvent::Answer(answer) => {
+                    SystemEvent::Answered(whose.clone(), instance, answer)
+                }
                 ControlEvent::Closed(reason) => {
                     SystemEvent::Closed(whose.clone(), instance, reason)
                 }

@@ -8,7 +8,7 @@ mod wire_records;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use armor_sdk::configuration::{Differences, Parameters, SetOutcome};
+use armor_sdk::configuration::{Differences, ParameterList, SetOutcome};
 use armor_wire::config::{ChangeRecord, ListedParameter};
 use serde_json::json;
 
@@ -72,7 +72,7 @@ fn quote_value(text: &str) -> String {
     if text.is_empty() { "\"\"".into() } else { text.to_owned() }
 }
 
-fn warn_if_refused(found: &Parameters) {
+fn warn_if_refused(found: &ParameterList) {
     if found.refused {
         eprintln!(
             "warning: the file on the disk is not valid; these are the values of version {}, which \

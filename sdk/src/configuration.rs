@@ -8,4 +8,4 @@ mod questions;
 pub(crate) mod requests;
 
 pub use connection::ConfigdConnection;
-pub use questions::{ConfigdError, Differences, Parameters, Questions, SetOutcome};
+pub use questions::{ConfigdError, Differences, ParameterList, Questions, SetOutcome};

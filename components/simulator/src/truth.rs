@@ -108,16 +108,9 @@ fn mark_corners(walls: &Grid<bool>, truth: &mut Grid<Occupancy>) {
 mod tests {
     use super::*;
 
-    /// Two rooms with a door between them, a solid table, and a closed cupboard with a wall inside.
-    const ROOMS: &str = r#"<svg>
-        <rect x="0" y="0" width="6" height="4"/>
-        <path d="M3 0 V1.5 M3 2.5 V4"/>
-        <rect x="4" y="1" width="1" height="1"/>
-        <rect x="1" y="3" width="1" height="0.5"/><line x1="1.5" y1="3" x2="1.5" y2="3.5"/>
-        <circle id="start" cx="1.52" cy="2.02"/></svg>"#;
-
     fn world() -> World {
-        World::parse("rooms.svg", ROOMS.as_bytes()).expect("a readable world")
+        let rooms = include_bytes!("../tests/two-rooms.svg");
+        World::parse("two-rooms.svg", rooms).expect("a readable world")
     }
 
     fn truth() -> Grid<Occupancy> {

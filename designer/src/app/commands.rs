@@ -26,7 +26,7 @@ impl Designer {
         });
         match modal.inner {
             Picked::Open if !modal.backdrop_response.clicked() => self.commands = Some(list),
-            Picked::One(command) => self.desk.order(command),
+            Picked::One(command) => self.workspace.order_command(command),
             _ => {}
         }
     }

@@ -20,13 +20,13 @@ pub(super) enum Dialog {
     Export(PathChoice),
     /// Whether to overwrite a picture.
     OverwritePicture(PathBuf),
-    /// What to do with what is not saved.
+    /// What to do with unsaved work.
     Unsaved(Then),
     /// Whether to stop what runs and leave.
     Running,
 }
 
-/// What comes after leaving the open files.
+/// What follows after the open files are closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Then {
     /// A robot from nothing.
@@ -37,7 +37,7 @@ pub(super) enum Then {
     OpenThis(PathBuf),
     /// A run of the open file.
     Run,
-    /// The end.
+    /// The window closes.
     Quit,
 }
 
@@ -87,7 +87,7 @@ impl Designer {
         match choice.show(ui, "Save") {
             Chosen::Open => self.dialog = Some(Dialog::SaveAs(choice)),
             Chosen::Left => self.after_saving = None,
-            Chosen::File(path) if path.exists() && self.desk.project.path() != Some(&path) => {
+            Chosen::File(path) if path.exists() && self.workspace.project.path() != Some(&path) => {
                 self.dialog = Some(Dialog::Overwrite(path));
             }
             Chosen::File(path) => self.save_there(path),
@@ -96,7 +96,7 @@ impl Designer {
 
     fn save_there(&mut self, path: PathBuf) {
         let folder = path.parent().map(ToOwned::to_owned);
-        self.desk.project.save_as(path);
+        self.workspace.project.save_as(path);
         if let (Some(kinds), Some(folder)) = (&self.kinds, folder) {
             kinds.set_folder(folder);
         }
@@ -109,7 +109,7 @@ impl Designer {
             if ui.button("Overwrite").clicked() {
                 self.save_there(path);
             } else if ui.button("Choose another name").clicked() || pressed_escape(ui) {
-                self.dialog = Some(Dialog::save_as(&self.desk.project));
+                self.dialog = Some(Dialog::save_as(&self.workspace.project));
             } else {
                 self.dialog = Some(Dialog::Overwrite(path));
             }
@@ -118,15 +118,15 @@ impl Designer {
 
     fn ask_unsaved(&mut self, ui: &mut egui::Ui, then: Then) {
         ui.heading("Unsaved changes");
-        let name = self.desk.project.name();
+        let name = self.workspace.project.name();
         ui.label(format!("{} has unsaved changes.", crate::text::paintable(ui.ctx(), &name)));
         ui.horizontal(|ui| {
             if ui.button("Save").clicked() {
                 self.after_saving = Some(then);
-                self.desk.order(crate::commands::Command::Save);
+                self.workspace.order_command(crate::commands::Command::Save);
             } else if ui.button("Leave without saving").clicked() {
                 let ctx = ui.ctx().clone();
-                self.go(then, &ctx);
+                self.proceed(then, &ctx);
             } else if ui.button("Stay").clicked() || pressed_escape(ui) {
                 self.after_saving = None;
             } else {
@@ -147,42 +147,42 @@ impl Designer {
         });
     }
 
-    /// Asks before the window closes over what is not saved, or over a robot that runs.
+    /// Asks before the window closes with unsaved work or a running robot.
     pub(super) fn watch_closing(&mut self, ctx: &egui::Context) {
         let asks = ctx.input(|i| i.viewport().close_requested());
         if !asks || self.is_leaving {
             return;
         }
         let is_taken = self.finish_writing();
-        let is_dirty = self.desk.project.is_dirty();
+        let is_dirty = self.workspace.project.is_dirty();
         if is_dirty || !is_taken {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
         }
         if is_dirty {
             self.dialog = Some(Dialog::Unsaved(Then::Quit));
-        } else if self.desk.live.run().is_some() {
+        } else if self.workspace.live.run().is_some() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
             self.dialog = Some(Dialog::Running);
         }
     }
 
-    /// Goes on once the files are saved, if that was what it was for.
-    pub(super) fn saved(&mut self) {
+    /// Continues what was waiting for the files to be saved.
+    pub(super) fn continue_after_saving(&mut self) {
         if let Some(then) = self.after_saving.take() {
             let ctx = self.ctx.clone();
-            self.go(then, &ctx);
+            self.proceed(then, &ctx);
         }
     }
 
-    /// Shows why not, stays, and leads to what is wrong.
+    /// Shows why the files were not saved, and the place of the first error.
     pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
-        self.desk.settings.problems = true;
-        self.desk.messages.warn(refused.to_string());
+        self.workspace.settings.problems = true;
+        self.workspace.messages.warn(refused.to_string());
         self.after_saving = None;
         if let SaveRefused::Wrong(errors) = refused
             && let Some(at) = errors.iter().find_map(|finding| finding.at.as_ref())
         {
-            self.desk.shown = self.desk.project.item_at(at);
+            self.workspace.shown = self.workspace.project.item_at(at);
         }
     }
 }

@@ -1,5 +1,5 @@
-//! What the window does with the disk: unsaved work kept and brought back, files dropped on it,
-//! the page it begins with, pictures of the drawing.
+//! What the window does with the disk: it backs up and restores unsaved work, opens dropped files,
+//! shows the welcome page, and saves pictures of the drawing.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,15 +8,15 @@ use eframe::egui::{self, Align2, Area, CentralPanel, FontId, Id, Order};
 
 use crate::app::Designer;
 use crate::app::dialogs::Dialog;
-use crate::desk::Desk;
 use crate::disk::examples::{self, Example};
 use crate::disk::recovery::Kept;
-use crate::disk::{Wish, own, put_back};
+use crate::disk::{KeeperRequest, own, put_back};
 use crate::export;
 use crate::help::welcome::{self, Chosen};
 use crate::panels::path::{self, PathChoice};
 use crate::project::Project;
 use crate::view::View;
+use crate::workspace::Workspace;
 
 impl Dialog {
     pub(super) fn export(project: &Project, view: View) -> Self {
@@ -32,38 +32,38 @@ impl Dialog {
 }
 
 impl Designer {
-    /// Keeps unsaved work, takes what changed on the disk and what is dropped on the window.
-    pub(super) fn keep(&mut self, ctx: &egui::Context) {
-        let draft = self.panes.iter().find_map(|(_, pane)| pane.draft());
-        let Desk { project, messages, live, .. } = &mut self.desk;
-        self.keeper.tick(ctx, project, draft, messages, || live.has_written());
+    /// Backs up unsaved work, handles changes on the disk, and opens dropped files.
+    pub(super) fn synchronize_disk(&mut self, ctx: &egui::Context) {
+        let draft = self.panes.iter().find_map(|(_, pane)| pane.field_draft());
+        let Workspace { project, messages, live, .. } = &mut self.workspace;
+        self.keeper.synchronize(ctx, project, draft, messages, || live.has_written());
         self.take_dropped(ctx);
     }
 
-    /// Asks what only the user can decide of files.
+    /// Shows the questions about files that only the user can answer.
     pub(super) fn ask_of_files(&mut self, ctx: &egui::Context) {
-        match self.keeper.ask(ctx, &mut self.desk.project) {
-            Some(Wish::Recover(kept)) => self.recover(&kept),
+        match self.keeper.show_questions(ctx, &mut self.workspace.project) {
+            Some(KeeperRequest::Recover(kept)) => self.recover_work(&kept),
             None => {}
         }
     }
 
-    /// Opens the files of unsaved work and puts the work over them. Nothing is written.
-    fn recover(&mut self, kept: &Kept) {
-        let kinds = Arc::clone(self.desk.project.kinds());
+    /// Opens the files of unsaved work and restores the work in them. Nothing is written.
+    fn recover_work(&mut self, kept: &Kept) {
+        let kinds = Arc::clone(self.workspace.project.kinds());
         let path = kept.files.first().and_then(|file| file.path.as_ref()).map(PathBuf::from);
         let opened = path.as_ref().map(|path| Project::open(path, Arc::clone(&kinds)));
         let project = match opened {
             Some(Ok(project)) => project,
             Some(Err(error)) => {
-                self.desk.messages.warn(format!("{error}; its text is open as a new robot"));
+                self.workspace.messages.warn(format!("{error}; its text is open as a new robot"));
                 Project::new(kinds)
             }
             None => Project::new(kinds),
         };
         self.set_project(project);
-        put_back(kept, &mut self.desk.project);
-        self.desk.messages.tell("Unsaved work restored; save to write it to the file");
+        put_back(kept, &mut self.workspace.project);
+        self.workspace.messages.report("Unsaved work restored; save to write it to the file");
     }
 
     fn take_dropped(&mut self, ctx: &egui::Context) {
@@ -74,7 +74,9 @@ impl Designer {
         });
         if let Some(path) = dropped.first() {
             if dropped.len() > 1 {
-                self.desk.messages.warn("Only one file can be opened at a time; opened the first");
+                self.workspace
+                    .messages
+                    .warn("Only one file can be opened at a time; opened the first");
             }
             self.ask_to_open(path.clone(), ctx);
         } else if hovers {
@@ -89,10 +91,10 @@ impl Designer {
         let chosen = shown.inner;
         let ctx = ui.ctx().clone();
         match chosen {
-            Some(Chosen::Run(crate::Command::New)) if !self.desk.project.is_dirty() => {
-                self.go(super::dialogs::Then::New, &ctx);
+            Some(Chosen::Run(crate::Command::New)) if !self.workspace.project.is_dirty() => {
+                self.proceed(super::dialogs::Then::New, &ctx);
             }
-            Some(Chosen::Run(command)) => self.desk.order(command),
+            Some(Chosen::Run(command)) => self.workspace.order_command(command),
             Some(Chosen::Back) => self.first_page = false,
             Some(Chosen::Open(path)) => self.ask_to_open(path, &ctx),
             Some(Chosen::Example(example)) => self.open_example(example, &ctx),
@@ -103,7 +105,7 @@ impl Designer {
 
     fn open_example(&mut self, example: &Example, ctx: &egui::Context) {
         let Some(data) = own::data_folder() else {
-            self.desk.messages.warn("Cannot copy the example: HOME is not set");
+            self.workspace.messages.warn("Cannot copy the example: HOME is not set");
             return;
         };
         let folder = examples::folder(&data);
@@ -111,7 +113,7 @@ impl Designer {
             Ok(()) => self.ask_to_open(folder.join(example.file), ctx),
             Err(error) => {
                 let folder = folder.display();
-                self.desk.messages.warn(format!("{folder} cannot be written: {error}"));
+                self.workspace.messages.warn(format!("{folder} cannot be written: {error}"));
             }
         }
     }
@@ -144,7 +146,7 @@ impl Designer {
             path::Chosen::File(path) if path.exists() => {
                 self.dialog = Some(Dialog::OverwritePicture(path));
             }
-            path::Chosen::File(path) => self.export(&path),
+            path::Chosen::File(path) => self.export_drawing(&path),
         }
     }
 
@@ -153,11 +155,11 @@ impl Designer {
         ui.label(crate::text::paintable(ui.ctx(), &path.to_string_lossy()));
         ui.horizontal(|ui| {
             if ui.button("Overwrite").clicked() {
-                self.export(&path);
+                self.export_drawing(&path);
             } else if ui.button("Choose another name").clicked()
                 || ui.input(|input| input.key_pressed(egui::Key::Escape))
             {
-                self.dialog = Some(Dialog::export(&self.desk.project, self.view));
+                self.dialog = Some(Dialog::export(&self.workspace.project, self.view));
             } else {
                 self.dialog = Some(Dialog::OverwritePicture(path));
             }
@@ -165,22 +167,22 @@ impl Designer {
     }
 
     /// Saves the drawing that is shown as a picture of twice its size in points.
-    fn export(&mut self, path: &Path) {
+    fn export_drawing(&mut self, path: &Path) {
         const PIXELS_PER_POINT: f32 = 2.0;
         let is_dark = self.ctx.theme() == egui::Theme::Dark;
-        let (pane, desk) = self.pane();
-        let saved = export::export(pane.drawing(desk), path, is_dark, PIXELS_PER_POINT);
+        let (pane, workspace) = self.pane();
+        let saved = export::export(pane.whole_drawing(workspace), path, is_dark, PIXELS_PER_POINT);
         match saved {
             Ok(()) => {
                 let path = crate::text::path(path);
-                self.desk.messages.tell(format!("Drawing saved as {path}"));
+                self.workspace.messages.report(format!("Drawing saved as {path}"));
             }
-            Err(error) => self.desk.messages.warn(format!("Not exported: {error}")),
+            Err(error) => self.workspace.messages.warn(format!("Not exported: {error}")),
         }
     }
 }
 
-/// Shows what letting go would do.
+/// Shows what dropping a file would do.
 fn hint_to_drop(ctx: &egui::Context) {
     let area = Area::new(Id::unique("drop")).order(Order::Foreground);
     area.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).interactable(false).show(ctx, |ui| {

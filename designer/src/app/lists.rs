@@ -13,6 +13,6 @@ pub(crate) struct AllCommands {
 #[derive(Default)]
 pub(crate) struct FindList {
     pub(super) picker: Picker,
-    /// Everything there is, gathered when it was opened.
+    /// All entries, collected when it was opened.
     pub(super) entries: Option<Vec<Entry<Item>>>,
 }

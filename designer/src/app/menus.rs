@@ -13,12 +13,12 @@ const TOOLS: &[&[Command]] = &[
     &[Command::ZoomFit, Command::Find],
 ];
 
-/// The views and one more tool are about so wide.
+/// Approximate width of the views and one more tool.
 const VIEWS_AND_A_TOOL: f32 = 320.0;
 
 impl Designer {
     /// Runs the commands whose keys are pressed, unless a text is being written.
-    pub(super) fn keys(&mut self, ctx: &egui::Context) {
+    pub(super) fn handle_shortcuts(&mut self, ctx: &egui::Context) {
         let is_asked = self.dialog.is_some() || self.find.is_some() || self.commands.is_some();
         if is_asked || self.pane().0.is_asking() || self.shortcuts || self.keeper.is_asking() {
             return;
@@ -39,13 +39,13 @@ impl Designer {
             if (writes && edits) || ctx.any_popup_open() && is_written {
                 continue;
             }
-            if ctx.input_mut(|i| take(i, keys)) {
-                self.desk.order(about.command);
+            if ctx.input_mut(|i| consume_shortcut(i, keys)) {
+                self.workspace.order_command(about.command);
             }
         }
         let also = egui::KeyboardShortcut::new(egui::Modifiers::COMMAND, Key::Y);
-        if !writes && ctx.input_mut(|i| take(i, also)) {
-            self.desk.order(Command::Redo);
+        if !writes && ctx.input_mut(|i| consume_shortcut(i, also)) {
+            self.workspace.order_command(Command::Redo);
         }
         self.clipboard_keys(ctx, writes);
     }
@@ -59,16 +59,16 @@ impl Designer {
         ctx.input(|i| {
             for event in &i.events {
                 match event {
-                    egui::Event::Copy => self.desk.commands.push(Command::Copy),
-                    egui::Event::Cut => self.desk.commands.push(Command::Cut),
+                    egui::Event::Copy => self.workspace.commands.push(Command::Copy),
+                    egui::Event::Cut => self.workspace.commands.push(Command::Cut),
                     egui::Event::Paste(text) => pasted = Some(text.clone()),
                     _ => {}
                 }
             }
         });
         if let Some(text) = pasted {
-            let (pane, desk) = self.pane();
-            pane.paste(&text, desk);
+            let (pane, workspace) = self.pane();
+            pane.paste_text(&text, workspace);
         }
     }
 
@@ -91,7 +91,7 @@ impl Designer {
                     for command in *group {
                         // All of them are in the menus; the views always have room.
                         if ui.available_width() > VIEWS_AND_A_TOOL {
-                            self.tool(ui, *command);
+                            self.show_tool_button(ui, *command);
                         }
                     }
                     ui.separator();
@@ -106,8 +106,8 @@ impl Designer {
         let may = self.may(command);
         let mut text = entry.name.to_owned();
         match command {
-            Command::Undo => text = with(text, self.desk.project.undoable()),
-            Command::Redo => text = with(text, self.desk.project.redoable()),
+            Command::Undo => text = with(text, self.workspace.project.undoable()),
+            Command::Redo => text = with(text, self.workspace.project.redoable()),
             _ => {}
         }
         let mut button = Button::new(text);
@@ -118,12 +118,12 @@ impl Designer {
             button = button.selected(is_on);
         }
         if ui.add_enabled(may, button).on_hover_text(entry.doc).clicked() {
-            self.desk.order(command);
+            self.workspace.order_command(command);
             ui.close();
         }
     }
 
-    fn tool(&mut self, ui: &mut egui::Ui, command: Command) {
+    fn show_tool_button(&mut self, ui: &mut egui::Ui, command: Command) {
         let entry = about(command);
         let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
         let may = self.may(command);
@@ -132,7 +132,7 @@ impl Designer {
         // The menu has an entry of the same name.
         let button = button.accessible_name(format!("tool: {}", entry.name));
         if button.clicked() {
-            self.desk.order(command);
+            self.workspace.order_command(command);
         }
     }
 
@@ -147,14 +147,14 @@ impl Designer {
             let entry = about(command);
             let tab = ui.selectable_label(self.view == view, entry.name).on_hover_text(entry.doc);
             if tab.accessible_name(format!("view: {}", entry.name)).clicked() {
-                self.desk.order(command);
+                self.workspace.order_command(command);
             }
         }
     }
 
     /// Whether a command that is on or off is on.
     fn is_on(&self, command: Command) -> Option<bool> {
-        let settings = &self.desk.settings;
+        let settings = &self.workspace.settings;
         Some(match command {
             Command::TogglePalette => settings.palette,
             Command::ToggleProperties => settings.properties,
@@ -171,13 +171,14 @@ impl Designer {
     pub(super) fn status_bar(&mut self, ui: &mut egui::Ui) {
         egui::Panel::bottom("status").show(ui, |ui| {
             ui.horizontal(|ui| {
-                let name = crate::text::paintable(ui.ctx(), &self.desk.project.name()).into_owned();
+                let name =
+                    crate::text::paintable(ui.ctx(), &self.workspace.project.name()).into_owned();
                 let star = if self.is_unsaved() { " (not saved)" } else { "" };
                 ui.label(format!("{name}{star}"));
                 ui.separator();
-                self.verdict(ui);
+                self.show_verdict(ui);
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let kinds = self.desk.project.kinds();
+                    let kinds = self.workspace.project.kinds();
                     match kinds.manifests() {
                         Some(manifests) => ui.weak(format!("{} component kinds", manifests.len())),
                         None => ui.weak("component kinds not loaded yet"),
@@ -187,10 +188,10 @@ impl Designer {
         });
     }
 
-    /// What is wrong, in a few words; a click shows it all.
-    fn verdict(&mut self, ui: &mut egui::Ui) {
+    /// Shows the number of problems; a click shows the list.
+    fn show_verdict(&mut self, ui: &mut egui::Ui) {
         use armor_robotfile::Severity;
-        let checked = self.desk.project.checked();
+        let checked = self.workspace.project.checked();
         let counted = |severity| checked.findings.counted(severity);
         let (text, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {
             (None, None) => ("No problems".to_owned(), ui.visuals().weak_text_color()),
@@ -203,18 +204,18 @@ impl Designer {
         let button = Button::new(egui::RichText::new(text).color(colour)).frame(false);
         let doc = about(Command::ToggleProblems).doc;
         if ui.add(button).on_hover_text(doc).clicked() {
-            self.desk.order(Command::ToggleProblems);
+            self.workspace.order_command(Command::ToggleProblems);
         }
-        if self.desk.project.is_saving() {
+        if self.workspace.project.is_saving() {
             ui.weak("checking, then saving");
-        } else if self.desk.project.is_checking() {
+        } else if self.workspace.project.is_checking() {
             ui.weak("checking");
         }
     }
 }
 
-/// Takes a press of exactly these keys out of the input. Some keyboards need shift for a plus.
-fn take(input: &mut egui::InputState, keys: egui::KeyboardShortcut) -> bool {
+/// Removes a press of exactly these keys from the input. Some keyboards need shift for a plus.
+fn consume_shortcut(input: &mut egui::InputState, keys: egui::KeyboardShortcut) -> bool {
     let is_it = |event: &egui::Event| {
         let egui::Event::Key { key, pressed: true, modifiers, .. } = event else { return false };
         let fits = match keys.logical_key {
@@ -227,7 +228,7 @@ fn take(input: &mut egui::InputState, keys: egui::KeyboardShortcut) -> bool {
     found.inspect(|at| drop(input.events.remove(*at))).is_some()
 }
 
-/// Whether a field in which a text is written has a use of its own for the keys.
+/// Returns whether a text field uses these keys itself.
 fn is_text_editing(command: Command) -> bool {
     matches!(
         command,

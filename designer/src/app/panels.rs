@@ -9,7 +9,7 @@ use eframe::egui::{
 
 use crate::app::Designer;
 use crate::commands::Command;
-use crate::desk::Tone;
+use crate::messages::MessageKind;
 use crate::view::View;
 
 /// A panel at a side gets at most this share of the window.
@@ -17,50 +17,50 @@ const SIDE_SHARE: f32 = 0.35;
 
 impl Designer {
     pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
-        // While it runs the log has their place.
-        if self.desk.settings.problems && self.view != View::Live {
+        // In the live view the log takes their place.
+        if self.workspace.settings.problems && self.view != View::Live {
             let panel =
                 Panel::bottom("problems").resizable(true).default_size(130.0).min_size(60.0);
-            panel.show(ui, |ui| self.problems(ui));
+            panel.show(ui, |ui| self.show_problems(ui));
         }
-        // The drawing is to keep the most, also where the window was wider before.
+        // The drawing keeps the largest share, also after the window was made narrower.
         let most = ui.available_width() * SIDE_SHARE;
-        if self.desk.settings.palette {
+        if self.workspace.settings.palette {
             let panel = Panel::left("palette").resizable(true).default_size(220.0);
             let panel = panel.size_range(150.0..=most.max(150.0));
             panel.show(ui, |ui| {
-                let (pane, desk) = self.pane();
-                pane.left(ui, desk);
+                let (pane, workspace) = self.pane();
+                pane.show_left_panel(ui, workspace);
             });
         }
-        if self.desk.settings.properties {
+        if self.workspace.settings.properties {
             let panel = Panel::right("properties").resizable(true).default_size(300.0);
             let panel = panel.size_range(220.0..=most.max(220.0));
             panel.show(ui, |ui| {
-                let (pane, desk) = self.pane();
-                pane.right(ui, desk);
+                let (pane, workspace) = self.pane();
+                pane.show_right_panel(ui, workspace);
             });
         }
     }
 
-    /// What is wrong, as `armor check` prints it; a click goes there.
-    fn problems(&mut self, ui: &mut egui::Ui) {
-        let findings = std::sync::Arc::clone(&self.desk.project.checked().findings);
+    /// Shows the findings as `armor check` prints them; a click shows the item.
+    fn show_problems(&mut self, ui: &mut egui::Ui) {
+        let findings = std::sync::Arc::clone(&self.workspace.project.checked().findings);
         ui.horizontal(|ui| {
             ui.strong("Problems");
-            if self.desk.project.is_checking() {
+            if self.workspace.project.is_checking() {
                 ui.weak("checking");
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.small_button("Hide").clicked() {
-                    self.desk.order(Command::ToggleProblems);
+                    self.workspace.order_command(Command::ToggleProblems);
                 }
             });
         });
         if findings.is_empty() {
             ui.weak("No problems.");
         }
-        // Only the lines that can be seen are laid out: there may be hundreds.
+        // Only visible lines are laid out: there may be hundreds.
         let height = ui.text_style_height(&egui::TextStyle::Body) + 2.0;
         let list = ScrollArea::vertical().auto_shrink(false);
         let mut sorted: Vec<_> = findings.iter().collect();
@@ -71,13 +71,13 @@ impl Designer {
         });
         list.show_rows(ui, height, sorted.len(), |ui, rows| {
             for finding in &sorted[rows] {
-                self.problem(ui, finding, height);
+                self.show_problem(ui, finding, height);
             }
         });
     }
 
-    /// One line; what does not fit into it is said when the pointer rests there.
-    fn problem(&mut self, ui: &mut egui::Ui, finding: &Finding, height: f32) {
+    /// Shows one line; its tooltip holds what does not fit.
+    fn show_problem(&mut self, ui: &mut egui::Ui, finding: &Finding, height: f32) {
         let (sign, colour) = match finding.severity() {
             Severity::Error => ("error", ui.visuals().error_fg_color),
             Severity::Warning => ("warning", ui.visuals().warn_fg_color),
@@ -104,7 +104,7 @@ impl Designer {
             if ui.link(message).on_hover_text(whole).clicked()
                 && let Some(at) = &finding.at
             {
-                self.desk.shown = self.desk.project.item_at(at);
+                self.workspace.shown = self.workspace.project.item_at(at);
             }
             if !finding.remedy.is_empty() {
                 ui.weak(shown(&finding.remedy));
@@ -112,9 +112,9 @@ impl Designer {
         });
     }
 
-    /// What was just done or refused, over the drawing.
+    /// Shows the messages over the drawing.
     pub(super) fn show_messages(&mut self, ctx: &egui::Context, middle: Rect) {
-        let shown = self.desk.messages.current().to_vec();
+        let shown = self.workspace.messages.current().to_vec();
         if shown.is_empty() {
             return;
         }
@@ -124,8 +124,8 @@ impl Designer {
         area.pivot(Align2::CENTER_BOTTOM).show(ctx, |ui| {
             for (n, (_, tone, text)) in shown.iter().enumerate() {
                 let colour = match tone {
-                    Tone::Told => ui.visuals().widgets.noninteractive.bg_stroke.color,
-                    Tone::Warned => ui.visuals().warn_fg_color,
+                    MessageKind::Done => ui.visuals().widgets.noninteractive.bg_stroke.color,
+                    MessageKind::Refused => ui.visuals().warn_fg_color,
                 };
                 let frame = Frame::popup(ui.style()).stroke(Stroke::new(1.0, colour));
                 let response = frame.show(ui, |ui| {
@@ -139,9 +139,9 @@ impl Designer {
             }
         });
         if let Some(number) = dismissed {
-            self.desk.messages.dismiss(number);
+            self.workspace.messages.dismiss(number);
         }
-        if let Some(wait) = self.desk.messages.next_change() {
+        if let Some(wait) = self.workspace.messages.next_change() {
             ctx.request_repaint_after(wait);
         }
     }

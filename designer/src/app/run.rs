@@ -1,4 +1,4 @@
-//! Who runs a command, and whether it can be run.
+//! Which part of the window runs a command, and whether it can be run.
 
 use std::collections::BTreeSet;
 
@@ -16,18 +16,19 @@ impl Designer {
     /// Whether a command can be run now.
     pub(super) fn may(&self, command: Command) -> bool {
         match command {
-            Command::Undo => self.desk.project.undoable().is_some(),
-            Command::Redo => self.desk.project.redoable().is_some(),
+            Command::Undo => self.workspace.project.undoable().is_some(),
+            Command::Redo => self.workspace.project.redoable().is_some(),
             Command::ShowSystem => self.has(View::System),
             Command::ShowMission => self.has(View::Mission),
             Command::ShowLive => self.has(View::Live),
-            Command::NextProblem => !self.desk.project.checked().findings.is_empty(),
+            Command::NextProblem => !self.workspace.project.checked().findings.is_empty(),
             Command::Run | Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
-                self.desk.live.may(command)
+                self.workspace.live.may(command)
             }
             _ => {
                 let pane = self.panes.iter().find(|(view, _)| *view == self.view);
-                pane.and_then(|(_, pane)| pane.may(command, &self.desk)).unwrap_or(is_own(command))
+                pane.and_then(|(_, pane)| pane.can_run(command, &self.workspace))
+                    .unwrap_or(is_own(command))
             }
         }
     }
@@ -36,28 +37,28 @@ impl Designer {
         self.panes.iter().any(|(known, _)| *known == view)
     }
 
-    /// Ends what is being written into a field of any view. Returns whether it was taken.
+    /// Applies the field that is being edited in any view. Returns whether it was accepted.
     pub(super) fn finish_writing(&mut self) -> bool {
-        let desk = &mut self.desk;
-        self.panes.iter_mut().fold(true, |all, (_, pane)| pane.finish(desk) && all)
+        let workspace = &mut self.workspace;
+        self.panes.iter_mut().fold(true, |all, (_, pane)| pane.finish_field(workspace) && all)
     }
 
-    /// Runs what was ordered while the frame was drawn. What was being written belongs to what a
-    /// command is about; where it is refused, nothing is saved or left without it.
+    /// Runs the commands ordered while the frame was drawn. The field that is being edited is
+    /// applied first; if it is refused, a command that saves or closes the files is not run.
     pub(super) fn run_orders(&mut self, ctx: &egui::Context) {
-        let commands = std::mem::take(&mut self.desk.commands);
+        let commands = std::mem::take(&mut self.workspace.commands);
         let is_taken = commands.is_empty() || self.finish_writing();
         for command in commands {
             if self.may(command) && (is_taken || !concerns_file(command)) {
                 self.run(command, ctx);
             }
         }
-        if let Some(item) = self.desk.shown.take() {
+        if let Some(item) = self.workspace.shown.take() {
             if self.has(item.view()) {
                 self.view = item.view();
             }
-            let (pane, desk) = self.pane();
-            pane.show_item(item, desk);
+            let (pane, workspace) = self.pane();
+            pane.show_item(item, workspace);
             ctx.request_repaint();
         }
     }
@@ -66,40 +67,42 @@ impl Designer {
     pub fn run(&mut self, command: Command, ctx: &egui::Context) {
         ctx.request_repaint();
         match command {
-            Command::New => self.leave(Then::New, ctx),
-            Command::Open => self.leave(Then::Open, ctx),
-            Command::Quit => self.leave(Then::Quit, ctx),
-            Command::Save => match self.desk.project.save() {
+            Command::New => self.leave_project(Then::New, ctx),
+            Command::Open => self.leave_project(Then::Open, ctx),
+            Command::Quit => self.leave_project(Then::Quit, ctx),
+            Command::Save => match self.workspace.project.save() {
                 Ok(()) => {}
                 Err(SaveRefused::Nowhere) => {
-                    self.dialog = Some(Dialog::save_as(&self.desk.project));
+                    self.dialog = Some(Dialog::save_as(&self.workspace.project));
                 }
                 Err(refused) => self.not_saved(&refused),
             },
-            Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.desk.project)),
+            Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.workspace.project)),
             Command::Undo | Command::Redo => self.through_history(command),
             Command::Find => self.find = Some(FindList::default()),
             Command::ShowSystem => self.turn_to(View::System),
             Command::ShowMission => self.turn_to(View::Mission),
             Command::ShowLive => self.turn_to(View::Live),
-            Command::TogglePalette => toggle(&mut self.desk.settings.palette),
-            Command::ToggleProperties => toggle(&mut self.desk.settings.properties),
-            Command::ToggleProblems => toggle(&mut self.desk.settings.problems),
-            Command::ToggleMinimap => toggle(&mut self.desk.settings.minimap),
-            Command::ToggleSnap => toggle(&mut self.desk.settings.snap),
+            Command::TogglePalette => toggle_setting(&mut self.workspace.settings.palette),
+            Command::ToggleProperties => toggle_setting(&mut self.workspace.settings.properties),
+            Command::ToggleProblems => toggle_setting(&mut self.workspace.settings.problems),
+            Command::ToggleMinimap => toggle_setting(&mut self.workspace.settings.minimap),
+            Command::ToggleSnap => toggle_setting(&mut self.workspace.settings.snap),
             Command::ToggleTheme => self.change_theme(ctx),
             Command::NextProblem => self.next_problem(),
-            Command::Export => self.dialog = Some(Dialog::export(&self.desk.project, self.view)),
+            Command::Export => {
+                self.dialog = Some(Dialog::export(&self.workspace.project, self.view));
+            }
             Command::AllCommands => self.commands = Some(AllCommands::default()),
             Command::Shortcuts => self.shortcuts = !self.shortcuts,
             Command::FirstPage => self.first_page = true,
             Command::Run => self.ask_to_run(),
             Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
-                self.desk.live.run_command(command);
+                self.workspace.live.run_command(command);
             }
             _ => {
-                let (pane, desk) = self.pane();
-                pane.run(command, ctx, desk);
+                let (pane, workspace) = self.pane();
+                pane.run_command(command, ctx, workspace);
             }
         }
     }
@@ -109,26 +112,26 @@ impl Designer {
         self.first_page = false;
     }
 
-    /// Takes an edit back or makes it again, and selects what came with that.
+    /// Undoes or redoes an edit, and selects what it added.
     fn through_history(&mut self, command: Command) {
         let before = self.drawn();
-        let project = &mut self.desk.project;
+        let project = &mut self.workspace.project;
         let (done, word) = match command {
             Command::Undo => (project.undo(), "Undone"),
             _ => (project.redo(), "Redone"),
         };
         let Some(what) = done else { return };
-        self.desk.messages.tell(format!("{word}: {what}"));
+        self.workspace.messages.report(format!("{word}: {what}"));
         let came: BTreeSet<_> = self.drawn().difference(&before).copied().collect();
         if !came.is_empty() {
-            self.pane().0.select(came);
+            self.pane().0.select_items(came);
         }
     }
 
     /// What the view draws, but for the wires.
     fn drawn(&mut self) -> BTreeSet<Item> {
-        let (pane, desk) = self.pane();
-        let drawing = pane.drawing(desk);
+        let (pane, workspace) = self.pane();
+        let drawing = pane.whole_drawing(workspace);
         let nodes = drawing.nodes.iter().map(|node| node.item);
         nodes.chain(drawing.decorations.iter().map(|note| note.item)).collect()
     }
@@ -138,44 +141,46 @@ impl Designer {
             egui::Theme::Dark => egui::ThemePreference::Light,
             egui::Theme::Light => egui::ThemePreference::Dark,
         };
-        self.desk.settings.theme = other;
+        self.workspace.settings.theme = other;
         ctx.set_theme(other);
     }
 
     fn next_problem(&mut self) {
-        let findings = &self.desk.project.checked().findings;
+        let findings = &self.workspace.project.checked().findings;
         let places: Vec<_> = findings.iter().filter_map(|finding| finding.at.clone()).collect();
         if places.is_empty() {
             return;
         }
         self.problem = (self.problem + 1) % places.len();
-        self.desk.settings.problems = true;
-        self.desk.shown = self.desk.project.item_at(&places[self.problem]);
+        self.workspace.settings.problems = true;
+        self.workspace.shown = self.workspace.project.item_at(&places[self.problem]);
     }
 
-    /// Does what means leaving the open files, once the user agrees to lose what is not saved.
-    pub(super) fn leave(&mut self, then: Then, ctx: &egui::Context) {
+    /// Closes the open files, after the user has agreed to lose unsaved work.
+    pub(super) fn leave_project(&mut self, then: Then, ctx: &egui::Context) {
         if !self.finish_writing() {
             return;
         }
-        if self.desk.project.is_dirty() {
+        if self.workspace.project.is_dirty() {
             self.dialog = Some(Dialog::Unsaved(then));
         } else {
-            self.go(then, ctx);
+            self.proceed(then, ctx);
         }
     }
 
     /// Leaves the open files.
-    pub(super) fn go(&mut self, then: Then, ctx: &egui::Context) {
+    pub(super) fn proceed(&mut self, then: Then, ctx: &egui::Context) {
         match then {
             Then::New => {
-                let kinds = std::sync::Arc::clone(self.desk.project.kinds());
+                let kinds = std::sync::Arc::clone(self.workspace.project.kinds());
                 self.set_project(Project::new(kinds));
             }
-            Then::Open => self.dialog = Some(Dialog::open(&self.desk.project)),
+            Then::Open => self.dialog = Some(Dialog::open(&self.workspace.project)),
             Then::OpenThis(path) => self.open(&path),
             Then::Run => self.start_run(),
-            Then::Quit if self.desk.live.run().is_some() => self.dialog = Some(Dialog::Running),
+            Then::Quit if self.workspace.live.run().is_some() => {
+                self.dialog = Some(Dialog::Running);
+            }
             Then::Quit => self.close(ctx),
         }
     }
@@ -186,28 +191,28 @@ impl Designer {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
-    /// Opens a file once the user agrees to leave what is open.
+    /// Opens a file, after the user has agreed to close the open ones.
     pub fn ask_to_open(&mut self, path: std::path::PathBuf, ctx: &egui::Context) {
-        self.leave(Then::OpenThis(path), ctx);
+        self.leave_project(Then::OpenThis(path), ctx);
     }
 
-    /// Opens a file; what is open is left without being asked for.
+    /// Opens a file; the open ones are closed without a question.
     pub fn open(&mut self, path: &std::path::Path) {
-        let kinds = std::sync::Arc::clone(self.desk.project.kinds());
+        let kinds = std::sync::Arc::clone(self.workspace.project.kinds());
         match Project::open(path, kinds) {
             Ok(project) => {
                 self.set_project(project);
-                self.keeper.remember(path);
+                self.keeper.remember_file(path);
             }
             Err(error) => {
-                self.keeper.forget(path);
-                self.desk.messages.warn(error.to_string());
+                self.keeper.forget_file(path);
+                self.workspace.messages.warn(error.to_string());
             }
         }
     }
 }
 
-/// Whether a command takes the files as they are now: saves, runs or leaves them.
+/// Returns whether a command uses the current text of the files: saves, runs or closes them.
 fn concerns_file(command: Command) -> bool {
     use Command as C;
     matches!(command, C::New | C::Open | C::Save | C::SaveAs | C::Quit | C::Run)
@@ -237,6 +242,6 @@ fn is_own(command: Command) -> bool {
     )
 }
 
-fn toggle(setting: &mut bool) {
+fn toggle_setting(setting: &mut bool) {
     *setting = !*setting;
 }

@@ -11,12 +11,12 @@ use crate::view::View;
 impl Designer {
     /// Runs the open file, saved first if it is not.
     pub(super) fn ask_to_run(&mut self) {
-        if self.desk.project.path().is_none() {
+        if self.workspace.project.path().is_none() {
             self.after_saving = Some(Then::Run);
-            self.dialog = Some(Dialog::save_as(&self.desk.project));
-        } else if self.desk.project.is_dirty() {
+            self.dialog = Some(Dialog::save_as(&self.workspace.project));
+        } else if self.workspace.project.is_dirty() {
             self.after_saving = Some(Then::Run);
-            self.desk.order(Command::Save);
+            self.workspace.order_command(Command::Save);
         } else {
             self.start_run();
         }
@@ -24,16 +24,16 @@ impl Designer {
 
     /// Runs the file as it is on the disk.
     pub(super) fn start_run(&mut self) {
-        let Some(path) = self.desk.project.path().map(ToOwned::to_owned) else { return };
+        let Some(path) = self.workspace.project.path().map(ToOwned::to_owned) else { return };
         self.view = View::Live;
-        if let Err(error) = self.desk.live.start(&path) {
-            self.desk.messages.warn(error.to_string());
+        if let Err(error) = self.workspace.live.start(&path) {
+            self.workspace.messages.warn(error.to_string());
         }
     }
 
     /// Watches the system whose registry listens at `registry`, or the only one of this host; the
     /// file that it runs is opened if none is open.
-    pub(super) fn attach(&mut self, registry: Option<&str>) {
+    pub(super) fn attach_to_system(&mut self, registry: Option<&str>) {
         self.view = View::Live;
         let mut records = running().unwrap_or_default();
         if let Some(registry) = registry {
@@ -42,22 +42,22 @@ impl Designer {
         match (records.as_slice(), registry) {
             ([record], _) => {
                 let record = record.clone();
-                if self.desk.project.path().is_none() {
+                if self.workspace.project.path().is_none() {
                     self.open(&record.resolve(&record.file));
                 }
-                attach(&mut self.desk, &record.registry.to_string(), Some(record));
+                attach(&mut self.workspace, &record.registry.to_string(), Some(record));
             }
             ([], None) => {
                 let text = "No system of yours runs on this host. Run one, or enter the address of \
                             its registry.";
-                self.desk.messages.warn(text);
+                self.workspace.messages.warn(text);
             }
             // On another host, or another caller's.
-            (_, Some(registry)) => attach(&mut self.desk, registry, None),
+            (_, Some(registry)) => attach(&mut self.workspace, registry, None),
             (several, None) => {
                 let names: Vec<_> = several.iter().map(in_words).collect();
                 let text = format!("Several systems run; choose one: {}", names.join(", "));
-                self.desk.messages.warn(text);
+                self.workspace.messages.warn(text);
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::kinds::{Kinds, KindsError, find_armor};
 use crate::project::{OpenError, Project};
 use crate::settings::Settings;
 
-/// Frames until everything has found its size and place.
+/// Frames until the layout of the window is stable.
 const FRAMES: usize = 12;
 
 /// Why there is no picture.
@@ -22,7 +22,7 @@ pub enum PictureError {
     /// The file cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// The blocks would be without ports.
+    /// The kinds are unknown, so the blocks would have no ports.
     #[error(transparent)]
     Kinds(#[from] KindsError),
     /// The drawing cannot be saved.
@@ -43,7 +43,7 @@ pub fn take_picture(arguments: &Arguments) -> Result<(), PictureError> {
     let armor = find_armor().ok_or(KindsError::NoArmor)?;
     let file = arguments.files.first();
     let folder = match file {
-        // Opened here too, so that it is an error if it cannot be.
+        // Opened here too, so that a file that cannot be opened is an error.
         Some(file) => Project::open(file, Arc::default())?.folder(),
         None => Default::default(),
     };
@@ -60,11 +60,11 @@ pub fn take_picture(arguments: &Arguments) -> Result<(), PictureError> {
         ..Start::default()
     };
     let mut designer = Designer::new(&context, start, settings);
-    designer.desk().project.settle();
+    designer.workspace().project.settle();
     match picture {
         Picture::Drawing(to) => {
-            let (pane, desk) = designer.pane();
-            Ok(export(pane.drawing(desk), to, is_dark, arguments.scale)?)
+            let (pane, workspace) = designer.pane();
+            Ok(export(pane.whole_drawing(workspace), to, is_dark, arguments.scale)?)
         }
         Picture::Window(to) => screenshot(&mut designer, &context, arguments, to),
     }

@@ -1,4 +1,4 @@
-//! What can be done about how a drawing is looked at, the same in every view.
+//! The actions that change the view of a drawing, the same in every view.
 
 use eframe::egui::Rect;
 
@@ -30,7 +30,7 @@ pub enum ViewAction {
 
 impl<Id: DiagramId> Canvas<Id> {
     /// Carries out an action.
-    pub fn act(&mut self, action: ViewAction, diagram: &Diagram<Id>) {
+    pub fn perform_action(&mut self, action: ViewAction, diagram: &Diagram<Id>) {
         match action {
             ViewAction::SelectAll => {
                 let nodes = diagram.nodes.iter().map(|node| node.item);

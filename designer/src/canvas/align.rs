@@ -1,10 +1,10 @@
-//! Nodes brought into line, or to even distances.
+//! Aligns nodes, or spaces them evenly.
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::diagram::DiagramId;
 
-/// How nodes are brought into line.
+/// How nodes are aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Alignment {
     /// Their left edges.
@@ -21,7 +21,7 @@ pub enum Alignment {
     Down,
 }
 
-/// The places of what is brought into line.
+/// Returns the new positions of the nodes.
 pub fn align<Id: DiagramId>(areas: &[(Id, Rect)], how: Alignment) -> Vec<(Id, Pos2)> {
     let Some(whole) = areas.iter().map(|(_, area)| *area).reduce(Rect::union) else {
         return Vec::new();

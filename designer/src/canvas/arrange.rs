@@ -17,7 +17,7 @@ const DOWN: f32 = 40.0;
 const PASSING: Vec2 = vec2(0.0, 6.0);
 /// Most nodes and passing links that are arranged.
 const MAX_NODES: usize = 20_000;
-/// How many times the layers are sorted, there and back.
+/// How many times the layers are sorted, forwards and backwards.
 const SWEEPS: usize = 12;
 /// Parts that are not connected are put into rows so that the whole gets about the shape of a
 /// window, width to height; a row no longer than `ROW` is not broken.
@@ -160,7 +160,7 @@ fn with_passing_nodes(
             let mut before = (*from, n);
             let passed = rows.iter_mut().take(layer[*to]).skip(layer[*from] + 1);
             for row in passed {
-                // In a large drawing there is no room to keep for all.
+                // In a large drawing there is not enough room for all of them.
                 if led.len() > MAX_NODES {
                     break;
                 }
@@ -184,7 +184,7 @@ fn without_cycles(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut fed = vec![0; next.len()];
     next.iter().flatten().for_each(|to| fed[*to] += 1);
     let mut starts: Vec<usize> = (0..next.len()).collect();
-    // The search begins at what nothing feeds; in a cycle, at what the file names first.
+    // The search begins at nodes without inputs; in a cycle, at the first one in the file.
     starts.sort_by_key(|node| (fed[*node] > 0, *node));
     let mut search = DfsPostOrder::empty(&graph);
     let mut left_at = vec![0; next.len()];
@@ -203,7 +203,7 @@ fn without_cycles(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// The layer of each node: one behind the last that leads to it.
+/// The layer of each node: the one after the last layer of a node that leads to it.
 fn layers(forward: &[Vec<usize>]) -> Vec<usize> {
     let mut layer = vec![0; forward.len()];
     // Without cycles there is always an order.
@@ -283,10 +283,10 @@ fn settle_heights<I: Iterator<Item = usize>>(
     top
 }
 
-/// Puts the nodes of a layer at their wanted positions as far as they do not overlap. Nodes that would
-/// overlap form a group, which moves as one to the mean of the positions its nodes want.
+/// Puts the nodes of a layer at their wanted positions as far as they do not overlap. Nodes that
+/// would overlap form a group, which moves as one to the mean of the positions its nodes want.
 fn spread_layer(sizes: &[Vec2], row: &[usize], wanted: &[f32], top: &mut [f32]) {
-    // (first, count, sum of wishes for the first's top, height)
+    // (first, count, sum of the wanted tops of the first, height)
     let mut groups: Vec<(usize, usize, f32, f32)> = Vec::new();
     for (n, node) in row.iter().enumerate() {
         let mut group = (n, 1, wanted[n], sizes[*node].y + DOWN);

@@ -10,7 +10,7 @@ use crate::canvas::edges::path;
 
 /// The side of a cell.
 const CELL: f32 = 256.0;
-/// A port is hit so far from its middle, in points of the window.
+/// Largest distance from the middle of a port at which it is hit, in points of the window.
 pub(super) const PORT_REACH: f32 = 11.0;
 /// Which nodes and wires are in which cell.
 #[derive(Clone, Debug, Default)]
@@ -53,7 +53,7 @@ fn cells(area: Rect) -> impl Iterator<Item = (i32, i32)> {
 
 fn enter(map: &mut HashMap<(i32, i32), Vec<u32>>, area: Rect, number: usize) {
     let number = u32::try_from(number).unwrap_or(u32::MAX);
-    // One that is a thousand cells long would be found by looking at all.
+    // A wire that is a thousand cells long is not entered into the grid; it is always examined.
     for cell in cells(area).take(1000) {
         let list = map.entry(cell).or_default();
         if list.last() != Some(&number) {

@@ -1,4 +1,5 @@
-//! CanvasColours of a drawing, for light and dark windows. A shape or a text repeats what a colour means.
+//! Colours of a drawing, for light and dark windows. A shape or a text repeats what a colour
+//! means.
 
 use eframe::egui::{Color32, Visuals};
 
@@ -81,7 +82,8 @@ impl CanvasColours {
         group: Color32::from_rgb(235, 239, 246),
     };
 
-    /// The colour of a type of data, by its number among all types. Which type it is, the text states.
+    /// The colour of a type of data, by its number among all types. Which type it is, the text
+    /// states.
     pub fn of_type(&self, number: usize) -> Color32 {
         // Distinguishable with the common colour deficiencies (after Okabe and Ito).
         const DARK: [Color32; 8] = [
@@ -109,7 +111,7 @@ impl CanvasColours {
     }
 }
 
-/// A colour between two; `share` of the second.
+/// Mixes two colours; `share` is the part of the second.
 pub fn mix(first: Color32, second: Color32, share: f32) -> Color32 {
     first.lerp_to_gamma(second, share)
 }

@@ -7,7 +7,7 @@ const MIN_REACH: f32 = 30.0;
 const MAX_REACH: f32 = 220.0;
 /// Between a block and a wire that leads back below it.
 pub(super) const BELOW: f32 = 22.0;
-/// The curve of a wire at most so many pieces.
+/// Most pieces of the curve of a wire.
 const MAX_PIECES: usize = 24;
 
 /// A smooth line that passes points from left to right.
@@ -28,7 +28,7 @@ pub(super) fn through(
     points
 }
 
-/// Out to the right, below, and back in from the left, with round corners.
+/// A line out to the right, below, and back in from the left, with round corners.
 pub(super) fn around(from: Pos2, to: Pos2, low: f32, away: f32) -> Vec<Pos2> {
     let corners = [
         from,
@@ -55,7 +55,7 @@ pub(super) fn around(from: Pos2, to: Pos2, low: f32, away: f32) -> Vec<Pos2> {
     points
 }
 
-/// The points of a smooth line from one end to the other, each with the way it leaves.
+/// The points of a smooth line from one end to the other, each with its direction there.
 pub fn curve([(from, out), (to, into)]: [(Pos2, Vec2); 2], pieces: usize) -> Vec<Pos2> {
     if pieces <= 1 {
         return vec![from, to];

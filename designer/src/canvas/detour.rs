@@ -1,4 +1,4 @@
-//! Ways around blocks: a wire that would pass behind one can be followed only if it does not.
+//! Routes around blocks: a wire that passes behind a block cannot be followed by eye.
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
@@ -6,13 +6,13 @@ use crate::canvas::curve::{BELOW, curve, through};
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::node::{DiagramNode, PortAt, PortSide, Wire};
 
-/// Blocks in its way that a wire goes around.
+/// Most blocks that a wire goes around.
 const MAX_STEPS: usize = 6;
-/// Between a block and a wire that passes it.
-const BESIDE: f32 = 12.0;
-/// Wires that pass the same block keep so far apart.
+/// Distance between a block and a wire that passes it.
+const CLEARANCE: f32 = 12.0;
+/// Distance between wires that pass the same block.
 const LANE: f32 = 5.0;
-/// A wire is looked at in so many pieces.
+/// Number of straight pieces in which a wire is examined.
 const PIECES: usize = 20;
 
 /// How a wire gets around the blocks between its ends.
@@ -24,7 +24,7 @@ pub(super) struct Detour {
     pub(super) via: Vec<Pos2>,
 }
 
-/// The way of a wire, by its number.
+/// Returns the route of a wire, by its number.
 pub(super) fn detour<Id: DiagramId>(
     nodes: &[DiagramNode<Id>],
     wire: &Wire<Id>,
@@ -102,8 +102,8 @@ fn via<Id: DiagramId>(
         });
         let Some((block, y)) = met else { break };
         passed.push(block);
-        let above = block.min.y - BESIDE - lane;
-        let below = block.max.y + BESIDE + lane;
+        let above = block.min.y - CLEARANCE - lane;
+        let below = block.max.y + CLEARANCE + lane;
         let is_free = |y: f32| {
             let strip = Rect::from_min_max(
                 Pos2::new(block.min.x, y - 2.0),
@@ -114,7 +114,7 @@ fn via<Id: DiagramId>(
         let mut sides = [above, below];
         sides.sort_by(|a, b| (a - y).abs().total_cmp(&(b - y).abs()));
         let Some(y) = sides.into_iter().find(|y| is_free(*y)) else { continue };
-        // Between ends that are too near it cannot turn.
+        // Between ends that are too close there is no room to turn.
         let (left, right) = (block.min.x.max(from.x + 20.0), block.max.x.min(to.x - 20.0));
         if left < right {
             via.extend([Pos2::new(left, y), Pos2::new(right, y)]);

@@ -41,7 +41,7 @@ impl<Id: DiagramId> Diagram<Id> {
         Self { nodes, wires, decorations, index, detours }
     }
 
-    /// How far down a wire has to go that leads back around blocks.
+    /// The lower edge of the blocks that a wire leading back has to pass below.
     pub(super) fn low(&self, wire: usize) -> f32 {
         self.detours.get(wire).map_or(f32::NEG_INFINITY, |detour| detour.low)
     }
@@ -61,7 +61,7 @@ impl<Id: DiagramId> Diagram<Id> {
         self.nodes.get(at.node)?.ports.get(at.port)
     }
 
-    /// What a port is called; one that is a whole node is called as the node.
+    /// The name of a port; a port that is a whole node has the name of the node.
     pub fn name(&self, at: PortAt) -> &str {
         match self.port(at) {
             Some(port) if !port.label.is_empty() => &port.label,
@@ -94,7 +94,7 @@ impl<Id: DiagramId> Diagram<Id> {
         Some(Rect::from_two_pos(self.port_position(wire.from)?, self.port_position(wire.to)?))
     }
 
-    /// The spot nearest to this one, on the grid, around which there is room for a node.
+    /// The position nearest to this one, on the grid, with room for a node.
     pub fn free_spot(&self, at: Pos2, room: Vec2) -> Pos2 {
         let steps = || (-8..=8).map(|step| step as f32 * 50.0);
         let mut ways: Vec<_> =

@@ -1,4 +1,4 @@
-//! The way of a wire from port to port.
+//! The route of a wire from port to port.
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
@@ -7,8 +7,8 @@ use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::node::{DiagramNode, NodeShape, PortAt, PortSide, Wire};
 
-/// Where a wire begins and ends, each with the way it leaves its node; `shift` is how far a node
-/// is being dragged.
+/// Where a wire begins and ends, each with the direction in which it leaves its node; `shift` is
+/// how far a node is being dragged.
 pub fn wire_ends<Id: DiagramId>(
     diagram: &Diagram<Id>,
     wire: &Wire<Id>,
@@ -66,8 +66,8 @@ fn leaves(rect: Rect, way: Vec2) -> Pos2 {
     if reach.is_finite() { rect.center() + way * reach } else { rect.center() }
 }
 
-/// The way of a wire as points of the drawing, in about `pieces` pieces. A wire that leads back goes
-/// around below both blocks.
+/// Returns the route of a wire as points of the drawing, in about `pieces` pieces. A wire that
+/// leads back goes around below both blocks.
 pub fn path<Id: DiagramId>(
     diagram: &Diagram<Id>,
     number: usize,

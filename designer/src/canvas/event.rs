@@ -4,7 +4,7 @@ use eframe::egui::{Pos2, Rect, Vec2};
 
 use crate::canvas::node::PortAt;
 
-/// What the user did.
+/// The user's actions.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CanvasEvent<Id> {
     /// Dragged what is selected.
@@ -13,14 +13,14 @@ pub enum CanvasEvent<Id> {
     Joined(PortAt, PortAt),
     /// Tried to join two that may not be.
     Refused(String),
-    /// Let a wire go over nothing.
+    /// Dropped a wire on the background.
     Loose {
         /// The port it comes from.
         from: PortAt,
         /// Where, in the drawing.
         at: Pos2,
     },
-    /// Took a wire by its end and let it go at another port, or nowhere.
+    /// Dragged an end of a wire to another port, or to the background.
     Rewired {
         /// The wire.
         wire: usize,
@@ -29,9 +29,9 @@ pub enum CanvasEvent<Id> {
         /// The other end's new port.
         to: Option<PortAt>,
     },
-    /// Clicked something twice.
+    /// Double-clicked something.
     Opened(Id),
-    /// Clicked the empty drawing twice, there.
+    /// Double-clicked the background, at this point.
     OpenedEmpty(Pos2),
     /// Asked for a menu.
     Menu {

@@ -1,4 +1,4 @@
-//! What the pointer is doing.
+//! The gesture that the pointer is making.
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
@@ -6,7 +6,7 @@ use crate::canvas::node::PortAt;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::selection::Selection;
 
-/// What is going on between pressing a button and letting it go.
+/// The gesture between pressing and releasing a button.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Gesture<Id> {
     /// Nothing.

@@ -10,19 +10,19 @@ use crate::canvas::node::{NodeShape, PortAt, PortSide};
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::DETAIL;
 
-/// The border of a node whose port is all around it is hit so far from its line.
+/// Distance from the border of a node whose port is all around it, at which that port is hit.
 const BORDER_REACH: f32 = 5.0;
-/// A pointer is on a port so near to its middle, in units of the drawing.
+/// Distance from the middle of a port at which the pointer is on it, in units of the drawing.
 const ON_PORT: f32 = 9.0;
-/// A wire is dropped at a port so far from it.
+/// Distance from a port at which a wire is dropped on it.
 const DROP_REACH: f32 = 28.0;
-/// A wire is hit so far from its line.
+/// Distance from a wire at which it is hit.
 const WIRE_REACH: f32 = 6.0;
-/// The end of a wire that is selected is taken so far from it.
+/// Distance from the end of a selected wire at which the end is grabbed.
 const GRIP_REACH: f32 = 9.0;
 /// The corner of a decoration by which its size is changed.
 pub(super) const CORNER: f32 = 16.0;
-/// The edge of a group by which it is taken; inside of it the drawing is.
+/// Width of the edge by which a group is grabbed; a click further inside hits the drawing.
 const FRAME_REACH: f32 = 8.0;
 /// The height of a group's title.
 pub(super) const GROUP_TITLE: f32 = 26.0;
@@ -69,13 +69,13 @@ impl<Id: DiagramId> Canvas<Id> {
         }
         let has_ports = self.viewport.zoom >= DETAIL;
         let reach = PORT_REACH / self.viewport.zoom.max(0.5);
-        // Handles that stand next to a node leave the node itself to be clicked.
+        // A handle next to a node must not cover the node itself.
         let is_free = |port: PortAt| {
             let node = &diagram.nodes[port.node];
-            let is_beside = diagram
+            let is_outside = diagram
                 .port_position(port)
                 .is_some_and(|position| !node.rect.expand(1.0).contains(position));
-            !(is_beside && node.rect.contains(at))
+            !(is_outside && node.rect.contains(at))
         };
         let port = self.nearest_port(diagram, at, reach, &is_free).filter(|_| has_ports);
         if let Some(port) = port {
@@ -120,8 +120,8 @@ impl<Id: DiagramId> Canvas<Id> {
         self.decoration(diagram, at, false)
     }
 
-    /// The ends of the wire that is selected, if it is one and can be led elsewhere: its number, the
-    /// port at the other end, and where.
+    /// The ends of the wire that is selected, if it is one and can be led elsewhere: its number,
+    /// the port at the other end, and where.
     pub(super) fn grips(&self, diagram: &Diagram<Id>) -> Vec<(usize, PortAt, Pos2)> {
         let Some(item) = self.selection.only().filter(|_| self.is_editable) else {
             return Vec::new();
@@ -190,7 +190,7 @@ impl<Id: DiagramId> Canvas<Id> {
         at: Pos2,
         fits: &dyn Fn(PortAt) -> bool,
     ) -> Option<PortAt> {
-        // Right on a port it is that one that is meant, fitting or not.
+        // Directly on a port that port is meant, even if it does not match.
         if let Some(port) = self.nearest_port(diagram, at, ON_PORT, &|_| true) {
             return Some(port.at);
         }

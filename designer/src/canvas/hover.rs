@@ -9,8 +9,8 @@ use crate::canvas::labels::paintable;
 use crate::canvas::state::{Canvas, CanvasOutput};
 
 impl<Id: DiagramId> Canvas<Id> {
-    /// What rests under the pointer is explained.
-    pub fn explain(&self, shown: &CanvasOutput<Id>, diagram: &Diagram<Id>) {
+    /// Shows the tooltip of what is under the pointer.
+    pub fn show_tooltip(&self, shown: &CanvasOutput<Id>, diagram: &Diagram<Id>) {
         let doc = shown.hovered.and_then(|hit| diagram.doc(hit)).filter(|doc| !doc.is_empty());
         if let Some(doc) = doc.filter(|_| !self.is_busy()) {
             let doc = paintable(&shown.response.ctx, doc).into_owned();
@@ -22,7 +22,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 
     /// Shows in the middle of an empty drawing what to do.
-    pub fn hint(&self, ui: &egui::Ui, text: &str) {
+    pub fn show_hint(&self, ui: &egui::Ui, text: &str) {
         let colour = ui.visuals().weak_text_color();
         let at = self.rect.center();
         ui.painter().text(at, Align2::CENTER_CENTER, text, FontId::proportional(16.0), colour);

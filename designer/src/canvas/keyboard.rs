@@ -9,7 +9,7 @@ use crate::canvas::snap::GRID;
 use crate::canvas::state::Canvas;
 
 impl<Id: DiagramId> Canvas<Id> {
-    pub(super) fn keys(
+    pub(super) fn handle_keys(
         &mut self,
         ui: &egui::Ui,
         response: &egui::Response,
@@ -38,7 +38,7 @@ impl<Id: DiagramId> Canvas<Id> {
                 })
             };
             if pressed(Modifiers::NONE) > 0 {
-                self.step(diagram, way);
+                self.select_neighbour(diagram, way);
             }
             let nudges = pressed(Modifiers::SHIFT);
             if nudges > 0 && self.is_editable && !self.selection.is_empty() {
@@ -51,7 +51,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 
     /// Selects the nearest node in a direction, and brings it into view.
-    fn step(&mut self, diagram: &Diagram<Id>, way: Vec2) {
+    fn select_neighbour(&mut self, diagram: &Diagram<Id>, way: Vec2) {
         let from = self.selection.iter().find_map(|item| diagram.rect(item));
         let Some(from) = from.map(|rect| rect.center()) else {
             let first = diagram.nodes.first().map(|node| node.item);
@@ -60,7 +60,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let cost = |at: Pos2| {
             let apart = at - from;
             let along = apart.dot(way);
-            // What lies aside is farther than what lies ahead.
+            // Distance across the direction counts more than distance along it.
             (along > 1.0).then(|| along + 2.5 * (apart - way * along).length())
         };
         let others =
@@ -82,7 +82,7 @@ impl<Id: DiagramId> Canvas<Id> {
         if self.rect.width() < 10.0 {
             return self.fit_area(rect.expand(200.0));
         }
-        // Too small to be read is as good as not shown.
+        // Text too small to be read counts as not shown.
         self.viewport.zoom = self.viewport.zoom.max(0.5);
         let shown = self.viewport.shown(self.rect).shrink(30.0 / self.viewport.zoom);
         if !shown.contains_rect(rect) {

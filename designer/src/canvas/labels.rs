@@ -40,7 +40,7 @@ pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> 
 }
 
 /// The text with `?` for every character that no font has and with spaces for control characters.
-/// What a file states may be anything; a box for each unknown character tells no one more.
+/// What a file states may be anything; a box for each unknown character would carry no information.
 pub fn paintable<'a>(ctx: &egui::Context, text: &'a str) -> Cow<'a, str> {
     if text.bytes().all(|b| (b' '..=b'~').contains(&b)) {
         return Cow::Borrowed(text);

@@ -7,12 +7,12 @@ use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::state::Canvas;
 
-/// Around the middle of a port.
+/// Side of the square around the middle of a port.
 const PORT_SIZE: f32 = 14.0;
 
 impl<Id: DiagramId> Canvas<Id> {
-    /// Names what is shown. It costs nothing without a listener.
-    pub(super) fn tell_names(
+    /// Publishes the names of what is shown. It costs nothing without a screen reader.
+    pub(super) fn describe_drawing(
         &self,
         ui: &egui::Ui,
         response: &egui::Response,
@@ -35,16 +35,23 @@ impl<Id: DiagramId> Canvas<Id> {
             }
             let area = self.viewport.area_to_window(self.rect, node.rect);
             let is_selected = self.selection.contains(node.item);
-            tell(ctx, response.id.with(("node", n)), &node.label, &node.doc, area, |told| {
-                told.set_role(Role::ListItem);
-                told.set_selected(is_selected);
+            describe(ctx, response.id.with(("node", n)), &node.label, &node.doc, area, |entry| {
+                entry.set_role(Role::ListItem);
+                entry.set_selected(is_selected);
             });
             for (p, port) in node.ports.iter().enumerate() {
                 let at = self.to_window(node.rect.min + port.at);
                 let area = Rect::from_center_size(at, Vec2::splat(PORT_SIZE));
-                tell(ctx, response.id.with(("port", n, p)), &port.label, &port.doc, area, |told| {
-                    told.set_role(Role::Button);
-                });
+                describe(
+                    ctx,
+                    response.id.with(("port", n, p)),
+                    &port.label,
+                    &port.doc,
+                    area,
+                    |entry| {
+                        entry.set_role(Role::Button);
+                    },
+                );
             }
         }
         for (n, wire) in diagram.wires.iter().enumerate() {
@@ -54,31 +61,38 @@ impl<Id: DiagramId> Canvas<Id> {
             {
                 let middle: Pos2 = self.to_window(from + (to - from) / 2.0);
                 let area = Rect::from_center_size(middle, Vec2::splat(8.0));
-                tell(ctx, response.id.with(("wire", n)), &wire.label, &wire.doc, area, |told| {
-                    told.set_role(Role::ListItem);
-                });
+                describe(
+                    ctx,
+                    response.id.with(("wire", n)),
+                    &wire.label,
+                    &wire.doc,
+                    area,
+                    |entry| {
+                        entry.set_role(Role::ListItem);
+                    },
+                );
             }
         }
         let ends = ["start", "end"].into_iter().zip(self.grips(diagram));
         for (word, (n, _, at)) in ends {
             let area = Rect::from_center_size(self.to_window(at), Vec2::splat(PORT_SIZE));
             let label = format!("{word} of {}", diagram.wires[n].label);
-            tell(ctx, response.id.with(("grip", n, word)), &label, "", area, |told| {
-                told.set_role(Role::Button);
+            describe(ctx, response.id.with(("grip", n, word)), &label, "", area, |entry| {
+                entry.set_role(Role::Button);
             });
         }
         for (n, decoration) in diagram.decorations.iter().enumerate() {
             let area = self.viewport.area_to_window(self.rect, decoration.rect);
             let sort = if decoration.is_note { "note" } else { "group" };
             let label = format!("{sort} {}", decoration.text);
-            tell(ctx, response.id.with(("decoration", n)), &label, "", area, |told| {
-                told.set_role(Role::Note);
+            describe(ctx, response.id.with(("decoration", n)), &label, "", area, |entry| {
+                entry.set_role(Role::Note);
             });
         }
     }
 }
 
-fn tell(
+fn describe(
     ctx: &egui::Context,
     id: egui::Id,
     label: &str,
@@ -86,7 +100,7 @@ fn tell(
     area: Rect,
     more: impl FnOnce(&mut egui::accesskit::Node),
 ) {
-    // A nameless thing of a file that is wrong is heard of in the problems.
+    // Without a name there is nothing to announce; the list of problems reports its absence.
     if label.trim().is_empty() {
         return;
     }

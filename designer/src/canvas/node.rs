@@ -2,11 +2,11 @@
 
 use eframe::egui::{Color32, Rect, Vec2};
 
-/// A line of the text beneath a bar is so high.
+/// Height of a line of the text beneath a bar.
 pub(super) const BAR_LINE: f32 = 14.0;
-/// That text is at most so wide.
+/// Largest width of that text.
 pub(super) const BAR_TEXT: f32 = 220.0;
-/// A letter of it is about so wide.
+/// Approximate width of a letter of it.
 const BAR_LETTER: f32 = 6.5;
 
 /// A block, a place, a transition.
@@ -26,13 +26,13 @@ pub struct DiagramNode<Id> {
     pub shape: NodeShape,
     /// Where wires end.
     pub ports: Vec<NodePort>,
-    /// A number that wants to be noticed.
+    /// A number that needs attention.
     pub badge: Option<Badge>,
     /// Whether something is wrong with it.
     pub mark: Mark,
     /// How it is drawn.
     pub look: NodeLook,
-    /// What screen readers and tests call it, such as "component laser".
+    /// Its name for screen readers and tests, such as "component laser".
     pub label: String,
     /// Its tooltip.
     pub doc: String,
@@ -53,7 +53,7 @@ pub enum NodeShape {
     /// A block with its title on top.
     #[default]
     Block,
-    /// A circle or, if it is wider, a pill: a place; with so many tokens in it.
+    /// A circle or, if it is wider, a pill: a place, with this number of tokens.
     Place {
         /// Tokens shown.
         tokens: u32,
@@ -85,7 +85,7 @@ pub enum Outline {
     Plain,
     /// A thick line.
     Strong,
-    /// A broken line: what it stands for is not there.
+    /// A broken line: what it stands for does not exist.
     Dashed,
 }
 
@@ -103,12 +103,12 @@ pub struct Badge {
 /// Whether something is wrong with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mark {
-    /// Nothing is.
+    /// No problem.
     #[default]
     None,
-    /// Probably.
+    /// A warning.
     Warning,
-    /// It is.
+    /// An error.
     Error,
 }
 
@@ -119,9 +119,9 @@ pub struct NodePort {
     pub name: String,
     /// Where it is, from the node's upper left corner.
     pub at: Vec2,
-    /// Which way its wires leave.
+    /// The side on which its wires leave.
     pub side: PortSide,
-    /// Which way data or tokens go.
+    /// The direction of data or tokens.
     pub direction: Direction,
     /// The number of its type among all, which its colour is from.
     pub colour: usize,
@@ -131,7 +131,7 @@ pub struct NodePort {
     pub is_required: bool,
     /// Whether it no longer exists, or not yet known.
     pub is_missing: bool,
-    /// What screen readers and tests call it, such as "output laser.scan".
+    /// Its name for screen readers and tests, such as "output laser.scan".
     pub label: String,
     /// Its tooltip.
     pub doc: String,
@@ -153,7 +153,7 @@ pub enum PortSide {
 }
 
 impl PortSide {
-    /// Which way wires leave.
+    /// The direction in which wires leave.
     pub fn outward(self) -> Vec2 {
         match self {
             Self::Left => Vec2::new(-1.0, 0.0),
@@ -165,7 +165,7 @@ impl PortSide {
     }
 }
 
-/// Which way data or tokens go at a port.
+/// The direction of data or tokens at a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Into the node.
@@ -237,7 +237,7 @@ pub struct Wire<Id> {
     pub is_led: bool,
     /// Whether something is wrong with it.
     pub mark: Mark,
-    /// What screen readers and tests call it, such as "link laser.scan to slam.scan".
+    /// Its name for screen readers and tests, such as "link laser.scan to slam.scan".
     pub label: String,
     /// Its tooltip.
     pub doc: String,

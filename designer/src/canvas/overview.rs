@@ -1,4 +1,4 @@
-//! The small map of the drawing: where one is, and a way to get elsewhere.
+//! The small map of the drawing: it shows the visible part, and dragging on it moves the view.
 
 use eframe::egui::{self, Mesh, PointerButton, Pos2, Rect, Stroke, StrokeKind, Vec2};
 

@@ -90,7 +90,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let shown = self.viewport.shown(self.rect);
         let first = |from: f32| (from / step).ceil() * step;
         let side = 1.6;
-        // Thousands of them: one mesh costs a tenth of as many shapes.
+        // There are thousands of them: one mesh costs a tenth of as many shapes.
         let mut dots = Mesh::default();
         let mut y = first(shown.min.y);
         while y < shown.max.y {
@@ -173,7 +173,7 @@ impl<Id: DiagramId> Canvas<Id> {
         );
     }
 
-    /// What is going on at the pointer.
+    /// Paints the gesture at the pointer.
     fn paint_gesture(&mut self, frame: &PaintFrame<'_, Id>, rules: &dyn JoinRules) {
         let colours = frame.colours;
         match self.gesture.clone() {

@@ -16,18 +16,18 @@ use crate::canvas::state::Canvas;
 
 /// Nearer to the edge of the window than this, a drag moves the drawing.
 const EDGE: f32 = 24.0;
-/// By so much a frame, in points.
+/// Distance per frame, in points.
 const EDGE_SPEED: f32 = 12.0;
 /// One step of a mouse wheel.
 const WHEEL_STEP: f32 = 1.18;
-/// A wheel's scrolling is smoothed out over so many seconds after its event.
+/// How many seconds a wheel's scrolling is smoothed out after its event.
 const SMOOTHED: f64 = 0.4;
 /// The smallest size of a group or note.
 const SMALLEST: Vec2 = Vec2::new(80.0, 50.0);
 
 impl<Id: DiagramId> Canvas<Id> {
     /// Moving and sizing the view: wheel and trackpad, the middle button, the space bar.
-    pub(super) fn navigate(&mut self, ui: &egui::Ui, response: &egui::Response) {
+    pub(super) fn navigate_view(&mut self, ui: &egui::Ui, response: &egui::Response) {
         let Some(at) = ui.input(|i| i.pointer.hover_pos()) else { return };
         if response.contains_pointer() {
             let (pinch, pan, wheel) = ui.input(|i| {
@@ -61,7 +61,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 
     /// Everything else that the pointer does.
-    pub(super) fn point(
+    pub(super) fn handle_pointer(
         &mut self,
         ui: &egui::Ui,
         diagram: &Diagram<Id>,
@@ -74,7 +74,7 @@ impl<Id: DiagramId> Canvas<Id> {
         if response.clicked() || response.drag_started() || response.secondary_clicked() {
             response.request_focus();
         }
-        self.clicks(ui, diagram, rules, response, hovered, events);
+        self.handle_clicks(ui, diagram, rules, response, hovered, events);
         if response.drag_started_by(PointerButton::Primary) && matches!(self.gesture, Gesture::Idle)
         {
             self.begin(ui, diagram, rules, response);
@@ -83,11 +83,11 @@ impl<Id: DiagramId> Canvas<Id> {
         let is_over = response.drag_stopped_by(PointerButton::Primary);
         if is_over && !matches!(self.gesture, Gesture::Wire { is_hanging: true, .. }) {
             let gesture = std::mem::take(&mut self.gesture);
-            self.end(diagram, rules, gesture, events);
+            self.end_gesture(diagram, rules, gesture, events);
         }
     }
 
-    fn clicks(
+    fn handle_clicks(
         &mut self,
         ui: &egui::Ui,
         diagram: &Diagram<Id>,
@@ -102,7 +102,7 @@ impl<Id: DiagramId> Canvas<Id> {
             && let Gesture::Wire { is_hanging: true, .. } = self.gesture
         {
             let gesture = std::mem::take(&mut self.gesture);
-            return self.end(diagram, rules, gesture, events);
+            return self.end_gesture(diagram, rules, gesture, events);
         }
         let hit = hovered.or_else(|| self.hit(diagram, at));
         let item = hit.and_then(|hit| item_of(diagram, hit));
@@ -117,21 +117,21 @@ impl<Id: DiagramId> Canvas<Id> {
                     let to = at;
                     self.gesture = Gesture::Wire { from, to, taken: None, is_hanging: true };
                 }
-                _ => self.select(item, ui.input(|i| i.modifiers)),
+                _ => self.select_item(item, ui.input(|i| i.modifiers)),
             }
         } else if response.secondary_clicked() {
             self.gesture = Gesture::Idle;
             if let Some(item) = item
                 && !self.selection.contains(item)
             {
-                self.select(Some(item), egui::Modifiers::NONE);
+                self.select_item(Some(item), egui::Modifiers::NONE);
             }
             events.push(CanvasEvent::Menu { of: item, at: snapped(at) });
         }
     }
 
     /// What a click selects: it alone, or with shift or ctrl it as well.
-    fn select(&mut self, item: Option<Id>, modifiers: egui::Modifiers) {
+    fn select_item(&mut self, item: Option<Id>, modifiers: egui::Modifiers) {
         let adds = modifiers.shift || modifiers.command;
         match item {
             Some(item) if adds => {
@@ -176,7 +176,7 @@ impl<Id: DiagramId> Canvas<Id> {
             Some(hit @ (Hit::Node(_) | Hit::Decoration(_) | Hit::Port(_) | Hit::Corner(_))) => {
                 let Some(item) = item_of(diagram, hit) else { return };
                 if !self.selection.contains(item) {
-                    self.select(Some(item), modifiers);
+                    self.select_item(Some(item), modifiers);
                     self.selection.insert(item);
                 }
                 self.take_group_along(diagram, item);
@@ -239,7 +239,7 @@ impl<Id: DiagramId> Canvas<Id> {
         }
     }
 
-    fn end(
+    fn end_gesture(
         &mut self,
         diagram: &Diagram<Id>,
         rules: &dyn JoinRules,
@@ -283,7 +283,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let fits = |port| port != from && dragged.may_end(rules, port).is_ok();
         let target = self.drop_port(diagram, at, &fits).filter(|port| *port != from);
         if let Some(wire) = taken {
-            // Back where it was, it was not moved.
+            // Dropped where it was: no edit.
             let ends = diagram.wires.get(wire).map(|wire| [wire.from, wire.to]);
             if target.is_some() && ends.is_some_and(|ends| ends.contains(&target.unwrap_or(from))) {
                 return;
@@ -301,7 +301,7 @@ impl<Id: DiagramId> Canvas<Id> {
                 Err(why) => events.push(CanvasEvent::Refused(why)),
             },
             None => {
-                // Let go where it began it is no wire.
+                // Released where it began: no wire.
                 let start = diagram.port_position(from);
                 if start.is_none_or(|start| (start - at).length() > 20.0) {
                     events.push(CanvasEvent::Loose { from, at: snapped(at) });
@@ -328,7 +328,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 }
 
-/// What is at a place of the drawing.
+/// Returns what is at a point of the drawing.
 pub(super) fn item_of<Id: DiagramId>(diagram: &Diagram<Id>, hit: Hit) -> Option<Id> {
     Some(match hit {
         Hit::Port(PortAt { node, .. }) | Hit::Node(node) => diagram.nodes.get(node)?.item,

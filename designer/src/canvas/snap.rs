@@ -1,4 +1,4 @@
-//! The grid that positions keep to.
+//! The grid with which positions are aligned.
 
 use eframe::egui::Pos2;
 

@@ -14,24 +14,24 @@ use crate::canvas::selection::Selection;
 use crate::canvas::snap::snapped;
 use crate::canvas::viewport::Viewport;
 
-/// What came of showing the drawing.
+/// The result of showing the drawing.
 pub struct CanvasOutput<Id> {
-    /// What the user did.
+    /// The user's actions.
     pub events: Vec<CanvasEvent<Id>>,
-    /// The whole drawing as a widget: for drops, menus and focus.
+    /// The response of the whole drawing, for drops, menus and focus.
     pub response: egui::Response,
     /// What the pointer is over.
     pub hovered: Option<Hit>,
 }
 
-/// How one looks at a drawing.
+/// The view of a drawing: position, zoom, selection, and what is being dragged.
 pub struct Canvas<Id> {
     pub(super) name: &'static str,
     /// Which part is shown, and how large.
     pub viewport: Viewport,
     /// What is selected.
     pub selection: Selection<Id>,
-    /// Whether what is moved keeps to the grid.
+    /// Whether moved nodes are aligned with the grid.
     pub snap: bool,
     /// Whether the small map is shown.
     pub minimap: bool,
@@ -41,12 +41,12 @@ pub struct Canvas<Id> {
     pub has_dots: bool,
     pub(super) gesture: Gesture<Id>,
     pub(super) grid: CellIndex,
-    /// What is to be fitted into the window once its size is known.
+    /// The area to fit into the window once its size is known.
     pub(super) fit: Option<FitTarget>,
     pub(super) rect: Rect,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
-    /// Whether everything stays fitted into the window: until one looks elsewhere.
+    /// Whether the whole drawing stays fitted into the window: until the user moves the view.
     pub(super) stays_fitted: bool,
     /// Where in the drawing the pointer is, or was last.
     pub(super) pointer: Option<Pos2>,
@@ -79,7 +79,7 @@ impl<Id: DiagramId> Canvas<Id> {
         }
     }
 
-    /// Takes notice of another drawing: what is not in it any longer is not selected any longer.
+    /// Adapts to a new drawing: items that are no longer in it are deselected.
     pub fn drawing_changed(&mut self, diagram: &Diagram<Id>) {
         self.grid = CellIndex::of(diagram);
         self.selection.retain(|item| diagram.holds(item));
@@ -92,7 +92,7 @@ impl<Id: DiagramId> Canvas<Id> {
         self.fit = Some(FitTarget::Everything);
     }
 
-    /// The same, unless one has looked elsewhere since.
+    /// The same, unless the user has moved the view since.
     pub fn fit_again(&mut self) {
         if self.stays_fitted {
             self.fit = Some(FitTarget::Everything);
@@ -124,18 +124,19 @@ impl<Id: DiagramId> Canvas<Id> {
         snapped(self.viewport.centre)
     }
 
-    /// Where something new goes: to the pointer if it is over the drawing, else into the middle.
+    /// The position of a new item: at the pointer if it is over the drawing, otherwise in the
+    /// middle.
     pub fn spot(&self) -> Pos2 {
         let shown = self.viewport.shown(self.rect);
         snapped(self.pointer.filter(|at| shown.contains(*at)).unwrap_or(self.viewport.centre))
     }
 
-    /// Whether a drag is going on.
+    /// Returns whether something is being dragged.
     pub fn is_busy(&self) -> bool {
         !matches!(self.gesture, Gesture::Idle)
     }
 
-    /// Ends what is going on, as if it had not begun. Returns whether anything was.
+    /// Cancels the current gesture. Returns whether there was one.
     pub fn cancel(&mut self) -> bool {
         !matches!(std::mem::take(&mut self.gesture), Gesture::Idle)
     }
@@ -145,7 +146,7 @@ impl<Id: DiagramId> Canvas<Id> {
         self.viewport.zoom_at(self.rect, self.rect.center(), factor);
     }
 
-    /// Shows the drawing and takes what the user does with it.
+    /// Shows the drawing and handles the user's actions.
     pub fn show(
         &mut self,
         ui: &mut egui::Ui,
@@ -164,13 +165,13 @@ impl<Id: DiagramId> Canvas<Id> {
         let mut events = Vec::new();
         let in_map = self.minimap && self.drag_map(ui, diagram, &response);
         if !in_map {
-            self.navigate(ui, &response);
+            self.navigate_view(ui, &response);
         }
         let pointer = response.hover_pos().or_else(|| response.interact_pointer_pos());
         let hovered =
             pointer.filter(|_| !in_map).and_then(|at| self.hit(diagram, self.to_drawing(at)));
         if !in_map {
-            self.point(ui, diagram, rules, &response, hovered, &mut events);
+            self.handle_pointer(ui, diagram, rules, &response, hovered, &mut events);
         }
         // The drawing takes the keyboard unless another widget needs it.
         let is_free = ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none());
@@ -178,12 +179,12 @@ impl<Id: DiagramId> Canvas<Id> {
             response.request_focus();
         }
         if response.has_focus() {
-            self.keys(ui, &response, diagram, &mut events);
+            self.handle_keys(ui, &response, diagram, &mut events);
         }
         self.stays_fitted &= self.viewport == fitted && !self.is_busy();
         let colours = CanvasColours::of(ui.visuals());
         self.paint(ui, diagram, rules, hovered, &colours);
-        self.tell_names(ui, &response, diagram);
+        self.describe_drawing(ui, &response, diagram);
         CanvasOutput { events, response, hovered }
     }
 

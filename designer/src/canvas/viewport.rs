@@ -5,7 +5,7 @@ use eframe::egui::{Pos2, Rect, Vec2};
 /// The smallest and the largest size at which a drawing is shown.
 const MIN_ZOOM: f32 = 0.04;
 const MAX_ZOOM: f32 = 4.0;
-/// Left free around what is fitted into the window, in points.
+/// Margin around what is fitted into the window, in points.
 const MARGIN: f32 = 40.0;
 
 /// Below this zoom ports and their names are not drawn.
@@ -63,7 +63,7 @@ impl Viewport {
 
     /// Shows an area as large as it fits, but not larger than `largest`.
     pub fn fit(&mut self, window: Rect, area: Rect, largest: f32) {
-        // A small window has no room to give away.
+        // A small window has no room for a margin.
         let margin = MARGIN.min(0.08 * window.size().min_elem());
         let free = (window.size() - Vec2::splat(2.0 * margin)).max(Vec2::splat(20.0));
         let size = area.size().max(Vec2::splat(1.0));

@@ -69,7 +69,7 @@ pub fn folder(data: &Path) -> PathBuf {
     data.join(concat!("examples-", env!("CARGO_PKG_VERSION")))
 }
 
-/// Puts the examples into `folder`, but for what is there already and may have been changed.
+/// Copies the examples into `folder`, except files that exist already and may have been changed.
 ///
 /// # Errors
 /// If the folder cannot be made or written.

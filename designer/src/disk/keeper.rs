@@ -1,5 +1,5 @@
-//! Keeps the open project and the disk in step: unsaved work is kept apart, a file that changed on
-//! the disk is taken, merged or asked about, and what a crash left is offered.
+//! Synchronizes the open project with the disk: unsaved work is backed up; a file that changed on
+//! the disk is reloaded, merged, or shown as a conflict; work that a crash left is offered.
 
 mod questions;
 
@@ -14,7 +14,8 @@ use super::merge::{Answer, answer};
 use super::recent::Recent;
 use super::recovery::{Kept, KeptFile, Orphan, Recovery, orphans};
 use super::watch::{News, OnDisk, Watch};
-use crate::desk::{Draft, Messages};
+use crate::messages::Messages;
+use crate::pane::Draft;
 use crate::project::Project;
 use questions::Question;
 
@@ -22,9 +23,9 @@ use questions::Question;
 #[derive(Default)]
 pub struct Keeper {
     recovery: Option<Recovery>,
-    /// The revisions of the files and of what is being written, as they were seen last.
+    /// The last seen revisions of the files and of the field that is being edited.
     seen: (u64, u64),
-    /// Counts how many times they were others.
+    /// Counts their changes: the revision of the unsaved work.
     work: u64,
     watch: Option<Watch>,
     recent: Option<Recent>,
@@ -36,15 +37,16 @@ pub struct Keeper {
     followed: Vec<(PathBuf, Arc<str>)>,
     /// The revision whose other files are followed.
     followed_revision: Option<u64>,
-    /// What the disk holds of files that count as not saved because it is gone or no text.
+    /// The contents on the disk of files that count as never saved, since they were deleted there
+    /// or are no text.
     odd: BTreeMap<PathBuf, OnDisk>,
-    /// Trouble that has been told.
-    told: BTreeSet<String>,
+    /// Trouble that has been reported.
+    reported: BTreeSet<String>,
 }
 
-/// What the user wants of the window.
-pub enum Wish {
-    /// This work is to be opened as it was when its designer died.
+/// What the user requests of the window.
+pub enum KeeperRequest {
+    /// To open this work as it was when its designer died.
     Recover(Kept),
 }
 
@@ -52,7 +54,7 @@ impl Keeper {
     /// Begins, with its own files in `folder`; without one nothing is kept.
     pub fn start(folder: Option<&Path>, ctx: &egui::Context, messages: &mut Messages) -> Self {
         let Some(folder) = folder else {
-            return Self { watch: watch(ctx, messages), ..Self::default() };
+            return Self { watch: start_watch(ctx, messages), ..Self::default() };
         };
         let kept = folder.join("recovery");
         let recovery = Recovery::begin(&kept);
@@ -62,7 +64,7 @@ impl Keeper {
         let mut keeper = Self {
             orphans: orphans(&kept),
             recovery: recovery.ok(),
-            watch: watch(ctx, messages),
+            watch: start_watch(ctx, messages),
             recent: Some(Recent::in_folder(folder)),
             ..Self::default()
         };
@@ -76,7 +78,7 @@ impl Keeper {
     }
 
     /// Remembers that a file was opened or saved.
-    pub fn remember(&mut self, path: &Path) {
+    pub fn remember_file(&mut self, path: &Path) {
         let added = self.recent.as_ref().map_or(Ok(()), |recent| recent.add(path));
         if let Err(error) = added {
             tracing::warn!(%error, "the list of recent files cannot be written");
@@ -85,7 +87,7 @@ impl Keeper {
     }
 
     /// Forgets a file that cannot be opened any longer.
-    pub fn forget(&mut self, path: &Path) {
+    pub fn forget_file(&mut self, path: &Path) {
         let forgotten = self.recent.as_ref().map_or(Ok(()), |recent| recent.forget(path));
         if let Err(error) = forgotten {
             tracing::warn!(%error, "the list of recent files cannot be written");
@@ -98,9 +100,9 @@ impl Keeper {
     }
 
     /// Does what is due; to be called with each frame. `draft` is what is being written;
-    /// `has_written` states whether it is the running system that has written a file, as it was asked
-    /// to from here.
-    pub fn tick(
+    /// `has_written` states whether it is the running system that has written a file, as it was
+    /// asked to from here.
+    pub fn synchronize(
         &mut self,
         ctx: &egui::Context,
         project: &mut Project,
@@ -108,17 +110,21 @@ impl Keeper {
         messages: &mut Messages,
         has_written: impl Fn() -> bool,
     ) {
-        self.keep(ctx, project, draft, messages);
-        self.follow(project);
+        self.back_up(ctx, project, draft, messages);
+        self.update_watch(project);
         let news = self.watch.as_ref().map(Watch::news).unwrap_or_default();
         let is_own = !news.is_empty() && has_written();
         for news in news {
-            self.take(news, project, messages, is_own);
+            self.handle_news(news, project, messages, is_own);
         }
     }
 
-    /// Shows what is to be decided by the user, and states what they want of the window.
-    pub fn ask(&mut self, ctx: &egui::Context, project: &mut Project) -> Option<Wish> {
+    /// Shows what the user has to decide. Returns what they request of the window.
+    pub fn show_questions(
+        &mut self,
+        ctx: &egui::Context,
+        project: &mut Project,
+    ) -> Option<KeeperRequest> {
         if let Some(question) = &self.question {
             if let Some(decision) = question.show(ctx, project) {
                 question.settle(decision, project);
@@ -136,22 +142,22 @@ impl Keeper {
         };
         let kept = orphan.kept.clone();
         orphan.discard();
-        matches!(decision, questions::Offer::Recover(_)).then_some(Wish::Recover(kept))
+        matches!(decision, questions::Offer::Recover(_)).then_some(KeeperRequest::Recover(kept))
     }
 
-    /// Whether something is being asked.
+    /// Returns whether a question to the user is open.
     pub fn is_asking(&self) -> bool {
         self.question.is_some() || !self.orphans.is_empty()
     }
 
-    /// The work was saved or is not wanted: nothing of it is kept any longer.
+    /// Removes the backup, since the work was saved or discarded.
     pub fn let_go(&mut self) {
         if let Some(recovery) = &mut self.recovery {
-            recovery.forget();
+            recovery.remove_backup();
         }
     }
 
-    fn keep(
+    fn back_up(
         &mut self,
         ctx: &egui::Context,
         project: &Project,
@@ -160,7 +166,7 @@ impl Keeper {
     ) {
         let Some(recovery) = &mut self.recovery else { return };
         if !project.is_dirty() && draft.is_none() {
-            recovery.forget();
+            recovery.remove_backup();
             return;
         }
         let now = (project.revision(), draft.as_ref().map_or(0, |draft| draft.revision));
@@ -169,18 +175,18 @@ impl Keeper {
             self.work += 1;
         }
         let unsaved = || unsaved(project, draft);
-        if let Some(wait) = recovery.keep(Instant::now(), self.work, unsaved) {
+        if let Some(wait) = recovery.back_up(Instant::now(), self.work, unsaved) {
             ctx.request_repaint_after(wait);
         }
         if let Some(trouble) = recovery.trouble()
-            && self.told.insert(trouble.clone())
+            && self.reported.insert(trouble.clone())
         {
             messages.warn(trouble);
         }
     }
 
-    /// Tells the watch the status of the disk, when that changed.
-    fn follow(&mut self, project: &Project) {
+    /// Passes the known contents of the files to the watch, when they changed.
+    fn update_watch(&mut self, project: &Project) {
         let Some(watch) = &self.watch else { return };
         let open = || {
             project.files().iter().filter_map(|file| Some((file.path()?, Arc::clone(file.saved()))))
@@ -205,11 +211,17 @@ impl Keeper {
         let others = project.reading().files.iter();
         let others = others.filter(|path| open().all(|(known, _)| known != path.as_path()));
         let read = |path: &PathBuf| armor_robotfile::read_bytes(path).ok().map(Into::into);
-        watch.follow(of_open.chain(others.map(|path| (path.clone(), read(path)))));
+        watch.follow_files(of_open.chain(others.map(|path| (path.clone(), read(path)))));
     }
 
-    /// Returns to a file that changed on the disk; `is_own` if that was wished here.
-    fn take(&mut self, news: News, project: &mut Project, messages: &mut Messages, is_own: bool) {
+    /// Handles a file that changed on the disk; `is_own` if the change was requested from here.
+    fn handle_news(
+        &mut self,
+        news: News,
+        project: &mut Project,
+        messages: &mut Messages,
+        is_own: bool,
+    ) {
         self.followed_revision = None;
         let is_it = |file: &crate::project::OpenFile| file.path() == Some(&news.path);
         let Some(n) = project.files().iter().position(is_it) else {
@@ -220,6 +232,8 @@ impl Keeper {
         let name = shown(&news.path);
         self.odd.insert(news.path.clone(), news.now.clone());
         let Some(bytes) = news.now else {
+            // Against an empty saved text every text is unsaved, so that saving creates the file
+            // again.
             project.set_saved(n, "".into());
             messages.warn(format!("{name} was deleted on disk; saving creates it again"));
             return;
@@ -230,19 +244,22 @@ impl Keeper {
         match (answer(&news.path, &base, &ours, &bytes), theirs) {
             (Answer::Same, Ok(theirs)) => project.set_saved(n, theirs),
             (Answer::Take, Ok(theirs)) => {
+                // Before the replacement, so that the reloaded file counts as saved. The
+                // replacement is a step of the history: undo restores the version before.
                 project.set_saved(n, Arc::clone(&theirs));
                 project.replace_text(n, "use the version on disk", theirs);
-                // Who set a parameter is told of it where that was done.
+                // A parameter that was set from here is reported in its own panel.
                 if !is_own {
                     let text = format!("{name} was changed by another program and reloaded");
-                    messages.tell(text);
+                    messages.report(text);
                 }
             }
             (Answer::Merged(both), Ok(theirs)) => {
+                // Their version is the base of the next merge, also if this one is undone.
                 project.set_saved(n, theirs);
                 project.replace_text(n, "merge with the version on disk", both.into());
                 let who = if is_own { "the running system" } else { "another program" };
-                messages.tell(format!(
+                messages.report(format!(
                     "{name} was changed by {who}; both changes are merged, not saved yet"
                 ));
             }
@@ -260,7 +277,7 @@ impl Keeper {
     }
 }
 
-fn watch(ctx: &egui::Context, messages: &mut Messages) -> Option<Watch> {
+fn start_watch(ctx: &egui::Context, messages: &mut Messages) -> Option<Watch> {
     let ctx = ctx.clone();
     match Watch::begin(move || ctx.request_repaint()) {
         Ok(watch) => Some(watch),
@@ -276,7 +293,7 @@ fn shown(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// What is not saved, with what is being written; none if that changes nothing.
+/// Returns the unsaved work, with the field that is being edited; none if nothing is unsaved.
 fn unsaved(project: &Project, draft: Option<Draft>) -> Option<Kept> {
     let drafted = draft.and_then(|draft| project.texts_with(draft.change));
     let own = || project.files().iter().map(|file| Arc::clone(file.text())).collect();
@@ -293,9 +310,9 @@ fn unsaved(project: &Project, draft: Option<Draft>) -> Option<Kept> {
     files.iter().any(|file| file.text.is_some()).then(|| Kept::now(files))
 }
 
-/// Puts kept work over a project that was opened again from the same files, as one change for each
-/// file: what the disk states by now is merged where that can be, and else gives way, since it can be
-/// had again by undo.
+/// Restores backed-up work in a project that was opened again from the same files, as one step of
+/// the history for each file. A version that the disk received meanwhile is merged. In a conflict
+/// the backed-up work has priority, since undo brings back the version of the disk.
 pub fn put_back(kept: &Kept, project: &mut Project) {
     for file in &kept.files {
         let Some(text) = &file.text else { continue };

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Entries shown of one folder; whoever has more types.
+/// Entries shown of one folder; in a larger one the user types.
 const MAX_ENTRIES: usize = 2000;
 
 /// One line of a folder.
@@ -69,8 +69,8 @@ pub fn parts(typed: &str) -> (&str, &str) {
     typed.split_at(typed.rfind('/').map_or(0, |slash| slash + 1))
 }
 
-/// Goes on with a typed path as a shell does, `listed` being the entries of the folder that it has
-/// come to; without regard to case if nothing else fits.
+/// Completes a typed path as a shell does. `listed` are the entries of the folder that the path has
+/// reached. Case is ignored only if nothing matches otherwise.
 pub fn complete(listed: &[Entry], typed: &str) -> Completion {
     let (parent, begun) = parts(typed);
     let lower = begun.to_lowercase();

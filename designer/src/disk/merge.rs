@@ -1,6 +1,6 @@
-//! Two changed versions of one text put together, line by line, if their changes stay apart: at
-//! least one unchanged line lies between what the one and what the other changed. What to do about
-//! a file that changed on the disk follows from that.
+//! Merges two changed versions of one text by lines, if at least one unchanged line lies between
+//! the changes of the one and those of the other. Decides what to do about a file that changed on
+//! the disk.
 
 mod lines;
 
@@ -11,21 +11,21 @@ use armor_robotfile::Document;
 
 use lines::changes;
 
-/// What to do about a file that is another one on the disk.
+/// What to do about a file that has changed on the disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// The disk holds what is in the window: it counts as saved.
+    /// The disk has the text of the window: it counts as saved.
     Same,
-    /// Nothing was changed in the window: it takes the disk's, whatever that states.
+    /// Nothing was changed in the window: it takes the version of the disk, also an invalid one.
     Take,
-    /// Both were changed, in different places: this is both together.
+    /// Both were changed, in different places: this text contains both changes.
     Merged(String),
-    /// Both were changed in the same place, or the disk's is no XML: the user decides.
+    /// Both were changed in the same place, or the result is no XML: the user decides.
     Ask,
 }
 
-/// What to do when the file at `path`, read as `base` and `ours` in the window by now, is `theirs`
-/// on the disk.
+/// Returns what to do about the file at `path`, which was read as `base`, is `ours` in the window
+/// and `theirs` on the disk.
 pub fn answer(path: &Path, base: &str, ours: &str, theirs: &[u8]) -> Answer {
     if theirs == ours.as_bytes() {
         return Answer::Same;
@@ -34,14 +34,16 @@ pub fn answer(path: &Path, base: &str, ours: &str, theirs: &[u8]) -> Answer {
     if ours == base {
         return Answer::Take;
     }
+    // Changes that stay apart as lines can still break the XML together: one side removes an
+    // element whose end the other moves.
     match merge(base, ours, theirs) {
         Some(both) if Document::open(path, both.as_bytes()).is_ok() => Answer::Merged(both),
         _ => Answer::Ask,
     }
 }
 
-/// `base` with the changes of both, or none if they touch each other. The same change in both
-/// counts once.
+/// Returns `base` with the changes of both, or none if changes touch each other. A change that both
+/// made is applied once.
 pub fn merge(base: &str, ours: &str, theirs: &str) -> Option<String> {
     let split = |text| -> Vec<&str> { str::split_inclusive(text, '\n').collect() };
     let (base, ours, theirs) = (split(base), split(ours), split(theirs));

@@ -7,7 +7,7 @@ use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-/// Paths remembered: what one looks over at a glance.
+/// Most paths in the list: as many as can be read at a glance.
 const MAX_RECENT: usize = 12;
 /// Longest list that is read; a path has at most 4 KiB.
 const MAX_BYTES: usize = MAX_RECENT * 4096;
@@ -19,7 +19,7 @@ pub struct Recent {
 }
 
 impl Recent {
-    /// The list in `folder`, which need not be there yet.
+    /// The list in `folder`, which need not exist yet.
     pub fn in_folder(folder: &Path) -> Self {
         Self { file: folder.join("recent") }
     }

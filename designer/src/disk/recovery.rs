@@ -1,6 +1,6 @@
-//! Unsaved work, kept in a folder of the designer's own while there is some, so that a crash loses
-//! the last seconds at most. The user's files are never touched. What a dead designer left is found
-//! by its lock, which the kernel releases with the process, and offered.
+//! Backs up unsaved work in a folder of the designer's own, so that a crash loses a few seconds at
+//! most. The user's files are never written. The work of a designer that died is found by its lock,
+//! which the kernel releases when the process ends, and offered to the user.
 
 mod orphan;
 mod writer;
@@ -17,14 +17,14 @@ use serde::{Deserialize, Serialize};
 pub use orphan::{Orphan, orphans};
 use writer::Writer;
 
-/// Pause between two writings. The first change is kept immediately, so that with the time a write
-/// takes no more than five seconds are ever lost.
+/// Pause between two backups. The first change is backed up immediately. With the duration of a
+/// write, at most five seconds of work are lost.
 pub const EVERY: Duration = Duration::from_secs(2);
 
 /// Unsaved work: every open file that differs from the disk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Kept {
-    /// When it was kept, in seconds since 1970.
+    /// When it was backed up, in seconds since 1970.
     pub at: u64,
     /// The file that was opened, the first of all, and its mission or system next to it. Those
     /// without changes are named too, so that the same project opens again.
@@ -43,14 +43,14 @@ pub struct KeptFile {
 }
 
 impl Kept {
-    /// What is kept now.
+    /// Returns these files as the work of this moment.
     pub fn now(files: Vec<KeptFile>) -> Self {
         let at = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
         Self { at, files }
     }
 }
 
-/// The recovery file of this process. Dropped in order it is gone; in a panic it stays.
+/// The recovery file of this process. It is removed when this is dropped, except in a panic.
 pub struct Recovery {
     file: PathBuf,
     lock_file: PathBuf,
@@ -62,22 +62,22 @@ pub struct Recovery {
 }
 
 impl Recovery {
-    /// Takes a name of its own in `folder`, which is made if need be. Nothing is written before
-    /// there is something unsaved.
+    /// Takes a name of its own in `folder`, which is created if necessary. No backup is written
+    /// before there is unsaved work.
     ///
     /// # Errors
-    /// If the folder cannot be made or written.
+    /// If the folder cannot be created or written.
     pub fn begin(folder: &Path) -> io::Result<Self> {
-        // What a robot's file states is no other's to read.
+        // Other users of the host must not read the robot's file.
         fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         let (lock_file, lock) = orphan::take_name(folder)?;
         let file = lock_file.with_extension(orphan::KEPT);
         Ok(Self { writer: Writer::of(&file), file, lock_file, _lock: lock, kept: None })
     }
 
-    /// Keeps revision `revision` of the unsaved work if it is time to, and computes when to call again;
-    /// none if nothing waits. `unsaved` gives the work, or none if all of it is saved.
-    pub fn keep(
+    /// Keeps revision `revision` of the unsaved work if it is time to, and computes when to call
+    /// again; none if nothing waits. `unsaved` gives the work, or none if all of it is saved.
+    pub fn back_up(
         &mut self,
         now: Instant,
         revision: u64,
@@ -93,32 +93,32 @@ impl Recovery {
         }
         match unsaved() {
             Some(work) => {
-                self.writer.write(work);
+                self.writer.request_write(work);
                 self.kept = Some((revision, now));
             }
-            None => self.forget(),
+            None => self.remove_backup(),
         }
         None
     }
 
-    /// Removes what was kept: all is saved, or the user does not want it.
-    pub fn forget(&mut self) {
+    /// Removes the backup: all work is saved, or the user discarded it.
+    pub fn remove_backup(&mut self) {
         if self.kept.take().is_some() {
-            self.writer.remove();
+            self.writer.request_removal();
         }
     }
 
-    /// Why the unsaved work could not be kept the last time, if it could not.
+    /// Returns why the last backup failed, if it did.
     pub fn trouble(&self) -> Option<String> {
         self.writer.trouble()
     }
 
-    /// Waits until what was asked for has been done.
-    pub fn settle(&mut self) {
-        self.writer.settle();
+    /// Waits until all requested writes are complete.
+    pub fn wait_until_written(&mut self) {
+        self.writer.wait_until_idle();
     }
 
-    /// The file that holds the unsaved work while there is some.
+    /// Returns the path of the backup, which exists while there is unsaved work.
     pub fn file(&self) -> &Path {
         &self.file
     }
@@ -126,11 +126,14 @@ impl Recovery {
 
 impl Drop for Recovery {
     fn drop(&mut self) {
+        // After a panic the unsaved work is lost unless its backup stays; the kernel releases the
+        // lock.
         if std::thread::panicking() {
             return;
         }
-        self.forget();
-        self.writer.settle();
+        self.remove_backup();
+        // The lock file last: without it, another designer would take the backup for an orphan's.
+        self.writer.wait_until_idle();
         let _ = fs::remove_file(&self.lock_file);
     }
 }

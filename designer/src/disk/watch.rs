@@ -1,41 +1,44 @@
-//! Notices that an open file is another one on the disk: looked immediately a second, on a thread of
-//! its own, since a network disk may take its time. A look costs one `stat`; only what that states
-//! may have changed is read.
+//! Detects that another program has changed an open file. A thread looks once a second, since a
+//! network disk may be slow. A look costs one `stat`; a file is read only if its `stat` has
+//! changed.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
+
+use parking_lot::{Condvar, Mutex};
 
 /// Pause between two looks.
 const EVERY: Duration = Duration::from_secs(1);
 /// Pause before the second look at a file that is just being written.
 const SETTLING: Duration = Duration::from_millis(120);
 
-/// A file as it is on the disk; none if it is not there.
+/// The contents of a file on the disk; none if it does not exist.
 pub type OnDisk = Option<Arc<[u8]>>;
 
-/// A file that is not what the designer read or wrote last.
+/// A file whose contents are not those that the designer read or wrote last.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct News {
-    /// Which.
+    /// Its path.
     pub path: PathBuf,
-    /// What it is now.
+    /// Its contents now.
     pub now: OnDisk,
 }
 
-/// What tells a version of a file from the next without reading it.
+/// Distinguishes the versions of a file without reading it: inode, length, and the times of the
+/// last modification and of the last status change, each in seconds and nanoseconds.
 type Stamp = Option<(u64, u64, i64, i64, i64, i64)>;
 
 struct Watched {
-    /// What the designer knows.
+    /// The contents that the designer knows.
     known: OnDisk,
-    /// As of the last reading; none before the first.
+    /// The stamp at the last reading; none before the first.
     stamp: Option<Stamp>,
-    /// The stamp of the look before, if it was another: the file may not be written to its end.
+    /// The stamp of the previous look, if it was a new one: the file may still be being written.
     unsettled: Option<Stamp>,
 }
 
@@ -47,20 +50,20 @@ struct Looker {
 }
 
 impl Looker {
-    fn follow(&mut self, files: impl IntoIterator<Item = (PathBuf, OnDisk)>) {
+    fn follow_files(&mut self, files: impl IntoIterator<Item = (PathBuf, OnDisk)>) {
         let mut old = std::mem::take(&mut self.files);
         for (path, known) in files {
             let same = old.remove(&path).filter(|watched| watched.known == known);
             let watched = same.unwrap_or(Watched { known, stamp: None, unsettled: None });
             self.files.insert(path, watched);
         }
-        // What was noticed of an earlier version, or of a file that is closed, is old.
+        // Drop news about an earlier version, or about a file that is closed by now.
         let files = &self.files;
         self.news.retain(|news| files.get(&news.path).is_some_and(|w| w.known == news.now));
     }
 
-    /// Looks once at each file; whether one has to be looked at again soon.
-    fn look(&mut self) -> bool {
+    /// Looks once at each file. Returns whether one has to be looked at again soon.
+    fn look_at_files(&mut self) -> bool {
         let mut is_unsettled = false;
         for (path, watched) in &mut self.files {
             let stamp = stamp(path);
@@ -68,14 +71,18 @@ impl Looker {
                 watched.unsettled = None;
                 continue;
             }
+            // Read only when two looks in a row see the same stamp: a program that writes in place
+            // would otherwise be read halfway.
             if watched.stamp.is_some() && watched.unsettled != Some(stamp) {
                 watched.unsettled = Some(stamp);
                 is_unsettled = true;
                 continue;
             }
             watched.unsettled = None;
-            // A file that cannot be read for a moment is not gone; it is tried again.
+            // A file that cannot be read at the moment is not deleted. The stamp stays old, so the
+            // next look reads it again.
             let Ok(now) = read(path) else { continue };
+            // The stamp was taken before reading: a change in between is seen at the next look.
             watched.stamp = Some(stamp);
             if now != watched.known {
                 watched.known.clone_from(&now);
@@ -106,15 +113,10 @@ struct State {
     is_closed: bool,
 }
 
+#[derive(Default)]
 struct Shared {
     state: Mutex<State>,
     changed: Condvar,
-}
-
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 /// Looks at the open files until it is dropped.
@@ -129,29 +131,29 @@ impl Watch {
     /// # Errors
     /// If the thread cannot be started.
     pub fn begin(wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared { state: Mutex::default(), changed: Condvar::new() });
+        let shared = Arc::<Shared>::default();
         let theirs = Arc::clone(&shared);
         let thread = thread::Builder::new().name("watch".into()).spawn(move || {
-            run(&theirs, &wake);
+            look_until_closed(&theirs, &wake);
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
-    /// Looks at these files from now on, each with what the designer knows of it; call it whenever
-    /// a file was read or saved, so that one's own saving is no news.
-    pub fn follow(&self, files: impl IntoIterator<Item = (PathBuf, OnDisk)>) {
-        self.shared.state().looker.follow(files);
+    /// Watches these files from now on, each with the contents that the designer knows. Call it
+    /// whenever a file was read or saved, so that the designer's own saving is no news.
+    pub fn follow_files(&self, files: impl IntoIterator<Item = (PathBuf, OnDisk)>) {
+        self.shared.state.lock().looker.follow_files(files);
     }
 
-    /// What has changed since this was asked last.
+    /// Returns what has changed since the last call.
     pub fn news(&self) -> Vec<News> {
-        std::mem::take(&mut self.shared.state().looker.news)
+        std::mem::take(&mut self.shared.state.lock().looker.news)
     }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        self.shared.state().is_closed = true;
+        self.shared.state.lock().is_closed = true;
         self.shared.changed.notify_all();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -159,16 +161,15 @@ impl Drop for Watch {
     }
 }
 
-fn run(shared: &Shared, wake: &impl Fn()) {
-    let mut state = shared.state();
+fn look_until_closed(shared: &Shared, wake: &impl Fn()) {
+    let mut state = shared.state.lock();
     while !state.is_closed {
         let had = state.looker.news.len();
-        let pause = if state.looker.look() { SETTLING } else { EVERY };
+        let pause = if state.looker.look_at_files() { SETTLING } else { EVERY };
         if state.looker.news.len() > had {
             wake();
         }
-        let waited = shared.changed.wait_timeout(state, pause);
-        state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        shared.changed.wait_for(&mut state, pause);
     }
 }
 
@@ -183,18 +184,18 @@ mod tests {
 
     /// Looks until nothing is being written any longer, and gives the news.
     fn looked(looker: &mut Looker) -> Vec<News> {
-        while looker.look() {}
+        while looker.look_at_files() {}
         std::mem::take(&mut looker.news)
     }
 
     fn following(path: &Path, text: &str) -> Looker {
         let mut looker = Looker::default();
-        looker.follow([(path.to_path_buf(), on_disk(text))]);
+        looker.follow_files([(path.to_path_buf(), on_disk(text))]);
         looker
     }
 
     #[test]
-    fn a_change_is_told_once() {
+    fn a_change_is_reported_once() {
         let folder = Scratch::new();
         let path = folder.path().join("a.xml");
         fs::write(&path, "one").expect("written");
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_changed_between_reading_and_following_is_told_too() {
+    fn a_change_between_reading_and_following_is_reported_too() {
         let folder = Scratch::new();
         let path = folder.path().join("a.xml");
         fs::write(&path, "two").expect("written");
@@ -224,7 +225,7 @@ mod tests {
         let mut looker = following(&path, "one");
         assert_eq!(looked(&mut looker), []);
         armor_files::save_atomically(&path, b"two").expect("saved");
-        looker.follow([(path, on_disk("two"))]);
+        looker.follow_files([(path, on_disk("two"))]);
         assert_eq!(looked(&mut looker), []);
     }
 
@@ -236,11 +237,11 @@ mod tests {
         let mut looker = following(&path, "one");
         assert_eq!(looked(&mut looker), []);
         fs::write(&path, "tw").expect("begun");
-        assert!(looker.look(), "it is to be looked at again soon");
+        assert!(looker.look_at_files(), "it is to be looked at again soon");
         assert_eq!(looker.news, []);
         fs::write(&path, "two and more").expect("written");
-        assert!(looker.look(), "it has changed again");
-        assert!(!looker.look());
+        assert!(looker.look_at_files(), "it has changed again");
+        assert!(!looker.look_at_files());
         assert_eq!(looker.news, [News { path, now: on_disk("two and more") }]);
     }
 
@@ -251,7 +252,7 @@ mod tests {
         fs::write(&path, "two").expect("written");
         let (woken, wait) = std::sync::mpsc::channel();
         let watch = Watch::begin(move || woken.send(()).unwrap_or_default()).expect("a thread");
-        watch.follow([(path, on_disk("one"))]);
+        watch.follow_files([(path, on_disk("one"))]);
         wait.recv_timeout(Duration::from_secs(60)).expect("woken");
         assert_eq!(watch.news().len(), 1);
     }

@@ -46,8 +46,8 @@ pub enum ExportError {
     Save(#[from] armor_files::SaveError),
 }
 
-/// Saves the drawing as the file at `path`, in the format that its ending states, with `scale` pixels
-/// of a PNG for each point.
+/// Saves the drawing as the file at `path`, in the format that its ending states, with `scale`
+/// pixels of a PNG for each point.
 ///
 /// # Errors
 /// If the ending states no format, there is nothing to be seen, or the file cannot be written.

@@ -1,4 +1,4 @@
-//! The page one starts with: three steps to a robot, the examples, and what was open last.
+//! The welcome page: three steps to a robot, the examples, and the recent files.
 
 use std::path::{Path, PathBuf};
 
@@ -21,13 +21,13 @@ const STEPS: [(&str, &str); 3] = [
     ),
     (
         "Draw the mission",
-        "Each place says which components are active; transitions lead from place to place. What is \
-         wrong or can never happen is shown while you draw.",
+        "Each place lists the components that are active in it; transitions lead from place to \
+         place. Mistakes, and what can never happen, are shown while you draw.",
     ),
     (
         "Run it",
-        "Save and press Run. The blocks show who is active, the links how much flows, the net where \
-         the robot is.",
+        "Save and press Run. The blocks show what is active, the links how much data flows, the \
+         net where the mission is.",
     ),
 ];
 
@@ -153,7 +153,7 @@ fn card(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
 /// A card that is a button called `name`.
 fn clickable(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui)) -> bool {
     let response = ui
-        // Words that can be selected would take the click.
+        // Selectable text would receive the click.
         .scope_builder(UiBuilder::new().id_salt(name).sense(Sense::click()), |ui| {
             ui.style_mut().interaction.selectable_labels = false;
             let is_lit = ui.response().hovered() || ui.response().has_focus();

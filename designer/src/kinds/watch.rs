@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use crate::kinds::{Kinds, KindsError, find_armor};
 
-/// So often it looks whether an executable or a directory has changed.
+/// Pause between two looks for a changed executable or directory.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
 /// The kinds, kept up to date.
@@ -26,7 +26,7 @@ impl KindsWatch {
     ) -> Self {
         let (folders, inbox) = channel();
         let (outbox, news) = channel();
-        let mut watch = Watch { directories, seen: Stamps::new(), told: None };
+        let mut watch = Watch { directories, seen: Stamps::new(), sent: None };
         let run = move || {
             let mut folder = folder;
             loop {
@@ -51,7 +51,7 @@ impl KindsWatch {
 
     /// Shows that the file is in another folder now.
     pub fn set_folder(&self, folder: PathBuf) {
-        // A thread that is not there was told of.
+        // Sending fails only if the thread could not be started, which is in the log.
         let _ = self.folders.send(folder);
     }
 
@@ -67,7 +67,7 @@ type Stamps = BTreeMap<PathBuf, Option<SystemTime>>;
 struct Watch {
     directories: Vec<PathBuf>,
     seen: Stamps,
-    told: Option<Kinds>,
+    sent: Option<Kinds>,
 }
 
 impl Watch {
@@ -84,9 +84,9 @@ impl Watch {
             None => Err(KindsError::NoArmor),
         };
         match found {
-            Ok(kinds) if self.told.as_ref() == Some(&kinds) => None,
+            Ok(kinds) if self.sent.as_ref() == Some(&kinds) => None,
             Ok(kinds) => {
-                self.told = Some(kinds.clone());
+                self.sent = Some(kinds.clone());
                 Some(Ok(kinds))
             }
             Err(error) => Some(Err(error)),

@@ -9,7 +9,8 @@ use crate::canvas::CanvasColours;
 use crate::canvas::{Diagram, Mark, Wire};
 use crate::item::Item;
 
-/// Brings the drawing up to what is seen; `base` is the drawing without it, of the same blocks.
+/// Updates the drawing with the observed state; `base` is the drawing without it, of the same
+/// blocks.
 pub fn show(
     diagram: &mut Diagram<Item>,
     base: &Diagram<Item>,
@@ -83,7 +84,7 @@ fn tint(
     }
 }
 
-/// Whether data were lost that were meant to arrive: what `latest` leaves out was not.
+/// Returns whether data was lost. Data that `keep="latest"` leaves out does not count.
 pub fn has_lost(edge: &ObservedLink) -> bool {
     edge.lost > 0 || (edge.dropped > 0 && edge.keep != "latest")
 }

@@ -1,11 +1,11 @@
-//! What has fired, and what was ordered by whom.
+//! The firings, and the orders with their authors.
 
 use armor_inspect::FiringHistory;
 use armor_inspect::words::format_duration;
 use eframe::egui::{self, RichText, ScrollArea};
 
 use super::watched::Watched;
-use super::words::said;
+use super::words::printable;
 use crate::canvas::CanvasColours;
 
 /// The firings, the newest first.
@@ -34,7 +34,7 @@ pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
     }
 }
 
-/// The orders that were given, by anyone, the newest first.
+/// Shows the orders of all operators, the newest first.
 pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
     let colours = CanvasColours::of(ui.visuals());
     let look = watched.mission.look();
@@ -48,7 +48,7 @@ pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
                 ui.label(
                     RichText::new(format!("{:>12}", format_duration(order.given_at_s))).monospace(),
                 );
-                ui.strong(said(ui, &order.author));
+                ui.strong(printable(ui, &order.author));
                 ui.label(&order.order);
                 let (word, colour) = if order.accepted {
                     ("accepted", colours.good)
@@ -56,7 +56,7 @@ pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
                     ("refused", colours.error)
                 };
                 ui.colored_label(colour, word);
-                ui.weak(said(ui, &order.text));
+                ui.weak(printable(ui, &order.text));
             });
         }
     });

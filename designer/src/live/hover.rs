@@ -1,28 +1,32 @@
-//! What is told of what the pointer rests on: the state of a block, the last values on a link.
+//! The tooltip of what the pointer rests on: the state of a block, the last values on a link.
 
 use super::systems::component_of;
 use super::values;
 use super::watched::Watched;
-use super::words::said;
+use super::words::printable;
 use crate::canvas::{CanvasOutput, Diagram, Direction, Hit, PortAt};
 use crate::item::Item;
 
-/// Tells it. Data are linked to only while their values are shown.
-pub fn tell(shown: &CanvasOutput<Item>, diagram: &Diagram<Item>, watched: Option<&Watched>) {
+/// Shows the tooltip. It subscribes to data only while it shows their values.
+pub fn show_tooltip(
+    shown: &CanvasOutput<Item>,
+    diagram: &Diagram<Item>,
+    watched: Option<&Watched>,
+) {
     let (Some(watched), Some(hit)) = (watched, shown.hovered) else { return };
     let Some((data, doc)) = about(diagram, hit) else { return };
     shown.response.clone().on_hover_ui_at_pointer(|ui| {
         if let Some(data) = &data {
             ui.strong(data);
-            ui.monospace(said(ui, &values::in_brief(&watched.values.look(data))));
-            ui.weak(said(ui, doc));
+            ui.monospace(printable(ui, &values::in_brief(&watched.values.look(data))));
+            ui.weak(printable(ui, doc));
         } else {
-            ui.label(said(ui, doc));
+            ui.label(printable(ui, doc));
         }
     });
 }
 
-/// The data there, and what else is to be said.
+/// Returns the data there, and the description of the item.
 fn about(diagram: &Diagram<Item>, hit: Hit) -> Option<(Option<String>, &str)> {
     Some(match hit {
         Hit::Wire(number) => {

@@ -10,7 +10,7 @@ use super::plots::Plots;
 use super::tone::{self, Tone};
 use super::values;
 use super::watched::Watched;
-use super::words::said;
+use super::words::printable;
 use crate::canvas::CanvasColours;
 
 /// A component: what it does, what it publishes and gets, its parameters.
@@ -28,7 +28,7 @@ pub fn component(
         return;
     };
     state(ui, process, &picture);
-    // configd states what it does under its second name.
+    // configd publishes its status under its second name.
     let second = Some(CONFIGURATION).filter(|it| name == CONFIGD && picture.is_second_name(it));
     let process = second.and_then(|second| picture.processes.get(second)).unwrap_or(process);
     if let Some(status) = &process.status {
@@ -55,7 +55,7 @@ fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) 
         }
     });
     if !process.problem.is_empty() && !picture.has_ended() {
-        ui.colored_label(colours.warning, said(ui, &process.problem));
+        ui.colored_label(colours.warning, printable(ui, &process.problem));
     }
     if let Some(call_s) = process.call_s {
         let text = format!("in user code for {}", format_duration(call_s));
@@ -66,7 +66,7 @@ fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) 
 fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
     let colours = CanvasColours::of(ui.visuals());
     if !status.last_error.is_empty() {
-        ui.colored_label(colours.error, said(ui, &status.last_error));
+        ui.colored_label(colours.error, printable(ui, &status.last_error));
     }
     let entry = &process.entry;
     let clock = status
@@ -89,7 +89,7 @@ fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
     });
 }
 
-/// Each output can be opened: only then is it linked to.
+/// Each output can be opened; the window subscribes to it only while it is open.
 fn outputs(ui: &mut egui::Ui, watched: &Watched, status: &Status, plots: &mut Plots) {
     if status.outputs.is_empty() {
         return;
@@ -123,7 +123,7 @@ fn inputs(ui: &mut egui::Ui, status: &Status, has_ended: bool) {
             if input.connected || has_ended {
                 ui.label(format!("{} received", input.received));
             } else {
-                ui.colored_label(colours.error, said(ui, &format!("down: {}", input.problem)));
+                ui.colored_label(colours.error, printable(ui, &format!("down: {}", input.problem)));
             }
             if input.lost > 0 {
                 ui.colored_label(colours.warning, format!("{} lost", input.lost));
@@ -162,7 +162,7 @@ fn state_of_link(ui: &mut egui::Ui, edge: &ObservedLink) {
     let colours = CanvasColours::of(ui.visuals());
     ui.strong(super::blocks::in_words(edge));
     if !edge.problem.is_empty() {
-        ui.colored_label(colours.error, said(ui, &edge.problem));
+        ui.colored_label(colours.error, printable(ui, &edge.problem));
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the processes say, by component, gravity and words.
+//! The log of the processes, filtered by component, severity and words.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use eframe::egui::{
 use super::rows::Rows;
 use crate::canvas::CanvasColours;
 
-/// How grave a line must be to be shown.
+/// The least severity that is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Least {
     #[default]
@@ -33,7 +33,7 @@ impl Least {
         }
     }
 
-    /// A line that does not say how grave it is is as good as INFO.
+    /// A line without a severity counts as INFO.
     fn lets(self, level: &str) -> bool {
         match self {
             Self::Anything => true,
@@ -47,7 +47,7 @@ impl Least {
 /// Which lines are shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Filter {
-    /// Of this component; none: of all.
+    /// Only lines of this component; none: of all.
     of: Option<String>,
     least: Least,
     words: String,
@@ -68,13 +68,13 @@ fn holds(text: &str, word: &str) -> bool {
     text.to_lowercase().contains(&word.to_lowercase())
 }
 
-/// The log, and which of it is shown.
+/// The log and its filter.
 pub struct Panel {
     filter: Filter,
-    /// What the lines below were chosen by.
+    /// The filter by which the lines below were chosen.
     chosen_by: Filter,
     chosen: Vec<Arc<LogLine>>,
-    /// Where they stand.
+    /// Their rows.
     rows: Rows,
     /// Whether the newest line is kept in sight.
     follows: bool,
@@ -103,11 +103,11 @@ impl Panel {
         self.filter.of = name.map(Into::into);
     }
 
-    /// Takes in what is new.
+    /// Adds the new lines.
     fn take(&mut self, log: &RunLog) {
         if self.filter != self.chosen_by || log.count() < self.next {
             if log.count() < self.next {
-                // Another log.
+                // It is another log.
                 self.names.clear();
             }
             self.chosen.clear();
@@ -139,7 +139,8 @@ impl Panel {
         self.lines(ui);
     }
 
-    /// The lines, the newest at the bottom: it stays in sight unless one scrolls away from it.
+    /// Shows the lines, the newest at the bottom. It stays visible until the user scrolls away from
+    /// it.
     fn lines(&mut self, ui: &mut egui::Ui) {
         let font = TextStyle::Monospace.resolve(ui.style());
         let (height, letter) =
@@ -152,7 +153,7 @@ impl Panel {
         if self.follows {
             area = area.vertical_scroll_offset(lowest);
         }
-        // Else a place beyond what it held a moment ago is sprung back from.
+        // Otherwise egui scrolls back to the end of the previous, shorter text.
         ui.spacing_mut().scroll.kinetic.rubber_band = false;
         let colours = CanvasColours::of(ui.visuals());
         let shown = area.show_viewport(ui, |ui, seen| {
@@ -166,21 +167,21 @@ impl Panel {
                 let at = corner + vec2(0.0, rows.start as f32 * height);
                 let place = UiBuilder::new().max_rect(Rect::from_min_size(at, size));
                 let line = &self.chosen[number];
-                let text = self.rows.wrap(&line.text, beside(line));
+                let text = self.rows.wrap(&line.text, prefix_width(line));
                 ui.scope_builder(place, |ui| show_line(ui, line, &text, &colours));
             }
         });
-        // Half a point: what is rounded is not scrolled.
+        // Half a point: a difference by rounding is no scrolling.
         self.follows = shown.state.clamped_offset().y >= lowest - 0.5;
     }
 
-    /// Finds out where the lines stand, in rows of so many characters.
+    /// Computes where the lines stand, in rows of this number of characters.
     fn wrap(&mut self, columns: usize) {
         if !self.rows.are(columns) || self.rows.lines() > self.chosen.len() {
             self.rows.begin(columns);
         }
         for line in &self.chosen[self.rows.lines()..] {
-            self.rows.push(&line.text, beside(line));
+            self.rows.push(&line.text, prefix_width(line));
         }
     }
 
@@ -216,8 +217,8 @@ fn before(line: &LogLine) -> [String; 3] {
     [format!("{time:>9} "), format!("{:12} ", line.name), format!("{:5} ", line.level)]
 }
 
-/// How many characters stand before its text.
-fn beside(line: &LogLine) -> usize {
+/// Returns the number of characters before its text.
+fn prefix_width(line: &LogLine) -> usize {
     before(line).iter().map(|part| part.chars().count()).sum()
 }
 
@@ -270,14 +271,14 @@ mod tests {
         assert_eq!(chosen(&laser), ["ready", "slow disk"]);
         let grave = Filter { least: Least::Warning, ..all.clone() };
         assert_eq!(chosen(&grave), ["slow disk", "no disk"]);
-        let told = Filter { least: Least::Info, ..all.clone() };
-        assert_eq!(chosen(&told), ["ready", "slow disk", "no disk", "plain words"]);
+        let important = Filter { least: Least::Info, ..all.clone() };
+        assert_eq!(chosen(&important), ["ready", "slow disk", "no disk", "plain words"]);
         let disk = Filter { words: "DISK mapper".into(), ..all };
         assert_eq!(chosen(&disk), ["no disk"]);
     }
 
     #[test]
-    fn new_lines_are_added_and_another_log_begins_anew() {
+    fn new_lines_are_added_and_another_log_replaces_them() {
         let mut panel = Panel::default();
         let log = RunLog::default();
         log.push(line("laser", "", "one"));

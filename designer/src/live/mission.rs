@@ -1,4 +1,4 @@
-//! Where the mission stands, and the buttons of whoever may command it.
+//! The state of the mission, and the buttons of an operator.
 
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{Confirmation, Marking};
@@ -8,13 +8,14 @@ use eframe::egui::{self, RichText, TextEdit};
 use super::moves;
 use super::orders::Giving;
 use super::session::Session;
-use super::words::{is_over, said};
+use super::words::{is_over, printable};
 use crate::canvas::CanvasColours;
 
 /// What of this panel is remembered from frame to frame.
 #[derive(Debug, Default)]
 pub struct Panel {
-    /// The safe place was asked for once: it ends the mission, so it is asked for twice.
+    /// The button for the safe place was clicked once. It ends the mission, so it needs a second
+    /// click.
     is_leaving: bool,
     moves: moves::Panel,
 }
@@ -30,25 +31,25 @@ impl Panel {
         let Some(marking) = look.marking.clone() else {
             ui.weak("This system has no mission.");
             if !look.problem.is_empty() {
-                ui.weak(said(ui, &look.problem));
+                ui.weak(printable(ui, &look.problem));
             }
             return;
         };
         let now_s = watched.mission_s(&look);
         let giving = Giving::to(watched, &marking, &session.author);
         // What an order brings about stands below the buttons: they stay under the pointer.
-        stage(ui, &marking, now_s, watched.silence());
+        show_stage(ui, &marking, now_s, watched.silence());
         in_places(ui, &marking);
-        asked(ui, &giving, &marking, now_s);
-        transitions(ui, &giving, &marking, now_s);
+        show_questions(ui, &giving, &marking, now_s);
+        show_transitions(ui, &giving, &marking, now_s);
         self.moves.show(ui, &giving, &marking, places);
         giving.refusal(ui, &marking);
-        circumstances(ui, &marking, now_s);
+        show_circumstances(ui, &marking, now_s);
         if !look.problem.is_empty() && !is_over(&marking.stage) && watched.silence().is_none() {
             let colours = CanvasColours::of(ui.visuals());
-            ui.colored_label(colours.warning, said(ui, &look.problem));
+            ui.colored_label(colours.warning, printable(ui, &look.problem));
         }
-        facts(ui, &marking);
+        show_facts(ui, &marking);
         ui.horizontal(|ui| {
             let label = ui.label("Orders as");
             let edit = TextEdit::singleline(&mut session.author).desired_width(150.0);
@@ -72,7 +73,7 @@ impl Panel {
                 giving.give(order);
             }
             if self.is_leaving {
-                // First, where the button was: a double click gives nothing up.
+                // First, at the position of the button before: a double click discards nothing.
                 let no = ui.button("No");
                 let sure = giving.button(ui, "Yes, to the safe place", "");
                 if sure.clicked() {
@@ -90,7 +91,7 @@ impl Panel {
 }
 
 /// Where it stands; `silence` is why nothing is heard of it any longer.
-fn stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>) {
+fn show_stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>) {
     let colours = CanvasColours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.strong(&marking.mission);
@@ -110,14 +111,14 @@ fn stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>
     }
 }
 
-/// What else there is to know of how it goes.
-fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
+/// Further facts about the state of the mission.
+fn show_circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
     let colours = CanvasColours::of(ui.visuals());
     if !marking.clock.is_empty() {
         ui.weak(format!("Its time follows {}.", marking.clock));
     }
     if !marking.why.is_empty() {
-        ui.colored_label(colours.warning, said(ui, &format!("because {}", marking.why)));
+        ui.colored_label(colours.warning, printable(ui, &format!("because {}", marking.why)));
     }
     if let Some(pause) = &marking.pause {
         let rest = if pause.at_rest { "" } else { "; some components have not stopped yet" };
@@ -132,12 +133,12 @@ fn circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
     if let Some(change) = &marking.change {
         let text =
             format!("version {} of the file: {} {}", change.version, change.state, change.why);
-        ui.colored_label(colours.warning, said(ui, &text));
+        ui.colored_label(colours.warning, printable(ui, &text));
     }
 }
 
 /// What the operator is asked.
-fn asked(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
+fn show_questions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
     let colours = CanvasColours::of(ui.visuals());
     for asked in &marking.confirmations {
         egui::Frame::group(ui.style()).stroke((1.5, colours.warning)).show(ui, |ui| {
@@ -192,7 +193,7 @@ fn in_places(ui: &mut egui::Ui, marking: &Marking) {
 }
 
 /// What can fire, when, and by whom.
-fn transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
+fn show_transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
     let clock_s = transition_clock(marking, now_s);
     for enabled in &marking.enabled {
         ui.horizontal_wrapped(|ui| {
@@ -216,9 +217,9 @@ fn transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s:
 }
 
 /// Variables, guards, dates.
-fn facts(ui: &mut egui::Ui, marking: &Marking) {
+fn show_facts(ui: &mut egui::Ui, marking: &Marking) {
     for variable in &marking.variables {
-        ui.weak(said(ui, &format!("{} is {}", variable.variable, variable.value)));
+        ui.weak(printable(ui, &format!("{} is {}", variable.variable, variable.value)));
     }
     for guard in &marking.guards {
         let because = if guard.because.is_empty() { "" } else { ": " };
@@ -226,7 +227,7 @@ fn facts(ui: &mut egui::Ui, marking: &Marking) {
             "{}: {} is {}{because}{}",
             guard.transition, guard.guard, guard.truth, guard.because
         );
-        ui.weak(said(ui, &text));
+        ui.weak(printable(ui, &text));
     }
     for date in marking.dates.iter().filter(|date| date.phase != "past" || !date.used) {
         let from = date.not_before.as_deref().unwrap_or("any time");

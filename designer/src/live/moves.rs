@@ -1,5 +1,5 @@
-//! Tokens moved by hand while the mission is paused: one states how many each place is to hold, and
-//! orders all the moves immediately.
+//! Tokens moved by hand while the mission is paused: the user sets the number of each place, and
+//! orders all moves together.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use eframe::egui::{self, CollapsingHeader, DragValue, Grid};
 
 use super::orders::Giving;
 
-/// What is wanted of the places.
+/// The panel that moves tokens.
 #[derive(Debug, Default)]
 pub struct Panel {
-    /// How many tokens a place is to hold, where the user has said so.
+    /// The number of tokens that the user wants in a place, where it was changed.
     wanted: BTreeMap<String, u32>,
 }
 
-/// A place: what it holds and what it is to hold.
+/// A place: the tokens that it has and those that it is to have.
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
     place: String,
@@ -116,7 +116,7 @@ fn unmovable(rows: &[Row]) -> Option<String> {
         .then(|| "First set how many tokens each place gets.".into())
 }
 
-/// The moves that make every place hold what is wanted, if there are as many tokens as that.
+/// Returns the moves that give every place the wanted number, if the total stays the same.
 fn moves(rows: &[Row]) -> Vec<TokenMove> {
     let mut to: Vec<_> = rows
         .iter()

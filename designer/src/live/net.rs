@@ -1,4 +1,4 @@
-//! The drawing of the net with where the mission stands: tokens, what is on its way, clocks.
+//! The drawing of the net with the state of the mission: tokens, firings in flight, clocks.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::canvas::CanvasColours;
 use crate::canvas::{Badge, Diagram, DiagramNode, Mark, NodeShape, Outline};
 use crate::item::Item;
 
-/// Brings the drawing up to the marking; `base` is the drawing without it, of the same nodes, and
+/// Updates the drawing with the marking; `base` is the drawing without it, of the same nodes, and
 /// `now_s` is mission time.
 pub fn show(
     diagram: &mut Diagram<Item>,

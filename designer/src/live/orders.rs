@@ -1,4 +1,4 @@
-//! The buttons by which orders are given, and what became of the last order.
+//! The buttons by which orders are given, and the result of the last order.
 
 use armor_inspect::{OrderSender, SentOrder};
 use armor_marking::Marking;
@@ -6,12 +6,12 @@ use armor_sdk::control::Order;
 use eframe::egui::{self, Button, Color32, Label, Response, RichText};
 
 use super::watched::Watched;
-use super::words::{is_over, said};
+use super::words::{is_over, printable};
 use crate::canvas::CanvasColours;
 
 /// Where orders are given, by whom, and whether that can be.
 pub struct Giving<'a> {
-    desk: &'a OrderSender,
+    client: &'a OrderSender,
     author: &'a str,
     /// Why nothing can be ordered now.
     closed: Option<&'static str>,
@@ -21,12 +21,12 @@ impl<'a> Giving<'a> {
     /// For the mission that stands so.
     pub fn to(watched: &'a Watched, marking: &Marking, author: &'a str) -> Self {
         let over = is_over(&marking.stage).then_some("The mission is over.");
-        Self { desk: &watched.orders, author, closed: watched.silence().or(over) }
+        Self { client: &watched.orders, author, closed: watched.silence().or(over) }
     }
 
     /// Gives an order.
     pub fn give(&self, order: Order) {
-        self.desk.give(self.author, false, order);
+        self.client.give(self.author, false, order);
     }
 
     /// A button for an order.
@@ -51,9 +51,9 @@ impl<'a> Giving<'a> {
         }
     }
 
-    /// Takes the command and gives it back.
+    /// The button that takes and returns the command.
     pub fn hold(&self, ui: &mut egui::Ui) {
-        let (name, order, doc) = if self.desk.holds() {
+        let (name, order, doc) = if self.client.holds() {
             ("Release command", Order::Release, "Others can give orders again.")
         } else {
             let doc = "Others can then only pause. If this window is lost, the mission reacts \
@@ -65,31 +65,31 @@ impl<'a> Giving<'a> {
         }
     }
 
-    /// What became of the last order, in one line that is there also while it is empty: what stands
-    /// below stays under the pointer.
+    /// Shows the result of the last order, in one line that keeps its height while it is empty, so
+    /// that what stands below does not move under the pointer.
     pub fn answer(&self, ui: &mut egui::Ui) {
-        let last = self.desk.given().pop();
+        let last = self.client.given().pop();
         ui.horizontal(|ui| {
             ui.set_height(ui.spacing().interact_size.y);
             let Some(last) = last else { return };
             if let Some(order) = &last.if_taken
                 && self.button(ui, "Take over and do it", "").clicked()
             {
-                self.desk.give(&last.author, true, order.clone());
+                self.client.give(&last.author, true, order.clone());
             }
             let (text, colour) = in_words(&last, &CanvasColours::of(ui.visuals()));
-            let text = RichText::new(said(ui, &text)).color(colour);
+            let text = RichText::new(printable(ui, &text)).color(colour);
             ui.add(Label::new(text).truncate());
         });
     }
 
     /// Why the last order was refused, whole, and who else holds the command.
     pub fn refusal(&self, ui: &mut egui::Ui, marking: &Marking) {
-        if let Some(holder) = marking.holder.as_ref().filter(|_| !self.desk.holds()) {
+        if let Some(holder) = marking.holder.as_ref().filter(|_| !self.client.holds()) {
             ui.weak(format!("{} has command ({}).", holder.author, holder.from));
         }
-        if let Some(last) = self.desk.given().pop().filter(|last| last.accepted == Some(false)) {
-            ui.colored_label(CanvasColours::of(ui.visuals()).error, said(ui, &last.text));
+        if let Some(last) = self.client.given().pop().filter(|last| last.accepted == Some(false)) {
+            ui.colored_label(CanvasColours::of(ui.visuals()).error, printable(ui, &last.text));
         }
     }
 }

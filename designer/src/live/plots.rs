@@ -9,7 +9,7 @@ use crate::canvas::CanvasColours;
 
 /// Points drawn of a line: two for each column of a wide window.
 const MOST_POINTS: usize = 3000;
-/// A plot that is less high than this states nothing: one scrolls to see it all.
+/// A lower plot is unreadable: the panel scrolls instead.
 const LEAST_HEIGHT: f32 = 140.0;
 /// How far back a plot may show, in seconds.
 const SPANS_S: [f64; 5] = [10.0, 30.0, 60.0, 300.0, 3600.0];
@@ -49,7 +49,7 @@ impl Plots {
         self.lines.iter().any(|line| line.data == data && line.path == path)
     }
 
-    /// Plots a value, or plots it no more.
+    /// Plots a value, or stops plotting it.
     pub fn set(
         &mut self,
         values: &WatchedValues,
@@ -67,8 +67,8 @@ impl Plots {
         }
     }
 
-    /// Goes on looking at what is plotted, also while the plots are behind something else: a gap in
-    /// a line would tell what never was.
+    /// Keeps recording what is plotted, also while the plots are hidden: a gap in a line would look
+    /// like a gap in the data.
     pub fn keep(&self, values: &WatchedValues) {
         for line in &self.lines {
             values.series(&line.data, &line.path, |_| {});

@@ -16,26 +16,26 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Begins again, with rows of so many characters.
+    /// Begins again, with rows of this number of characters.
     pub fn begin(&mut self, columns: usize) {
         self.columns = columns.max(LEAST_COLUMNS);
         self.ends.clear();
     }
 
-    /// Whether rows have so many characters.
+    /// Whether rows have this number of characters.
     pub fn are(&self, columns: usize) -> bool {
         self.columns == columns.max(LEAST_COLUMNS)
     }
 
-    /// Adds a line whose text is shown next to `next to` other characters.
-    pub fn push(&mut self, text: &str, beside: usize) {
-        let rows = self.wrap(text, beside).lines().count().max(1);
+    /// Adds a line whose text is shown after `prefix` other characters.
+    pub fn push(&mut self, text: &str, prefix: usize) {
+        let rows = self.wrap(text, prefix).lines().count().max(1);
         self.ends.push(self.len() + rows);
     }
 
     /// The text of a line, broken into its rows.
-    pub fn wrap<'a>(&self, text: &'a str, beside: usize) -> Cow<'a, str> {
-        wrap(text, self.columns.saturating_sub(beside).max(LEAST_COLUMNS))
+    pub fn wrap<'a>(&self, text: &'a str, prefix: usize) -> Cow<'a, str> {
+        wrap(text, self.columns.saturating_sub(prefix).max(LEAST_COLUMNS))
     }
 
     /// How many rows there are.

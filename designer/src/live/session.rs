@@ -1,4 +1,4 @@
-//! What the window watches: a run that it started, a system that it is attached to, or nothing.
+//! The system that the window watches: a run that it started, one that it is attached to, or none.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -23,7 +23,7 @@ const SHOW_WITHIN: Duration = Duration::from_millis(100);
 /// How things stand, in a word or two.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Standing {
-    /// Nothing runs that the window knows of.
+    /// The window knows of no running system.
     Idle,
     /// A run was started, and cannot be found yet.
     Starting,
@@ -33,7 +33,7 @@ pub enum Standing {
     Lost,
     /// The run was asked to stop.
     Stopping,
-    /// The run has ended; what was seen of it is still there.
+    /// The run has ended; its last known state is still shown.
     Over,
 }
 
@@ -136,7 +136,7 @@ impl Session {
         }
     }
 
-    /// Runs a file; what was watched before is let go.
+    /// Runs a file; the system watched before is no longer watched.
     ///
     /// # Errors
     /// If `armor` is not found or does not start.
@@ -200,7 +200,7 @@ impl Session {
         self.run = None;
     }
 
-    /// Asks the run to stop in order; asked again, it kills what has not stopped yet.
+    /// Requests that the run stops in order. A second request kills the processes that still run.
     pub fn stop(&mut self) {
         match &self.run {
             Some(run) => run.stop(),
@@ -208,7 +208,7 @@ impl Session {
         }
     }
 
-    /// Takes notice of how things go: to be called in each frame.
+    /// Updates the state of the session; to be called in each frame.
     pub fn poll(&mut self) {
         self.poll_run();
         let is_over = self.run.is_none() && self.ended.is_some();

@@ -1,4 +1,4 @@
-//! A drawing of the files with what runs in it: what it is of, and what is shown of it.
+//! A drawing of the files, with the state of the running system in it.
 
 use eframe::egui;
 

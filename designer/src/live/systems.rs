@@ -1,4 +1,4 @@
-//! What runs: the systems of this host to attach to, and the processes of the one that is watched.
+//! The running systems of this host to attach to, and the processes of the one that is watched.
 
 use std::time::{Duration, Instant};
 
@@ -10,10 +10,10 @@ use super::session::{Session, Standing, running};
 use super::tone::{self, Tone};
 use crate::canvas::CanvasColours;
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::item::Item;
+use crate::workspace::Workspace;
 
-/// How many times the systems of this host are looked for, while none is watched.
+/// Pause between two searches for systems of this host, while none is watched.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// The panel.
@@ -25,24 +25,24 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Shows it; the process that was chosen, if one was.
+    /// Shows it. Returns the process that was chosen, if any.
     pub fn show(
         &mut self,
         ui: &mut egui::Ui,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
         selected: Option<&str>,
     ) -> Option<String> {
-        standing(ui, desk);
+        show_standing(ui, workspace);
         ui.separator();
-        match desk.live.watched() {
+        match workspace.live.watched() {
             Some(watched) => {
                 let picture = watched.watch.picture();
-                whose(ui, &desk.live, desk.project.path());
-                processes(ui, &picture, selected)
+                show_owner(ui, &workspace.live, workspace.project.path());
+                show_processes(ui, &picture, selected)
             }
             None => {
                 if let Some((registry, record)) = self.offer(ui) {
-                    attach(desk, &registry, record);
+                    attach(workspace, &registry, record);
                 }
                 None
             }
@@ -94,18 +94,18 @@ impl Panel {
     }
 }
 
-/// Watches a system; why that is not possible is a message.
-pub fn attach(desk: &mut Desk, registry: &str, record: Option<RunRecord>) {
-    if let Err(error) = desk.live.attach(registry, record) {
-        desk.messages.warn(format!("Cannot watch it: {error}"));
+/// Watches a system; a failure is shown as a message.
+pub fn attach(workspace: &mut Workspace, registry: &str, record: Option<RunRecord>) {
+    if let Err(error) = workspace.live.attach(registry, record) {
+        workspace.messages.warn(format!("Cannot watch it: {error}"));
     }
 }
 
-/// How things stand, and the buttons to change it.
-fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
+/// Shows the state of the watched system, and the buttons to change it.
+fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
     let colours = CanvasColours::of(ui.visuals());
-    let is_own = desk.live.run().is_some();
-    let (word, colour) = match desk.live.standing() {
+    let is_own = workspace.live.run().is_some();
+    let (word, colour) = match workspace.live.standing() {
         Standing::Idle => ("not watching", colours.weak),
         Standing::Starting => ("starting", colours.selected),
         Standing::Watching => (if is_own { "running" } else { "watching" }, colours.good),
@@ -114,24 +114,24 @@ fn standing(ui: &mut egui::Ui, desk: &mut Desk) {
         Standing::Over => ("ended; showing the last known state", colours.weak),
     };
     ui.colored_label(colour, RichText::new(word).strong());
-    if let Some((how, is_fine)) = desk.live.ended() {
+    if let Some((how, is_fine)) = workspace.live.ended() {
         ui.colored_label(if is_fine { colours.text } else { colours.error }, how);
     }
-    if let Some(results) = desk.live.results() {
+    if let Some(results) = workspace.live.results() {
         ui.weak("Results in");
         ui.label(crate::text::path(results));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [Command::Run, Command::Stop, Command::Detach] {
             let about = crate::commands::about(command);
-            let may = desk.live.may(command);
+            let may = workspace.live.may(command);
             let again = command == Command::Stop
-                && desk.live.run().is_some_and(|run| run.times_asked() > 0);
+                && workspace.live.run().is_some_and(|run| run.times_asked() > 0);
             let name = if again { "Kill" } else { about.name };
             let button = ui.add_enabled(may, Button::new(name)).on_hover_text(about.doc);
             let button = button.on_disabled_hover_text(why_not(command));
             if button.accessible_name(format!("live: {name}")).clicked() {
-                desk.order(command);
+                workspace.order_command(command);
             }
         }
     });
@@ -147,7 +147,7 @@ fn why_not(command: Command) -> &'static str {
 }
 
 /// Which system it is, and whether it is the one that is open.
-fn whose(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Path>) {
+fn show_owner(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Path>) {
     let Some(watched) = session.watched() else { return };
     ui.weak(format!("registry {}", watched.registry));
     let Some(record) = &watched.record else { return };
@@ -160,7 +160,11 @@ fn whose(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Path>) {
 }
 
 /// The processes with their states; the one that was chosen.
-fn processes(ui: &mut egui::Ui, picture: &SystemPicture, selected: Option<&str>) -> Option<String> {
+fn show_processes(
+    ui: &mut egui::Ui,
+    picture: &SystemPicture,
+    selected: Option<&str>,
+) -> Option<String> {
     let colours = CanvasColours::of(ui.visuals());
     if !picture.is_found && !picture.has_ended() {
         let text = if picture.was_found {

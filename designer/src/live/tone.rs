@@ -1,5 +1,5 @@
-//! How a state looks: by colour, by the border of the block, and in words, so that no one of them
-//! is needed to tell states apart.
+//! How a state looks: by colour, by the border of the block, and in words, each of which alone
+//! suffices to distinguish states.
 
 use armor_inspect::{Condition, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
@@ -14,14 +14,14 @@ pub struct Tone {
     pub tint: Option<Color32>,
     /// Its border.
     pub outline: Outline,
-    /// Whether it steps back.
+    /// Whether it is drawn less visibly.
     pub is_dim: bool,
     /// Whether something is wrong.
     pub mark: Mark,
 }
 
 impl Tone {
-    /// For a state; none is of a component whose process has not been seen.
+    /// Returns the look of a state; none is that of a component whose process has not been seen.
     pub fn of(condition: Option<Condition>, colours: &CanvasColours) -> Self {
         let plain = Self { tint: None, outline: Outline::Plain, is_dim: false, mark: Mark::None };
         let Some(condition) = condition else {
@@ -57,7 +57,8 @@ impl Tone {
         }
     }
 
-    /// For a process as it is seen, with its word. A system that has ended has no one who died.
+    /// For a process as it is seen, with its word. In a system that has ended no process counts as
+    /// dead.
     pub fn seen(
         process: Option<&ObservedProcess>,
         picture: &SystemPicture,
@@ -76,7 +77,7 @@ impl Tone {
     }
 }
 
-/// What there is to say about a state, for who has not met it.
+/// Describes a state for a reader who does not know it.
 pub fn doc(condition: Condition) -> &'static str {
     match condition {
         Condition::Unknown => "It is registered and has not reported its state yet.",
@@ -95,9 +96,9 @@ pub fn doc(condition: Condition) -> &'static str {
 mod tests {
     use super::*;
 
-    /// Black and white, and without reading: what is left must still tell what needs a hand.
+    /// Black and white, and without reading: what is left must still show what needs attention.
     #[test]
-    fn states_are_told_apart_without_their_colours() {
+    fn states_differ_also_without_their_colours() {
         for colours in [CanvasColours::DARK, CanvasColours::LIGHT] {
             let shape = |condition| {
                 let tone = Tone::of(Some(condition), &colours);

@@ -5,7 +5,7 @@ use armor_wire::schema::{Glimpse, GlimpsedValue, Scalar};
 use eframe::egui::{self, Grid};
 
 use super::plots::Plots;
-use super::words::said;
+use super::words::printable;
 use crate::canvas::CanvasColours;
 
 /// Most values shown of one message.
@@ -20,7 +20,7 @@ pub fn show(ui: &mut egui::Ui, values: &WatchedValues, plots: &mut Plots, data: 
     let lines = look.glance(MOST_LINES).unwrap_or_default();
     Grid::new(("values", data)).num_columns(3).striped(true).show(ui, |ui| {
         for glimpse in &lines {
-            let text = said(ui, &in_words(glimpse));
+            let text = printable(ui, &in_words(glimpse));
             ui.label(if glimpse.path.is_empty() { "value" } else { &glimpse.path });
             ui.label(text);
             if can_be_plotted(glimpse) {
@@ -56,7 +56,7 @@ fn heading(ui: &mut egui::Ui, look: &ValueLook) {
         }
     });
     if !look.problem.is_empty() {
-        ui.colored_label(colours.warning, said(ui, &look.problem));
+        ui.colored_label(colours.warning, printable(ui, &look.problem));
     }
 }
 
@@ -98,7 +98,7 @@ fn in_words(glimpse: &Glimpse) -> String {
     }
 }
 
-/// A number with as many digits as say something.
+/// A number with its significant digits.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     if value == value.trunc() && size < 1e12 {

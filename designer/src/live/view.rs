@@ -1,5 +1,5 @@
-//! The live view: the drawing of what runs in the middle, what is selected at the right, and beneath
-//! them the log, plots and what has happened.
+//! The live view: the drawing of what runs in the middle, what is selected at the right, and
+//! beneath them the log, plots and what has happened.
 
 use std::time::Duration;
 
@@ -13,13 +13,14 @@ use super::{
 use crate::canvas::CanvasColours;
 use crate::canvas::Diagram;
 use crate::commands::Command;
-use crate::desk::{Desk, Pane};
 use crate::diagram_pane::view_action_of;
 use crate::item::Item;
 use crate::mission::net as mission_net;
+use crate::pane::Pane;
 use crate::system::draw;
+use crate::workspace::Workspace;
 
-/// How many times clocks that run are drawn again.
+/// Pause after which running clocks are drawn again.
 const CLOCKS_EVERY: Duration = Duration::from_millis(100);
 
 /// What is shown beneath the drawing.
@@ -70,7 +71,7 @@ impl Shows {
 pub struct LiveView {
     system: Sheet,
     net: Sheet,
-    /// What the drawings were made of: the revision, whether its findings were there, the theme.
+    /// What the drawings were made of: the revision, whether it was checked, the theme.
     drawn: Option<(u64, u64, bool, bool)>,
     shows: Shows,
     /// A process that is not in the drawing, as the executive is not.
@@ -92,7 +93,7 @@ impl Default for LiveView {
 }
 
 impl LiveView {
-    /// Of nothing yet.
+    /// Creates a view that shows nothing yet.
     pub fn new() -> Self {
         Self {
             system: Sheet::new("drawing of the running system"),
@@ -111,22 +112,22 @@ impl LiveView {
     }
 
     /// Draws the files if they have changed.
-    fn update(&mut self, desk: &Desk, is_dark: bool) {
-        let checked = desk.project.checked();
-        let drawn = (desk.project.revision(), checked.revision, checked.is_complete, is_dark);
+    fn update_drawings(&mut self, workspace: &Workspace, is_dark: bool) {
+        let checked = workspace.project.checked();
+        let drawn = (workspace.project.revision(), checked.revision, checked.is_complete, is_dark);
         if self.drawn != Some(drawn) {
             self.drawn = Some(drawn);
             let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
-            self.system.set(draw(&desk.project).diagram);
-            self.net.set(mission_net(desk, &colours));
-            self.places = places(desk);
+            self.system.set(draw(&workspace.project).diagram);
+            self.net.set(mission_net(workspace, &colours));
+            self.places = places(workspace);
         }
     }
 
     /// Draws what runs in them.
-    fn overlay(&mut self, ui: &egui::Ui, desk: &Desk) {
+    fn show_overlay(&mut self, ui: &egui::Ui, workspace: &Workspace) {
         let colours = CanvasColours::of(ui.visuals());
-        let Some(watched) = desk.live.watched() else {
+        let Some(watched) = workspace.live.watched() else {
             self.system.clear();
             self.net.clear();
             return;
@@ -145,17 +146,17 @@ impl LiveView {
     }
 
     /// The system, the net, or one over the other.
-    fn drawings(&mut self, ui: &mut egui::Ui, desk: &Desk) {
+    fn show_drawings(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
         let has_net = !self.net.base.nodes.is_empty();
         if has_net && self.shows != Shows::System {
             let mut show = |ui: &mut egui::Ui| {
-                let minimap = desk.settings.minimap && self.shows == Shows::Mission;
+                let minimap = workspace.settings.minimap && self.shows == Shows::Mission;
                 let (shown, is_new) = self.net.show(ui, minimap);
                 if is_new {
                     self.system.select_none();
                     self.process = None;
                 }
-                hover::tell(&shown, &self.net.diagram, desk.live.watched());
+                hover::show_tooltip(&shown, &self.net.diagram, workspace.live.watched());
             };
             if self.shows == Shows::Mission {
                 return show(ui);
@@ -168,12 +169,12 @@ impl LiveView {
                 .frame(egui::Frame::NONE)
                 .show(ui, show);
         }
-        let (shown, is_new) = self.system.show(ui, desk.settings.minimap);
+        let (shown, is_new) = self.system.show(ui, workspace.settings.minimap);
         if is_new {
             self.net.select_none();
             self.process = None;
         }
-        hover::tell(&shown, &self.system.diagram, desk.live.watched());
+        hover::show_tooltip(&shown, &self.system.diagram, workspace.live.watched());
     }
 
     /// What is selected, if it is one thing.
@@ -190,8 +191,8 @@ impl LiveView {
         self.process = None;
     }
 
-    fn beneath(&mut self, ui: &mut egui::Ui, desk: &Desk) {
-        // Else the panel would be as high as what each tab shows.
+    fn show_bottom_panel(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
+        // Otherwise the height of the panel would change with the tab.
         ui.expand_to_include_rect(ui.max_rect());
         ui.horizontal(|ui| {
             for tab in Tab::ALL {
@@ -209,8 +210,8 @@ impl LiveView {
                 }
             }
         });
-        match (self.tab, desk.live.watched()) {
-            (Tab::Log, _) => self.log.show(ui, &desk.live.log),
+        match (self.tab, workspace.live.watched()) {
+            (Tab::Log, _) => self.log.show(ui, &workspace.live.log),
             (Tab::Plots, Some(watched)) => self.plots.show(ui, &watched.values),
             (Tab::Fired, Some(watched)) => firings::fired(ui, watched),
             (Tab::Orders, Some(watched)) => firings::ordered(ui, watched),
@@ -222,17 +223,17 @@ impl LiveView {
 }
 
 /// The places of the mission of the open files, its sub-missions put in.
-fn places(desk: &Desk) -> Vec<String> {
-    let flattened = desk.project.configuration().and_then(|it| it.flattened().ok().flatten());
+fn places(workspace: &Workspace) -> Vec<String> {
+    let flattened = workspace.project.configuration().and_then(|it| it.flattened().ok().flatten());
     let places = flattened.map(|mission| mission.places).unwrap_or_default();
     places.into_iter().map(|place| place.name.value).collect()
 }
 
 impl Pane for LiveView {
-    fn left(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    fn show_left_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         let selected = self.selected();
         let selected = selected.as_ref().and_then(component_of);
-        if let Some(name) = self.systems.show(ui, desk, selected) {
+        if let Some(name) = self.systems.show(ui, workspace, selected) {
             let item = Item::component(&name);
             self.select_none();
             if self.system.base.holds(item) {
@@ -243,14 +244,14 @@ impl Pane for LiveView {
         }
     }
 
-    fn right(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        // Not scrolled away, so that it is always within reach.
-        self.mission.commands(ui, &desk.live);
+    fn show_right_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        // Outside the scrolled area, so that it is always visible.
+        self.mission.commands(ui, &workspace.live);
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            self.mission.show(ui, &mut desk.live, &self.places);
+            self.mission.show(ui, &mut workspace.live, &self.places);
             ui.separator();
             let selected = self.selected();
-            if let Some(watched) = desk.live.watched() {
+            if let Some(watched) = workspace.live.watched() {
                 let (plots, panel) = (&mut self.plots, &mut self.parameters);
                 match &selected {
                     Some(Item::Component(name)) => {
@@ -283,16 +284,16 @@ impl Pane for LiveView {
         });
     }
 
-    fn centre(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(240.0);
-        panel.min_size(70.0).show(ui, |ui| self.beneath(ui, desk));
-        self.update(desk, ui.visuals().dark_mode);
-        self.overlay(ui, desk);
-        self.drawings(ui, desk);
-        if let Some(watched) = desk.live.watched() {
+        panel.min_size(70.0).show(ui, |ui| self.show_bottom_panel(ui, workspace));
+        self.update_drawings(workspace, ui.visuals().dark_mode);
+        self.show_overlay(ui, workspace);
+        self.show_drawings(ui, workspace);
+        if let Some(watched) = workspace.live.watched() {
             self.plots.keep(&watched.values);
             let marking = watched.mission.look().marking;
-            // Clocks run though nothing is told, but for those of what is out of reach.
+            // Clocks run between two reports; those of a system that is out of reach stand.
             let is_heard = watched.silence().is_none();
             if is_heard && marking.is_some_and(|marking| !words::is_over(&marking.stage)) {
                 ui.ctx().request_repaint_after(CLOCKS_EVERY);
@@ -300,7 +301,7 @@ impl Pane for LiveView {
         }
     }
 
-    fn may(&self, command: Command, _: &Desk) -> Option<bool> {
+    fn can_run(&self, command: Command, _: &Workspace) -> Option<bool> {
         use Command as C;
         Some(match command {
             C::ZoomIn | C::ZoomOut | C::ZoomActual | C::ZoomFit | C::SelectNone => true,
@@ -309,10 +310,10 @@ impl Pane for LiveView {
         })
     }
 
-    fn run(&mut self, command: Command, _: &egui::Context, _: &mut Desk) {
+    fn run_command(&mut self, command: Command, _: &egui::Context, _: &mut Workspace) {
         for sheet in [&mut self.system, &mut self.net] {
             if let Some(action) = view_action_of(command) {
-                sheet.canvas.act(action, &sheet.base);
+                sheet.canvas.perform_action(action, &sheet.base);
             }
         }
         if command == Command::SelectNone {
@@ -320,13 +321,13 @@ impl Pane for LiveView {
         }
     }
 
-    fn drawing(&mut self, desk: &Desk) -> &Diagram<Item> {
+    fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item> {
         let is_dark = self.drawn.is_none_or(|(.., is_dark)| is_dark);
-        self.update(desk, is_dark);
+        self.update_drawings(workspace, is_dark);
         &self.system.diagram
     }
 
-    fn show_item(&mut self, item: Item, _: &Desk) {
+    fn show_item(&mut self, item: Item, _: &Workspace) {
         self.select_none();
         for sheet in [&mut self.system, &mut self.net] {
             if let Some(area) = sheet.base.rect(item) {
@@ -336,12 +337,12 @@ impl Pane for LiveView {
         }
     }
 
-    fn paste(&mut self, _: &str, desk: &mut Desk) {
-        desk.messages.warn("The live view is read-only: paste in the system or mission view");
+    fn paste_text(&mut self, _: &str, workspace: &mut Workspace) {
+        workspace.messages.warn("The live view is read-only: paste in the system or mission view");
     }
 
-    fn findable(&self, desk: &Desk) -> Vec<(Item, String)> {
-        let Some(configuration) = desk.project.configuration() else { return Vec::new() };
+    fn findable_items(&self, workspace: &Workspace) -> Vec<(Item, String)> {
+        let Some(configuration) = workspace.project.configuration() else { return Vec::new() };
         let components = configuration.system.components.iter();
         components.map(|one| (Item::component(&one.name.value), one.kind.value.clone())).collect()
     }

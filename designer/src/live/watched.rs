@@ -1,4 +1,4 @@
-//! A system that is watched, for as long as it is there, and as it was seen last.
+//! A system that is watched, while it runs, and its last known state afterwards.
 
 use std::io;
 use std::sync::Arc;
@@ -10,30 +10,30 @@ use armor_inspect::{
     WatchedValues,
 };
 
-/// Under which name the window looks at a system.
+/// The name by which the window observes a system.
 pub const TOOL: &str = "designer";
 
 /// A system that is watched.
 pub struct Watched {
     /// Where its registry listens.
     pub registry: String,
-    /// The status of it, if it is one of this user's on this host.
+    /// Its record, if it is a system of this user on this host.
     pub record: Option<RunRecord>,
-    /// Who is there and what each does.
+    /// The processes and their states.
     pub watch: SystemWatch,
-    /// Where its mission stands.
+    /// The state of its mission.
     pub mission: MissionWatch,
-    /// What flows on the outputs that are looked at.
+    /// The values on the outputs that are shown.
     pub values: WatchedValues,
     /// Where orders are given.
     pub orders: OrderSender,
-    /// Where parameters are asked for and set.
+    /// Where parameters are requested and set.
     pub parameters: ParameterClient,
-    /// Since when nothing is heard of it, in system time: its clocks stand there.
+    /// Since when nothing has been received from it, in system time; its clocks stand at this time.
     silent_since_s: Option<f64>,
     /// It was this window's run, and has ended for good.
     is_over: bool,
-    /// Nothing is looked at any longer.
+    /// Observation has ended.
     is_at_rest: bool,
     _tail: Option<Tail>,
 }
@@ -82,17 +82,17 @@ impl Watched {
         })
     }
 
-    /// Mission time now, or when something was heard last, in seconds.
+    /// Mission time now, or when something was received last, in seconds.
     pub fn mission_s(&self, look: &MissionLook) -> f64 {
         look.now_at_s(self.time_s())
     }
 
-    /// System time now, or when something was heard last, in seconds.
+    /// System time now, or when something was received last, in seconds.
     fn time_s(&self) -> f64 {
         self.silent_since_s.unwrap_or_else(|| self.watch.timestamp())
     }
 
-    /// Why nothing can be asked of it; nothing if it can.
+    /// Returns why it cannot receive requests; none if it can.
     pub fn silence(&self) -> Option<&'static str> {
         match (self.silent_since_s, self.is_over) {
             (None, _) => None,
@@ -114,7 +114,7 @@ impl Watched {
             self.silent_since_s = is_silent.then(|| self.watch.timestamp());
             self.values.keep(is_silent);
         }
-        // Not before: the last words may be on their way.
+        // Not earlier: its last messages may still arrive.
         if is_over && has_ended {
             self.is_at_rest = true;
             self.watch.rest();

@@ -1,4 +1,4 @@
-//! Whether a mission is over, and words of others as the fonts can show them.
+//! Whether a mission is over, and texts of processes as the fonts can show them.
 
 use eframe::egui;
 
@@ -8,6 +8,6 @@ pub fn is_over(stage: &str) -> bool {
 }
 
 /// What a process states, as the fonts can show it.
-pub fn said(ui: &egui::Ui, text: &str) -> String {
+pub fn printable(ui: &egui::Ui, text: &str) -> String {
     crate::text::paintable(ui.ctx(), &text.replace('\u{2192}', "->")).into_owned()
 }

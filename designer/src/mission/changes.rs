@@ -46,7 +46,7 @@ pub enum Change {
     ArcKind(Item, ArcKind),
     /// How many tokens an arc moves.
     Weight(Item, u32),
-    /// An arc from the transition's panel.
+    /// An arc in the panel of its transition.
     AddArc(Item),
     /// An exclusive set of these.
     AddExclusive(Vec<String>),
@@ -64,7 +64,7 @@ pub enum Change {
     Submission(usize, &'static str, Option<String>),
     /// What a group or note of the drawing states.
     Decoration(usize, String),
-    /// These go, together.
+    /// These are removed together.
     Remove(Vec<Item>),
 }
 

@@ -20,11 +20,11 @@ pub use sets::{
 /// begins.
 pub fn add_place(
     document: &mut Document,
-    wish: &str,
+    preferred: &str,
     components: &[&str],
     at: Position,
 ) -> Result<String, EditError> {
-    let name = free_name(document, "place", wish);
+    let name = free_name(document, "place", preferred);
     let is_first = elements::names(document, "place").next().is_none();
     let list = components.join(" ");
     let mut attributes = Vec::new();
@@ -42,12 +42,12 @@ pub fn add_place(
 /// Adds a transition under a name that is free, from these places to those, shown at `at`.
 pub fn add_transition(
     document: &mut Document,
-    wish: &str,
+    preferred: &str,
     from: &[&str],
     to: &[&str],
     at: Option<Position>,
 ) -> Result<String, EditError> {
-    let name = free_name(document, "transition", wish);
+    let name = free_name(document, "transition", preferred);
     let (from, to) = (from.join(" "), to.join(" "));
     let given = [("from", from.as_str()), ("to", to.as_str())];
     let given: Vec<_> = given.into_iter().filter(|(_, places)| !places.is_empty()).collect();
@@ -83,8 +83,8 @@ pub fn set_component(
 /// When a transition may fire, as the three attributes that exclude each other say it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Timing {
-    /// At once.
-    AtOnce,
+    /// As soon as it is enabled.
+    Immediate,
     /// `timeout`
     Timeout(String),
     /// `after`
@@ -110,7 +110,7 @@ pub fn set_timing(
         _ => (None, None),
     };
     let item = Item::Transition(transition);
-    // Those that go first, so that never two of them are there.
+    // Removals first, so that there are never two of them.
     for (name, value) in [("timeout", timeout), ("after", after), ("interval", interval.as_deref())]
     {
         if value.is_none() {
@@ -172,7 +172,7 @@ pub enum Decides {
     Operator,
 }
 
-/// Sets who decides; what only the others say goes.
+/// Sets who decides, and removes the attributes that belong to the other choices.
 pub fn set_decides(
     document: &mut Document,
     transition: &str,

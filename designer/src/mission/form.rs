@@ -66,13 +66,13 @@ impl Form {
         std::mem::take(&mut self.changes)
     }
 
-    /// Ends what is being written, as if its field were left.
+    /// Ends the editing of a field, as if it were left.
     pub fn end(&mut self) -> Vec<Made> {
         self.drafts.end();
         self.finish()
     }
 
-    /// The change that is being written, with a number that is another with each letter.
+    /// The change by the field that is being edited, with a number that changes with each letter.
     pub fn draft(&self) -> Option<(u64, Change)> {
         let (field, _, revision) = self.drafts.current()?;
         let change = self.pending.get(field)?.as_ref().ok()?;

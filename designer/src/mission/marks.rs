@@ -1,4 +1,4 @@
-//! What was found of each thing of the mission, and how the drawing shows it in a word.
+//! The findings of each item of the mission, and the word by which the drawing shows them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ impl Marks {
         numbers.iter().filter_map(|number| self.findings.iter().nth(*number))
     }
 
-    /// The worst that was found of an item.
+    /// The most severe finding of an item.
     pub fn mark(&self, item: &Item) -> Mark {
         let marks = self.found(item).map(|finding| match finding.severity() {
             Severity::Error => Mark::Error,
@@ -54,7 +54,7 @@ impl Marks {
     }
 
     /// What was found of an item, a line for each.
-    pub fn said(&self, item: &Item) -> String {
+    pub fn messages(&self, item: &Item) -> String {
         self.found(item).map(|found| format!("\n{}", found.message)).collect()
     }
 
@@ -117,13 +117,13 @@ mod tests {
             (marks.mark(&item("one")), marks.mark(&item("none"))),
             (Mark::Warning, Mark::None)
         );
-        assert_eq!(marks.said(&item("other")), "\nboth are marked\nit never fires");
+        assert_eq!(marks.messages(&item("other")), "\nboth are marked\nit never fires");
         let badge = |name: &str| marks.badge(&item(name)).map(|badge| badge.text);
         assert_eq!((badge("one"), badge("none")), (Some("excluded".into()), None));
     }
 
     #[test]
-    fn a_time_without_end_is_told_as_such() {
+    fn a_time_without_end_is_shown_as_such() {
         let takes = |longest_s, always_goal| MissionDuration {
             shortest_s: 5.0,
             shortest_way: Vec::new(),

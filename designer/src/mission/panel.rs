@@ -13,28 +13,28 @@ mod whole;
 
 use eframe::egui;
 
-use self::parts::{PanelRequest, PanelSource, section, tell};
+use self::parts::{PanelRequest, PanelSource, section, show_finding};
 use super::form::Form;
 use crate::item::Item;
 
-/// Shows what is selected; returns what else is wanted.
+/// Shows what is selected. Returns the requests of the user apart from changes.
 pub fn show(
     ui: &mut egui::Ui,
     shown: &PanelSource<'_>,
     selected: &[Item],
     form: &mut Form,
 ) -> Vec<PanelRequest> {
-    let mut wishes = Vec::new();
+    let mut requests = Vec::new();
     match selected {
         [item @ Item::Place(name)] => {
             if let Some(place) = shown.mission.place(name) {
-                place::show(ui, shown, place, form.of(item), &mut wishes);
+                place::show(ui, shown, place, form.of(item), &mut requests);
             }
         }
         [item @ Item::Transition(name)] => {
             let transitions = &shown.mission.transitions;
             if let Some(transition) = transitions.iter().find(|t| *name == t.name.value) {
-                transition::show(ui, shown, transition, form.of(item), &mut wishes);
+                transition::show(ui, shown, transition, form.of(item), &mut requests);
             }
         }
         [item @ Item::Arc { .. }] => arcs::show_one(ui, shown, item, form.of(item)),
@@ -42,8 +42,8 @@ pub fn show(
             sets::submission(ui, shown, *number, form.of(item));
         }
         [] | [Item::Mission | Item::Variable(_) | Item::Exclusive(_) | Item::Check(_)] => {
-            whole::show(ui, shown, form.of("mission"), &mut wishes);
-            return wishes;
+            whole::show(ui, shown, form.of("mission"), &mut requests);
+            return requests;
         }
         many => {
             ui.heading(format!("{} items selected", many.len()));
@@ -51,9 +51,9 @@ pub fn show(
         }
     }
     if let [item] = selected {
-        findings(ui, shown, item, &mut wishes);
+        findings(ui, shown, item, &mut requests);
     }
-    wishes
+    requests
 }
 
 /// What was found of an item, with the firings that show it.
@@ -61,7 +61,7 @@ fn findings(
     ui: &mut egui::Ui,
     shown: &PanelSource<'_>,
     item: &Item,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     let mut found = shown.marks.found(item).peekable();
     if found.peek().is_none() {
@@ -69,6 +69,6 @@ fn findings(
     }
     section(ui, "Findings");
     for finding in found {
-        tell(ui, finding, wishes);
+        show_finding(ui, finding, requests);
     }
 }

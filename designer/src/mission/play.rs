@@ -1,8 +1,9 @@
 //! A mission played without a robot: by hand, by itself, or along a firing sequence that a proof
 //! found; every step can be undone.
 //!
-//! Time is that of the mission and passes only when the user lets it pass. Reports, guards and
-//! people are whoever plays: a transition that waits for one of them fires when it is told to.
+//! Time is that of the mission and passes only when the user lets it pass. The user takes the part
+//! of reports, guards and people: a transition that waits for one of them fires when the user fires
+//! it.
 
 pub mod chance;
 pub mod follow;
@@ -74,12 +75,12 @@ pub enum Standing {
     Disabled,
 }
 
-/// What came of telling a transition to fire.
+/// The result of firing a transition by hand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// It fired.
     Fired,
-    /// What it waited for is there; its clock runs now until this moment.
+    /// Its conditions are met; its clock runs until this moment.
     Clock(Duration),
 }
 
@@ -153,7 +154,7 @@ impl Play {
         (!wait.is_zero()).then(|| gone.as_secs_f32() / wait.as_secs_f32())
     }
 
-    /// Goes one step back. False at the start.
+    /// Undoes one step. False at the start.
     pub fn back(&mut self) -> bool {
         let Some(before) = self.past.pop_back() else { return false };
         if let (Some(course), Some(Happened::Fired { .. })) = (&mut self.course, &self.now.by) {
@@ -163,7 +164,7 @@ impl Play {
         true
     }
 
-    /// Whether there is a step to take back.
+    /// Whether there is a step to undo.
     pub fn can_go_back(&self) -> bool {
         !self.past.is_empty()
     }
@@ -176,12 +177,12 @@ impl Play {
         self.now.world.open_gates(&self.stage, &mut self.now.state);
     }
 
-    /// Tells a transition to fire: its report arrives, its guard holds, its people agree. Time
-    /// passes as far as it must.
+    /// Fires a transition by hand: its report arrives, its guard becomes true, its operator agrees,
+    /// and time passes as far as necessary.
     ///
     /// # Errors
     /// If it has no tokens, or another one must fire before its time comes. Nothing changed then.
-    pub fn tell(&mut self, id: TransitionId) -> Result<Outcome, NotNow> {
+    pub fn fire_by_hand(&mut self, id: TransitionId) -> Result<Outcome, NotNow> {
         if !self.has_tokens(id) {
             return Err(self.lacks(id));
         }
@@ -268,7 +269,7 @@ impl Play {
         self.remember(before);
     }
 
-    /// The status of the world.
+    /// The state of the environment.
     pub fn world(&self) -> &World {
         &self.now.world
     }
@@ -295,7 +296,7 @@ impl Play {
     }
 }
 
-/// What an act is called in a list: `late`, `late, but a component does not stop`.
+/// The name of an act in a list: `late`, `late, but a component does not stop`.
 pub fn act_words(stage: &Stage, id: TransitionId) -> String {
     let name = |number: usize| &stage.mission.transitions[number].name.value;
     match stage.acts[id.index()] {

@@ -66,7 +66,7 @@ fn earliest(differences: &[Difference], count: usize) -> Option<Vec<i128>> {
     None
 }
 
-/// None if something may be put off for ever.
+/// None if something may be delayed without end.
 fn latest(differences: &[Difference], count: usize) -> Option<Vec<i128>> {
     let mut moments: Vec<Option<i128>> = vec![None; count];
     moments[0] = Some(0);
@@ -101,7 +101,7 @@ fn differences(net: &Net, sequence: &[TransitionId]) -> Option<Vec<Difference>> 
         let earliest = fired.interval.earliest.as_nanos() as i128;
         found.push(Difference { later: now, earlier: enabled, least: earliest });
         for (other, since) in net.transitions().iter().zip(&since) {
-            // A gate may open as late as it likes.
+            // A gate may open at any later time.
             if let (Some(since), Some(latest), false) = (since, other.interval.latest, other.gated)
             {
                 let latest = latest.as_nanos() as i128;
@@ -184,7 +184,7 @@ mod tests {
     fn what_the_times_do_not_allow_has_no_schedule() {
         let (net, [a, b, c]) = clocks(within(2, 3), within(5, 9), within(0, 1));
         assert_eq!(schedule(&net, &[b, a], Pace::Earliest), None, "a must fire by 3 s");
-        assert_eq!(schedule(&net, &[c], Pace::Earliest), None, "no token is there");
+        assert_eq!(schedule(&net, &[c], Pace::Earliest), None, "a token is missing");
         assert_eq!(schedule(&net, &[a, c], Pace::Earliest), Some(vec![2 * SECOND, 2 * SECOND]));
     }
 
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(
             schedule(&net, &[a], Pace::Latest),
             Some(vec![5 * SECOND]),
-            "b must fire by then"
+            "b must fire by 5 s"
         );
         let (net, [a, ..]) = clocks(endless, endless, within(0, 1));
         assert_eq!(

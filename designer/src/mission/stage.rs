@@ -104,7 +104,7 @@ impl Stage {
         self.by_name.get(name).copied()
     }
 
-    /// What a transition of the net is called.
+    /// The name of a transition of the net.
     pub fn name(&self, id: TransitionId) -> &str {
         &self.net.transition(id).name
     }
@@ -256,7 +256,7 @@ fn is_safety(mission: &Mission, written: &Transition) -> bool {
 }
 
 fn interval(written: &Transition, period: Duration) -> FiringInterval {
-    // Whatever waits for a person is never too late.
+    // A transition that waits for a person is never too late.
     let is_manual = written.autonomy != Autonomy::Auto;
     let latest = |latest: Option<Duration>| {
         latest.filter(|_| !is_manual).map(|latest| latest.saturating_add(period))

@@ -25,131 +25,132 @@ use super::panel;
 use super::panel::parts::{PanelRequest, PanelSource};
 use crate::canvas::{Diagram, JoinRules, PortAt, snapped};
 use crate::commands::Command;
-use crate::desk::{Desk, Draft, Pane};
 use crate::item::Item;
+use crate::pane::{Draft, Pane};
 use crate::project::Documents;
+use crate::workspace::Workspace;
 
 impl MissionView {
-    fn fulfil(&mut self, wishes: Vec<PanelRequest>, desk: &mut Desk) {
-        for wish in wishes {
-            match wish {
-                PanelRequest::Show(item) => desk.shown = Some(item),
-                PanelRequest::Play(way) => self.play_way(&way, desk),
+    fn carry_out(&mut self, requests: Vec<PanelRequest>, workspace: &mut Workspace) {
+        for request in requests {
+            match request {
+                PanelRequest::Show(item) => workspace.shown = Some(item),
+                PanelRequest::Play(way) => self.play_way(&way, workspace),
             }
         }
     }
 }
 
 impl Pane for MissionView {
-    fn left(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        self.update(desk, ui.visuals().dark_mode);
-        self.show_palette(ui, desk);
+    fn show_left_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.update(workspace, ui.visuals().dark_mode);
+        self.show_palette(ui, workspace);
     }
 
-    fn right(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        self.update(desk, ui.visuals().dark_mode);
+    fn show_right_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.update(workspace, ui.visuals().dark_mode);
         let selected: Vec<_> = self.pane.selected().into_iter().collect();
-        let mut wishes = Vec::new();
+        let mut requests = Vec::new();
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             if self.decoration_panel(ui, &selected) {
                 return;
             }
-            if let Some((configuration, mission)) = configuration_of(desk) {
+            if let Some((configuration, mission)) = configuration_of(workspace) {
                 let shown = PanelSource {
-                    project: &desk.project,
+                    project: &workspace.project,
                     configuration,
                     mission,
-                    kinds: desk.project.kinds(),
+                    kinds: workspace.project.kinds(),
                     marks: &self.marks,
-                    is_checking: desk.project.is_checking(),
+                    is_checking: workspace.project.is_checking(),
                 };
-                wishes = panel::show(ui, &shown, &selected, &mut self.form);
+                requests = panel::show(ui, &shown, &selected, &mut self.form);
             } else {
                 ui.weak("This file has no mission yet: add a place to begin one.");
             }
         });
         let changes = self.form.finish();
-        self.make(changes, desk);
-        self.fulfil(wishes, desk);
+        self.make(changes, workspace);
+        self.carry_out(requests, workspace);
     }
 
-    fn centre(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        self.update(desk, ui.visuals().dark_mode);
-        self.simulation_panel(ui, desk);
-        self.update(desk, ui.visuals().dark_mode);
+    fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.update(workspace, ui.visuals().dark_mode);
+        self.simulation_panel(ui, workspace);
+        self.update(workspace, ui.visuals().dark_mode);
         self.pane.canvas.is_editable = self.simulator.is_none();
         let diagram = std::mem::take(&mut self.diagram);
-        let shown = match mission_of(desk) {
+        let shown = match mission_of(workspace) {
             Some(mission) => {
                 let rules = NetRules { mission, diagram: &diagram, kind: self.kind };
-                self.pane.show(ui, &diagram, &rules, &desk.settings)
+                self.pane.show(ui, &diagram, &rules, &workspace.settings)
             }
-            None => self.pane.show(ui, &diagram, &EmptyRules, &desk.settings),
+            None => self.pane.show(ui, &diagram, &EmptyRules, &workspace.settings),
         };
         self.diagram = diagram;
-        self.pane.take_enter(ui, &shown, desk);
+        self.pane.take_enter(ui, &shown, workspace);
         self.paint_motion(ui);
-        self.show_empty_hint(ui, desk);
+        self.show_empty_hint(ui, workspace);
         if let Some((part, at)) = self.pane.dropped::<DraggedPart>(ui, &shown) {
-            self.add_part(&part, snapped(at), desk);
+            self.add_part(&part, snapped(at), workspace);
         }
         if self.simulator.is_some() && shown.response.clicked() {
-            self.fire_clicked(shown.hovered, desk);
+            self.fire_clicked(shown.hovered, workspace);
         }
         for event in shown.events {
-            self.take_event(event, ui, desk);
+            self.take_event(event, ui, workspace);
         }
         let (of, at) = self.pane.menu;
-        shown.response.context_menu(|ui| self.show_menu(ui, desk, of, at));
-        self.show_picker(ui, desk);
+        shown.response.context_menu(|ui| self.show_menu(ui, workspace, of, at));
+        self.show_picker(ui, workspace);
     }
 
     fn is_asking(&self) -> bool {
         self.picker.is_some()
     }
 
-    fn may(&self, command: Command, desk: &Desk) -> Option<bool> {
-        self.can_run(command, desk)
+    fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
+        self.can_run(command, workspace)
     }
 
-    fn run(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk) {
-        self.update(desk, ctx.theme() == egui::Theme::Dark);
-        self.run_command(command, ctx, desk);
+    fn run_command(&mut self, command: Command, ctx: &egui::Context, workspace: &mut Workspace) {
+        self.update(workspace, ctx.theme() == egui::Theme::Dark);
+        self.run_command(command, ctx, workspace);
     }
 
-    fn finish(&mut self, desk: &mut Desk) -> bool {
+    fn finish_field(&mut self, workspace: &mut Workspace) -> bool {
         let changes = self.form.end();
-        self.make(changes, desk)
+        self.make(changes, workspace)
     }
 
-    fn draft(&self) -> Option<Draft> {
+    fn field_draft(&self) -> Option<Draft> {
         let (revision, change) = self.form.draft()?;
         let change = Box::new(move |documents: &mut Documents| change.apply(documents));
         Some(Draft { revision, change })
     }
 
-    fn drawing(&mut self, desk: &Desk) -> &Diagram<Item> {
-        self.update(desk, self.was_dark());
+    fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item> {
+        self.update(workspace, self.was_dark());
         &self.diagram
     }
 
-    fn show_item(&mut self, item: Item, desk: &Desk) {
-        self.update(desk, self.was_dark());
+    fn show_item(&mut self, item: Item, workspace: &Workspace) {
+        self.update(workspace, self.was_dark());
         // What is not drawn leaves nothing selected: then the panel shows the whole mission, which
         // has it.
         self.pane.show_item(item, &self.diagram);
     }
 
-    fn select(&mut self, items: BTreeSet<Item>) {
+    fn select_items(&mut self, items: BTreeSet<Item>) {
         self.pane.select(items);
     }
 
-    fn paste(&mut self, text: &str, desk: &mut Desk) {
-        self.paste_text(text, desk);
+    fn paste_text(&mut self, text: &str, workspace: &mut Workspace) {
+        self.paste_text(text, workspace);
     }
 
-    fn findable(&self, desk: &Desk) -> Vec<(Item, String)> {
-        commands::list_findable(desk)
+    fn findable_items(&self, workspace: &Workspace) -> Vec<(Item, String)> {
+        commands::list_findable(workspace)
     }
 }
 

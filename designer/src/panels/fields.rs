@@ -3,14 +3,14 @@
 
 use eframe::egui::{self, Key, Response, TextBuffer, TextEdit, TextStyle};
 
-/// What is being written into a form whose fields are distinguished by `F`.
+/// The text that is being edited in a form whose fields are distinguished by `F`.
 #[derive(Debug)]
 pub struct Drafts<F> {
-    /// The field, what is written in it, and whether it was shown in this frame.
+    /// The field, its text, and whether it was shown in this frame.
     current: Option<(F, String, bool)>,
-    /// Finished, to be taken.
+    /// Fields that were left, to be applied.
     finished: Vec<(F, String)>,
-    /// Counts what was written.
+    /// Counts the letters that were typed.
     revision: u64,
 }
 
@@ -23,18 +23,19 @@ impl<F> Default for Drafts<F> {
 /// How a field looks.
 #[derive(Clone, Copy, Debug)]
 pub struct Form<'a> {
-    /// What screen readers and tests call it.
+    /// Its name for screen readers and tests.
     pub name: &'a str,
     /// Shown while it is empty.
     pub hint: &'a str,
-    /// How wide it is; 0 takes what there is.
+    /// Its width; 0 takes the available width.
     pub width: f32,
     /// Rows; more than 1 is a text with line breaks.
     pub rows: usize,
 }
 
 impl<F: Clone + PartialEq> Drafts<F> {
-    /// A field with a text, whose current value is `value`. `check` states what is wrong with a text.
+    /// A field with a text, whose current value is `value`. `check` states what is wrong with a
+    /// text.
     pub fn text(
         &mut self,
         ui: &mut egui::Ui,
@@ -60,7 +61,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
         };
         let visuals = ui.visuals();
         let ink = if verdict.is_err() { visuals.error_fg_color } else { visuals.text_color() };
-        // Letters that no font has are shown as one that it has.
+        // A character that no font has is shown as `?`.
         let mut layouter = |ui: &egui::Ui, text: &dyn TextBuffer, width: f32| {
             let shown = crate::text::paintable(ui.ctx(), text.as_str()).into_owned();
             let font = TextStyle::Body.resolve(ui.style());
@@ -85,12 +86,12 @@ impl<F: Clone + PartialEq> Drafts<F> {
         response
     }
 
-    /// Shows what a field is to be, without anything being written.
+    /// Shows a field that is not being edited.
     pub fn set(&mut self, field: F, value: impl Into<String>) {
         self.finished.push((field, value.into()));
     }
 
-    /// Keeps a value that is not final yet, as of a slider that is being dragged.
+    /// Stores a value that is not final yet, such as that of a slider that is being dragged.
     pub fn begin(&mut self, field: F, text: String) {
         if self.current.as_ref().is_some_and(|(own, ..)| *own != field) {
             self.end();
@@ -113,7 +114,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
         all.find(|(own, _)| *own == field).map(|(_, text)| text.as_str())
     }
 
-    /// Ends what is being written, so that it is taken.
+    /// Ends the editing of the field, so that its text is applied.
     pub fn end(&mut self) {
         if let Some((field, text, _)) = self.current.take() {
             self.finished.push((field, text));
@@ -132,7 +133,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
     }
 }
 
-/// Any text is right.
+/// Accepts any text.
 pub fn anything(_: &str) -> Result<(), String> {
     Ok(())
 }

@@ -1,6 +1,6 @@
-//! Finding a name by some of its letters, as one types when one half remembers it.
+//! Finding a name by some of its letters, as they are typed from memory.
 
-/// How well `typed` fits something called `name` and described as `about`; none if it does not.
+/// Returns how well `typed` fits something named `name` with the description `about`; none if not.
 /// Every word typed must be found, in any order; its letters in their order in the name, or all of
 /// it in the description. Whole words count more than beginnings of words, those more than letters
 /// strewn about, the name more than the description, and short names more than long ones.
@@ -28,7 +28,7 @@ pub fn fit(typed: &str, name: &str, about: &str) -> Option<Fit> {
 /// How something fits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fit {
-    /// The more, the better.
+    /// Larger is better.
     pub score: i32,
     /// The numbers of the characters that were found, ascending.
     pub places: Vec<usize>,
@@ -68,7 +68,7 @@ fn best(word: &[char], letters: &[char], starts: &[bool]) -> Option<(i32, Vec<us
     let first = word.first()?;
     let begins = letters.iter().enumerate().filter(|(_, letter)| *letter == first);
     let ways = begins.filter_map(|(begin, _)| from(begin, word, letters, starts));
-    // The first of the best.
+    // Of equal ones, the first.
     ways.reduce(|best, other| if other.0 > best.0 { other } else { best })
 }
 
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_letters_found_are_told() {
+    fn the_letters_found_are_returned() {
         assert_eq!(fit("zi", "Zoom in", "").map(|fit| fit.places), Some(vec![0, 5]));
         assert_eq!(fit("in", "Zoom in", "").map(|fit| fit.places), Some(vec![5, 6]));
         assert_eq!(fit("x", "Zoom in", ""), None);

@@ -1,5 +1,5 @@
-//! Choosing a file: a list to click through and a path to type, which continues with Tab. Its own,
-//! because the dialogs of desktops hang where there is none. All of it works by keyboard.
+//! Choosing a file: a list to click through, and a path to type, which Tab completes. The dialogs
+//! of a desktop are not used, since they hang where no desktop runs. Everything works by keyboard.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use eframe::egui::{
 
 use crate::disk::listing::{Entry, complete, entries, meant, parts, with_ending};
 
-/// Rows that are seen immediately.
+/// Rows that are visible without scrolling.
 const ROWS: f32 = 13.0;
 
 /// A file being chosen.
@@ -18,24 +18,24 @@ pub struct PathChoice {
     folder: PathBuf,
     home: Option<PathBuf>,
     typed: String,
-    /// Only files that end so are listed; empty lists all.
+    /// Only files with this ending are listed; empty lists all.
     ending: &'static str,
-    /// Whether the file need not be there.
+    /// Whether the file may be a new one.
     is_new: bool,
-    /// The folder that the typed path has come to, and what is in it.
+    /// The folder that the typed path has reached, and its entries.
     listed: Option<(PathBuf, Result<Vec<Entry>, String>)>,
-    /// The entry that was clicked, or that the arrow keys are at.
+    /// The entry that was clicked, or selected by the arrow keys.
     marked: Option<usize>,
     trouble: Option<String>,
     is_open: bool,
 }
 
-/// What came of choosing.
+/// The result of choosing.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Chosen {
     /// Nothing yet.
     Open,
-    /// It was left.
+    /// The choice was cancelled.
     Left,
     /// This file.
     File(PathBuf),
@@ -62,7 +62,7 @@ impl PathChoice {
         }
     }
 
-    /// Shows the choice; `verb` is what its button states.
+    /// Shows the choice; `verb` is the text of its button.
     pub fn show(&mut self, ui: &mut Ui, verb: &str) -> Chosen {
         self.list();
         self.way(ui);
@@ -79,7 +79,7 @@ impl PathChoice {
         }
     }
 
-    /// Reads the folder that the typed path has come to, if it is another one.
+    /// Reads the folder that the typed path has reached, if it is another one.
     fn list(&mut self) {
         let folder = meant(&self.folder, self.home.as_deref(), parts(&self.typed).0);
         if self.listed.as_ref().is_none_or(|(of, _)| *of != folder) {
@@ -93,7 +93,7 @@ impl PathChoice {
         let Some((_, Ok(all))) = &self.listed else { return Vec::new() };
         let begun = parts(&self.typed).1;
         let is_whole = all.iter().any(|entry| entry.name == begun);
-        // A new name is not looked for.
+        // A new name matches no entry.
         if self.is_new || self.marked.is_some() || is_whole {
             return all.clone();
         }
@@ -241,7 +241,7 @@ impl PathChoice {
         meant(&self.folder, self.home.as_deref(), self.typed.trim_end())
     }
 
-    /// Goes into a folder. A name to save under goes along; what was typed on the way does not.
+    /// Enters a folder. A name to save under is kept; a typed path is cleared.
     fn enter(&mut self, folder: PathBuf) {
         if !self.is_new || self.typed.contains('/') {
             self.typed.clear();
@@ -258,7 +258,7 @@ impl PathChoice {
             if path == self.meant() {
                 self.typed.clear();
             }
-            // Without the parts that lead back, so that the way above is the real one.
+            // Without the parts that lead back, so that the path above is the real one.
             self.enter(std::fs::canonicalize(&path).unwrap_or(path));
             return Chosen::Open;
         }
@@ -275,7 +275,7 @@ impl PathChoice {
     }
 }
 
-/// As if the text had been typed.
+/// Sets the text as if it had been typed.
 fn put_cursor_at_end(ui: &Ui, id: egui::Id, text: &str) {
     use egui::text::{CCursor, CCursorRange};
     let mut state = TextEdit::load_state(ui.ctx(), id).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A list in which one types to find: the words of a question in any order.
+//! A list that is searched by typing words in any order.
 
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{
@@ -7,10 +7,10 @@ use eframe::egui::{
 
 use crate::panels::fuzzy::{Fit, fit};
 
-/// The lines of a list are at most so high, and the window may not make them less.
+/// Greatest height of the lines of a list.
 const HEIGHT: f32 = 320.0;
 
-/// Entries that fit, the best first; those that fit alike keep their order.
+/// Returns the entries that match, the best first; equal ones keep their order.
 pub fn sorted<'a, T>(
     typed: &str,
     entries: &'a [T],
@@ -47,7 +47,7 @@ pub struct Picker {
     is_open: bool,
 }
 
-/// What came of a list.
+/// The result of a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Picked<T> {
     /// Nothing yet.

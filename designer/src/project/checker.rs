@@ -2,21 +2,22 @@
 //! then what has to be proven of the mission. A newer revision ends the proof of an older one.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use armor_plan::{PLAYED, Plan};
 use armor_robotfile::{Date, Findings, NeededPath, Reading, needed_paths, passed_dates};
+use parking_lot::Mutex;
 
 use crate::kinds::Kinds;
 use crate::project::Checked;
 use crate::project::files::Disk;
 
-/// How long a mission is looked at, as `armor check` does.
+/// Longest time of a proof, as for `armor check`.
 const PROOF_WITHIN: Duration = Duration::from_secs(5);
-/// One that waits looks again so often whether there is a result.
+/// Pause between two looks for a result while the user waits.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// A revision to be looked at.
@@ -45,10 +46,11 @@ impl Checker {
         let (outbox, found) = channel();
         let newest = Arc::new(AtomicU64::new(0));
         let wake = Arc::new(Mutex::new(None));
-        let desk = Thread { newest: Arc::clone(&newest), outbox, wake: Arc::clone(&wake) };
+        let thread = Thread { newest: Arc::clone(&newest), outbox, wake: Arc::clone(&wake) };
         // It ends when the project, and with it `wanted`, is gone.
-        if let Err(error) =
-            std::thread::Builder::new().name("check".into()).spawn(move || desk.run(&inbox))
+        if let Err(error) = std::thread::Builder::new()
+            .name("check".into())
+            .spawn(move || thread.check_revisions(&inbox))
         {
             tracing::error!(%error, "The files are not checked: no thread could be started");
         }
@@ -56,30 +58,30 @@ impl Checker {
     }
 
     pub(super) fn on_found(&self, wake: Wake) {
-        *self.wake.lock().unwrap_or_else(PoisonError::into_inner) = Some(wake);
+        *self.wake.lock() = Some(wake);
     }
 
-    pub(super) fn look_at(&self, wanted: Wanted) {
+    pub(super) fn request_check(&self, wanted: Wanted) {
         self.newest.store(wanted.revision, Ordering::Relaxed);
-        // Without the thread nothing is found; that was told.
+        // Sending fails only if the thread could not be started, which is in the log.
         let _ = self.wanted.send(wanted);
     }
 
     /// What was found since this was asked last, in its order.
-    pub(super) fn found(&mut self) -> Vec<Checked> {
+    pub(super) fn take_results(&mut self) -> Vec<Checked> {
         self.taken.extend(self.found.try_iter());
         std::mem::take(&mut self.taken)
     }
 
     /// Waits for the next result.
-    pub(super) fn wait(&mut self) {
+    pub(super) fn wait_for_result(&mut self) {
         self.taken.extend(self.found.recv_timeout(LOOK_EVERY));
     }
 }
 
 impl Drop for Checker {
     fn drop(&mut self) {
-        // Ends a proof that is going on.
+        // Ends a running proof.
         self.newest.store(u64::MAX, Ordering::Relaxed);
     }
 }
@@ -91,21 +93,21 @@ struct Thread {
 }
 
 impl Thread {
-    fn run(self, inbox: &Receiver<Wanted>) {
+    fn check_revisions(self, inbox: &Receiver<Wanted>) {
         let mut disk = Disk::default();
         while let Ok(first) = inbox.recv() {
             // Only the newest matters.
             let wanted = inbox.try_iter().last().unwrap_or(first);
-            let reading = read_off(&mut disk, &wanted);
-            self.tell(&wanted, &reading.findings, !reading.is_valid());
+            let reading = check_without_proof(&mut disk, &wanted);
+            self.send_result(&wanted, &reading.findings, !reading.is_valid());
             if reading.is_valid() {
-                let findings = self.prove(reading, wanted.revision);
-                self.tell(&wanted, &findings, true);
+                let findings = self.prove_mission(reading, wanted.revision);
+                self.send_result(&wanted, &findings, true);
             }
         }
     }
 
-    fn prove(&self, mut reading: Reading, revision: u64) -> Findings {
+    fn prove_mission(&self, mut reading: Reading, revision: u64) -> Findings {
         let start = Instant::now();
         let is_stale = || self.newest.load(Ordering::Relaxed) != revision;
         if let Some(configuration) = &reading.configuration {
@@ -122,19 +124,22 @@ impl Thread {
         reading.findings
     }
 
-    fn tell(&self, wanted: &Wanted, findings: &Findings, is_complete: bool) {
+    fn send_result(&self, wanted: &Wanted, findings: &Findings, is_complete: bool) {
         let findings = Arc::new(findings.clone());
         let checked = Checked { revision: wanted.revision, findings, is_complete };
-        if self.outbox.send(checked).is_ok()
-            && let Some(wake) = self.wake.lock().unwrap_or_else(PoisonError::into_inner).clone()
-        {
+        if self.outbox.send(checked).is_err() {
+            return;
+        }
+        // Called without the lock, since waking the window may set another callback.
+        let wake = self.wake.lock().clone();
+        if let Some(wake) = wake {
             wake();
         }
     }
 }
 
-/// All that can be said of the files without a proof.
-fn read_off(disk: &mut Disk, wanted: &Wanted) -> Reading {
+/// Checks the files as far as possible without a proof.
+fn check_without_proof(disk: &mut Disk, wanted: &Wanted) -> Reading {
     let reading = disk.read_snapshot(&wanted.files);
     let manifests = wanted.kinds.manifests();
     let mut reading = armor_robotfile::check(reading, &[], manifests);

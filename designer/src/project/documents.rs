@@ -29,7 +29,7 @@ pub enum Refused {
     Rule(String),
 }
 
-/// The files as trees. What is not touched is not copied.
+/// The files as trees. A file that is not changed is not copied.
 pub struct Documents {
     list: Vec<Arc<Document>>,
 }
@@ -61,7 +61,7 @@ impl Documents {
         self.with(Item::System).ok_or(Refused::Absent { what: "<system>" })
     }
 
-    /// The file with the mission; the one that was given gets one if there is none.
+    /// The file with the mission. If there is none, the file that was given gets one.
     ///
     /// # Errors
     /// If it cannot be added.

@@ -1,4 +1,4 @@
-//! A file that is open: its text, the text as a tree, and what was saved of it last.
+//! An open file: its text, the text as a tree, and the text that was saved last.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -11,7 +11,7 @@ use armor_robotfile::{Document, Item, Reading};
 /// A robot that is drawn from nothing.
 pub(super) const NEW_FILE: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <armor version=\"1\">\n  <system name=\"robot\">\n  </system>\n</armor>\n";
-/// What findings call a file that is nowhere yet.
+/// The name of an unsaved file in findings.
 const UNTITLED: &str = "untitled.xml";
 
 /// A file that is open.
@@ -21,7 +21,7 @@ pub struct OpenFile {
     /// None while the text is no XML.
     document: Option<Arc<Document>>,
     saved: Arc<str>,
-    /// What the file is while that is no UTF-8; the text is what can be shown of it.
+    /// The bytes of a file that is no UTF-8; its text is then an approximation for display.
     odd: Option<Arc<[u8]>>,
 }
 
@@ -46,12 +46,12 @@ impl OpenFile {
         Ok(file)
     }
 
-    /// Where it is, once it is anywhere.
+    /// Its path; none until it is saved.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
 
-    /// What findings call it.
+    /// Its name in findings.
     pub fn shown_path(&self) -> &Path {
         self.path().unwrap_or(Path::new(UNTITLED))
     }
@@ -75,7 +75,7 @@ impl OpenFile {
         self.document.clone()
     }
 
-    /// Whether it is not as it was saved.
+    /// Returns whether it has unsaved changes.
     pub fn is_dirty(&self) -> bool {
         !Arc::ptr_eq(&self.text, &self.saved) && self.text != self.saved
     }
@@ -103,7 +103,7 @@ impl OpenFile {
 
     pub(super) fn set_path(&mut self, path: PathBuf) {
         self.path = Some(path);
-        // Its findings name it.
+        // The check reports it.
         self.document = Document::open(self.shown_path(), self.text.as_bytes()).ok().map(Arc::new);
     }
 
@@ -126,7 +126,7 @@ impl OpenFile {
     }
 }
 
-/// Files that are read but not open, sub-missions: each read again only when it changed.
+/// Sub-missions, which are read but not open: each is read again only when it has changed.
 #[derive(Default)]
 pub(super) struct Disk {
     known: BTreeMap<PathBuf, (Option<SystemTime>, Vec<u8>)>,

@@ -1,12 +1,12 @@
-//! What was done, to be undone: the whole texts before and after each step. Files that a step
-//! did not touch are shared, so a step costs what it changed, and what it costs is bounded.
+//! The undo history: the whole texts before and after each step. Files that a step did not change
+//! are shared, so a step costs only what it changed. The total is bounded.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Bytes of texts that are kept. A file has at most one MiB.
 const MAX_BYTES: usize = 256 << 20;
-/// Steps that are kept at least, whatever they cost.
+/// Steps that are kept at least, however large they are.
 const MIN_STEPS: usize = 20;
 
 /// One step.
@@ -21,7 +21,8 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// What the step holds of its own: the texts after it; those before are the last step's.
+    /// Bytes that only this step holds: the texts after it. Those before it belong to the previous
+    /// step.
     fn cost(&self) -> usize {
         let pairs = self.before.iter().zip(&self.after);
         pairs.filter(|(a, b)| !Arc::ptr_eq(a, b)).map(|(_, after)| after.len()).sum()
@@ -32,13 +33,14 @@ impl Step {
 #[derive(Default)]
 pub(super) struct History {
     steps: VecDeque<Step>,
-    /// How many of them are done; those behind were undone.
+    /// The number of steps that are done; the steps after them were undone.
     done: usize,
     bytes: usize,
 }
 
 impl History {
     pub(super) fn push(&mut self, step: Step) {
+        // A new step after an undo makes the undone steps unreachable.
         for undone in self.steps.drain(self.done..) {
             self.bytes -= undone.cost();
         }

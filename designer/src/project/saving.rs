@@ -1,4 +1,5 @@
-//! Saving: refused, with the reasons, while something is wrong with the file; whole or not at all.
+//! Saving: refused, with the reasons, while the files have errors; otherwise each file is written
+//! whole or not at all.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,19 +12,19 @@ use crate::project::Project;
 /// Why the files were not saved.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveRefused {
-    /// Something is wrong with them.
+    /// They have errors.
     #[error("Not saved: {}", reasons(.0))]
     Wrong(Vec<Finding>),
-    /// The file is nowhere yet.
+    /// The file has no path yet.
     #[error("The file has no name yet: choose where to save it")]
     Nowhere,
-    /// Another program changed a file, and what it states has not been taken yet.
+    /// Another program changed a file, and its version has not been reloaded or merged yet.
     #[error(
         "Not saved: another program has just changed {}. It is being reloaded: save again \
          afterwards", .0.display()
     )]
     Changed(PathBuf),
-    /// The disk does not take it.
+    /// The disk refuses it.
     #[error(transparent)]
     Disk(#[from] SaveError),
 }
@@ -44,19 +45,19 @@ pub struct Saved {
     pub files: Vec<PathBuf>,
 }
 
-/// A save that waits until the files have been looked at.
+/// A save that waits until the files have been checked.
 pub(super) struct Pending {
-    /// Where to, if it is to be another file.
+    /// The path of the new file, for *save as*.
     to: Option<PathBuf>,
 }
 
 impl Project {
-    /// Asks for the files to be saved as soon as they have been looked at; [`Project::poll`] states
-    /// what came of it. What is edited until then is saved too.
+    /// Requests that the files are saved as soon as they have been checked; [`Project::poll`]
+    /// returns the result. Edits made until then are saved too.
     ///
     /// # Errors
-    /// If the file is nowhere yet; if something is known to be wrong with it, that: it would not be
-    /// saved anywhere.
+    /// If the file has no path yet. Known errors are returned first, since the file could not be
+    /// saved under any path.
     pub fn save(&mut self) -> Result<(), SaveRefused> {
         if self.path().is_none() {
             let is_known = self.checked.revision == self.revision;
@@ -73,12 +74,14 @@ impl Project {
         self.saving = Some(Pending { to: Some(path) });
     }
 
-    /// Whether a save waits for the files to be looked at.
+    /// Returns whether a save waits for the files to be checked.
     pub fn is_saving(&self) -> bool {
         self.saving.is_some()
     }
 
     pub(super) fn finish_saving(&mut self) -> Option<Result<Saved, SaveRefused>> {
+        // An edit after the request moves `revision` on: the save then waits for the check of that
+        // revision, so that no unchecked text is written.
         let pending = self
             .saving
             .take_if(|_| self.checked.revision == self.revision && self.checked.is_complete)?;
@@ -95,6 +98,8 @@ impl Project {
         if !errors.is_empty() {
             return Err(SaveRefused::Wrong(errors));
         }
+        // The watch looks only once a second: compare with the disk directly before writing, so
+        // that a change made since its last look is not overwritten.
         if let Some(path) = self.changed_meanwhile(to.is_some()) {
             return Err(SaveRefused::Changed(path));
         }
@@ -117,19 +122,20 @@ impl Project {
             }
         }
         if is_elsewhere {
-            // Relative paths in it lead elsewhere now.
+            // Its relative paths are relative to another folder now, so it is checked again.
             self.changed();
         }
         Ok(saved)
     }
 
-    /// A file that would be overwritten and is another one on the disk than it was when it was read,
-    /// taken or saved last. The first file is not overwritten when it is saved `elsewhere`.
+    /// Returns a file that would be overwritten and whose version on the disk is not the one last
+    /// read, reloaded or saved. The first file is not overwritten when it is saved `elsewhere`.
     fn changed_meanwhile(&self, elsewhere: bool) -> Option<PathBuf> {
         let overwritten = self.files.iter().skip(usize::from(elsewhere));
         let mut paths = overwritten.filter(|file| file.is_dirty()).filter_map(|file| {
             let path = file.path()?;
-            // What is no text was told, and that saving replaces it; what is gone is written again.
+            // A file that is no text was reported, with the warning that saving replaces it; a
+            // deleted file is created again.
             let disk = String::from_utf8(std::fs::read(path).ok()?).ok()?;
             (disk != **file.saved() && disk != **file.text()).then(|| path.to_path_buf())
         });

@@ -23,7 +23,7 @@ fn an_edit_is_one_step_that_can_be_taken_back_to_the_byte() {
     std::fs::write(&path, FILE).unwrap();
     let mut project = Project::open(&path, Arc::default()).unwrap();
     project
-        .edit("two at once", |documents| {
+        .edit("two together", |documents| {
             documents.system()?.add(Named::Component("b"), &[("kind", "k")])?;
             Ok(documents.system()?.add(Named::Component("c"), &[("kind", "k")])?)
         })
@@ -31,10 +31,10 @@ fn an_edit_is_one_step_that_can_be_taken_back_to_the_byte() {
     let after = Arc::clone(project.files()[0].text());
     assert_eq!(project.configuration().unwrap().system.components.len(), 3);
     assert!(project.is_dirty());
-    assert_eq!(project.undo().as_deref(), Some("two at once"));
+    assert_eq!(project.undo().as_deref(), Some("two together"));
     assert_eq!(&**project.files()[0].text(), FILE);
     assert!(!project.is_dirty() && project.undo().is_none());
-    assert_eq!(project.redo().as_deref(), Some("two at once"));
+    assert_eq!(project.redo().as_deref(), Some("two together"));
     assert_eq!(*project.files()[0].text(), after);
     std::fs::remove_dir_all(folder).unwrap();
 }
@@ -82,12 +82,12 @@ fn a_mission_and_the_system_that_it_names_are_edited_together() {
 }
 
 #[test]
-fn what_is_wrong_is_not_saved_and_the_reasons_are_told() {
+fn what_is_wrong_is_not_saved_and_the_reasons_are_reported() {
     let folder = folder("wrong");
     let path = folder.join("robot.xml");
     std::fs::write(&path, FILE).unwrap();
     let mut project = Project::open(&path, Arc::default()).unwrap();
-    // Nothing of this name is there to be linked.
+    // No component of this name exists.
     project
         .edit("link", |documents| {
             let document = documents.system()?;

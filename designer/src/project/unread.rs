@@ -1,11 +1,11 @@
-//! What the files say and could not be read, so that it is shown where it can be fixed.
+//! Values in the files that could not be understood, to be shown where they can be fixed.
 
 use armor_robotfile::{Code, Document, Item};
 
 use crate::project::Project;
 
 impl Project {
-    /// The value of an attribute as it stands, if it states something that is not understood.
+    /// Returns the text of an attribute whose value could not be understood.
     pub fn unread(&self, item: Item<'_>, attribute: &str) -> Option<&str> {
         let document = self.document_with(item)?;
         self.unread_at(document, &document.find(item)?, attribute)

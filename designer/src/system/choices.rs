@@ -4,11 +4,11 @@
 use eframe::egui::{Pos2, vec2};
 
 use crate::canvas::{Direction, JoinRules, PortAt};
-use crate::desk::Desk;
 use crate::kinds::Kinds;
 use crate::panels::pick::{Entry, Picker};
 use crate::system::drawing::SystemDrawing;
 use crate::system::rules::{Joint, types_fit};
+use crate::workspace::Workspace;
 
 /// What is done with what is picked.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,8 +32,8 @@ pub(super) struct SystemPicker {
 
 impl SystemPicker {
     /// Everything that can be added.
-    pub(super) fn to_add(desk: &Desk, at: Pos2) -> Self {
-        let kinds = desk.project.kinds().iter();
+    pub(super) fn to_add(workspace: &Workspace, at: Pos2) -> Self {
+        let kinds = workspace.project.kinds().iter();
         let entries = kinds.map(|kind| Entry {
             name: kind.kind.clone(),
             about: kind.summary.clone(),
@@ -49,10 +49,15 @@ impl SystemPicker {
     }
 
     /// What fits a port: ports that are there and free before components that could be added.
-    pub(super) fn for_port(drawing: &SystemDrawing, desk: &Desk, from: PortAt, at: Pos2) -> Self {
-        let Some(joint) = drawing.joints.joint(from) else { return Self::to_add(desk, at) };
+    pub(super) fn for_port(
+        drawing: &SystemDrawing,
+        workspace: &Workspace,
+        from: PortAt,
+        at: Pos2,
+    ) -> Self {
+        let Some(joint) = drawing.joints.joint(from) else { return Self::to_add(workspace, at) };
         let mut entries = joinable(drawing, from);
-        entries.extend(addable(desk.project.kinds(), joint));
+        entries.extend(addable(workspace.project.kinds(), joint));
         Self {
             picker: Picker::default(),
             name: "Link to a matching port",

@@ -1,4 +1,4 @@
-//! What a kind's manifest states, for the one who looks for a component.
+//! The manifest of a kind, as shown in the palette.
 
 use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
 use eframe::egui::{self, Grid, RichText};

@@ -26,7 +26,7 @@ const FIRST_PORT: f32 = 60.0;
 const PORT_STEP: f32 = 20.0;
 /// Left free below the last port.
 const BELOW: f32 = 20.0;
-/// About how wide a letter is at the sizes of the drawing.
+/// Approximate width of a letter at the sizes of the drawing.
 const TITLE_LETTER: f32 = 8.2;
 const LETTER: f32 = 6.6;
 const NARROWEST: f32 = 140.0;
@@ -39,7 +39,7 @@ pub struct SystemDrawing {
     pub diagram: Diagram<Item>,
     /// What may be joined.
     pub joints: Joints,
-    /// Components that the file gives no position.
+    /// Components without a position in the file.
     pub unplaced: BTreeSet<usize>,
 }
 
@@ -56,7 +56,7 @@ pub fn draw(project: &Project) -> SystemDrawing {
     let mut nodes = Vec::new();
     let mut joints = Joints::default();
     for component in &system.components {
-        // A second one of the same name is a finding.
+        // The check reports a second one of the same name.
         if shown.insert(&component.name.value) {
             let (mut node, ends) = block(component, &system.links, &kinds);
             for (port, joint) in node.ports.iter_mut().zip(&ends) {
@@ -263,7 +263,7 @@ fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> 
             Some(PortAt { node, port: ends.iter().position(is_it)? })
         };
         let (from, to) = (end(&link.from, Direction::Out), end(&link.to, Direction::In));
-        // A link to a component that is not there is a finding.
+        // The check reports a link to a component that does not exist.
         let (Some(from), Some(to)) = (from, to) else { continue };
         let number = wires.len();
         let fed = &mut joints.ports[to.node][to.port].fed_by;
@@ -299,32 +299,33 @@ fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire<Item> {
     }
 }
 
-/// What a link states that others do not.
+/// Returns the attributes of a link that differ from the defaults.
 fn unusual(link: &Link) -> Vec<String> {
-    let mut said = Vec::new();
+    let mut words = Vec::new();
     match link.keep {
         Keep::Latest => {}
-        keep => said.push(format!("keep {keep}")),
+        keep => words.push(format!("keep {keep}")),
     }
     if link.mode == LinkMode::Pull {
-        said.push("pull".into());
+        words.push("pull".into());
     }
     if link.history != 1 {
-        said.push(format!("history {}", link.history));
+        words.push(format!("history {}", link.history));
     }
     if link.wake == Wake::Spin {
-        said.push("spin".into());
+        words.push("spin".into());
     }
     match link.transport {
         Transport::Auto => {}
-        Transport::Tcp => said.push("tcp".into()),
-        Transport::Shm => said.push("shm".into()),
-        Transport::Udp => said.push("udp".into()),
+        Transport::Tcp => words.push("tcp".into()),
+        Transport::Shm => words.push("shm".into()),
+        Transport::Udp => words.push("udp".into()),
     }
-    said
+    words
 }
 
-/// Puts blocks where the file places them; those of which it states nothing are arranged next to the others.
+/// Puts blocks at their positions in the file; those without a position are arranged next to
+/// the others.
 fn place(
     nodes: &mut [DiagramNode<Item>],
     wires: &[Wire<Item>],

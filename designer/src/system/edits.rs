@@ -16,9 +16,9 @@ use crate::view::View;
 /// Names that the programs of the system have themselves.
 const TAKEN: &[&str] = &["registry", "configd", "configuration", "executive", "launcher", "all"];
 
-/// A name that no component has yet, like the one wished for.
-pub fn free_name(document: &Document, wish: &str) -> String {
-    free(&mut names_of(document), wish)
+/// A name that no component has yet, like the preferred one.
+pub fn free_name(document: &Document, preferred: &str) -> String {
+    free(&mut names_of(document), preferred)
 }
 
 /// The names that no component can be given: those of the others and of the system's programs.
@@ -31,17 +31,17 @@ pub(super) fn names_of(document: &Document) -> Names {
     Names::new(names.map(|name| name.value.as_str()).chain(TAKEN.iter().copied()))
 }
 
-/// A name like the one wished for, taken from then on.
-pub(super) fn free(names: &mut Names, wish: &str) -> String {
-    let wish: String =
-        wish.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_')).collect();
-    let wish = if is_name(&wish) { wish } else { "component".to_owned() };
+/// A name like the preferred one, taken from then on.
+pub(super) fn free(names: &mut Names, preferred: &str) -> String {
+    let preferred: String =
+        preferred.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_')).collect();
+    let preferred = if is_name(&preferred) { preferred } else { "component".to_owned() };
     // "laser-2" counts on as "laser-3".
-    let stem = match wish.rsplit_once('-') {
+    let stem = match preferred.rsplit_once('-') {
         Some((stem, number)) if number.bytes().all(|b| b.is_ascii_digit()) => stem,
-        _ => &wish,
+        _ => &preferred,
     };
-    names.free(&wish, &stem[..stem.len().min(MAX_NAME_LEN - 5)])
+    names.free(&preferred, &stem[..stem.len().min(MAX_NAME_LEN - 5)])
 }
 
 /// Adds a component of a kind and returns its name.
@@ -128,7 +128,7 @@ pub fn remove<'a>(
     }
     let document = documents.system()?;
     let links = items.iter().filter_map(|item| match item {
-        // It may have gone with its component.
+        // It may have been removed with its component.
         Item::Link { from, to } => {
             Some(Named::Link { from, to }).filter(|link| document.find(*link).is_some())
         }
@@ -150,7 +150,7 @@ pub fn remove<'a>(
 /// Puts blocks, groups and notes at these places.
 ///
 /// # Errors
-/// If one is not there.
+/// If one does not exist.
 pub fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), Refused> {
     layout::place(documents.system()?, View::System, places)
 }

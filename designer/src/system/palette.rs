@@ -1,13 +1,13 @@
-//! What there is to build from: all kinds, found by typing, dragged into the drawing.
+//! The palette of the system: all kinds, searched by typing, dragged into the drawing.
 
 use armor_wire::manifest::Manifest;
 use eframe::egui::text::{LayoutJob, TextWrapping};
 use eframe::egui::{self, FontId, Key, Rect, ScrollArea, Sense, TextEdit};
 
-use crate::desk::Desk;
 use crate::diagram_pane::show_dragged;
 use crate::panels::pick;
 use crate::system::docs;
+use crate::workspace::Workspace;
 
 /// The height of one kind in the list.
 const ENTRY_HEIGHT: f32 = 38.0;
@@ -24,12 +24,12 @@ pub struct SystemPalette {
 
 impl SystemPalette {
     /// Shows it; returns the kind that is to be added.
-    pub(super) fn show(&mut self, ui: &mut egui::Ui, desk: &Desk) -> Option<String> {
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, workspace: &Workspace) -> Option<String> {
         ui.add_space(4.0);
         ui.strong("Components");
         let field = TextEdit::singleline(&mut self.typed).hint_text("Search");
         let field = ui.add(field.desired_width(f32::INFINITY)).accessible_name("Search components");
-        let kinds: Vec<_> = desk.project.kinds().iter().collect();
+        let kinds: Vec<_> = workspace.project.kinds().iter().collect();
         let found = pick::sorted(&self.typed, &kinds, |kind| (&kind.kind, &kind.summary));
         let found: Vec<_> = found.into_iter().map(|(_, kind)| kind).collect();
         let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
@@ -43,7 +43,7 @@ impl SystemPalette {
             for is_stock in [true, false] {
                 let part: Vec<_> = found
                     .iter()
-                    .filter(|kind| desk.project.kinds().is_stock(&kind.kind) == is_stock)
+                    .filter(|kind| workspace.project.kinds().is_stock(&kind.kind) == is_stock)
                     .collect();
                 if part.is_empty() {
                     continue;
@@ -51,7 +51,7 @@ impl SystemPalette {
                 ui.add_space(4.0);
                 ui.weak(if is_stock { "part of Armor" } else { "from component directories" });
                 for kind in part {
-                    if self.entry(ui, desk, kind) {
+                    if self.entry(ui, workspace, kind) {
                         wanted = Some(kind.kind.clone());
                     }
                 }
@@ -61,7 +61,7 @@ impl SystemPalette {
     }
 
     /// One kind; returns whether it is to be added.
-    fn entry(&self, ui: &mut egui::Ui, desk: &Desk, kind: &Manifest) -> bool {
+    fn entry(&self, ui: &mut egui::Ui, workspace: &Workspace, kind: &Manifest) -> bool {
         let size = egui::vec2(ui.available_width(), ENTRY_HEIGHT);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
         paint(ui, rect, &response, kind);
@@ -72,7 +72,7 @@ impl SystemPalette {
             show_dragged(ui, &kind.kind);
         }
         let enter = response.has_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-        let origin = desk.project.kinds().origin(&kind.kind);
+        let origin = workspace.project.kinds().origin(&kind.kind);
         let twice = response.double_clicked();
         response.on_hover_ui(|ui| docs::show(ui, kind, origin));
         twice || enter

@@ -11,114 +11,116 @@ use super::run;
 use super::state::SystemView;
 use crate::canvas::{CanvasEvent, Diagram, snapped};
 use crate::commands::Command;
-use crate::desk::{Desk, Draft, Pane};
 use crate::item::Item;
+use crate::pane::{Draft, Pane};
 use crate::project::Documents;
+use crate::workspace::Workspace;
 
 /// From the pointer to the upper left corner of a block that is dropped.
 const DROP_OFFSET: egui::Vec2 = egui::vec2(70.0, 30.0);
 
 impl SystemView {
-    fn take_event(&mut self, event: CanvasEvent<Item>, ui: &egui::Ui, desk: &mut Desk) {
+    fn take_event(&mut self, event: CanvasEvent<Item>, ui: &egui::Ui, workspace: &mut Workspace) {
         match event {
             CanvasEvent::Moved(by) => {
                 let unplaced = self.unplaced();
-                self.pane.move_selected(by, &self.drawing.diagram, &unplaced, desk);
+                self.pane.move_selected(by, &self.drawing.diagram, &unplaced, workspace);
             }
-            CanvasEvent::Joined(from, to) => self.join(from, to, desk),
-            CanvasEvent::Refused(why) => desk.messages.warn(format!("Not linked: {why}")),
+            CanvasEvent::Joined(from, to) => self.join(from, to, workspace),
+            CanvasEvent::Refused(why) => workspace.messages.warn(format!("Not linked: {why}")),
             CanvasEvent::Loose { from, at } => {
-                self.picker = Some(SystemPicker::for_port(&self.drawing, desk, from, at));
+                self.picker = Some(SystemPicker::for_port(&self.drawing, workspace, from, at));
             }
-            CanvasEvent::Rewired { wire, stays, to } => self.rewire(wire, stays, to, desk),
+            CanvasEvent::Rewired { wire, stays, to } => self.rewire(wire, stays, to, workspace),
             CanvasEvent::Opened(item) => {
                 self.pane.select([item]);
-                desk.settings.properties = true;
+                workspace.settings.properties = true;
                 self.wants_focus = Focus::Value;
             }
-            CanvasEvent::OpenedEmpty(at) => self.picker = Some(SystemPicker::to_add(desk, at)),
+            CanvasEvent::OpenedEmpty(at) => self.picker = Some(SystemPicker::to_add(workspace, at)),
             CanvasEvent::Menu { of, at } => self.pane.menu = (of, at),
-            CanvasEvent::Resized(item, rect) => self.pane.resize(item, rect, desk),
+            CanvasEvent::Resized(item, rect) => self.pane.resize(item, rect, workspace),
         }
         ui.ctx().request_repaint();
     }
 }
 
 impl Pane for SystemView {
-    fn left(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        self.update(desk);
-        if let Some(kind) = self.palette.show(ui, desk) {
+    fn show_left_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.update(workspace);
+        if let Some(kind) = self.palette.show(ui, workspace) {
             let at = self.pane.canvas.centre();
-            self.add(&kind, at, desk);
+            self.add(&kind, at, workspace);
         }
     }
 
-    fn right(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        self.update(desk);
-        self.show_properties(ui, desk);
+    fn show_right_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.update(workspace);
+        self.show_properties(ui, workspace);
     }
 
-    fn centre(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
-        self.update(desk);
-        let shown = self.pane.show(ui, &self.drawing.diagram, &self.drawing.joints, &desk.settings);
-        self.pane.take_enter(ui, &shown, desk);
-        self.show_empty_hint(ui, desk);
+    fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.update(workspace);
+        let shown =
+            self.pane.show(ui, &self.drawing.diagram, &self.drawing.joints, &workspace.settings);
+        self.pane.take_enter(ui, &shown, workspace);
+        self.show_empty_hint(ui, workspace);
         if let Some((kind, at)) = self.pane.dropped::<DraggedKind>(ui, &shown) {
-            self.add(&kind.0, snapped(at - DROP_OFFSET), desk);
+            self.add(&kind.0, snapped(at - DROP_OFFSET), workspace);
         }
         for event in shown.events {
-            self.take_event(event, ui, desk);
+            self.take_event(event, ui, workspace);
         }
         let (of, at) = self.pane.menu;
-        shown.response.context_menu(|ui| self.show_menu(ui, desk, of, at));
-        self.show_picker(ui, desk);
+        shown.response.context_menu(|ui| self.show_menu(ui, workspace, of, at));
+        self.show_picker(ui, workspace);
     }
 
     fn is_asking(&self) -> bool {
         self.picker.is_some()
     }
 
-    fn may(&self, command: Command, desk: &Desk) -> Option<bool> {
-        self.can_run(command, desk)
+    fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
+        self.can_run(command, workspace)
     }
 
-    fn run(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk) {
-        self.update(desk);
-        self.run_command(command, ctx, desk);
+    fn run_command(&mut self, command: Command, ctx: &egui::Context, workspace: &mut Workspace) {
+        self.update(workspace);
+        self.run_command(command, ctx, workspace);
     }
 
-    fn finish(&mut self, desk: &mut Desk) -> bool {
+    fn finish_field(&mut self, workspace: &mut Workspace) -> bool {
         self.drafts.end();
-        self.take_drafts(desk)
+        self.take_drafts(workspace)
     }
 
-    fn draft(&self) -> Option<Draft> {
+    fn field_draft(&self) -> Option<Draft> {
         let (field, text, revision) = self.drafts.current()?;
         let (field, text) = (field.clone(), text.to_owned());
         let change = Box::new(move |documents: &mut Documents| write(documents, &field, &text));
         Some(Draft { revision, change })
     }
 
-    fn drawing(&mut self, desk: &Desk) -> &Diagram<Item> {
-        self.update(desk);
+    fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item> {
+        self.update(workspace);
         &self.drawing.diagram
     }
 
-    fn show_item(&mut self, item: Item, desk: &Desk) {
-        self.update(desk);
+    fn show_item(&mut self, item: Item, workspace: &Workspace) {
+        self.update(workspace);
         self.pane.show_item(item, &self.drawing.diagram);
     }
 
-    fn select(&mut self, items: BTreeSet<Item>) {
+    fn select_items(&mut self, items: BTreeSet<Item>) {
         self.pane.select(items);
     }
 
-    fn paste(&mut self, text: &str, desk: &mut Desk) {
-        self.update(desk);
-        self.paste_text(text, desk);
+    fn paste_text(&mut self, text: &str, workspace: &mut Workspace) {
+        self.update(workspace);
+        self.paste_text(text, workspace);
     }
 
-    fn findable(&self, desk: &Desk) -> Vec<(Item, String)> {
-        run::list_findable(desk)
+    fn findable_items(&self, workspace: &Workspace) -> Vec<(Item, String)> {
+        run::list_findable(workspace)
     }
 }

@@ -6,33 +6,38 @@ use super::choices::{SystemChoice, SystemPicker};
 use super::edits;
 use super::state::SystemView;
 use crate::canvas::Direction;
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::pick::Picked;
+use crate::workspace::Workspace;
 
 impl SystemView {
-    pub(super) fn show_picker(&mut self, ui: &egui::Ui, desk: &mut Desk) {
+    pub(super) fn show_picker(&mut self, ui: &egui::Ui, workspace: &mut Workspace) {
         let Some(mut picker) = self.picker.take() else { return };
         let at = self.pane.canvas.to_window(picker.at);
         match picker.picker.show_at(ui, picker.name, at, &picker.entries) {
             Picked::Open => self.picker = Some(picker),
-            Picked::One(pick) => self.take_choice(pick, &picker, desk),
+            Picked::One(pick) => self.take_choice(pick, &picker, workspace),
             Picked::Left => {}
         }
     }
 
-    fn take_choice(&mut self, pick: SystemChoice, picker: &SystemPicker, desk: &mut Desk) {
+    fn take_choice(
+        &mut self,
+        pick: SystemChoice,
+        picker: &SystemPicker,
+        workspace: &mut Workspace,
+    ) {
         match pick {
             SystemChoice::Add(kind) => {
-                self.add(&kind, picker.at, desk);
+                self.add(&kind, picker.at, workspace);
             }
-            SystemChoice::Join(from, to) => self.join(from, to, desk),
+            SystemChoice::Join(from, to) => self.join(from, to, workspace),
             SystemChoice::AddLinked { kind, port } => {
                 let Some((direction, data)) = &picker.from else { return };
                 let mut added = None;
                 let shown = self.unplaced();
                 // One step: the component and its link.
-                desk.edit(format!("add {kind} to {data}"), |documents| {
+                workspace.edit(format!("add {kind} to {data}"), |documents| {
                     edits::place(documents, &shown)?;
                     let name = edits::add_component(documents, &kind, picker.at)?;
                     let own = format!("{name}.{port}");

@@ -11,33 +11,35 @@ use eframe::egui::{self, Button, ComboBox, ScrollArea};
 use self::field::{Field, Focus, check_name, write};
 use crate::canvas::Direction;
 use crate::commands::{Command, about};
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::fields::{Form, anything};
 use crate::system::rules::Joint;
 use crate::system::state::SystemView;
+use crate::workspace::Workspace;
 
 impl SystemView {
-    pub(super) fn show_properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    pub(super) fn show_properties(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         ui.add_space(4.0);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
             let only = self.pane.only();
             match (only, self.pane.canvas.selection.len()) {
-                (Some(Item::Component(name)), _) => self.component_properties(ui, desk, &name),
-                (Some(Item::Link { from, to }), _) => self.link_properties(ui, desk, &from, &to),
+                (Some(Item::Component(name)), _) => self.component_properties(ui, workspace, &name),
+                (Some(Item::Link { from, to }), _) => {
+                    self.link_properties(ui, workspace, &from, &to);
+                }
                 (Some(Item::Decoration { number, .. }), _) => self.decoration(ui, number),
-                (_, 0) => self.system_properties(ui, desk),
-                (_, count) => several(ui, desk, count),
+                (_, 0) => self.system_properties(ui, workspace),
+                (_, count) => several(ui, workspace, count),
             }
         });
-        self.take_drafts(desk);
+        self.take_drafts(workspace);
     }
 
     /// Makes the changes of the fields that were left; returns whether none was refused.
-    pub(super) fn take_drafts(&mut self, desk: &mut Desk) -> bool {
+    pub(super) fn take_drafts(&mut self, workspace: &mut Workspace) -> bool {
         let drafts = self.drafts.finish();
-        drafts.iter().fold(true, |all, (field, text)| self.apply(field, text, desk) && all)
+        drafts.iter().fold(true, |all, (field, text)| self.apply(field, text, workspace) && all)
     }
 
     fn decoration(&mut self, ui: &mut egui::Ui, number: usize) {
@@ -53,8 +55,8 @@ impl SystemView {
         self.focus(&response);
     }
 
-    fn system_properties(&mut self, ui: &mut egui::Ui, desk: &Desk) {
-        let Some(configuration) = desk.project.configuration() else {
+    fn system_properties(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
+        let Some(configuration) = workspace.project.configuration() else {
             ui.weak("There is no system in this file.");
             return;
         };
@@ -87,7 +89,7 @@ impl SystemView {
         ui.weak("Select a block or a link to see its properties.");
     }
 
-    /// The outputs that say what time it is.
+    /// The outputs that can be the system's clock.
     fn clocks(&self) -> Vec<String> {
         let joints = self.drawing.joints.ports.iter().flatten();
         let clocks = joints.filter(|joint| {
@@ -105,7 +107,7 @@ impl SystemView {
         }
     }
 
-    fn apply(&mut self, field: &Field, text: &str, desk: &mut Desk) -> bool {
+    fn apply(&mut self, field: &Field, text: &str, workspace: &mut Workspace) -> bool {
         let what = match field {
             Field::Name(name) => format!("rename {name} to {text}"),
             Field::Attribute(item, attribute) => format!("set {attribute} of {item}"),
@@ -114,7 +116,7 @@ impl SystemView {
             Field::Text(_) => "edit text".to_owned(),
             Field::Clock => "set the clock".to_owned(),
         };
-        let is_made = desk.edit(what, |documents| write(documents, field, text));
+        let is_made = workspace.edit(what, |documents| write(documents, field, text));
         if is_made && let Field::Name(_) = field {
             self.pane.select_when_drawn([Item::component(text)]);
         }
@@ -122,7 +124,7 @@ impl SystemView {
     }
 }
 
-fn several(ui: &mut egui::Ui, desk: &mut Desk, count: usize) {
+fn several(ui: &mut egui::Ui, workspace: &mut Workspace, count: usize) {
     ui.strong(format!("{count} selected"));
     for command in [
         Command::AlignLeft,
@@ -141,7 +143,7 @@ fn several(ui: &mut egui::Ui, desk: &mut Desk, count: usize) {
         let button = Button::new(entry.name).shortcut_text(keys);
         let button = ui.add_sized([ui.available_width(), 0.0], button).on_hover_text(entry.doc);
         if button.accessible_name(format!("selected: {}", entry.name)).clicked() {
-            desk.order(command);
+            workspace.order_command(command);
         }
     }
 }

@@ -4,28 +4,28 @@ use armor_robotfile::model::{Component, Link};
 use armor_wire::manifest::{Manifest, PortManifest};
 use eframe::egui::{self, ComboBox, Frame, Stroke};
 
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::panels::fields::Drafts;
 use crate::system::edits;
 use crate::system::properties::field::Field;
+use crate::workspace::Workspace;
 
-/// Shows what is broken and what would fix it; nothing if all is well.
+/// Shows the problem and the possible remedies; nothing if there is no problem.
 pub(super) fn component(
     ui: &mut egui::Ui,
-    desk: &mut Desk,
+    workspace: &mut Workspace,
     component: &Component,
     drafts: &mut Drafts<Field>,
 ) {
-    let kinds = std::sync::Arc::clone(desk.project.kinds());
+    let kinds = std::sync::Arc::clone(workspace.project.kinds());
     if kinds.manifests().is_none() {
         return;
     }
     let stroke = Stroke::new(1.0, ui.visuals().error_fg_color);
     let frame = Frame::group(ui.style()).stroke(stroke);
     let Some(kind) = kinds.find(&component.kind.value) else {
-        frame.show(ui, |ui| unknown_kind(ui, component, &kinds, desk, drafts));
+        frame.show(ui, |ui| unknown_kind(ui, component, &kinds, workspace, drafts));
         return;
     };
     let unknown: Vec<_> = component
@@ -33,7 +33,7 @@ pub(super) fn component(
         .iter()
         .filter(|given| !kind.parameters.iter().any(|known| known.name == given.name.value))
         .collect();
-    let broken = broken_links(desk, component, kind);
+    let broken = broken_links(workspace, component, kind);
     if unknown.is_empty() && broken.is_empty() {
         return;
     }
@@ -50,7 +50,7 @@ pub(super) fn component(
             });
         }
         for (link, is_output) in broken {
-            broken_link(ui, desk, &link, is_output, kind);
+            broken_link(ui, workspace, &link, is_output, kind);
         }
     });
 }
@@ -59,12 +59,12 @@ fn unknown_kind(
     ui: &mut egui::Ui,
     component: &Component,
     kinds: &Kinds,
-    desk: &Desk,
+    workspace: &Workspace,
     drafts: &mut Drafts<Field>,
 ) {
     ui.label(format!("Unknown kind {}.", component.kind.value));
     ui.label("Its executable is missing, or its directory was not named with --components.");
-    let wanted = used_ports(desk, component);
+    let wanted = used_ports(workspace, component);
     let mut fitting: Vec<_> = kinds.iter().map(|kind| (missing(kind, &wanted), kind)).collect();
     // Those that have the ports that are linked come first.
     fitting.sort_by_key(|(missing, kind)| (*missing, kind.kind.clone()));
@@ -85,9 +85,10 @@ fn unknown_kind(
 }
 
 /// The ports of a component that links name: the name, and whether it is an output.
-fn used_ports(desk: &Desk, component: &Component) -> Vec<(String, bool)> {
+fn used_ports(workspace: &Workspace, component: &Component) -> Vec<(String, bool)> {
     let name = &component.name.value;
-    let links = desk.project.configuration().map(|c| c.system.links.as_slice()).unwrap_or_default();
+    let links =
+        workspace.project.configuration().map(|c| c.system.links.as_slice()).unwrap_or_default();
     let ends = links.iter().flat_map(|link| [(&link.from, true), (&link.to, false)]);
     let own = ends.filter(|(port, _)| port.component.value == *name);
     own.map(|(port, is_output)| (port.port.value.clone(), is_output)).collect()
@@ -102,9 +103,14 @@ fn missing(kind: &Manifest, wanted: &[(String, bool)]) -> usize {
 }
 
 /// Links that name a port which the kind does not have, and whether that is an output.
-fn broken_links(desk: &Desk, component: &Component, kind: &Manifest) -> Vec<(Link, bool)> {
+fn broken_links(
+    workspace: &Workspace,
+    component: &Component,
+    kind: &Manifest,
+) -> Vec<(Link, bool)> {
     let name = &component.name.value;
-    let links = desk.project.configuration().map(|c| c.system.links.as_slice()).unwrap_or_default();
+    let links =
+        workspace.project.configuration().map(|c| c.system.links.as_slice()).unwrap_or_default();
     let lacks = |ports: &[PortManifest], id: &str| !ports.iter().any(|port| port.id == id);
     let mut broken = Vec::new();
     for link in links {
@@ -118,7 +124,13 @@ fn broken_links(desk: &Desk, component: &Component, kind: &Manifest) -> Vec<(Lin
     broken
 }
 
-fn broken_link(ui: &mut egui::Ui, desk: &mut Desk, link: &Link, is_output: bool, kind: &Manifest) {
+fn broken_link(
+    ui: &mut egui::Ui,
+    workspace: &mut Workspace,
+    link: &Link,
+    is_output: bool,
+    kind: &Manifest,
+) {
     let (from, to) = (link.from.data(), link.to.data());
     let port = if is_output { &link.from } else { &link.to };
     ui.label(format!("no {} {}", if is_output { "output" } else { "input" }, port.port.value));
@@ -141,13 +153,13 @@ fn broken_link(ui: &mut egui::Ui, desk: &mut Desk, link: &Link, is_output: bool,
         combo.response.accessible_name(format!("instead of {}", port.port.value));
         if let Some(other) = other {
             let (new_from, new_to) = if is_output { (&other, &to) } else { (&from, &other) };
-            desk.edit(format!("reconnect a link to {other}"), |documents| {
+            workspace.edit(format!("reconnect a link to {other}"), |documents| {
                 edits::rewire(documents, (&from, &to), (new_from, new_to))
             });
         }
         if ui.small_button("remove the link").clicked() {
             let item = Item::link(&from, &to);
-            desk.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
+            workspace.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
         }
     });
 }

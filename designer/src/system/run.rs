@@ -8,84 +8,94 @@ use super::state::SystemView;
 use super::{edits, fragment};
 use crate::canvas::PortAt;
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::item::Item;
+use crate::workspace::Workspace;
 
 /// The space that a new block needs.
 const NODE_SPACE: Vec2 = vec2(190.0, 200.0);
 
 impl SystemView {
-    pub(super) fn can_run(&self, command: Command, desk: &Desk) -> Option<bool> {
+    pub(super) fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
         match command {
             Command::Rename | Command::Link => {
                 Some(matches!(self.pane.only(), Some(Item::Component(_))))
             }
-            _ => self.pane.can_run(command, desk, true),
+            _ => self.pane.can_run(command, workspace, true),
         }
     }
 
-    pub(super) fn run_command(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk) {
+    pub(super) fn run_command(
+        &mut self,
+        command: Command,
+        ctx: &egui::Context,
+        workspace: &mut Workspace,
+    ) {
         use Command as C;
         match command {
             C::Cut => {
-                if self.copy(ctx, desk) {
-                    self.delete(desk);
+                if self.copy(ctx, workspace) {
+                    self.delete(workspace);
                 }
             }
             C::Copy => {
-                self.copy(ctx, desk);
+                self.copy(ctx, workspace);
             }
-            C::Duplicate => self.duplicate(desk),
-            C::Delete => self.delete(desk),
+            C::Duplicate => self.duplicate(workspace),
+            C::Delete => self.delete(workspace),
             C::Rename | C::Properties => {
-                desk.settings.properties = true;
+                workspace.settings.properties = true;
                 let is_name = command == C::Rename;
                 self.wants_focus = if is_name { Focus::Name } else { Focus::Value };
             }
             C::Add => {
                 let middle = self.pane.canvas.spot() + NODE_SPACE / 2.0;
                 let at = self.drawing.diagram.free_spot(middle, NODE_SPACE) - NODE_SPACE / 2.0;
-                self.picker = Some(SystemPicker::to_add(desk, at));
+                self.picker = Some(SystemPicker::to_add(workspace, at));
             }
             C::Link => self.link_by_keyboard(),
             C::Group | C::Note => {
-                if self.pane.decorate(command == C::Note, &self.drawing.diagram, desk) {
+                if self.pane.decorate(command == C::Note, &self.drawing.diagram, workspace) {
                     self.wants_focus = Focus::Name;
                 }
             }
-            C::Arrange => self.arrange(desk),
-            _ => self.pane.run(command, ctx, &self.drawing.diagram, desk),
+            C::Arrange => self.arrange(workspace),
+            _ => self.pane.run(command, ctx, &self.drawing.diagram, workspace),
         }
     }
 
     /// Adds a component of a kind, and selects it.
-    pub(super) fn add(&mut self, kind: &str, at: Pos2, desk: &mut Desk) -> Option<String> {
+    pub(super) fn add(
+        &mut self,
+        kind: &str,
+        at: Pos2,
+        workspace: &mut Workspace,
+    ) -> Option<String> {
         let mut added = None;
         let shown = self.unplaced();
-        desk.edit(format!("add {kind}"), |documents| {
+        workspace.edit(format!("add {kind}"), |documents| {
             edits::place(documents, &shown)?;
             added = Some(edits::add_component(documents, kind, at)?);
             Ok(())
         });
         let name = added?;
         self.pane.select_when_drawn([Item::component(&name)]);
-        desk.settings.properties = true;
+        workspace.settings.properties = true;
         Some(name)
     }
 
-    pub(super) fn join(&mut self, from: PortAt, to: PortAt, desk: &mut Desk) {
+    pub(super) fn join(&mut self, from: PortAt, to: PortAt, workspace: &mut Workspace) {
         match self.drawing.joints.ends(from, to) {
             Ok((output, input)) => {
                 let (output, input) = (output.data(), input.data());
-                self.join_named(&output, &input, desk);
+                self.join_named(&output, &input, workspace);
             }
-            Err(why) => desk.messages.warn(format!("Not linked: {why}")),
+            Err(why) => workspace.messages.warn(format!("Not linked: {why}")),
         }
     }
 
-    pub(super) fn join_named(&mut self, output: &str, input: &str, desk: &mut Desk) {
+    pub(super) fn join_named(&mut self, output: &str, input: &str, workspace: &mut Workspace) {
         let what = format!("link {output} to {input}");
-        if desk.edit(what, |documents| edits::join(documents, output, input)) {
+        if workspace.edit(what, |documents| edits::join(documents, output, input)) {
             self.pane.select_when_drawn([Item::link(output, input)]);
         }
     }
@@ -95,7 +105,7 @@ impl SystemView {
         wire: usize,
         stays: PortAt,
         to: Option<PortAt>,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
     ) {
         let Some(Item::Link { from, to: input }) =
             self.drawing.diagram.wires.get(wire).map(|wire| wire.item)
@@ -104,18 +114,18 @@ impl SystemView {
         };
         let Some(target) = to else {
             let item = Item::Link { from, to: input };
-            desk.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
+            workspace.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
             return;
         };
         match self.drawing.joints.ends_without(Some(wire), stays, target) {
             Ok((output, new)) => {
                 let (output, new) = (output.data(), new.data());
-                desk.edit(format!("connect {output} to {new}"), |documents| {
+                workspace.edit(format!("connect {output} to {new}"), |documents| {
                     edits::rewire(documents, (&from, &input), (&output, &new))
                 });
                 self.pane.select_when_drawn([Item::link(output, new)]);
             }
-            Err(why) => desk.messages.warn(format!("Not linked: {why}")),
+            Err(why) => workspace.messages.warn(format!("Not linked: {why}")),
         }
     }
 
@@ -126,25 +136,27 @@ impl SystemView {
         nodes.map(|node| (node.item, node.rect.min)).collect()
     }
 
-    fn copy_text(&self, desk: &Desk) -> Option<String> {
-        fragment::copied(&desk.project, &self.drawing, &self.pane.selected())
+    fn copy_text(&self, workspace: &Workspace) -> Option<String> {
+        fragment::copied(&workspace.project, &self.drawing, &self.pane.selected())
     }
 
-    fn copy(&self, ctx: &egui::Context, desk: &mut Desk) -> bool {
-        let text = self.copy_text(desk);
-        self.pane.copy(text, ctx, desk)
+    fn copy(&self, ctx: &egui::Context, workspace: &mut Workspace) -> bool {
+        let text = self.copy_text(workspace);
+        self.pane.copy(text, ctx, workspace)
     }
 
-    pub(super) fn paste_text(&mut self, text: &str, desk: &mut Desk) {
+    pub(super) fn paste_text(&mut self, text: &str, workspace: &mut Workspace) {
         let corner = self.pane.paste_corner();
-        self.add_fragment(text, "paste", corner, desk);
+        self.add_fragment(text, "paste", corner, workspace);
     }
 
-    fn duplicate(&mut self, desk: &mut Desk) {
+    fn duplicate(&mut self, workspace: &mut Workspace) {
         let offset = self.pane.copy_offset();
-        match self.copy_text(desk) {
-            Some(text) => self.add_fragment(&text, "duplicate", |whole| whole.min + offset, desk),
-            None => self.pane.warn_not_duplicated(desk),
+        match self.copy_text(workspace) {
+            Some(text) => {
+                self.add_fragment(&text, "duplicate", |whole| whole.min + offset, workspace);
+            }
+            None => self.pane.warn_not_duplicated(workspace),
         }
     }
 
@@ -153,11 +165,11 @@ impl SystemView {
         text: &str,
         what: &str,
         at: impl FnOnce(Rect) -> Pos2,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
     ) {
         let mut added = Vec::new();
         let shown = self.unplaced();
-        desk.edit(what, |documents| {
+        workspace.edit(what, |documents| {
             edits::place(documents, &shown)?;
             added = fragment::paste(documents, text, at)?;
             Ok(())
@@ -165,19 +177,19 @@ impl SystemView {
         self.pane.select_when_drawn(added);
     }
 
-    fn delete(&mut self, desk: &mut Desk) {
+    fn delete(&mut self, workspace: &mut Workspace) {
         let items = self.pane.selected();
-        if desk.edit(self.pane.removal_name(), |documents| edits::remove(documents, &items)) {
+        if workspace.edit(self.pane.removal_name(), |documents| edits::remove(documents, &items)) {
             self.pane.canvas.selection.clear();
         }
     }
 
-    fn arrange(&mut self, desk: &mut Desk) {
+    fn arrange(&mut self, workspace: &mut Workspace) {
         let diagram = &self.drawing.diagram;
         let selected = self.pane.selected().into_iter();
         let only: Vec<_> = selected.filter_map(|item| diagram.node(item)).collect();
         let places = edits::arrange_all(diagram, &only);
-        self.pane.place("arrange", &places, desk);
+        self.pane.place("arrange", &places, workspace);
         if only.len() < 2 {
             self.pane.canvas.fit_everything();
         }
@@ -191,14 +203,14 @@ impl SystemView {
 }
 
 /// Every component and link, with its kind, ports, parameters and values.
-pub(super) fn list_findable(desk: &Desk) -> Vec<(Item, String)> {
-    let Some(configuration) = desk.project.configuration() else { return Vec::new() };
+pub(super) fn list_findable(workspace: &Workspace) -> Vec<(Item, String)> {
+    let Some(configuration) = workspace.project.configuration() else { return Vec::new() };
     let components = configuration.system.components.iter().map(|component| {
         let mut words = component.kind.value.clone();
         for parameter in &component.parameters {
             words += &format!(" {}={}", parameter.name.value, parameter.value.value);
         }
-        if let Some(kind) = desk.project.kinds().find(&component.kind.value) {
+        if let Some(kind) = workspace.project.kinds().find(&component.kind.value) {
             for port in kind.inputs.iter().chain(&kind.outputs) {
                 words += &format!(" {} {}", port.id, port.type_name);
             }

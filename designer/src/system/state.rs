@@ -4,11 +4,11 @@ use super::choices::SystemPicker;
 use super::drawing::{SystemDrawing, draw};
 use super::palette::SystemPalette;
 use super::properties::field::{Field, Focus};
-use crate::desk::Desk;
 use crate::diagram_pane::DiagramPane;
 use crate::panels::fields::Drafts;
 use crate::panels::path::PathChoice;
 use crate::view::View;
+use crate::workspace::Workspace;
 
 /// The view of the system.
 pub struct SystemView {
@@ -41,15 +41,15 @@ impl SystemView {
     }
 
     /// Draws the system again if it or its findings have changed.
-    pub(super) fn update(&mut self, desk: &Desk) {
-        let checked = desk.project.checked();
-        let now = (desk.project.revision(), checked.revision, checked.is_complete);
+    pub(super) fn update(&mut self, workspace: &Workspace) {
+        let checked = workspace.project.checked();
+        let now = (workspace.project.revision(), checked.revision, checked.is_complete);
         if self.drawn == Some(now) {
             return;
         }
-        self.drawing = draw(&desk.project);
+        self.drawing = draw(&workspace.project);
         self.pane.set_drawing(&self.drawing.diagram);
-        if desk.project.undoable().is_none() {
+        if workspace.project.undoable().is_none() {
             // Nothing has been edited: the kinds have just arrived, and blocks have grown by their
             // ports, so that what was fitted no longer fits.
             self.pane.canvas.fit_again();

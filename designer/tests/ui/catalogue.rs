@@ -41,7 +41,7 @@ fn window(file: &Path, view: View) -> Harness<'static, Designer> {
         .allow_missing_glyphs()
         .build_eframe(|creation| Designer::new(&creation.egui_ctx, start, Settings::default()));
     harness.run_steps(2);
-    harness.state_mut().desk().project.settle();
+    harness.state_mut().workspace().project.settle();
     harness.run_steps(3);
     harness
 }
@@ -52,13 +52,14 @@ fn what_is_wrong_with_an_invalid_file_is_shown() {
     assert!(files.len() > 150, "there are {} only", files.len());
     for file in &files {
         let mut harness = window(file, View::System);
-        let checked = harness.state_mut().desk().project.checked().clone();
+        let checked = harness.state_mut().workspace().project.checked().clone();
         assert!(checked.is_complete, "{}", file.display());
         let first = checked.findings.iter().find(|f| f.severity() == Severity::Error);
         let Some(first) = first else { continue };
         let is_shown = harness.query_all_by_label_contains(first.code.as_str()).next().is_some();
-        let said = harness.state_mut().desk().messages.last().unwrap_or_default().to_owned();
-        assert!(is_shown, "{}: {first} is not shown, but {said:?}", file.display());
+        let message =
+            harness.state_mut().workspace().messages.last().unwrap_or_default().to_owned();
+        assert!(is_shown, "{}: {first} is not shown, but {message:?}", file.display());
     }
 }
 
@@ -81,12 +82,12 @@ fn what_is_no_text_at_all_is_refused_with_the_reason() {
         let file = folder.join(name);
         std::fs::write(&file, bytes).unwrap();
         let mut harness = window(&file, View::System);
-        let desk = harness.state_mut().desk();
-        assert!(desk.project.checked().findings.has_errors(), "{name} seems fine");
-        assert!(!desk.project.is_dirty() && desk.project.is_broken(), "{name}");
+        let workspace = harness.state_mut().workspace();
+        assert!(workspace.project.checked().findings.has_errors(), "{name} seems fine");
+        assert!(!workspace.project.is_dirty() && workspace.project.is_broken(), "{name}");
     }
     let mut harness = window(&folder, View::System);
-    let said = harness.state_mut().desk().messages.last().unwrap_or_default().to_owned();
-    assert!(said.contains("not a regular file"), "{said}");
+    let message = harness.state_mut().workspace().messages.last().unwrap_or_default().to_owned();
+    assert!(message.contains("not a regular file"), "{message}");
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -87,7 +87,7 @@ fn change() -> impl Strategy<Value = Change> {
         ),
         (name(), 0..4_usize).prop_map(|(name, which)| {
             let timing = match which {
-                0 => Timing::AtOnce,
+                0 => Timing::Immediate,
                 1 => Timing::Timeout("1s".into()),
                 2 => Timing::After("2s".into()),
                 _ => Timing::Interval("1s".into(), "5s".into()),

@@ -32,8 +32,8 @@ fn outside(window: &Window, from: &str, to: &str) {
 }
 
 fn rename(window: &mut Window, from: &str, to: &str) {
-    let desk = window.harness.state_mut().desk();
-    assert!(desk.edit("renaming", |documents| system::rename(documents, from, to)));
+    let workspace = window.harness.state_mut().workspace();
+    assert!(workspace.edit("renaming", |documents| system::rename(documents, from, to)));
     window.settle();
 }
 
@@ -42,8 +42,12 @@ fn a_file_that_changed_on_the_disk_is_read_again() {
     let mut window = Window::open(Some(ROBOT));
     outside(&window, "\"usb\"", "\"firewire\"");
     window.until("it is read again", |window| window.text().contains("firewire"));
-    assert!(window.told().contains("changed by another program"), "{}", window.told());
-    assert!(!window.harness.state_mut().desk().project.is_dirty());
+    assert!(
+        window.last_message().contains("changed by another program"),
+        "{}",
+        window.last_message()
+    );
+    assert!(!window.harness.state_mut().workspace().project.is_dirty());
 }
 
 #[test]
@@ -55,7 +59,10 @@ fn changes_in_different_places_are_merged() {
         let text = window.text();
         text.contains("firewire") && text.contains("\"light\"")
     });
-    assert!(window.harness.state_mut().desk().project.is_dirty(), "the file has only one of them");
+    assert!(
+        window.harness.state_mut().workspace().project.is_dirty(),
+        "the file has only one of them"
+    );
     assert!(!read(&window.path("robot.xml")).contains("light"), "nothing is written unasked");
 }
 
@@ -65,12 +72,12 @@ fn decides(button: &str, expected: &str, other: &str) {
     rename(&mut window, "lamp", "mine");
     outside(&window, "\"lamp\"", "\"theirs\"");
     window.until("it is asked", |window| window.has("Keep mine"));
-    let told = |part: &str| window.harness.query_all_by_label_contains(part).next().is_some();
-    assert!(told("Yours, from line") && told("\"mine\"") && told("\"theirs\""));
+    let shows = |part: &str| window.harness.query_all_by_label_contains(part).next().is_some();
+    assert!(shows("Yours, from line") && shows("\"mine\"") && shows("\"theirs\""));
     window.click(button);
     assert!(window.text().contains(expected), "{}", window.text());
     assert!(!window.has("Keep mine"));
-    window.harness.state_mut().desk().project.undo();
+    window.harness.state_mut().workspace().project.undo();
     assert!(window.text().contains(other), "undo brings back the other: {}", window.text());
 }
 
@@ -81,12 +88,12 @@ fn a_contradiction_is_for_the_user_to_decide() {
 }
 
 #[test]
-fn a_file_that_is_gone_is_told_and_written_again() {
+fn a_deleted_file_is_reported_and_created_again() {
     let mut window = Window::open(Some(ROBOT));
     std::fs::remove_file(window.path("robot.xml")).unwrap();
-    window.until("it is missed", |window| window.told().contains("was deleted on disk"));
-    window.harness.state_mut().desk().order(Command::Save);
-    window.until("it is there again", |window| window.path("robot.xml").exists());
+    window.until("it is missed", |window| window.last_message().contains("was deleted on disk"));
+    window.harness.state_mut().workspace().order_command(Command::Save);
+    window.until("it exists again", |window| window.path("robot.xml").exists());
     assert_eq!(read(&window.path("robot.xml")), ROBOT);
 }
 
@@ -94,10 +101,10 @@ fn a_file_that_is_gone_is_told_and_written_again() {
 fn a_file_that_became_no_text_counts_as_not_saved_and_is_replaced() {
     let mut window = Window::open(Some(ROBOT));
     std::fs::write(window.path("robot.xml"), b"\xff\xfe garbage").unwrap();
-    window.until("it is told", |window| window.told().contains("not UTF-8"));
-    assert!(window.harness.state_mut().desk().project.is_dirty());
-    window.harness.state_mut().desk().order(Command::Save);
-    window.until("it is saved", |window| window.told().starts_with("Saved"));
+    window.until("it is reported", |window| window.last_message().contains("not UTF-8"));
+    assert!(window.harness.state_mut().workspace().project.is_dirty());
+    window.harness.state_mut().workspace().order_command(Command::Save);
+    window.until("it is saved", |window| window.last_message().starts_with("Saved"));
     assert_eq!(read(&window.path("robot.xml")), ROBOT);
 }
 
@@ -108,13 +115,13 @@ fn a_file_that_is_no_text_is_shown_with_its_finding_until_it_is_mended() {
     std::fs::write(&path, b"<armor version=\"1\">\n  <!-- \xe4 -->\n</armor>\n").unwrap();
     window.harness.state_mut().open(&path);
     window.settle();
-    let checked = window.harness.state_mut().desk().project.checked().clone();
+    let checked = window.harness.state_mut().workspace().project.checked().clone();
     let found = checked.findings.iter().next().unwrap();
     assert_eq!(found.code.as_str(), "E0002");
     assert_eq!(found.at.as_ref().unwrap().line_column(), (2, 8));
     std::fs::write(&path, ROBOT).unwrap();
     window.until("it is read again", |window| window.has("component lamp"));
-    assert!(!window.harness.state_mut().desk().project.is_dirty());
+    assert!(!window.harness.state_mut().workspace().project.is_dirty());
 }
 
 /// What a designer that died has left in a folder.
@@ -142,7 +149,7 @@ fn unsaved_work_of_a_crash_is_offered_and_brought_back() {
     window.click("Recover");
     assert!(window.text().contains("\"unsaved\""));
     assert_eq!(read(&window.path("robot.xml")), ROBOT, "the file is as it was");
-    window.harness.state_mut().desk().project.undo();
+    window.harness.state_mut().workspace().project.undo();
     assert_eq!(window.text(), ROBOT);
 }
 
@@ -173,7 +180,7 @@ fn what_is_drawn_is_kept_until_it_is_saved() {
     assert_eq!(kept(&mut window), None);
     rename(&mut window, "lamp", "light");
     window.until("it is kept", |window| kept(window).is_some_and(|text| text.contains("light")));
-    window.harness.state_mut().desk().order(Command::Save);
+    window.harness.state_mut().workspace().order_command(Command::Save);
     window.until("it is let go", |window| kept(window).is_none());
     assert!(read(&window.path("robot.xml")).contains("light"));
 }
@@ -229,19 +236,19 @@ fn a_file_dropped_on_the_window_is_opened() {
 fn the_drawing_is_saved_as_a_picture() {
     let mut window = Window::open(Some(ROBOT));
     for (name, begins) in [("drawing.svg", &b"<svg"[..]), ("drawing.png", b"\x89PNG")] {
-        window.harness.state_mut().desk().order(Command::Export);
+        window.harness.state_mut().workspace().order_command(Command::Export);
         window.settle();
         window.fill("File name", name);
         let bytes = std::fs::read(window.path(name)).unwrap();
-        assert!(bytes.starts_with(begins), "{name}: {}", window.told());
+        assert!(bytes.starts_with(begins), "{name}: {}", window.last_message());
     }
     let svg = read(&window.path("drawing.svg"));
     for word in [">eye</text>", ">arm</text>", ">target</text>"] {
         assert!(svg.contains(word), "{word} is not in the drawing");
     }
-    window.harness.state_mut().desk().order(Command::Export);
+    window.harness.state_mut().workspace().order_command(Command::Export);
     window.settle();
     window.fill("File name", "drawing.pdf");
-    assert!(window.told().contains(".svg"), "{}", window.told());
+    assert!(window.last_message().contains(".svg"), "{}", window.last_message());
     window.key(Key::Escape);
 }

@@ -67,7 +67,7 @@ fn an_example_is_opened_wherever_its_card_is_clicked() {
         start.first_page = true;
     });
     let words = window.harness.query_all_by_label_contains("never seen").next();
-    let at = words.expect("the card says what it is").rect().center();
+    let at = words.expect("the card has a title").rect().center();
     window.click_at(at);
     assert!(window.text().contains("office"), "{}", window.text());
 }

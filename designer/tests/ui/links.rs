@@ -1,4 +1,4 @@
-//! ArMoR 4.1, rule by rule: what can be linked, and what is said of what cannot.
+//! ArMoR 4.1, rule by rule: what can be linked, and the reason where it cannot.
 
 use eframe::egui::{Key, Modifiers, vec2};
 
@@ -41,7 +41,11 @@ fn two_outputs_cannot_be_linked() {
     let mut window = Window::open(Some(TWO_EACH));
     window.drag_between("output eye.target", "output eye-2.target");
     assert_eq!(window.text(), TWO_EACH);
-    assert!(window.told().contains("two outputs cannot be linked"), "{}", window.told());
+    assert!(
+        window.last_message().contains("two outputs cannot be linked"),
+        "{}",
+        window.last_message()
+    );
 }
 
 #[test]
@@ -49,7 +53,11 @@ fn two_inputs_cannot_be_linked() {
     let mut window = Window::open(Some(TWO_EACH));
     window.drag_between("input arm.target", "input arm-2.target");
     assert_eq!(window.text(), TWO_EACH);
-    assert!(window.told().contains("two inputs cannot be linked"), "{}", window.told());
+    assert!(
+        window.last_message().contains("two inputs cannot be linked"),
+        "{}",
+        window.last_message()
+    );
 }
 
 #[test]
@@ -57,10 +65,10 @@ fn ports_of_different_types_cannot_be_linked_and_both_types_are_named() {
     let mut window = Window::open(Some(TWO_EACH));
     window.drag_between("output eye-2.image", "input arm-2.target");
     assert_eq!(window.text(), TWO_EACH);
-    let told = window.told();
-    assert!(told.contains("eye-2.image is Image, arm-2.target takes Point"), "{told}");
+    let message = window.last_message();
+    assert!(message.contains("eye-2.image is Image, arm-2.target takes Point"), "{message}");
     window.drag_between("output eye.target", "input lamp.place");
-    assert!(window.told().contains("two versions of Point"), "{}", window.told());
+    assert!(window.last_message().contains("two versions of Point"), "{}", window.last_message());
     assert_eq!(window.text(), TWO_EACH);
 }
 
@@ -71,7 +79,11 @@ fn an_input_that_is_fed_takes_no_second_link() {
     let before = window.text();
     window.drag_between("output eye-2.target", "input arm.target");
     assert_eq!(window.text(), before);
-    assert!(window.told().contains("arm.target is already fed by eye.target"), "{}", window.told());
+    assert!(
+        window.last_message().contains("arm.target is already fed by eye.target"),
+        "{}",
+        window.last_message()
+    );
 }
 
 #[test]

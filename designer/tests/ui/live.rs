@@ -8,7 +8,7 @@ use armor_inspect::{
     DEAD_AFTER, MissionLook, ParameterClient, SetReport, SystemEvent, SystemPicture,
 };
 use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
-use armor_sdk::configuration::Parameters;
+use armor_sdk::configuration::ParameterList;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
 use armor_sdk::directory::DirectoryChange;
 use armor_wire::config::{FindingRecord, FindingSeverity, ListedParameter};
@@ -100,27 +100,27 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
 /// One of each state.
 fn picture() -> SystemPicture {
     let mut picture = SystemPicture::default();
-    let mut tell = |event, now| drop(picture.handle_event(event, now));
+    let mut handle = |event, now| drop(picture.handle_event(event, now));
     let start = Duration::ZERO;
     for name in ["configd", "configuration"] {
-        tell(SystemEvent::Registry(DirectoryChange::Appeared(entry(name))), start);
+        handle(SystemEvent::Registry(DirectoryChange::Appeared(entry(name))), start);
     }
     for name in ["eye", "arm", "idle", "silent", "back", "lost"] {
-        tell(SystemEvent::Registry(DirectoryChange::Appeared(entry(name))), start);
-        tell(SystemEvent::Connected(name.into(), 1), start);
+        handle(SystemEvent::Registry(DirectoryChange::Appeared(entry(name))), start);
+        handle(SystemEvent::Connected(name.into(), 1), start);
         let state = if name == "idle" { RunState::Frozen } else { RunState::Active };
         let answer = Answer::State { state, activation: 1, controllable: true };
-        tell(SystemEvent::Said(name.into(), 1, answer), start);
+        handle(SystemEvent::Answered(name.into(), 1, answer), start);
     }
-    tell(SystemEvent::Registry(DirectoryChange::Gone(entry("lost"))), start);
-    tell(SystemEvent::Tick, DEAD_AFTER);
-    tell(SystemEvent::Registry(DirectoryChange::Gone(entry("back"))), DEAD_AFTER);
-    tell(SystemEvent::Closed("silent".into(), 1, "it fell silent".into()), DEAD_AFTER);
+    handle(SystemEvent::Registry(DirectoryChange::Gone(entry("lost"))), start);
+    handle(SystemEvent::Tick, DEAD_AFTER);
+    handle(SystemEvent::Registry(DirectoryChange::Gone(entry("back"))), DEAD_AFTER);
+    handle(SystemEvent::Closed("silent".into(), 1, "it fell silent".into()), DEAD_AFTER);
     for (uptime_s, sent) in [(10.0, 100), (12.0, 140)] {
         for name in ["eye", "arm"] {
             let status = status(name, uptime_s, sent);
-            tell(
-                SystemEvent::Said(name.into(), 1, Answer::Status { request: 1, status }),
+            handle(
+                SystemEvent::Answered(name.into(), 1, Answer::Status { request: 1, status }),
                 DEAD_AFTER,
             );
         }
@@ -139,7 +139,7 @@ fn marking() -> Marking {
         held: false,
     };
     Marking {
-        // No one has said what time it is: none of it passes in the test.
+        // No clock has been received, so no time passes in the test.
         stamp: 0.0,
         mission: "bench".into(),
         now_at_s: 30.0,
@@ -190,7 +190,7 @@ fn ended() -> SystemPicture {
     picture
 }
 
-fn parameters() -> Parameters {
+fn parameters() -> ParameterList {
     let speed = ListedParameter {
         component: "arm".into(),
         name: "speed".into(),
@@ -200,18 +200,18 @@ fn parameters() -> Parameters {
         range: "0 to 1".into(),
         ..ListedParameter::default()
     };
-    Parameters { version: 1, refused: false, parameters: vec![speed] }
+    ParameterList { version: 1, refused: false, parameters: vec![speed] }
 }
 
 fn watching() -> Window {
     watching_a(picture(), marking(), None)
 }
 
-/// A window on these, where something may have become of a wish to set a parameter.
-fn watching_a(picture: SystemPicture, marking: Marking, told: Option<SetReport>) -> Window {
+/// A window on these, after a request to set a parameter with this result, if any.
+fn watching_a(picture: SystemPicture, marking: Marking, result: Option<SetReport>) -> Window {
     let mut window = Window::open(Some(ROBOT));
-    let live = &mut window.harness.state_mut().desk().live;
-    let parameters = ParameterClient::still(parameters(), told);
+    let live = &mut window.harness.state_mut().workspace().live;
+    let parameters = ParameterClient::still(parameters(), result);
     live.show_still(picture, MissionLook::of(marking), parameters).unwrap();
     window.click("view: Live");
     window
@@ -224,7 +224,7 @@ fn drawn_again_after(window: &Window) -> Duration {
 
 /// The orders given in the window.
 fn ordered(window: &mut Window) -> Vec<String> {
-    let live = &window.harness.state_mut().desk().live;
+    let live = &window.harness.state_mut().workspace().live;
     let given = live.watched().map(|watched| watched.orders.given()).unwrap_or_default();
     given.into_iter().map(|given| format!("{}: {}", given.author, given.order)).collect()
 }
@@ -263,7 +263,7 @@ fn links_say_what_they_carry_and_the_net_where_it_stands() {
 #[test]
 fn an_operator_fires_confirms_and_pauses_under_a_name() {
     let mut window = watching();
-    window.harness.state_mut().desk().live.author = "ruth".into();
+    window.harness.state_mut().workspace().live.author = "ruth".into();
     window.click("Fire recall");
     window.click("Decline land");
     window.click("Pause");
@@ -277,7 +277,7 @@ fn an_operator_fires_confirms_and_pauses_under_a_name() {
 #[test]
 fn the_log_of_what_is_selected_is_one_click_away() {
     let mut window = watching();
-    let log = window.harness.state_mut().desk().live.log.clone();
+    let log = window.harness.state_mut().workspace().live.log.clone();
     log.push(LogLine::own_line("eye", "INFO", "sees something"));
     log.push(LogLine::own_line("arm", "INFO", "reaches for it"));
     window.settle();
@@ -293,7 +293,7 @@ fn the_log_of_what_is_selected_is_one_click_away() {
 fn nothing_is_linked_to_that_is_not_shown() {
     let mut window = watching();
     let linked = |window: &mut Window| {
-        let live = &window.harness.state_mut().desk().live;
+        let live = &window.harness.state_mut().workspace().live;
         live.watched().map(|watched| watched.values.linked()).unwrap_or_default()
     };
     window.click("component eye: active");
@@ -325,10 +325,10 @@ fn what_was_seen_of_a_system_stays_when_it_has_gone() {
     for label in ["Fire recall", "Confirm land", "Pause", "Safe place", "Take command"] {
         window.click(label);
     }
-    assert_eq!(ordered(&mut window), Vec::<String>::new(), "nobody is there");
+    assert_eq!(ordered(&mut window), Vec::<String>::new(), "no system receives orders");
     let at = window.at("Pause");
     window.harness.event(egui::Event::PointerMoved(at));
-    window.until("the reason is said", |window| window.has("It has ended or is unreachable."));
+    window.until("the reason is shown", |window| window.has("It has ended or is unreachable."));
 }
 
 #[test]
@@ -355,13 +355,13 @@ fn buttons_of_an_operator_stay_under_the_pointer() {
     let before = places(&window);
     window.click("Pause");
     assert_eq!(ordered(&mut window).len(), 1);
-    assert_eq!(places(&window), before, "though something is said of the order");
+    assert_eq!(places(&window), before, "the result of the order is shown");
 }
 
 #[test]
 fn the_log_follows_its_newest_line_until_one_scrolls_away() {
     let mut window = watching();
-    let log = window.harness.state_mut().desk().live.log.clone();
+    let log = window.harness.state_mut().workspace().live.log.clone();
     let say = |first: u32, last: u32| {
         (first..=last)
             .for_each(|n| log.push(LogLine::own_line("eye", "INFO", format!("line {n}"))));
@@ -396,7 +396,7 @@ fn the_log_follows_its_newest_line_until_one_scrolls_away() {
 #[test]
 fn a_long_line_of_the_log_is_seen_whole() {
     let mut window = watching();
-    let log = window.harness.state_mut().desk().live.log.clone();
+    let log = window.harness.state_mut().workspace().live.log.clone();
     log.push(LogLine::own_line("eye", "INFO", format!("{}the end", "word ".repeat(100))));
     log.push(LogLine::own_line("eye", "INFO", "the next"));
     window.settle();
@@ -424,14 +424,14 @@ fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
         message: "900 m/s is too fast".into(),
         ..FindingRecord::default()
     };
-    let told = SetReport {
+    let result = SetReport {
         parameter: "arm.speed".into(),
         value: Some("900m/s".into()),
         is_set: false,
         text: "nothing was written".into(),
         findings: vec![finding],
     };
-    let mut window = watching_a(picture(), marking(), Some(told));
+    let mut window = watching_a(picture(), marking(), Some(result));
     window.click("process arm: active");
     window.click("Parameters");
     assert!(!window.has("E0113: 900 m/s is too fast"));
@@ -447,21 +447,21 @@ fn a_refused_value_stays_in_its_field_with_the_reason_and_the_range() {
 
 #[test]
 fn a_parameter_set_here_is_no_change_by_another_program() {
-    let told = SetReport {
+    let result = SetReport {
         parameter: "eye.device".into(),
         value: Some("csi".into()),
         is_set: true,
         text: "version 2".into(),
         findings: Vec::new(),
     };
-    let mut window = watching_a(picture(), marking(), Some(told));
+    let mut window = watching_a(picture(), marking(), Some(result));
     let change = |window: &mut Window, value: &str| {
         let text = ROBOT.replace("\"usb\"", &format!("\"{value}\""));
         std::fs::write(window.path("robot.xml"), &text).unwrap();
         window.until("it is read again", |window| window.text() == text);
     };
     change(&mut window, "csi");
-    assert!(!window.told().contains("another program"), "{}", window.told());
+    assert!(!window.last_message().contains("another program"), "{}", window.last_message());
     change(&mut window, "gmsl");
-    assert!(window.told().contains("another program"), "{}", window.told());
+    assert!(window.last_message().contains("another program"), "{}", window.last_message());
 }

@@ -84,7 +84,11 @@ fn arcs_of_all_kinds_are_drawn_and_doubles_are_refused() {
     let before = window.text();
     window.drag_between("arc from place explore", "transition late");
     assert_eq!(window.text(), before);
-    assert!(window.told().contains("late takes from explore already"), "{}", window.told());
+    assert!(
+        window.last_message().contains("late takes from explore already"),
+        "{}",
+        window.last_message()
+    );
 }
 
 #[test]
@@ -139,12 +143,15 @@ fn what_a_transition_waits_for_is_edited_in_its_panel() {
 }
 
 #[test]
-fn a_mistake_in_a_guard_is_told_beneath_it_while_it_is_typed() {
+fn a_mistake_in_a_guard_is_shown_below_it_while_it_is_typed() {
     let mut window = mission(SURVEY);
     window.click("transition late");
     window.click("guard");
     window.write("eye.target.x < ");
-    assert!(window.has_part("the guard ends here"), "the mistake is told before it is left");
+    assert!(
+        window.has_part("the guard ends here"),
+        "the mistake is shown before the field is left"
+    );
     window.write("2");
     assert!(!window.has_part("the guard ends here"));
     window.key(Key::Enter);
@@ -257,8 +264,8 @@ fn a_counterexample_is_played_firing_by_firing() {
     window.key(Key::F10);
     assert!(window.has_part("in the safe place"));
     let stray = window.harness.get_by_label("transition stray").accesskit_node();
-    let said = stray.description().unwrap_or_default();
-    assert!(said.contains("stray never fires"), "the drawing says it: {said}");
+    let description = stray.description().unwrap_or_default();
+    assert!(description.contains("stray never fires"), "{description}");
 }
 
 #[test]
@@ -314,7 +321,11 @@ fn an_arc_is_led_elsewhere_by_its_end_with_its_weight_or_let_go() {
     check(&mut window, r#"<arc to="home" weight="3"/>"#);
     assert!(!window.text().contains(r#"<arc to="hold""#));
     window.drag_between("start of arc: late puts into home", "transition seen");
-    assert!(window.told().contains("seen puts into home already"), "{}", window.told());
+    assert!(
+        window.last_message().contains("seen puts into home already"),
+        "{}",
+        window.last_message()
+    );
     let end = window.at("end of arc: late puts into home");
     window.drag(end, end + vec2(0.0, 250.0));
     assert!(!window.text().contains("<arc"), "{}", window.text());

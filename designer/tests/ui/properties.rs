@@ -40,12 +40,16 @@ fn saving_is_refused_while_a_parameter_lacks_a_value_and_leads_there() {
     window.fill("Component name", "hand");
     window.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     window.harness.run_steps(2);
-    let refused = window.harness.state_mut().desk().project.settle();
+    let refused = window.harness.state_mut().workspace().project.settle();
     // The window may have taken the answer itself by that time.
     if let Some(refused) = refused {
         assert!(refused.unwrap_err().to_string().contains("eye has no value for device"));
     } else {
-        assert!(window.told().contains("eye has no value for device"), "{}", window.told());
+        assert!(
+            window.last_message().contains("eye has no value for device"),
+            "{}",
+            window.last_message()
+        );
     }
     assert_eq!(crate::ui::read(&window.path("robot.xml")), EYE);
 }
@@ -53,12 +57,18 @@ fn saving_is_refused_while_a_parameter_lacks_a_value_and_leads_there() {
 #[test]
 fn what_would_not_be_saved_anywhere_is_not_asked_for_a_name() {
     let mut window = Window::open(None);
-    let desk = window.harness.state_mut().desk();
+    let workspace = window.harness.state_mut().workspace();
     let at = eframe::egui::Pos2::ZERO;
-    assert!(desk.edit("add", |d| armor_designer::system::add_component(d, "eye", at).map(drop)));
+    assert!(
+        workspace.edit("add", |d| armor_designer::system::add_component(d, "eye", at).map(drop))
+    );
     window.settle();
     window.keys(Modifiers::COMMAND, Key::S);
-    assert!(window.told().contains("eye has no value for device"), "{}", window.told());
+    assert!(
+        window.last_message().contains("eye has no value for device"),
+        "{}",
+        window.last_message()
+    );
     assert!(!window.has("File name"));
 }
 
@@ -67,11 +77,11 @@ fn a_value_that_does_not_fit_is_shown_as_a_problem() {
     let mut window = Window::open(Some(EYE));
     window.click("component eye");
     window.fill("parameter distance", "99m");
-    let findings = &window.harness.state_mut().desk().project.checked().findings.clone();
+    let findings = &window.harness.state_mut().workspace().project.checked().findings.clone();
     let messages: Vec<_> = findings.iter().map(|finding| finding.message.as_str()).collect();
     assert!(messages.iter().any(|message| message.contains("out of range")), "{messages:?}");
     window.click("reset distance");
-    assert_eq!(window.text(), EYE, "back at its default the file says nothing");
+    assert_eq!(window.text(), EYE, "back at its default the file assigns nothing");
 }
 
 #[test]
@@ -86,7 +96,7 @@ fn a_component_is_renamed_everywhere() {
     assert!(text.contains(r#"from="camera.target""#) && text.contains(r#"of="camera""#), "{text}");
     assert!(window.has("component camera"));
     window.fill("Component name", "arm");
-    assert!(window.told().contains("arm"), "{}", window.told());
+    assert!(window.last_message().contains("arm"), "{}", window.last_message());
     assert_eq!(window.text(), text);
 }
 

@@ -33,7 +33,7 @@ struct Case {
     click: &'static str,
     field: &'static str,
     shown: &'static str,
-    mended: &'static str,
+    fixed: &'static str,
     expected: &'static str,
 }
 
@@ -47,19 +47,19 @@ fn check(case: &Case) {
     }
     let shown = window.harness.get_by_label(case.field).accesskit_node().value();
     assert_eq!(shown.as_deref(), Some(case.shown), "{}", case.field);
-    window.fill(case.field, case.mended);
+    window.fill(case.field, case.fixed);
     let text = window.text();
     assert!(text.contains(case.expected), "{} is not in {text}", case.expected);
 }
 
 #[test]
-fn it_is_shown_as_it_stands_and_can_be_mended() {
-    let case = |broken, click, field, shown, mended, expected| Case {
+fn it_is_shown_as_it_stands_and_can_be_fixed() {
+    let case = |broken, click, field, shown, fixed, expected| Case {
         broken,
         click,
         field,
         shown,
-        mended,
+        fixed,
         expected,
     };
     let late = "transition late";
@@ -115,7 +115,7 @@ fn it_is_shown_as_it_stands_and_can_be_mended() {
 }
 
 #[test]
-fn a_word_that_is_none_of_the_choices_is_said() {
+fn a_word_that_is_none_of_the_choices_is_reported() {
     let text = ROBOT.replace("\"confirm\"", "\"ask\"");
     let mut window = Window::open(Some(&text));
     window.click("view: Mission");
@@ -127,7 +127,7 @@ fn a_word_that_is_none_of_the_choices_is_said() {
 }
 
 #[test]
-fn a_link_s_attributes_can_be_mended_too() {
+fn a_link_s_attributes_can_be_fixed_too() {
     let link = "<link from=\"eye.target\" to=\"arm.target\"";
     let text = ROBOT.replace(link, &format!("{link} history=\"x\""));
     let mut window = Window::open(Some(&text));

@@ -111,7 +111,7 @@ fn what_is_copied_is_pasted_into_another_file() {
     assert!(text.contains(r#"<link from="eye.target" to="arm.target" keep="all"/>"#), "{text}");
     other.harness.event(Event::Paste("no file at all".into()));
     other.settle();
-    assert!(other.told().contains("the clipboard holds no part of a system"));
+    assert!(other.last_message().contains("the clipboard holds no part of a system"));
     assert_eq!(other.text(), text);
 }
 

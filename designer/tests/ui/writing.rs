@@ -29,7 +29,7 @@ impl Window {
         self.keys(Modifiers::COMMAND, Key::A);
     }
 
-    /// Presses keys; returns whether the window was told to close.
+    /// Presses keys; returns whether the window was asked to close.
     fn closes_with(&mut self, modifiers: Modifiers, key: Key) -> bool {
         let event = Event::Key { key, modifiers, physical_key: None, pressed: true, repeat: false };
         self.harness.input_mut().events.push(event);
@@ -77,7 +77,7 @@ fn escape_takes_back_what_was_written() {
 fn saves(mut window: Window, text: &str, expected: &str) {
     window.write(text);
     window.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    window.until("it is saved", |window| window.told().starts_with("Saved"));
+    window.until("it is saved", |window| window.last_message().starts_with("Saved"));
     let saved = read(&window.path("robot.xml"));
     assert!(saved.contains(expected), "{saved}");
 }
@@ -113,13 +113,13 @@ fn what_cannot_be_taken_is_not_lost_in_silence() {
     window.enter("priority");
     window.write("much");
     assert!(!window.closes_with(Modifiers::COMMAND, Key::Q));
-    assert!(window.told().starts_with("priority not changed"), "{}", window.told());
+    assert!(window.last_message().starts_with("priority not changed"), "{}", window.last_message());
     let mut window = Window::open(Some(ROBOT));
     window.click("component eye");
     window.enter("Component name");
     window.write("an eye");
     assert!(!window.closes_with(Modifiers::COMMAND, Key::Q));
-    assert!(window.told().contains("an eye"), "{}", window.told());
+    assert!(window.last_message().contains("an eye"), "{}", window.last_message());
 }
 
 #[test]

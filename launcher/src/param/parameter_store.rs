@@ -9,7 +9,7 @@ use armor_configd::{ConfigdAction, ConfigdEvent, Notice, VersionRules, Versions,
 use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Findings};
 use armor_sdk::configuration::{
-    ConfigdConnection, ConfigdError, Differences, Parameters, Questions, SetOutcome,
+    ConfigdConnection, ConfigdError, Differences, ParameterList, Questions, SetOutcome,
 };
 use armor_sdk::directory::Directory;
 use armor_wire::config::{ConfigReply, ConfigRequest};
@@ -64,7 +64,7 @@ impl ParameterStore {
     }
 
     /// Returns the parameters of all components, or of one.
-    pub fn parameters(&mut self, component: Option<&str>) -> Result<Parameters> {
+    pub fn parameters(&mut self, component: Option<&str>) -> Result<ParameterList> {
         match self {
             Self::Running(connection) => Ok(connection.parameters(component)?),
             Self::File(alone) => alone.parameters(component),

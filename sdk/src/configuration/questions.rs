@@ -29,7 +29,7 @@ pub enum ConfigdError {
 
 /// The parameters of a system.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parameters {
+pub struct ParameterList {
     /// The version of the file that is in force.
     pub version: u64,
     /// Whether the file on the disk is another one, and refused.
@@ -91,8 +91,8 @@ pub trait Questions {
     ///
     /// # Errors
     /// If there is no such component, or no answer.
-    fn parameters(&mut self, component: Option<&str>) -> Result<Parameters, Self::Error> {
-        let mut all = Parameters { version: 0, refused: false, parameters: Vec::new() };
+    fn parameters(&mut self, component: Option<&str>) -> Result<ParameterList, Self::Error> {
+        let mut all = ParameterList { version: 0, refused: false, parameters: Vec::new() };
         loop {
             let from = u32::try_from(all.parameters.len()).unwrap_or(u32::MAX);
             let component = component.map(Into::into);

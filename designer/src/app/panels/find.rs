@@ -21,13 +21,13 @@ impl Designer {
             Picked::Open if !modal.backdrop_response.clicked() => {
                 self.find = Some(FindList { entries: Some(entries), ..find });
             }
-            Picked::One(item) => self.desk.shown = Some(item),
+            Picked::One(item) => self.workspace.shown = Some(item),
             _ => {}
         }
     }
 
     fn findable(&self) -> Vec<Entry<Item>> {
-        let all = self.panes.iter().flat_map(|(_, pane)| pane.findable(&self.desk));
+        let all = self.panes.iter().flat_map(|(_, pane)| pane.findable_items(&self.workspace));
         all.map(|(item, about)| Entry { name: item.to_string(), about, value: item }).collect()
     }
 }

@@ -38,9 +38,9 @@ impl<Id: DiagramId> Canvas<Id> {
         if frame.zoom >= DETAIL {
             self.paint_ports(frame, number, shift, rules);
         }
-        // Both have to stand next to a bar, which is too narrow for two.
-        let beside = if node.shape == NodeShape::Bar { 14.0 * frame.zoom } else { 0.0 };
-        let marked = area.expand2(vec2(beside, 0.0));
+        // Both stand next to a bar, which is too narrow for them.
+        let margin = if node.shape == NodeShape::Bar { 14.0 * frame.zoom } else { 0.0 };
+        let marked = area.expand2(vec2(margin, 0.0));
         if let Some(badge) = &node.badge
             && frame.zoom > PLAIN
         {
@@ -142,7 +142,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 }
 
-/// A sign next to what is wrong, so that it does not take a colour to be seen.
+/// A sign next to what is wrong, so that it is visible without its colour.
 fn paint_mark<Id: DiagramId>(frame: &PaintFrame<'_, Id>, node: &DiagramNode<Id>, area: Rect) {
     let Some(colour) = frame.mark_colour(node.mark) else { return };
     if frame.zoom < PLAIN {

@@ -11,7 +11,7 @@ use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
 
-/// So many tokens are drawn as dots; more are a number.
+/// Most tokens that are drawn as dots; more are a number.
 const MAX_DOTS: u32 = 4;
 
 impl<Id: DiagramId> Canvas<Id> {

@@ -26,7 +26,8 @@ impl<Id: DiagramId> Canvas<Id> {
     ) {
         let node = &frame.diagram.nodes[number];
         for (p, port) in node.ports.iter().enumerate() {
-            // What has no name is there to draw from, and not where nothing is drawn.
+            // A port without a name is a handle to draw from; it is hidden where nothing can be
+            // drawn.
             let is_handle = port.name.is_empty() && !self.is_editable;
             if port.side == PortSide::Around || is_handle {
                 continue;
@@ -71,7 +72,7 @@ impl<Id: DiagramId> Canvas<Id> {
                 && !port.is_wired
                 && let Some(name) = name
             {
-                // Must be fed: underlined, so that it shows without a colour.
+                // Must be fed: underlined, so that it is visible without its colour.
                 let y = name.max.y - 1.0;
                 let line = Stroke::new(1.0, frame.colours.error);
                 frame.painter.hline(name.min.x..=name.max.x, y, line);
@@ -104,7 +105,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 }
 
-/// How a port stands to the wire that is being dragged.
+/// Whether a port matches the wire that is being dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PortState {
     Plain,
@@ -128,7 +129,7 @@ fn state<Id: DiagramId>(
         },
         None => match frame.hovered {
             Some(Hit::Port(at)) if at == here => PortState::Hovered,
-            // What it could be linked to is shown before anything is dragged.
+            // The matching ports are shown before the drag begins.
             Some(Hit::Port(at)) if rules.may_join(at, here).is_ok() => PortState::Fits,
             _ => PortState::Plain,
         },

@@ -14,7 +14,7 @@ use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
 
-/// A curve is drawn in pieces about so long, in points.
+/// Approximate length of the straight pieces of a curve, in points.
 const PIECE: f32 = 14.0;
 
 impl<Id: DiagramId> Canvas<Id> {
@@ -94,7 +94,7 @@ impl<Id: DiagramId> Canvas<Id> {
         }
     }
 
-    /// The wire that is being dragged, and what would come of letting it go.
+    /// The wire that is being dragged, and the result of dropping it here.
     pub(super) fn paint_pending(
         &mut self,
         frame: &PaintFrame<'_, Id>,

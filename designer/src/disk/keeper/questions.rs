@@ -58,7 +58,7 @@ impl Question {
         modal.inner
     }
 
-    /// Does what was decided. Either way the disk's version counts as the one known.
+    /// Carries out the decision. In both cases the version of the disk counts as known.
     pub(super) fn settle(&self, decision: Decision, project: &mut Project) {
         let Some(file) = project.files().get(self.file) else { return };
         let mine = Arc::clone(file.text());
@@ -92,7 +92,7 @@ fn apart<'a>(mine: &'a str, theirs: &'a str) -> Apart<'a> {
     }
 }
 
-/// Shows both, so that no one has to choose blindly.
+/// Shows both, so that the user need not choose blindly.
 fn compare(ui: &mut Ui, apart: &Apart<'_>) {
     for (whose, lines) in [("Yours", &apart.mine), ("The disk's", &apart.theirs)] {
         ui.label(format!("{whose}, from line {}:", apart.line));
@@ -117,7 +117,7 @@ pub(super) enum Offer {
     Later,
 }
 
-/// Offers what dead designers left, if they left something.
+/// Offers the work of designers that have died, if there is any.
 pub(super) fn offer(ctx: &egui::Context, orphans: &[Orphan]) -> Option<Offer> {
     if orphans.is_empty() {
         return None;
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn times_are_said_as_one_says_them() {
-        let said = [5, 600, 7200, 260_000].map(in_words);
-        assert_eq!(said, ["a moment ago", "10 minutes ago", "2 hours ago", "4 days ago"]);
+        let ages = [5, 600, 7200, 260_000].map(in_words);
+        assert_eq!(ages, ["a moment ago", "10 minutes ago", "2 hours ago", "4 days ago"]);
     }
 }

@@ -77,7 +77,7 @@ fn anchors(old: &[&str], new: &[&str]) -> Vec<(usize, usize)> {
     longest_ascending(&pairs)
 }
 
-/// Where each line stands; none if it is there more than once.
+/// The position of each line; none if it occurs more than once.
 fn places<'a>(lines: &[&'a str]) -> HashMap<&'a str, Option<usize>> {
     let mut places = HashMap::new();
     for (n, line) in lines.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! What dead designers left, and the names by which living ones are told from them.
+//! The unsaved work of designers that have died. A lock distinguishes it from the work of running
+//! ones.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -13,13 +14,13 @@ pub(super) const KEPT: &str = "json";
 const LOCK: &str = "lock";
 /// Longest recovery file that is read: a few files of 1 MiB in both versions, escaped as JSON.
 const MAX_BYTES: u64 = 64 << 20;
-/// Most that are looked at; no one wants to be asked more often.
+/// Most that are offered: a user would not answer more questions.
 const MAX_ORPHANS: usize = 16;
 /// Names tried.
 const MAX_NAMES: usize = 1000;
 
-/// Unsaved work of a designer that no longer exists. As long as this is held no other designer is
-/// offered it.
+/// Unsaved work of a designer that no longer exists. As long as this value lives, no other designer
+/// offers the same work.
 pub struct Orphan {
     /// The work.
     pub kept: Kept,
@@ -29,14 +30,14 @@ pub struct Orphan {
 }
 
 impl Orphan {
-    /// Removes it: it was taken over, or is not wanted.
+    /// Removes it: it was restored, or the user discarded it.
     pub fn discard(self) {
         let _ = fs::remove_file(&self.file);
         let _ = fs::remove_file(&self.lock_file);
     }
 }
 
-/// What dead designers left in `folder`, newest first. What cannot be read is left where it is.
+/// Returns the work that dead designers left in `folder`, newest first. Unreadable files stay.
 pub fn orphans(folder: &Path) -> Vec<Orphan> {
     let ending_in = |wanted: &'static str| {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -61,6 +62,8 @@ fn forget_if_empty(lock_file: &Path) {
 fn adopt(file: PathBuf) -> Option<Orphan> {
     let lock_file = file.with_extension(LOCK);
     let lock = open(&lock_file, false).ok()?;
+    // The lock of a running designer is held, and so is that of an orphan that another designer is
+    // offering. After a crash the kernel has released it.
     lock.try_lock().ok()?;
     if fs::metadata(&file).ok()?.len() > MAX_BYTES {
         return None;
@@ -69,7 +72,7 @@ fn adopt(file: PathBuf) -> Option<Orphan> {
     Some(Orphan { kept, file, lock_file, _lock: lock })
 }
 
-/// A name that is no one's, as the file of its lock, held.
+/// A name that no running designer uses, as the file of its lock, which is held.
 pub(super) fn take_name(folder: &Path) -> io::Result<(PathBuf, File)> {
     for n in 0..MAX_NAMES {
         let path = folder.join(format!("{}-{n}.{LOCK}", std::process::id()));

@@ -7,7 +7,7 @@ fn work(text: &str) -> Kept {
 }
 
 fn read(recovery: &mut Recovery) -> Option<Kept> {
-    recovery.settle();
+    recovery.wait_until_written();
     let bytes = fs::read(recovery.file()).ok()?;
     Some(serde_json::from_slice(&bytes).expect("what was written"))
 }
@@ -17,16 +17,16 @@ fn the_first_change_is_kept_at_once_and_the_next_after_a_pause() {
     let folder = Scratch::new();
     let mut recovery = Recovery::begin(folder.path()).expect("a name");
     let start = Instant::now();
-    assert_eq!(recovery.keep(start, 1, || Some(work("one"))), None);
+    assert_eq!(recovery.back_up(start, 1, || Some(work("one"))), None);
     assert_eq!(read(&mut recovery), Some(work("one")));
 
     let soon = start + Duration::from_millis(500);
-    let wait = recovery.keep(soon, 2, || unreachable!("it is too soon"));
+    let wait = recovery.back_up(soon, 2, || unreachable!("it is too soon"));
     assert_eq!(wait, Some(EVERY - Duration::from_millis(500)));
-    assert_eq!(recovery.keep(start + EVERY, 2, || Some(work("two"))), None);
+    assert_eq!(recovery.back_up(start + EVERY, 2, || Some(work("two"))), None);
     assert_eq!(read(&mut recovery), Some(work("two")));
     let later = start + 10 * EVERY;
-    assert_eq!(recovery.keep(later, 2, || unreachable!("nothing has changed")), None);
+    assert_eq!(recovery.back_up(later, 2, || unreachable!("nothing has changed")), None);
 }
 
 #[test]
@@ -34,10 +34,10 @@ fn nothing_is_left_when_all_is_saved() {
     let folder = Scratch::new();
     let mut recovery = Recovery::begin(folder.path()).expect("a name");
     let start = Instant::now();
-    recovery.keep(start, 1, || Some(work("one")));
-    recovery.keep(start + EVERY, 2, || None);
+    recovery.back_up(start, 1, || Some(work("one")));
+    recovery.back_up(start + EVERY, 2, || None);
     assert_eq!(read(&mut recovery), None);
-    recovery.keep(start + EVERY, 3, || Some(work("three")));
+    recovery.back_up(start + EVERY, 3, || Some(work("three")));
     drop(recovery);
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 0);
 }
@@ -46,8 +46,8 @@ fn nothing_is_left_when_all_is_saved() {
 fn work_is_offered_when_its_process_is_gone_and_not_before() {
     let folder = Scratch::new();
     let mut recovery = Recovery::begin(folder.path()).expect("a name");
-    recovery.keep(Instant::now(), 1, || Some(work("one")));
-    recovery.settle();
+    recovery.back_up(Instant::now(), 1, || Some(work("one")));
+    recovery.wait_until_written();
     assert!(orphans(folder.path()).is_empty(), "its designer lives");
 
     // A crash: the lock goes, the files stay.
@@ -78,12 +78,12 @@ fn what_cannot_be_read_is_neither_offered_nor_removed() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_said() {
+fn a_folder_that_cannot_be_written_is_reported() {
     let folder = Scratch::new();
     let mut recovery = Recovery::begin(folder.path()).expect("a name");
     fs::remove_dir_all(folder.path()).expect("removed");
-    recovery.keep(Instant::now(), 1, || Some(work("one")));
-    recovery.settle();
-    let trouble = recovery.trouble().expect("it is told");
+    recovery.back_up(Instant::now(), 1, || Some(work("one")));
+    recovery.wait_until_written();
+    let trouble = recovery.trouble().expect("trouble is reported");
     assert!(trouble.contains("cannot be backed up"), "{trouble}");
 }

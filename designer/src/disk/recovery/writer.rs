@@ -1,10 +1,12 @@
-//! Writes the recovery file on a thread of its own: a disk that is slow to sync must not hold up
-//! the hand that draws. Only the newest work that waits is written.
+//! Writes the recovery file on a thread of its own, so that a disk that is slow to sync does not
+//! block the window. Only the newest waiting work is written.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
+
+use parking_lot::{Condvar, Mutex};
 
 use super::Kept;
 
@@ -14,23 +16,18 @@ enum Job {
 }
 
 #[derive(Default)]
-struct Desk {
+struct WriterState {
+    /// At most one: a newer job replaces one that has not begun, since it covers the same work.
     waiting: Option<Job>,
     is_busy: bool,
     is_closed: bool,
     trouble: Option<String>,
 }
 
+#[derive(Default)]
 struct Shared {
-    desk: Mutex<Desk>,
+    state: Mutex<WriterState>,
     changed: Condvar,
-}
-
-impl Shared {
-    /// No one panics while holding the lock; if the user did, the desk is still in order.
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 pub(super) struct Writer {
@@ -40,48 +37,49 @@ pub(super) struct Writer {
 
 impl Writer {
     pub(super) fn of(file: &Path) -> Self {
-        let shared =
-            Arc::new(Shared { desk: Mutex::new(Desk::default()), changed: Condvar::new() });
+        let shared = Arc::<Shared>::default();
         let (theirs, file) = (Arc::clone(&shared), file.to_path_buf());
-        let thread =
-            thread::Builder::new().name("recovery".into()).spawn(move || run(&theirs, file));
+        let thread = thread::Builder::new()
+            .name("recovery".into())
+            .spawn(move || perform_jobs(&theirs, file));
         if let Err(error) = &thread {
-            shared.desk().trouble = Some(format!("Unsaved work cannot be backed up: {error}"));
+            shared.state.lock().trouble =
+                Some(format!("Unsaved work cannot be backed up: {error}"));
         }
         Self { shared, thread: thread.ok() }
     }
 
-    pub(super) fn write(&self, work: Kept) {
-        self.ask(Job::Write(work));
+    pub(super) fn request_write(&self, work: Kept) {
+        self.replace_waiting_job(Job::Write(work));
     }
 
-    pub(super) fn remove(&self) {
-        self.ask(Job::Remove);
+    pub(super) fn request_removal(&self) {
+        self.replace_waiting_job(Job::Remove);
     }
 
     pub(super) fn trouble(&self) -> Option<String> {
-        self.shared.desk().trouble.clone()
+        self.shared.state.lock().trouble.clone()
     }
 
-    pub(super) fn settle(&self) {
+    pub(super) fn wait_until_idle(&self) {
         if self.thread.is_none() {
             return;
         }
-        let mut desk = self.shared.desk();
-        while desk.waiting.is_some() || desk.is_busy {
-            desk = self.shared.changed.wait(desk).unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.shared.state.lock();
+        while state.waiting.is_some() || state.is_busy {
+            self.shared.changed.wait(&mut state);
         }
     }
 
-    fn ask(&self, job: Job) {
-        self.shared.desk().waiting = Some(job);
+    fn replace_waiting_job(&self, job: Job) {
+        self.shared.state.lock().waiting = Some(job);
         self.shared.changed.notify_all();
     }
 }
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        self.shared.desk().is_closed = true;
+        self.shared.state.lock().is_closed = true;
         self.shared.changed.notify_all();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -89,30 +87,30 @@ impl Drop for Writer {
     }
 }
 
-fn run(shared: &Shared, file: PathBuf) {
+fn perform_jobs(shared: &Shared, file: PathBuf) {
     loop {
-        let mut desk = shared.desk();
+        let mut state = shared.state.lock();
         let job = loop {
-            match desk.waiting.take() {
+            match state.waiting.take() {
+                // Before `is_closed`: a waiting job is performed before the thread ends.
                 Some(job) => break job,
-                None if desk.is_closed => return,
-                None => {
-                    desk = shared.changed.wait(desk).unwrap_or_else(PoisonError::into_inner);
-                }
+                None if state.is_closed => return,
+                None => shared.changed.wait(&mut state),
             }
         };
-        desk.is_busy = true;
-        drop(desk);
-        let outcome = perform(&job, &file);
-        let mut desk = shared.desk();
-        desk.is_busy = false;
-        desk.trouble = outcome.err();
-        drop(desk);
+        state.is_busy = true;
+        // The window must not wait for the disk.
+        drop(state);
+        let outcome = perform_job(&job, &file);
+        let mut state = shared.state.lock();
+        state.is_busy = false;
+        state.trouble = outcome.err();
+        drop(state);
         shared.changed.notify_all();
     }
 }
 
-fn perform(job: &Job, file: &Path) -> Result<(), String> {
+fn perform_job(job: &Job, file: &Path) -> Result<(), String> {
     match job {
         Job::Write(work) => {
             let text = serde_json::to_vec(work).map_err(|error| error.to_string())?;

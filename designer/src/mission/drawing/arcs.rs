@@ -18,7 +18,7 @@ impl Scene<'_> {
             let Some(own) = numbers.get(&own) else { continue };
             for arc in &transition.arcs {
                 let place = Item::place(&arc.place.value);
-                // An arc to a place that is not there is a finding.
+                // The check reports an arc to a place that does not exist.
                 if let Some(place) = numbers.get(&place) {
                     let is_left = nodes[*place].rect.center().x < nodes[*own].rect.center().x;
                     wires.push(self.arc(transition, arc, (*own, *place), is_left));

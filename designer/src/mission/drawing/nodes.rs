@@ -13,12 +13,12 @@ use crate::mission::marks::takes_words;
 use crate::mission::play::Standing;
 use crate::mission::words::{component_lines, conditions};
 
-/// The least a place is wide and high.
+/// Least width and height of a place.
 const PLACE: Vec2 = vec2(96.0, 44.0);
 /// A bar.
 pub(super) const BAR: Vec2 = vec2(12.0, 46.0);
-/// The handles of a bar are so far next to it, so that the bar itself can be clicked.
-const BESIDE: f32 = 13.0;
+/// Distance of a bar's handles from it, so that the bar itself can be clicked.
+const HANDLE_DISTANCE: f32 = 13.0;
 /// How wide a character is at most about, in the title's size.
 const TITLE_WIDTH: f32 = 7.8;
 /// The same in the size of other lines.
@@ -68,7 +68,7 @@ impl Scene<'_> {
         let height = PLACE.y.max(rows as f32 * LINE + 18.0);
         let size = vec2(PLACE.x.max(inner + height * 0.75), height);
         let tokens = self.tokens(place);
-        let doc = self.place_doc(place, &subtitle) + &self.marks.said(&item);
+        let doc = self.place_doc(place, &subtitle) + &self.marks.messages(&item);
         DiagramNode {
             title: name.clone(),
             subtitle,
@@ -149,7 +149,7 @@ impl Scene<'_> {
         }
         let badge = self.marks.badge(&item);
         let into = NodePort {
-            at: vec2(-BESIDE, BAR.y / 2.0),
+            at: vec2(-HANDLE_DISTANCE, BAR.y / 2.0),
             side: PortSide::Left,
             direction: Direction::In,
             is_wired: false,
@@ -157,8 +157,8 @@ impl Scene<'_> {
             doc: "Drag to a place: this transition takes from it.".into(),
             ..whole(BAR)
         };
-        let ports = vec![whole(BAR), handle(BAR + vec2(BESIDE, 0.0), &item), into];
-        let doc = format!("{item}\n{}", all.join("\n")) + &self.marks.said(&item);
+        let ports = vec![whole(BAR), handle(BAR + vec2(HANDLE_DISTANCE, 0.0), &item), into];
+        let doc = format!("{item}\n{}", all.join("\n")) + &self.marks.messages(&item);
         DiagramNode {
             title: name.clone(),
             subtitle: String::new(),
@@ -234,7 +234,7 @@ impl Scene<'_> {
             mark: self.marks.mark(&item),
             look: NodeLook { tint, ..NodeLook::default() },
             label: format!("{item}: {file}"),
-            doc: format!("sub-mission {file}") + &self.marks.said(&item),
+            doc: format!("sub-mission {file}") + &self.marks.messages(&item),
             item,
         }
     }

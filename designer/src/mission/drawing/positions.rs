@@ -1,4 +1,4 @@
-//! Where the nodes are: where the file places them, and the others where they read well.
+//! The positions of the nodes: those in the file, and computed ones for the others.
 
 use std::collections::BTreeMap;
 
@@ -10,12 +10,12 @@ use super::nodes::LINE;
 use crate::canvas::{DiagramNode, NodeShape, arrange, snapped};
 use crate::item::Item;
 
-/// Below what the file shows somewhere, the others begin.
+/// Distance between the nodes with a position and the others below them.
 const BELOW: f32 = 60.0;
 /// A sub-mission that the file shows nowhere is so far beneath the places it joins.
 const BENEATH: f32 = 40.0;
 
-/// Puts every node where it is shown; returns those that the file does not show anywhere.
+/// Positions every node. Returns those without a position in the file.
 pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<Item> {
     let mut lost = Vec::new();
     for (number, node) in nodes.iter_mut().enumerate() {
@@ -26,7 +26,7 @@ pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<I
     }
     let unplaced: Vec<_> = lost.iter().map(|number| nodes[*number].item).collect();
     if lost.len() < nodes.len() {
-        lost.retain(|number| !beside_its_places(nodes, *number, scene));
+        lost.retain(|number| !move_between_its_places(nodes, *number, scene));
     }
     let top = match nodes.len() > lost.len() {
         true => {
@@ -48,7 +48,11 @@ fn move_to(node: &mut DiagramNode<Item>, at: Pos2) {
 }
 
 /// Between the places that it joins, if it is a sub-mission and they are shown.
-fn beside_its_places(nodes: &mut [DiagramNode<Item>], number: usize, scene: &Scene<'_>) -> bool {
+fn move_between_its_places(
+    nodes: &mut [DiagramNode<Item>],
+    number: usize,
+    scene: &Scene<'_>,
+) -> bool {
     let Item::Submission(submission) = nodes[number].item else { return false };
     let submission = &scene.mission.submissions[submission];
     let of = |name: &Option<armor_robotfile::Spanned<String>>| {
@@ -113,13 +117,13 @@ fn room(nodes: &[DiagramNode<Item>], item: &Item) -> (Vec2, Vec2) {
     let texts = node.lines.iter().map(|line| &line.text).chain([&node.title]);
     let longest = texts.map(|text| text.chars().count()).max().unwrap_or(0) as f32;
     let width = (longest * 6.4).max(size.x);
-    // As much above as beneath, so that arcs lead to the middle.
+    // The same space above and below, so that arcs lead to the middle.
     let beneath = (1 + node.lines.len()) as f32 * LINE;
     (vec2(width, size.y + 2.0 * beneath), vec2((width - size.x) / 2.0, beneath))
 }
 
-/// What leads where. What leads back to where the mission begins is turned, so that it begins at the
-/// left.
+/// What leads where. What leads back to where the mission begins is turned, so that it begins at
+/// the left.
 fn edges(
     mission: &Mission,
     numbers: &BTreeMap<&Item, usize>,

@@ -1,4 +1,4 @@
-//! What an edit reads of a file before it changes it.
+//! What an edit reads from a file before it changes the file.
 
 use armor_robotfile::mission::ArcKind;
 use armor_robotfile::tree::Element;
@@ -10,9 +10,9 @@ use crate::fragment::Names;
 pub(super) const NAMES_A_PLACE: &[&str] =
     &["goal", "safe", "on-failure", "on-stop-fail", "on-start-fail", "overrun", "in", "out"];
 
-/// A name that nothing of this sort has: the wish, or the wish with a number behind it.
-pub fn free_name(document: &Document, sort: &str, wish: &str) -> String {
-    free(&mut names_of(document, sort), wish)
+/// Returns a name that nothing of this sort has: the preferred one, or that with a number appended.
+pub fn free_name(document: &Document, sort: &str, preferred: &str) -> String {
+    free(&mut names_of(document, sort), preferred)
 }
 
 /// The names that nothing new of a sort can be given.
@@ -20,10 +20,10 @@ pub fn names_of(document: &Document, sort: &str) -> Names {
     Names::new(names(document, sort))
 }
 
-/// A name like the one wished for, taken from then on.
-pub fn free(names: &mut Names, wish: &str) -> String {
-    let stem = wish.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('-');
-    names.free(wish, stem)
+/// A name like the preferred one, taken from then on.
+pub fn free(names: &mut Names, preferred: &str) -> String {
+    let stem = preferred.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('-');
+    names.free(preferred, stem)
 }
 
 /// The names of the mission's elements of a sort.
@@ -99,7 +99,7 @@ pub(super) fn arc_names(kind: ArcKind) -> (&'static str, &'static str) {
     }
 }
 
-/// The element of a new arc that the short form cannot say.
+/// The element of a new arc that the short form cannot express.
 pub(super) fn new_arc(kind: ArcKind, place: &str, weight: u32) -> NewElement {
     let (name, attribute) = arc_names(kind);
     let arc = NewElement::new(name).attribute(attribute, place);

@@ -1,4 +1,4 @@
-//! What goes with places, transitions and arcs. However many there are, it is a few edits.
+//! Removes places, transitions and arcs with what depends on them, in a few edits for any number.
 
 use std::collections::BTreeSet;
 
@@ -13,8 +13,8 @@ use crate::project::Refused;
 use crate::view::View;
 
 /// Removes places with their arcs and whatever else leads to them, transitions, arcs, variables,
-/// and what is known by its number. What a check or a guard states of one of them is for a person to
-/// change, and refuses.
+/// and what is known by its number. What a check or a guard states of one of them is for a person
+/// to change, and refuses.
 ///
 /// # Errors
 /// If one is not there or is still needed.
@@ -41,7 +41,7 @@ pub fn remove(document: &mut Document, items: &[Item]) -> Result<(), Refused> {
     layout::remove_decorations(document, View::Mission, decorations)
 }
 
-/// What goes, by name.
+/// What is removed, by name.
 #[derive(Default)]
 struct Gone<'a> {
     places: BTreeSet<&'a str>,
@@ -88,7 +88,7 @@ impl<'a> Gone<'a> {
         edits
     }
 
-    /// The arcs that go of a transition that stays.
+    /// The arcs to remove of a transition that stays.
     fn arcs_of(
         &self,
         transition: &str,

@@ -36,10 +36,10 @@ pub fn toggle_exclusive(
 /// Adds a variable that follows a field of data; or, without one, a counter that transitions set.
 pub fn add_variable(
     document: &mut Document,
-    wish: &str,
+    preferred: &str,
     source: Option<&str>,
 ) -> Result<String, EditError> {
-    let name = free_name(document, "variable", wish);
+    let name = free_name(document, "variable", preferred);
     let counter = [("min", "0"), ("max", "3"), ("initial", "0")];
     match source {
         Some(source) => document.add(Item::Variable(&name), &[("source", source)])?,
@@ -54,7 +54,7 @@ pub fn add_check(document: &mut Document, text: &str) -> Result<(), EditError> {
     add(document, &NewElement::new("check").text(text), "check", &before)
 }
 
-/// Changes what a check states.
+/// Changes the text of a check.
 pub fn set_check(document: &mut Document, number: usize, text: &str) -> Result<(), EditError> {
     let path = elements::numbered(document, "check", number)?;
     document.set_text_at(&path, text)

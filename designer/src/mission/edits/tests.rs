@@ -21,7 +21,7 @@ fn document() -> Document {
     Document::open("a.xml".as_ref(), FILE.as_bytes()).unwrap()
 }
 
-/// The lines that an edit takes away and adds.
+/// The lines that an edit removes and adds.
 fn check(edit: impl FnOnce(&mut Document), gone: &[&str], new: &[&str]) {
     let mut document = document();
     edit(&mut document);

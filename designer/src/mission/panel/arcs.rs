@@ -24,16 +24,16 @@ pub(super) fn show(
     shown: &PanelSource<'_>,
     transition: &Transition,
     form: &mut Form,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     section(ui, "Arcs");
     for arc in &transition.arcs {
         let item = item_of(transition, arc);
         ui.horizontal(|ui| {
-            go_to(ui, arc_word(arc.kind), item, wishes);
+            go_to(ui, arc_word(arc.kind), item, requests);
             let weight = if arc.weight > 1 { format!("{} x ", arc.weight) } else { String::new() };
             let place = Item::place(&arc.place.value);
-            go_to(ui, &format!("{weight}{}", arc.place.value), place, wishes);
+            go_to(ui, &format!("{weight}{}", arc.place.value), place, requests);
             let remove = format!("Remove {item}");
             if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
                 form.change(Change::Remove(vec![item]));
@@ -58,7 +58,7 @@ pub(super) fn show(
     });
 }
 
-/// An arc by itself.
+/// A selected arc.
 pub(super) fn show_one(ui: &mut egui::Ui, shown: &PanelSource<'_>, item: &Item, form: &mut Form) {
     let Item::Arc { transition, place, kind } = item else { return };
     let transitions = &shown.mission.transitions;

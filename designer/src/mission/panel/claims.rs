@@ -3,7 +3,7 @@
 use armor_robotfile::{Code, Finding};
 use eframe::egui::{self, RichText};
 
-use super::parts::{PanelRequest, PanelSource, section, tell};
+use super::parts::{PanelRequest, PanelSource, section, show_finding};
 use crate::canvas::CanvasColours;
 use crate::item::Item;
 use crate::mission::changes::Change;
@@ -13,7 +13,7 @@ pub(super) fn show(
     ui: &mut egui::Ui,
     shown: &PanelSource<'_>,
     form: &mut Form,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     section(ui, "Checks: properties to prove");
     for (number, check) in shown.mission.checks.iter().enumerate() {
@@ -31,7 +31,7 @@ pub(super) fn show(
             given(text).map(|text| Change::Check(number, text))
         });
         for finding in found {
-            tell(ui, finding, wishes);
+            show_finding(ui, finding, requests);
         }
         ui.add_space(4.0);
     }

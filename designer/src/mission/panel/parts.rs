@@ -1,4 +1,4 @@
-//! What all panels are made of: what they show, what they ask for, and the parts they share.
+//! The parts that all panels share: their source, their requests, and common widgets.
 
 use armor_robotfile::mission::{ArcKind, Mission};
 use armor_robotfile::{Configuration, Finding, Severity};
@@ -26,7 +26,7 @@ pub struct PanelSource<'a> {
     pub is_checking: bool,
 }
 
-/// What a panel asks for apart from changes.
+/// What a panel requests apart from changes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PanelRequest {
     /// Show this.
@@ -54,7 +54,7 @@ impl PanelSource<'_> {
 }
 
 /// A finding in a few lines.
-pub fn tell(ui: &mut egui::Ui, finding: &Finding, wishes: &mut Vec<PanelRequest>) {
+pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<PanelRequest>) {
     let colours = CanvasColours::of(ui.visuals());
     let (sign, colour) = match finding.severity() {
         Severity::Error => ("x", colours.error),
@@ -71,7 +71,7 @@ pub fn tell(ui: &mut egui::Ui, finding: &Finding, wishes: &mut Vec<PanelRequest>
             count => format!("Play its {count} firings"),
         };
         if ui.button(text).on_hover_text(way.firings.join(", ")).clicked() {
-            wishes.push(PanelRequest::Play(way.clone()));
+            requests.push(PanelRequest::Play(way.clone()));
         }
     }
 }
@@ -83,9 +83,9 @@ pub fn section(ui: &mut egui::Ui, title: &str) {
 }
 
 /// A link-like button that shows an item.
-pub fn go_to(ui: &mut egui::Ui, text: &str, item: Item, wishes: &mut Vec<PanelRequest>) {
+pub fn go_to(ui: &mut egui::Ui, text: &str, item: Item, requests: &mut Vec<PanelRequest>) {
     if ui.link(text).on_hover_text(format!("Show {item}")).clicked() {
-        wishes.push(PanelRequest::Show(item));
+        requests.push(PanelRequest::Show(item));
     }
 }
 

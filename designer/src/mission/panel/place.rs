@@ -13,7 +13,7 @@ pub(super) fn show(
     shown: &PanelSource<'_>,
     place: &Place,
     form: &mut Form,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     let name = &place.name.value;
     let item = Item::place(name);
@@ -26,7 +26,7 @@ pub(super) fn show(
     roles(ui, shown, place, form);
     components(ui, shown, place, form);
     parameters(ui, shown, place, form);
-    neighbours(ui, shown, place, wishes);
+    neighbours(ui, shown, place, requests);
 }
 
 fn roles(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &mut Form) {
@@ -122,7 +122,7 @@ fn components(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &
             };
         });
     }
-    // Those that the system does not have (any longer) can be taken out.
+    // Components that the system does not have (any longer) can be removed.
     for gone in place.components.iter().filter(|name| system.component(name).is_none()) {
         form.flag(ui, &format!("{} (not in the system)", gone.value), true, |is_active| {
             Change::Component {
@@ -202,7 +202,7 @@ fn neighbours(
     ui: &mut egui::Ui,
     shown: &PanelSource<'_>,
     place: &Place,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     section(ui, "Arcs");
     let name = &place.name.value;
@@ -221,7 +221,7 @@ fn neighbours(
             ui.horizontal(|ui| {
                 ui.label(RichText::new(format!("{word}{weight}")).weak());
                 let item = Item::transition(&transition.name.value);
-                go_to(ui, &transition.name.value, item, wishes);
+                go_to(ui, &transition.name.value, item, requests);
             });
         }
     }
@@ -231,7 +231,7 @@ fn neighbours(
                 is_lonely = false;
                 ui.horizontal(|ui| {
                     ui.label(RichText::new(word).weak());
-                    go_to(ui, &submission.file.value, Item::Submission(number), wishes);
+                    go_to(ui, &submission.file.value, Item::Submission(number), requests);
                 });
             }
         }

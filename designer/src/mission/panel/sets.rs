@@ -74,8 +74,9 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut F
             }
             for field in &fields {
                 if ui.button(&field.name).on_hover_text(&field.is).clicked() {
-                    let wish = field.name.rsplit('.').next().unwrap_or("value").replace('_', "-");
-                    form.change(Change::AddVariable(wish, Some(field.name.clone())));
+                    let preferred =
+                        field.name.rsplit('.').next().unwrap_or("value").replace('_', "-");
+                    form.change(Change::AddVariable(preferred, Some(field.name.clone())));
                 }
             }
             if fields.is_empty() {
@@ -118,7 +119,7 @@ pub(super) fn exclusives(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut 
         let gone: Vec<_> = gone.filter(|name| !known.contains(name)).collect();
         for component in known.into_iter().chain(gone) {
             let is_in = set.components.iter().any(|name| name.value == component);
-            // What no place activates is always active and excludes no one.
+            // What no place activates is always active and excludes nothing.
             let may = is_in || shown.mission.controls(&component);
             let mut is_now = is_in;
             let label = format!("{component} in exclusive set {}", number + 1);

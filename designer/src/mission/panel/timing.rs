@@ -17,7 +17,7 @@ fn text_of(shown: &PanelSource<'_>, transition: &Transition) -> Timing {
         let timeout = || unread("timeout").map(Timing::Timeout);
         let after = || unread("after").map(Timing::After);
         let between = || unread("interval").map(|text| ends_of(&text));
-        return timeout().or_else(after).or_else(between).unwrap_or(Timing::AtOnce);
+        return timeout().or_else(after).or_else(between).unwrap_or(Timing::Immediate);
     };
     let text = interval.at.text();
     match interval.value.latest {
@@ -44,12 +44,12 @@ pub(super) fn timing(
     let now = text_of(shown, transition);
     let set = |timing: Timing| Change::Timing(name.clone(), timing);
     let own = match &now {
-        Timing::AtOnce => "10s".to_owned(),
+        Timing::Immediate => "10s".to_owned(),
         Timing::Timeout(time) | Timing::After(time) | Timing::Interval(time, _) => time.clone(),
     };
-    // Of which sort it is; the times themselves are fields of their own.
+    // The sort of timing; the times themselves have their own fields.
     let sort = |timing: &Timing| match timing {
-        Timing::AtOnce => 0,
+        Timing::Immediate => 0,
         Timing::Timeout(_) => 1,
         Timing::After(_) => 2,
         Timing::Interval(..) => 3,
@@ -66,7 +66,7 @@ pub(super) fn timing(
                 1 => Timing::Timeout(own.clone()),
                 2 => Timing::After(own.clone()),
                 3 => Timing::Interval(own.clone(), "inf".into()),
-                _ => Timing::AtOnce,
+                _ => Timing::Immediate,
             })
         });
     });
@@ -75,7 +75,7 @@ pub(super) fn timing(
         None => Err("a time is needed, such as 90s or 10min".into()),
     };
     match now {
-        Timing::AtOnce => {}
+        Timing::Immediate => {}
         Timing::Timeout(time) => {
             row(ui, "Time", "With its unit: 90s, 10min, 0.2s.", |ui| {
                 form.line(ui, "timeout", &time, &needed, |text| {

@@ -15,7 +15,7 @@ pub(super) fn show(
     shown: &PanelSource<'_>,
     transition: &Transition,
     form: &mut Form,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     let name = &transition.name.value;
     let item = Item::transition(name);
@@ -25,7 +25,7 @@ pub(super) fn show(
             Some(Change::Rename(item, new.to_owned()))
         });
     });
-    arcs::show(ui, shown, transition, form, wishes);
+    arcs::show(ui, shown, transition, form, requests);
     section(ui, "Fires");
     timing::timing(ui, shown, transition, form);
     waits::report(ui, shown, transition, form);

@@ -1,4 +1,4 @@
-//! The mission as a whole: what it is called, what was proven of it, and what has no place in the
+//! The mission as a whole: its name, what was proven of it, and what has no position in the
 //! drawing.
 
 use armor_proof::time_in_words as time;
@@ -6,7 +6,7 @@ use armor_robotfile::mission::{Mission, Resume};
 use armor_robotfile::{FiringTrace, MissionDuration, Severity, Spanned};
 use eframe::egui::{self, RichText};
 
-use super::parts::{PanelRequest, PanelSource, section, tell};
+use super::parts::{PanelRequest, PanelSource, section, show_finding};
 use super::{claims, sets};
 use crate::canvas::CanvasColours;
 use crate::item::Item;
@@ -17,13 +17,13 @@ pub(super) fn show(
     ui: &mut egui::Ui,
     shown: &PanelSource<'_>,
     form: &mut Form,
-    wishes: &mut Vec<PanelRequest>,
+    requests: &mut Vec<PanelRequest>,
 ) {
     ui.heading("Mission");
     let mission = shown.mission;
     attributes(ui, shown, mission, form);
-    proof(ui, shown, wishes);
-    claims::show(ui, shown, form, wishes);
+    proof(ui, shown, requests);
+    claims::show(ui, shown, form, requests);
     sets::variables(ui, shown, form);
     sets::exclusives(ui, shown, form);
     sets::submissions(ui, shown, form);
@@ -83,7 +83,7 @@ fn attributes(ui: &mut egui::Ui, shown: &PanelSource<'_>, mission: &Mission, for
 }
 
 /// What was found of the mission, in a few words.
-fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, wishes: &mut Vec<PanelRequest>) {
+fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, requests: &mut Vec<PanelRequest>) {
     section(ui, "Proof");
     let colours = CanvasColours::of(ui.visuals());
     let counted = |severity| shown.marks.all().counted(severity);
@@ -96,14 +96,14 @@ fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, wishes: &mut Vec<PanelReque
     ui.label(RichText::new(verdict).color(colour));
     let with_ways = shown.marks.all().iter().filter(|found| found.way.is_some());
     for finding in with_ways.filter(|found| found.code != armor_robotfile::Code::CheckFails) {
-        tell(ui, finding, wishes);
+        show_finding(ui, finding, requests);
     }
     if let Some(takes) = shown.marks.takes() {
-        durations(ui, takes, wishes);
+        durations(ui, takes, requests);
     }
 }
 
-fn durations(ui: &mut egui::Ui, takes: &MissionDuration, wishes: &mut Vec<PanelRequest>) {
+fn durations(ui: &mut egui::Ui, takes: &MissionDuration, requests: &mut Vec<PanelRequest>) {
     let play = |firings: &[String], circle: &[String], is_late| {
         PanelRequest::Play(FiringTrace {
             firings: firings.to_vec(),
@@ -116,7 +116,7 @@ fn durations(ui: &mut egui::Ui, takes: &MissionDuration, wishes: &mut Vec<PanelR
         ui.label(format!("Shortest: {}", seconds(takes.shortest_s)));
         let button = ui.small_button("play").accessible_name("Play the shortest run");
         if button.on_hover_text(takes.shortest_way.join(", ")).clicked() {
-            wishes.push(play(&takes.shortest_way, &[], false));
+            requests.push(play(&takes.shortest_way, &[], false));
         }
     });
     ui.horizontal(|ui| {
@@ -126,7 +126,7 @@ fn durations(ui: &mut egui::Ui, takes: &MissionDuration, wishes: &mut Vec<PanelR
         };
         let button = ui.small_button("play").accessible_name("Play the longest run");
         if button.on_hover_text(takes.longest_way.join(", ")).clicked() {
-            wishes.push(play(&takes.longest_way, &takes.longest_circle, true));
+            requests.push(play(&takes.longest_way, &takes.longest_circle, true));
         }
     });
     let end = if takes.always_goal {

@@ -12,7 +12,7 @@ use crate::mission::stage::Act;
 /// Longest time that is left between two things that chance brings about.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// What chance may bring about, and its seed.
+/// What may happen at random, and the seed.
 #[derive(Clone, Debug)]
 pub struct Chance {
     random: fastrand::Rng,
@@ -22,14 +22,14 @@ pub struct Chance {
     pub faults: bool,
 }
 
-/// What came of one step.
+/// The result of one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// Something happened.
     Happened,
     /// The mission is over.
     Over,
-    /// Nothing can happen any longer, as things are.
+    /// Nothing more can happen in this state.
     StandsStill,
 }
 
@@ -59,7 +59,7 @@ impl Play {
             return self.fires_or_fails(at, id, chance);
         }
         let possible = self.possible(chance);
-        // Time is one of those that may win.
+        // The passing of time is one of the possible outcomes.
         let choice = chance.below(possible.len() + usize::from(next.is_some()));
         match (possible.get(choice), next) {
             (Some(id), _) => {
@@ -72,7 +72,7 @@ impl Play {
         }
     }
 
-    /// Now and then a component does not do what a firing asks of it.
+    /// Sometimes a component does not start or stop as a firing requires.
     fn fires_or_fails(&mut self, at: Duration, id: TransitionId, chance: &mut Chance) -> Step {
         let firing = number_of(&self.stage, id);
         let fails = |other: &TransitionId| {
@@ -118,7 +118,7 @@ impl Play {
         self.stage.net.transition_ids().filter(might).collect()
     }
 
-    /// After a while the world lets a transition have what it waits for; it fires if it may.
+    /// After a while the simulated environment provides what a transition waits for.
     fn comes_about(&mut self, id: TransitionId, wait: Duration) -> Step {
         let before = self.now.clone();
         let at = self.time().saturating_add(wait);

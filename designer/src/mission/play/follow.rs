@@ -131,7 +131,8 @@ impl Play {
         self.move_tokens(leg.transition)
     }
 
-    /// Fires by tokens alone: of a sequence that was proven without times, or after a guard's clock.
+    /// Fires by tokens alone: of a sequence that was proven without times, or after a guard's
+    /// clock.
     fn move_tokens(&mut self, id: TransitionId) -> bool {
         if !self.has_tokens(id) {
             return false;

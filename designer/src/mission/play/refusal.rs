@@ -10,7 +10,7 @@ use super::Play;
 /// Why a transition was not fired by hand.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotNow {
-    /// Tokens are missing or in the way.
+    /// Tokens are missing, or present in an inhibitor place.
     #[error("{transition} cannot fire: {why}")]
     Tokens {
         /// Which one.
@@ -25,9 +25,9 @@ pub enum NotNow {
         transition: String,
         /// When it may.
         at: Duration,
-        /// Who comes first.
+        /// The transition that fires first.
         first: String,
-        /// By then.
+        /// Its deadline.
         by: Duration,
     },
     /// A place would hold more tokens than can be counted.

@@ -43,15 +43,15 @@ fn by_hand_a_report_fires_at_once_and_a_timeout_takes_its_time() {
     assert_eq!(play.standing(seen), Standing::Expects);
     assert_eq!(play.standing(late), Standing::Waits(s(90)));
     assert_eq!(play.standing(lost), Standing::Disabled);
-    assert_eq!(play.tell(seen), Ok(Outcome::Fired));
+    assert_eq!(play.fire_by_hand(seen), Ok(Outcome::Fired));
     assert_eq!((marked(&play), play.time()), (vec!["return"], s(0)));
     assert_eq!(play.stage().active(play.marking()), ["homing"]);
     assert!(play.back());
-    assert_eq!(play.tell(late), Ok(Outcome::Fired));
+    assert_eq!(play.fire_by_hand(late), Ok(Outcome::Fired));
     assert_eq!((marked(&play), play.time()), (vec!["return"], s(90)));
-    assert_eq!(play.tell(lost), Ok(Outcome::Fired));
+    assert_eq!(play.fire_by_hand(lost), Ok(Outcome::Fired));
     assert_eq!((play.is_over(), play.time()), (true, s(150)));
-    let why = play.tell(seen).unwrap_err().to_string();
+    let why = play.fire_by_hand(seen).unwrap_err().to_string();
     assert_eq!(why, "seen cannot fire: no token in explore, the mission is over in hold");
     while play.back() {}
     assert_eq!((marked(&play), play.time(), play.firings()), (vec!["explore"], s(0), 0));
@@ -60,9 +60,9 @@ fn by_hand_a_report_fires_at_once_and_a_timeout_takes_its_time() {
 #[test]
 fn a_report_with_a_time_behind_it_starts_a_clock() {
     let mut play = play_of(SURVEY);
-    play.tell(id(&play, "recall")).unwrap();
+    play.fire_by_hand(id(&play, "recall")).unwrap();
     let settled = id(&play, "settled");
-    assert_eq!(play.tell(settled), Ok(Outcome::Clock(s(5))));
+    assert_eq!(play.fire_by_hand(settled), Ok(Outcome::Clock(s(5))));
     assert_eq!(play.standing(settled), Standing::Waits(s(5)));
     play.wait(s(2));
     assert_eq!(play.progress(settled), Some(0.4));
@@ -90,17 +90,17 @@ fn a_guard_holds_by_its_values_or_because_somebody_says_so() {
     play.restart();
     assert_eq!(play.standing(weak), Standing::Ready, "values are kept");
     play.set_value("battery", None);
-    assert_eq!(play.tell(weak), Ok(Outcome::Fired));
+    assert_eq!(play.fire_by_hand(weak), Ok(Outcome::Fired));
 }
 
 #[test]
-fn nobody_waits_past_the_deadline_of_another() {
+fn a_transition_cannot_wait_past_the_deadline_of_another() {
     let mut play = play_of(
         r#"<armor version="1"><system/><mission><place name="a" initial="true"/><place name="b"/>
         <transition name="soon" from="a" to="b" timeout="2s"/>
         <transition name="later" from="a" to="b" timeout="9s"/></mission></armor>"#,
     );
-    let why = play.tell(id(&play, "later")).unwrap_err();
+    let why = play.fire_by_hand(id(&play, "later")).unwrap_err();
     assert_eq!(why.to_string(), "later may fire at 9 s, but soon must fire before, by 2 s");
     assert_eq!(play.time(), Duration::ZERO);
 }
@@ -180,7 +180,7 @@ fn a_mission_with_mistakes_is_played_as_far_as_it_goes() {
         r#"<armor version="1"><system/><mission goal="nowhere"><place name="a" initial="2"/>
         <transition name="t" from="a" to="gone" when="((" /></mission></armor>"#,
     );
-    assert_eq!(play.tell(id(&play, "t")), Ok(Outcome::Fired));
+    assert_eq!(play.fire_by_hand(id(&play, "t")), Ok(Outcome::Fired));
     assert_eq!(play.marking(), [1]);
 }
 

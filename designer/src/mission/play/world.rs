@@ -1,5 +1,5 @@
-//! What a played mission knows of the world: reports that have come, values, guards that are said
-//! to hold, dates that have come.
+//! The environment of a played mission: reports that have arrived, values, guards that the user has
+//! made true, dates that have passed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,25 +9,25 @@ use armor_wire::quantity;
 
 use crate::mission::stage::{Act, Stage};
 
-/// The status of the world at a moment.
+/// The state of the environment at a moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
     /// `component.event` that has come and was not consumed.
     reports: BTreeSet<String>,
     /// Values by the names that guards use; a variable's begins with its sub-mission's name.
     values: BTreeMap<String, Scalar>,
-    /// Transitions of the mission whose guard is said to hold, whatever the values.
+    /// Transitions of the mission whose guard the user has made true, whatever the values.
     holding: BTreeSet<usize>,
-    /// Transitions of the mission whose dates are said to be now.
+    /// Transitions of the mission whose dates the user has made current.
     dated: BTreeSet<usize>,
 }
 
-/// Something that guards look at.
+/// A value that guards read.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Sense {
     /// The name by which its value is set.
     pub name: String,
-    /// The transitions that look at it.
+    /// The transitions whose guards read it.
     pub transitions: Vec<String>,
 }
 
@@ -41,7 +41,7 @@ impl World {
         Self { values: counts.collect(), ..Self::default() }
     }
 
-    /// Everything that guards look at.
+    /// Returns everything that guards read.
     pub fn senses(stage: &Stage) -> Vec<Sense> {
         let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for (number, guard) in stage.guards.iter().enumerate() {
@@ -53,7 +53,7 @@ impl World {
         found.into_iter().map(|(name, transitions)| Sense { name, transitions }).collect()
     }
 
-    /// The value of something, if it is known.
+    /// Returns a value, if it is known.
     pub fn value(&self, name: &str) -> Option<&Scalar> {
         self.values.get(name)
     }
@@ -74,7 +74,7 @@ impl World {
     }
 
     pub(super) fn set_value(&mut self, name: &str, value: Option<Scalar>) {
-        // What was said of guards counts until something is measured.
+        // A guard made true by hand stays so only until a value is set.
         self.holding.clear();
         match value {
             Some(value) => self.values.insert(name.to_owned(), value),
@@ -82,14 +82,14 @@ impl World {
         };
     }
 
-    /// The same values, and nothing that happened.
+    /// The same values, without reports and other events.
     pub(super) fn values_only(&self, stage: &Stage) -> Self {
         let mut values = self.values.clone();
         values.extend(Self::at_start(stage).values);
         Self { values, ..Self::default() }
     }
 
-    /// All that a transition waits for is there.
+    /// All that a transition waits for has arrived.
     pub(super) fn satisfy(&mut self, stage: &Stage, id: TransitionId) {
         let Some(number) = number_of(stage, id) else { return };
         if let Some(report) = report(stage, number) {
@@ -101,8 +101,8 @@ impl World {
         }
     }
 
-    /// A transition has fired: its report is consumed, and so are those that no one listens to any
-    /// more because their component has been frozen.
+    /// A transition has fired: its report is consumed, and so are those that no transition waits
+    /// for any more because their component has been frozen.
     pub(super) fn fired(&mut self, stage: &Stage, id: TransitionId, marking: &[u32]) {
         if let Some(number) = number_of(stage, id) {
             if let Some(report) = report(stage, number) {

@@ -4,9 +4,9 @@
 use eframe::egui::Pos2;
 
 use crate::canvas::PortAt;
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::pick::{Entry, Picker};
+use crate::workspace::Workspace;
 
 /// What is done with what is picked.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,12 +33,12 @@ pub(super) struct MissionPicker {
 
 impl MissionPicker {
     /// Everything that can be added.
-    pub(super) fn to_add(desk: &Desk, at: Pos2) -> Self {
+    pub(super) fn to_add(workspace: &Workspace, at: Pos2) -> Self {
         let mut entries = vec![
             entry("place", "A state of the mission.", MissionChoice::Place(Vec::new())),
             entry("transition", "A change of state.", MissionChoice::Transition),
         ];
-        entries.extend(components(desk).into_iter().map(|name| {
+        entries.extend(components(workspace).into_iter().map(|name| {
             let label = format!("place with {name}");
             entry(&label, "A place that activates it.", MissionChoice::Place(vec![name]))
         }));
@@ -51,8 +51,8 @@ pub(super) fn entry(name: &str, about: &str, value: MissionChoice) -> Entry<Miss
 }
 
 /// The components that a mission may control.
-pub(super) fn components(desk: &Desk) -> Vec<String> {
-    let system = desk.project.configuration().map(|configuration| &configuration.system);
+pub(super) fn components(workspace: &Workspace) -> Vec<String> {
+    let system = workspace.project.configuration().map(|configuration| &configuration.system);
     let components = system.into_iter().flat_map(|system| &system.components);
     let may = components.filter(|component| component.controllable);
     may.map(|component| component.name.value.clone()).collect()

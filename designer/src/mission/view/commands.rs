@@ -8,14 +8,14 @@ use super::gestures::NODE_SPACE;
 use super::simulator::MissionSimulator;
 use super::state::{MissionView, mission_of};
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::drawing::arranged;
 use crate::mission::words::conditions;
+use crate::workspace::Workspace;
 
 impl MissionView {
-    pub(super) fn can_run(&self, command: Command, desk: &Desk) -> Option<bool> {
+    pub(super) fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
         use Command as C;
         let is_editable = self.simulator.is_none();
         Some(match command {
@@ -24,100 +24,113 @@ impl MissionView {
                     matches!(self.pane.only(), Some(Item::Place(_) | Item::Transition(_)));
                 is_editable && is_node
             }
-            C::Simulate => mission_of(desk).is_some(),
+            C::Simulate => mission_of(workspace).is_some(),
             C::SimulationStep | C::SimulationRun | C::SimulationRestart => !is_editable,
             C::SimulationBack => {
                 self.simulator.as_ref().is_some_and(|simulator| simulator.play().can_go_back())
             }
-            _ => return self.pane.can_run(command, desk, is_editable),
+            _ => return self.pane.can_run(command, workspace, is_editable),
         })
     }
 
-    pub(super) fn run_command(&mut self, command: Command, ctx: &egui::Context, desk: &mut Desk) {
+    pub(super) fn run_command(
+        &mut self,
+        command: Command,
+        ctx: &egui::Context,
+        workspace: &mut Workspace,
+    ) {
         use Command as C;
         match command {
             C::Cut => {
-                if self.copy(ctx, desk) {
-                    self.delete(desk);
+                if self.copy(ctx, workspace) {
+                    self.delete(workspace);
                 }
             }
             C::Copy => {
-                self.copy(ctx, desk);
+                self.copy(ctx, workspace);
             }
-            C::Duplicate => self.duplicate(desk),
-            C::Delete => self.delete(desk),
+            C::Duplicate => self.duplicate(workspace),
+            C::Delete => self.delete(workspace),
             C::Rename | C::Properties => {
-                desk.settings.properties = true;
+                workspace.settings.properties = true;
                 self.form.take_focus();
             }
             C::Add => {
                 let at = self.diagram.free_spot(self.pane.canvas.spot(), NODE_SPACE);
-                self.picker = Some(MissionPicker::to_add(desk, at));
+                self.picker = Some(MissionPicker::to_add(workspace, at));
             }
-            C::Link => self.picker = self.picker_to_connect(desk),
+            C::Link => self.picker = self.picker_to_connect(workspace),
             C::Group | C::Note => {
-                if self.pane.decorate(command == C::Note, &self.diagram, desk) {
+                if self.pane.decorate(command == C::Note, &self.diagram, workspace) {
                     self.form.take_focus();
                 }
             }
-            C::Arrange => self.arrange(desk),
-            C::Simulate => self.toggle_simulation(desk),
+            C::Arrange => self.arrange(workspace),
+            C::Simulate => self.toggle_simulation(workspace),
             C::SimulationStep => self.simulate(ctx, MissionSimulator::step),
             C::SimulationBack => self.simulate(ctx, |simulator, _| simulator.back()),
             C::SimulationRestart => self.simulate(ctx, |simulator, _| simulator.restart()),
             C::SimulationRun => self.simulate(ctx, |simulator, _| {
                 simulator.is_running = !simulator.is_running;
             }),
-            _ => self.pane.run(command, ctx, &self.diagram, desk),
+            _ => self.pane.run(command, ctx, &self.diagram, workspace),
         }
     }
 
-    fn copy_text(&self, desk: &Desk) -> Option<String> {
-        fragment::copied(desk, &self.diagram, &self.pane.selected())
+    fn copy_text(&self, workspace: &Workspace) -> Option<String> {
+        fragment::copied(workspace, &self.diagram, &self.pane.selected())
     }
 
-    fn copy(&self, ctx: &egui::Context, desk: &mut Desk) -> bool {
-        let text = self.copy_text(desk);
-        self.pane.copy(text, ctx, desk)
+    fn copy(&self, ctx: &egui::Context, workspace: &mut Workspace) -> bool {
+        let text = self.copy_text(workspace);
+        self.pane.copy(text, ctx, workspace)
     }
 
-    pub(super) fn paste_text(&mut self, text: &str, desk: &mut Desk) {
+    pub(super) fn paste_text(&mut self, text: &str, workspace: &mut Workspace) {
         let corner = self.pane.paste_corner();
-        self.add_fragment(text, "paste", &corner, desk);
+        self.add_fragment(text, "paste", &corner, workspace);
     }
 
-    fn duplicate(&mut self, desk: &mut Desk) {
+    fn duplicate(&mut self, workspace: &mut Workspace) {
         let offset = self.pane.copy_offset();
-        match self.copy_text(desk) {
-            Some(text) => self.add_fragment(&text, "duplicate", &|whole| whole.min + offset, desk),
-            None => self.pane.warn_not_duplicated(desk),
+        match self.copy_text(workspace) {
+            Some(text) => {
+                self.add_fragment(&text, "duplicate", &|whole| whole.min + offset, workspace);
+            }
+            None => self.pane.warn_not_duplicated(workspace),
         }
     }
 
-    fn add_fragment(&mut self, text: &str, what: &str, at: &dyn Fn(Rect) -> Pos2, desk: &mut Desk) {
+    fn add_fragment(
+        &mut self,
+        text: &str,
+        what: &str,
+        at: &dyn Fn(Rect) -> Pos2,
+        workspace: &mut Workspace,
+    ) {
         let mut added = Vec::new();
-        desk.edit(what, |documents| {
+        workspace.edit(what, |documents| {
             added = fragment::paste(documents, text, at)?;
             Ok(())
         });
         self.pane.select_when_drawn(added);
     }
 
-    pub(super) fn delete(&mut self, desk: &mut Desk) {
+    pub(super) fn delete(&mut self, workspace: &mut Workspace) {
         let items: Vec<_> = self.pane.selected().into_iter().collect();
         let change = Change::Remove(items);
-        if desk.edit(change.what(), |documents| change.apply(documents)) {
+        if workspace.edit(change.what(), |documents| change.apply(documents)) {
             self.pane.canvas.selection.clear();
         }
     }
 
-    fn arrange(&mut self, desk: &mut Desk) {
-        let Some(mission) = mission_of(desk) else { return };
+    fn arrange(&mut self, workspace: &mut Workspace) {
+        let Some(mission) = mission_of(workspace) else { return };
         let is_node = |item: &Item| matches!(item, Item::Place(_) | Item::Transition(_));
         let selected: Vec<_> = self.pane.selected().into_iter().filter(is_node).collect();
         let only = if selected.len() > 1 { &selected[..] } else { &[] };
         let places = arranged(&self.diagram.nodes, mission, only);
-        self.pane.place("arrange", &places, desk);
+        self.pane.place("arrange", &places, workspace);
         if only.is_empty() {
             self.pane.canvas.fit_everything();
         }
@@ -125,8 +138,8 @@ impl MissionView {
 }
 
 /// Every place, transition, variable, check and sub-mission, with its words.
-pub(super) fn list_findable(desk: &Desk) -> Vec<(Item, String)> {
-    let Some(mission) = mission_of(desk) else { return Vec::new() };
+pub(super) fn list_findable(workspace: &Workspace) -> Vec<(Item, String)> {
+    let Some(mission) = mission_of(workspace) else { return Vec::new() };
     let places = mission.places.iter().map(|place| {
         let components = place.components.iter().map(|name| name.value.as_str());
         let words = components.collect::<Vec<_>>().join(" ");

@@ -7,21 +7,21 @@ use armor_robotfile::{Document, Item as Named, NewElement};
 use eframe::egui::{Pos2, Rect};
 
 use crate::canvas::Diagram;
-use crate::desk::Desk;
 use crate::fragment::{Fragment, copied as element_with, same_element, written};
 use crate::item::Item;
 use crate::mission::edits::{free, names_of};
 use crate::project::{Documents, Refused};
 use crate::view::View;
+use crate::workspace::Workspace;
 
 /// What is selected as the text of a file: places, transitions, groups and notes, and where they
 /// are drawn. None if it has none of them.
 pub(super) fn copied(
-    desk: &Desk,
+    workspace: &Workspace,
     diagram: &Diagram<Item>,
     selection: &BTreeSet<Item>,
 ) -> Option<String> {
-    let source = desk.project.document_with(Named::Mission)?;
+    let source = workspace.project.document_with(Named::Mission)?;
     let mission = source.tree().element(&source.find(Named::Mission)?)?;
     let is_selected = |element: &&Element| {
         let name = element.attribute("name").map_or("", |name| name.value.as_str());
@@ -81,7 +81,7 @@ impl Places {
             let new = free(&mut taken, old);
             let value = |attribute: &str, value: &str| match attribute {
                 "name" => Some(new.clone()),
-                // Two beginnings are hardly meant.
+                // Two initial places are probably a mistake.
                 "initial" if !known.is_empty() => None,
                 _ => Some(value.to_owned()),
             };
@@ -91,7 +91,7 @@ impl Places {
         Self { renamed, known }
     }
 
-    /// What a place is called here, if it is there.
+    /// The name of a place here, if it exists.
     fn name<'a>(&'a self, old: &'a str) -> Option<&'a str> {
         let copied = self.renamed.get(old).map(String::as_str);
         copied.or_else(|| self.known.contains(old).then_some(old))

@@ -5,17 +5,17 @@ use eframe::egui::{self, Pos2};
 use super::choices::MissionPicker;
 use super::state::MissionView;
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::diagram_pane::{DECORATION_MENU, EMPTY_MENU, NODE_MENU, WIRE_MENU};
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::name::ItemName;
+use crate::workspace::Workspace;
 
 impl MissionView {
     pub(super) fn show_menu(
         &mut self,
         ui: &mut egui::Ui,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
         of: Option<Item>,
         at: Pos2,
     ) {
@@ -29,26 +29,26 @@ impl MissionView {
         let simulate: &[Command] = if of.is_none() { &[Command::Simulate] } else { &[] };
         let is_still = self.simulator.is_none();
         if of.is_none() && is_still && ui.button("Add to the mission…").clicked() {
-            self.picker = Some(MissionPicker::to_add(desk, at));
+            self.picker = Some(MissionPicker::to_add(workspace, at));
             ui.close();
         }
         if let (Some(Item::Place(name)), true) = (of, is_still) {
-            self.show_roles(ui, name, desk);
+            self.show_roles(ui, name, workspace);
         }
         if let (Some(Item::Transition(name)), false) = (of, is_still)
             && ui.button(format!("Fire {name}")).clicked()
         {
-            self.fire(&name, desk);
+            self.fire(&name, workspace);
             ui.close();
         }
         for command in commands.iter().chain(simulate) {
-            let may = self.can_run(*command, desk).unwrap_or(false);
-            desk.offer(ui, *command, may);
+            let may = self.can_run(*command, workspace).unwrap_or(false);
+            workspace.offer_command(ui, *command, may);
         }
     }
 
-    /// What a place can be made, from its menu.
-    fn show_roles(&mut self, ui: &mut egui::Ui, name: ItemName, desk: &mut Desk) {
+    /// The roles that the menu of a place offers.
+    fn show_roles(&mut self, ui: &mut egui::Ui, name: ItemName, workspace: &mut Workspace) {
         let item = Item::Place(name);
         let roles = [
             ("Begin here", Change::Attribute(item, "initial", Some("true".into()))),
@@ -60,7 +60,7 @@ impl MissionView {
         ];
         for (label, change) in roles {
             if ui.button(label).clicked() {
-                self.make(vec![Ok(change)], desk);
+                self.make(vec![Ok(change)], workspace);
                 ui.close();
             }
         }
@@ -68,17 +68,17 @@ impl MissionView {
     }
 
     /// Three steps to begin with, where there is nothing yet.
-    pub(super) fn show_empty_hint(&self, ui: &egui::Ui, desk: &Desk) {
+    pub(super) fn show_empty_hint(&self, ui: &egui::Ui, workspace: &Workspace) {
         if !self.diagram.nodes.is_empty() {
             return;
         }
-        let text = if desk.project.is_broken() || desk.project.configuration().is_none() {
+        let text = if workspace.project.is_broken() || workspace.project.configuration().is_none() {
             "The file cannot be drawn. The problems below show why."
         } else {
             "Drag a place from the list on the left, or press A.\n\
              Drag from the handle at its right edge to another place: a transition connects them.\n\
              Set in its properties what the transition waits for."
         };
-        self.pane.canvas.hint(ui, text);
+        self.pane.canvas.show_hint(ui, text);
     }
 }

@@ -1,4 +1,4 @@
-//! Tokens on their way from place to place, painted over the drawing.
+//! Tokens that move from place to place, painted over the drawing.
 
 use armor_petri::PlaceId;
 use eframe::egui::{self, Pos2, Stroke, Vec2};
@@ -11,7 +11,7 @@ use armor_robotfile::mission::ArcKind;
 
 /// The radius of a token, in the drawing.
 const TOKEN: f32 = 6.5;
-/// Pieces of an arc that a token goes along.
+/// Pieces of an arc along which a token moves.
 const PIECES: usize = 24;
 
 impl MissionView {

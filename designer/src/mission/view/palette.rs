@@ -1,4 +1,4 @@
-//! What a mission is built from, dragged into the drawing or added by a click.
+//! The palette of the mission: its elements, dragged into the drawing or added by a click.
 
 use armor_robotfile::mission::ArcKind;
 use eframe::egui::{self, Label, RichText, ScrollArea, Sense, UiBuilder};
@@ -7,11 +7,11 @@ use super::gestures::NODE_SPACE;
 use super::part::DraggedPart;
 use super::state::{MissionView, mission_of};
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::diagram_pane::show_dragged;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::panels::fields::anything;
+use crate::workspace::Workspace;
 
 /// What arcs from a place to a transition can do.
 const KINDS: [(ArcKind, &str, &str); 4] = [
@@ -22,7 +22,7 @@ const KINDS: [(ArcKind, &str, &str); 4] = [
 ];
 
 impl MissionView {
-    pub(super) fn show_palette(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    pub(super) fn show_palette(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         ui.add_space(4.0);
         ui.strong("Mission");
         let mut wanted = None;
@@ -45,18 +45,19 @@ impl MissionView {
             }
         });
         let name = if self.simulator.is_some() { "End the simulation" } else { "Simulate" };
-        let may = mission_of(desk).is_some();
+        let may = mission_of(workspace).is_some();
         ui.add_space(4.0);
         if ui.add_enabled(may, egui::Button::new(name)).clicked() {
-            desk.order(Command::Simulate);
+            workspace.order_command(Command::Simulate);
         }
         ui.add_space(8.0);
         ui.strong("Places that activate");
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let system = desk.project.configuration().map(|configuration| &configuration.system);
+            let system =
+                workspace.project.configuration().map(|configuration| &configuration.system);
             for component in system.iter().flat_map(|system| &system.components) {
                 let name = &component.name.value;
-                let uses = mission_of(desk).map_or(0, |mission| {
+                let uses = mission_of(workspace).map_or(0, |mission| {
                     mission.places.iter().filter(|place| place.activates(name)).count()
                 });
                 let about = match (component.controllable, uses) {
@@ -76,7 +77,7 @@ impl MissionView {
         });
         if let Some(dragged) = wanted {
             let at = self.diagram.free_spot(self.pane.canvas.centre(), NODE_SPACE);
-            self.add_part(&dragged, at, desk);
+            self.add_part(&dragged, at, workspace);
         }
     }
 

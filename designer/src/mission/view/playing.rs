@@ -11,22 +11,22 @@ use super::simulator::MissionSimulator;
 use super::state::MissionView;
 use crate::canvas::CanvasColours;
 use crate::commands::{Command, about};
-use crate::desk::Desk;
 use crate::mission::play::world::World;
 use crate::mission::play::{Happened, Play, Standing, act_words};
+use crate::workspace::Workspace;
 
-/// Steps of the story that are shown.
+/// Most steps of the history that are shown.
 const MAX_STORY: usize = 200;
 
 impl MissionView {
-    pub(super) fn toggle_simulation(&mut self, desk: &mut Desk) {
+    pub(super) fn toggle_simulation(&mut self, workspace: &mut Workspace) {
         if self.simulator.take().is_some() {
             return;
         }
         self.pane.canvas.cancel();
-        match MissionSimulator::of(desk) {
+        match MissionSimulator::of(workspace) {
             Ok(simulator) => self.simulator = Some(simulator),
-            Err(why) => desk.messages.warn(why),
+            Err(why) => workspace.messages.warn(why),
         }
     }
 
@@ -44,49 +44,51 @@ impl MissionView {
     }
 
     /// Plays the firings of a finding from the start.
-    pub(super) fn play_way(&mut self, way: &FiringTrace, desk: &mut Desk) {
+    pub(super) fn play_way(&mut self, way: &FiringTrace, workspace: &mut Workspace) {
         if self.simulator.is_none() {
-            self.toggle_simulation(desk);
+            self.toggle_simulation(workspace);
         }
         if let Some(simulator) = &mut self.simulator
             && let Err(why) = simulator.follow(way)
         {
-            desk.messages.warn(why);
+            workspace.messages.warn(why);
         }
     }
 
-    /// Tells a transition to fire.
-    pub(super) fn fire(&mut self, name: &str, desk: &mut Desk) {
+    /// Fires a transition by hand.
+    pub(super) fn fire(&mut self, name: &str, workspace: &mut Workspace) {
         let Some(simulator) = &mut self.simulator else { return };
         let Some(id) = simulator.play().stage().transition(name) else { return };
-        self.fire_by_id(id, desk);
+        self.fire_by_id(id, workspace);
     }
 
-    fn fire_by_id(&mut self, id: TransitionId, desk: &mut Desk) {
+    fn fire_by_id(&mut self, id: TransitionId, workspace: &mut Workspace) {
         let now = self.canvas_time;
         if let Some(simulator) = &mut self.simulator
-            && let Err(why) = simulator.tell(id, now)
+            && let Err(why) = simulator.fire(id, now)
         {
-            desk.messages.warn(why.to_string());
+            workspace.messages.warn(why.to_string());
         }
     }
 
-    pub(super) fn simulation_panel(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    pub(super) fn simulation_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         self.canvas_time = ui.input(|i| i.time);
         if self.simulator.is_none() {
             return;
         }
         let panel = Panel::bottom("simulation").resizable(true).default_size(190.0).min_size(110.0);
         panel.show(ui, |ui| {
-            self.transport(ui, desk);
+            self.transport(ui, workspace);
             ui.separator();
             let height = ui.available_height();
             ui.horizontal_top(|ui| {
                 let width = ui.available_width() / 3.0 - 10.0;
-                for part in [Self::course_or_choices, Self::senses, Self::story] {
+                for part in
+                    [Self::show_course_or_choices, Self::show_environment, Self::show_history]
+                {
                     ui.allocate_ui(egui::vec2(width, height), |ui| {
                         ui.set_width(width);
-                        ui.vertical(|ui| part(self, ui, desk));
+                        ui.vertical(|ui| part(self, ui, workspace));
                     });
                     ui.separator();
                 }
@@ -94,8 +96,8 @@ impl MissionView {
         });
     }
 
-    /// The buttons, and how things stand.
-    fn transport(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    /// Shows the buttons and the state of the simulation.
+    fn transport(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         let Some(simulator) = &mut self.simulator else { return };
         let colours = CanvasColours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
@@ -112,11 +114,11 @@ impl MissionView {
                 let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys));
                 let doc = format!("{} {}", entry.doc, keys.unwrap_or_default());
                 if ui.add_enabled(may, Button::new(name)).on_hover_text(doc).clicked() {
-                    desk.order(command);
+                    workspace.order_command(command);
                 }
             }
             if ui.button("End").on_hover_text("Ends the simulation").clicked() {
-                desk.order(Command::Simulate);
+                workspace.order_command(Command::Simulate);
             }
             let speed = egui::Slider::new(&mut simulator.speed, 0.2..=10.0).logarithmic(true);
             ui.add(speed.text("firings/s").show_value(false)).accessible_name("speed");
@@ -129,33 +131,33 @@ impl MissionView {
             }
             ui.label(RichText::new(time(simulator.play().time())).strong())
                 .on_hover_text("The mission's time");
-            status(ui, simulator, &colours);
+            show_status(ui, simulator, &colours);
         });
     }
 
-    /// The way that is followed, or what can happen now.
-    fn course_or_choices(&mut self, ui: &mut egui::Ui, desk: &mut Desk) {
+    /// Shows the trace that is followed, or what can happen now.
+    fn show_course_or_choices(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         let Some(simulator) = &mut self.simulator else { return };
         if simulator.play().course().is_some() {
-            return course(ui, simulator);
+            return show_course(ui, simulator);
         }
         ui.strong("Possible now");
-        let told = ScrollArea::vertical()
+        let chosen = ScrollArea::vertical()
             .id_salt("choices")
             .auto_shrink(false)
-            .show(ui, |ui| choices(ui, simulator.play()))
+            .show(ui, |ui| show_choices(ui, simulator.play()))
             .inner;
-        if let Some(id) = told {
-            self.fire_by_id(id, desk);
+        if let Some(id) = chosen {
+            self.fire_by_id(id, workspace);
         }
     }
 
-    /// What guards look at, and what chance may bring about.
-    fn senses(&mut self, ui: &mut egui::Ui, _: &mut Desk) {
+    /// Shows the values that guards read, and what may happen at random.
+    fn show_environment(&mut self, ui: &mut egui::Ui, _: &mut Workspace) {
         let Some(simulator) = &mut self.simulator else { return };
         ui.strong("Environment");
         ScrollArea::vertical().id_salt("senses").auto_shrink(false).show(ui, |ui| {
-            values(ui, simulator);
+            show_values(ui, simulator);
             ui.weak("While it runs, also simulate:");
             let chance = simulator.chance();
             ui.checkbox(&mut chance.people, "operators")
@@ -172,7 +174,7 @@ impl MissionView {
         });
     }
 
-    fn story(&mut self, ui: &mut egui::Ui, _: &mut Desk) {
+    fn show_history(&mut self, ui: &mut egui::Ui, _: &mut Workspace) {
         let Some(simulator) = &mut self.simulator else { return };
         ui.strong("History");
         let play = simulator.play();
@@ -195,8 +197,8 @@ impl MissionView {
     }
 }
 
-/// How the mission stands, in words and a colour.
-fn status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &CanvasColours) {
+/// Shows the state of the mission, in words and a colour.
+fn show_status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &CanvasColours) {
     let play = simulator.play();
     let stage = play.stage();
     let marked = |place: Option<armor_petri::PlaceId>| {
@@ -214,15 +216,15 @@ fn status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &CanvasColou
         ui.label(RichText::new("x deadlock: nothing can fire").color(colours.error));
     }
     let active = stage.active(play.marking());
-    let active = if active.is_empty() { "nobody".to_owned() } else { active.join(", ") };
+    let active = if active.is_empty() { "no component".to_owned() } else { active.join(", ") };
     ui.weak(format!("active: {active}"));
-    if !simulator.said.is_empty() {
-        ui.label(&simulator.said);
+    if !simulator.status.is_empty() {
+        ui.label(&simulator.status);
     }
 }
 
-/// The firings that are followed, with when they happen.
-fn course(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
+/// Shows the firings that are followed, with their times.
+fn show_course(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
     let mut leaves = false;
     if let Some(course) = simulator.play().course() {
         ui.horizontal(|ui| {
@@ -257,9 +259,9 @@ fn course(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
     }
 }
 
-/// A button for each transition that has its tokens; returns the one that was told to fire.
-fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
-    let mut told = None;
+/// A button for each transition that has its tokens; returns the one that was clicked.
+fn show_choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
+    let mut clicked = None;
     let mut is_empty = true;
     for id in play.stage().net.transition_ids() {
         let standing = play.standing(id);
@@ -274,7 +276,7 @@ fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
             let name = act_words(play.stage(), id);
             let button = Button::new(&name);
             if ui.add(button).accessible_name(format!("Fire {name}")).clicked() {
-                told = Some(id);
+                clicked = Some(id);
             }
             ui.weak(how);
             if let Some(progress) = play.progress(id) {
@@ -286,11 +288,11 @@ fn choices(ui: &mut egui::Ui, play: &Play) -> Option<TransitionId> {
     if is_empty {
         ui.weak(if play.is_over() { "The mission is over." } else { "Nothing can fire." });
     }
-    told
+    clicked
 }
 
 /// A field for each value that guards look at.
-fn values(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
+fn show_values(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
     let senses = World::senses(simulator.play().stage());
     for sense in senses {
         let mut set = None;

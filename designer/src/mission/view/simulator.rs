@@ -8,15 +8,15 @@ use std::time::Duration;
 use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::FiringTrace;
 
-use crate::desk::Desk;
 use crate::mission::play::chance::{Chance, Step};
 use crate::mission::play::refusal::NotNow;
 use crate::mission::play::world::scalar;
 use crate::mission::play::{Happened, Outcome, Play};
 use crate::mission::stage::Stage;
+use crate::workspace::Workspace;
 
-/// A token is on its way for so long, in seconds, at the usual speed.
-const ON_THE_WAY: f64 = 0.7;
+/// How long a token moves, in seconds, at the usual speed.
+const MOVE_S: f64 = 0.7;
 
 /// A simulation.
 pub(super) struct MissionSimulator {
@@ -30,19 +30,19 @@ pub(super) struct MissionSimulator {
     pub(super) is_running: bool,
     /// The revision of the files it was made of.
     revision: u64,
-    /// Counts what happens, so that it is drawn.
+    /// Changes with every event, so that the drawing is updated.
     moment: u64,
     motion: Option<Motion>,
     in_flight: Vec<(PlaceId, u32)>,
     /// When the last step was made by itself, in seconds of the window.
     stepped_at: f64,
-    /// What came of the last thing that was told, if it is worth saying.
-    pub(super) said: String,
+    /// The result of the last command; empty if the drawing shows it.
+    pub(super) status: String,
     /// Values as they are typed.
     pub(super) typed: BTreeMap<String, String>,
 }
 
-/// Tokens that are on their way.
+/// Tokens that are moving.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     pub(super) transition: TransitionId,
@@ -64,8 +64,8 @@ impl MissionSimulator {
     ///
     /// # Errors
     /// Why it cannot be played, for people.
-    pub(super) fn of(desk: &Desk) -> Result<Self, String> {
-        let configuration = desk.project.configuration();
+    pub(super) fn of(workspace: &Workspace) -> Result<Self, String> {
+        let configuration = workspace.project.configuration();
         let configuration = configuration.ok_or("The file is not a valid robot yet")?;
         let stage = Stage::of(configuration).map_err(|error| error.to_string())?;
         Ok(Self {
@@ -74,23 +74,23 @@ impl MissionSimulator {
             seed: 1,
             speed: 1.0,
             is_running: false,
-            revision: desk.project.revision(),
+            revision: workspace.project.revision(),
             moment: 0,
             motion: None,
             in_flight: Vec::new(),
             stepped_at: 0.0,
-            said: String::new(),
+            status: String::new(),
             typed: BTreeMap::new(),
         })
     }
 
     /// Begins again if the files have changed.
-    pub(super) fn keep_up(&mut self, desk: &Desk) {
-        if self.revision == desk.project.revision() {
+    pub(super) fn keep_up(&mut self, workspace: &Workspace) {
+        if self.revision == workspace.project.revision() {
             return;
         }
-        self.revision = desk.project.revision();
-        if let Ok(fresh) = Self::of(desk) {
+        self.revision = workspace.project.revision();
+        if let Ok(fresh) = Self::of(workspace) {
             let is_same = fresh.play.stage().net.places() == self.play.stage().net.places()
                 && fresh.play.stage().net.transitions() == self.play.stage().net.transitions();
             // Words and positions do not matter to what is played.
@@ -98,7 +98,7 @@ impl MissionSimulator {
                 self.play = fresh.play;
                 self.is_running = false;
                 self.changed();
-                self.said = "The mission was changed: the simulation restarts".into();
+                self.status = "The mission was changed: the simulation restarts".into();
             }
         }
     }
@@ -130,14 +130,14 @@ impl MissionSimulator {
         (self.chance.people, self.chance.faults) = (people, faults);
         self.play.restart();
         self.is_running = false;
-        self.said.clear();
+        self.status.clear();
         self.changed();
     }
 
-    /// Tells a transition to fire.
-    pub(super) fn tell(&mut self, id: TransitionId, now: f64) -> Result<(), NotNow> {
-        let outcome = self.play.tell(id)?;
-        self.said = match outcome {
+    /// Fires a transition by hand.
+    pub(super) fn fire(&mut self, id: TransitionId, now: f64) -> Result<(), NotNow> {
+        let outcome = self.play.fire_by_hand(id)?;
+        self.status = match outcome {
             Outcome::Fired => String::new(),
             Outcome::Clock(at) => format!(
                 "{}: condition met; due at {}",
@@ -151,16 +151,16 @@ impl MissionSimulator {
 
     /// One step: of what it follows, or by itself.
     pub(super) fn step(&mut self, now: f64) {
-        self.said.clear();
+        self.status.clear();
         if let Some(course) = self.play.course() {
             if course.is_done() {
                 self.is_running = false;
-                self.said = "End of the run".into();
+                self.status = "End of the run".into();
             } else if self.play.next_leg() {
                 self.moved(now);
             } else {
                 self.is_running = false;
-                self.said = "The next firing is no longer possible".into();
+                self.status = "The next firing is no longer possible".into();
             }
             return;
         }
@@ -168,17 +168,17 @@ impl MissionSimulator {
             Step::Happened => self.moved(now),
             Step::Over => {
                 self.is_running = false;
-                self.said = "the mission is over".into();
+                self.status = "The mission is over".into();
             }
             Step::StandsStill => {
                 self.is_running = false;
-                self.said = "Nothing more can happen".into();
+                self.status = "Nothing more can happen".into();
             }
         }
     }
 
     pub(super) fn back(&mut self) {
-        self.said.clear();
+        self.status.clear();
         if self.play.back() {
             self.is_running = false;
             self.changed();
@@ -201,7 +201,7 @@ impl MissionSimulator {
             .follow(way)
             .map_err(|name| format!("The mission has changed: {name} no longer exists"))?;
         self.is_running = false;
-        self.said.clear();
+        self.status.clear();
         self.changed();
         Ok(())
     }
@@ -238,7 +238,7 @@ impl MissionSimulator {
         self.changed();
         if let Some(Happened::Fired { transition, .. }) = self.play.last() {
             let outputs = &self.play.stage().net.transition(*transition).outputs;
-            let lasts = (ON_THE_WAY / f64::from(self.speed.max(0.05))).min(ON_THE_WAY);
+            let lasts = (MOVE_S / f64::from(self.speed.max(0.05))).min(MOVE_S);
             self.in_flight = outputs.clone();
             self.motion = Some(Motion { transition: *transition, since: now, lasts });
         }

@@ -7,7 +7,6 @@ use armor_robotfile::mission::{ArcKind, Mission};
 use super::choices::MissionPicker;
 use super::simulator::MissionSimulator;
 use crate::canvas::{CanvasColours, Diagram};
-use crate::desk::Desk;
 use crate::diagram_pane::DiagramPane;
 use crate::item::Item;
 use crate::layout::{self, Layout};
@@ -16,12 +15,13 @@ use crate::mission::drawing::{NetRules, Scene};
 use crate::mission::form::{Form, Made};
 use crate::mission::marks::Marks;
 use crate::view::View;
+use crate::workspace::Workspace;
 
 /// The view of the mission.
 pub struct MissionView {
     pub(super) pane: DiagramPane,
     pub(super) diagram: Diagram<Item>,
-    /// Nodes that the file gives no position.
+    /// Nodes without a position in the file.
     pub(super) unplaced: Vec<Item>,
     drawn: Option<DrawnState>,
     /// What was found.
@@ -63,12 +63,12 @@ impl MissionView {
     }
 
     /// Draws the mission again if it, its status, or its tokens have changed.
-    pub(super) fn update(&mut self, desk: &Desk, is_dark: bool) {
-        let revision = desk.project.revision();
+    pub(super) fn update(&mut self, workspace: &Workspace, is_dark: bool) {
+        let revision = workspace.project.revision();
         if let Some(simulator) = &mut self.simulator {
-            simulator.keep_up(desk);
+            simulator.keep_up(workspace);
         }
-        let checked = desk.project.checked();
+        let checked = workspace.project.checked();
         let now = DrawnState {
             revision,
             checked: (checked.revision, checked.is_complete),
@@ -85,20 +85,20 @@ impl MissionView {
             .as_ref()
             .is_some_and(|drawn| (drawn.revision, drawn.checked) == (now.revision, now.checked));
         if !is_known {
-            self.marks = marks_of(desk);
+            self.marks = marks_of(workspace);
         }
-        self.draw(desk, is_dark);
+        self.draw(workspace, is_dark);
         self.pane.set_drawing(&self.diagram);
         self.drawn = Some(now);
     }
 
-    fn draw(&mut self, desk: &Desk, is_dark: bool) {
-        let Some(mission) = mission_of(desk) else {
+    fn draw(&mut self, workspace: &Workspace, is_dark: bool) {
+        let Some(mission) = mission_of(workspace) else {
             self.diagram = Diagram::default();
             return;
         };
         let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
-        let layout = layout_of(desk);
+        let layout = layout_of(workspace);
         let scene = Scene {
             mission,
             marks: &self.marks,
@@ -124,18 +124,18 @@ impl MissionView {
 
     /// Makes changes, each a step of the history, and keeps what was renamed selected. Returns
     /// whether all were made; why one is not is a message.
-    pub(super) fn make(&mut self, changes: Vec<Made>, desk: &mut Desk) -> bool {
+    pub(super) fn make(&mut self, changes: Vec<Made>, workspace: &mut Workspace) -> bool {
         let mut are_made = true;
         for change in changes {
             let change = match change {
                 Ok(change) => change,
                 Err(why) => {
-                    desk.messages.warn(why);
+                    workspace.messages.warn(why);
                     are_made = false;
                     continue;
                 }
             };
-            let is_made = desk.edit(change.what(), |documents| change.apply(documents));
+            let is_made = workspace.edit(change.what(), |documents| change.apply(documents));
             are_made &= is_made;
             match &change {
                 Change::Rename(Item::Place(_), name) if is_made => {
@@ -160,34 +160,36 @@ impl Default for MissionView {
     }
 }
 
-pub(super) fn configuration_of(desk: &Desk) -> Option<(&armor_robotfile::Configuration, &Mission)> {
-    let configuration = desk.project.configuration()?;
+pub(super) fn configuration_of(
+    workspace: &Workspace,
+) -> Option<(&armor_robotfile::Configuration, &Mission)> {
+    let configuration = workspace.project.configuration()?;
     Some((configuration, configuration.mission.as_ref()?))
 }
 
-pub(super) fn mission_of(desk: &Desk) -> Option<&Mission> {
-    configuration_of(desk).map(|(_, mission)| mission)
+pub(super) fn mission_of(workspace: &Workspace) -> Option<&Mission> {
+    configuration_of(workspace).map(|(_, mission)| mission)
 }
 
-/// The net of the open files, with nothing of it played or complained of.
-pub fn net(desk: &Desk, colours: &CanvasColours) -> Diagram<Item> {
-    let Some(mission) = mission_of(desk) else { return Diagram::default() };
-    let (marks, layout) = (Marks::default(), layout_of(desk));
+/// The net of the open files, without findings and without a simulation.
+pub fn net(workspace: &Workspace, colours: &CanvasColours) -> Diagram<Item> {
+    let Some(mission) = mission_of(workspace) else { return Diagram::default() };
+    let (marks, layout) = (Marks::default(), layout_of(workspace));
     let (marks, layout) = (&marks, &layout);
     let scene = Scene { mission, marks, layout, play: None, in_flight: &[], colours };
     scene.draw().0
 }
 
-fn layout_of(desk: &Desk) -> Layout {
-    let document = desk.project.document_with(armor_robotfile::Item::Mission);
+fn layout_of(workspace: &Workspace) -> Layout {
+    let document = workspace.project.document_with(armor_robotfile::Item::Mission);
     document.map(|document| layout::read(document, View::Mission)).unwrap_or_default()
 }
 
 /// What was found of the current files; of older ones the places would be wrong.
-fn marks_of(desk: &Desk) -> Marks {
-    let checked = desk.project.checked();
-    if checked.revision != desk.project.revision() {
+fn marks_of(workspace: &Workspace) -> Marks {
+    let checked = workspace.project.checked();
+    if checked.revision != workspace.project.revision() {
         return Marks::default();
     }
-    Marks::of(Arc::clone(&checked.findings), &|at| desk.project.item_at(at))
+    Marks::of(Arc::clone(&checked.findings), &|at| workspace.project.item_at(at))
 }

@@ -22,10 +22,10 @@ fn shown(name: &str, is_new: bool) -> Shown {
     std::fs::create_dir(folder.path().join("worlds")).expect("made");
     let chosen = Rc::new(RefCell::new(Chosen::Open));
     let mut choice = PathChoice::new(folder.path(), name, "xml", is_new);
-    let told = Rc::clone(&chosen);
+    let shared = Rc::clone(&chosen);
     let mut harness = Harness::builder().with_size([800.0, 700.0]).build_ui(move |ui| {
-        if *told.borrow() == Chosen::Open {
-            *told.borrow_mut() = choice.show(ui, "Take");
+        if *shared.borrow() == Chosen::Open {
+            *shared.borrow_mut() = choice.show(ui, "Take");
         }
     });
     harness.run();
@@ -80,7 +80,7 @@ fn only_what_can_be_chosen_is_listed() {
 }
 
 #[test]
-fn what_is_not_there_is_said() {
+fn a_missing_file_is_reported() {
     let mut choice = shown("", false);
     choice.types("none.xml").presses(Key::Enter);
     assert_eq!(*choice.chosen.borrow(), Chosen::Open);

@@ -4,19 +4,24 @@ use armor_robotfile::model::{Component, Restart};
 use armor_wire::manifest::Manifest;
 use eframe::egui::{self, ComboBox, RichText};
 
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::fields::Form;
 use crate::system::properties::field::{Field, Focus, check_name};
 use crate::system::state::SystemView;
 use crate::system::{docs, repair};
+use crate::workspace::Workspace;
 
 impl SystemView {
-    pub(super) fn component_properties(&mut self, ui: &mut egui::Ui, desk: &mut Desk, name: &str) {
+    pub(super) fn component_properties(
+        &mut self,
+        ui: &mut egui::Ui,
+        workspace: &mut Workspace,
+        name: &str,
+    ) {
         let component =
-            desk.project.configuration().and_then(|c| c.system.component(name)).cloned();
+            workspace.project.configuration().and_then(|c| c.system.component(name)).cloned();
         let Some(component) = component else { return };
-        let kinds = std::sync::Arc::clone(desk.project.kinds());
+        let kinds = std::sync::Arc::clone(workspace.project.kinds());
         let kind = kinds.find(&component.kind.value);
         ui.horizontal(|ui| {
             ui.strong("Component");
@@ -30,7 +35,7 @@ impl SystemView {
             let summary = crate::text::paintable(ui.ctx(), &kind.summary).into_owned();
             ui.label(RichText::new(summary).small().weak());
         }
-        repair::component(ui, desk, &component, &mut self.drafts);
+        repair::component(ui, workspace, &component, &mut self.drafts);
         ui.label("Name");
         let form = Form { name: "Component name", hint: "", width: 0.0, rows: 1 };
         let field = Field::Name(name.to_owned());
@@ -45,18 +50,18 @@ impl SystemView {
             self.focus(&response);
         }
         if let Some(kind) = kind {
-            self.parameters(ui, desk, &component, kind);
+            self.parameters(ui, workspace, &component, kind);
         }
-        // Whatever is needed first may have no field to write into.
+        // The first parameter that needs a value may have no text field.
         self.wants_focus = Focus::Nothing;
-        ui.collapsing("Execution", |ui| self.running(ui, desk, &component));
+        ui.collapsing("Execution", |ui| self.running(ui, workspace, &component));
         ui.collapsing("Ports and links", |ui| self.ports(ui, name));
     }
 
     fn parameters(
         &mut self,
         ui: &mut egui::Ui,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
         component: &Component,
         kind: &Manifest,
     ) {
@@ -69,13 +74,13 @@ impl SystemView {
         let (needed, others): (Vec<_>, Vec<_>) =
             kind.parameters.iter().partition(|parameter| parameter.default.is_none());
         for parameter in needed.into_iter().chain(others) {
-            self.parameter(ui, desk, component, parameter);
+            self.parameter(ui, workspace, component, parameter);
         }
     }
 
-    fn running(&mut self, ui: &mut egui::Ui, desk: &Desk, component: &Component) {
+    fn running(&mut self, ui: &mut egui::Ui, workspace: &Workspace, component: &Component) {
         let item = Item::component(&component.name.value);
-        let document = desk.project.document_with(armor_robotfile::Item::System);
+        let document = workspace.project.document_with(armor_robotfile::Item::System);
         let written = |attribute: &str| {
             let document = document?;
             let path = document.find(item.named()?)?;
@@ -110,7 +115,7 @@ impl SystemView {
             (Restart::Always, "always", "always"),
             (Restart::Never, "never", "never"),
         ];
-        let unread = item.named().and_then(|named| desk.project.unread(named, "restart"));
+        let unread = item.named().and_then(|named| workspace.project.unread(named, "restart"));
         let is_it = |restart: Restart| restart == component.restart && unread.is_none();
         let shown = restarts.iter().find(|(restart, ..)| is_it(*restart));
         let shown = unread.unwrap_or(shown.map_or("", |restart| restart.2));

@@ -1,22 +1,22 @@
-//! A fitting editor for each type of parameter. What is wrong with a value is said next to it.
+//! An editor for each type of parameter. A mistake is described next to its value.
 
 use armor_robotfile::model::Component;
 use armor_wire::manifest::{ParameterManifest, ParameterType};
 use armor_wire::quantity::{self, Unit};
 use eframe::egui::{self, Color32, ComboBox, RichText, Slider};
 
-use crate::desk::Desk;
 use crate::panels::fields::Form;
 use crate::panels::path::{Chosen, PathChoice};
 use crate::system::docs;
 use crate::system::properties::field::Field;
 use crate::system::state::SystemView;
+use crate::workspace::Workspace;
 
 impl SystemView {
     pub(super) fn parameter(
         &mut self,
         ui: &mut egui::Ui,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
         component: &Component,
         parameter: &ParameterManifest,
     ) {
@@ -29,7 +29,7 @@ impl SystemView {
             ParameterType::Flag => self.flag(ui, &field, parameter, given.as_deref()),
             ParameterType::Choice => self.choice(ui, &field, parameter, given.as_deref()),
             ParameterType::Colour => self.colour(ui, &field, parameter, &current),
-            ParameterType::Path => self.path(ui, desk, &field, parameter, &current),
+            ParameterType::Path => self.path(ui, workspace, &field, parameter, &current),
             ParameterType::Number | ParameterType::Integer => {
                 self.number(ui, &field, parameter, &current);
             }
@@ -60,7 +60,7 @@ impl SystemView {
         }
     }
 
-    /// The name, what it does, its range, and the way back to the default.
+    /// The name, what it does, its range, and the button that restores the default.
     fn heading(
         &mut self,
         ui: &mut egui::Ui,
@@ -211,7 +211,7 @@ impl SystemView {
             ui.spacing_mut().slider_width = (ui.available_width() - 12.0).max(40.0);
             let slider = ui.add(slider).accessible_name(format!("slider of {}", parameter.name));
             if slider.drag_started() {
-                // Else the field that has it would take the keys, undo among them.
+                // Otherwise the field that has the focus would receive the keys, such as undo.
                 slider.request_focus();
             }
             if slider.changed() {
@@ -227,7 +227,7 @@ impl SystemView {
     fn path(
         &mut self,
         ui: &mut egui::Ui,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
         field: &Field,
         parameter: &ParameterManifest,
         current: &str,
@@ -238,7 +238,7 @@ impl SystemView {
             let button =
                 ui.small_button("choose").accessible_name(format!("choose {}", parameter.name));
             if button.clicked() {
-                let choice = PathChoice::new(&desk.project.folder(), current, "", false);
+                let choice = PathChoice::new(&workspace.project.folder(), current, "", false);
                 self.choosing = Some((field.clone(), choice));
             }
         });
@@ -257,7 +257,7 @@ impl SystemView {
             Chosen::Left => {}
             Chosen::File(path) => {
                 // Paths in a file are relative to it.
-                let folder = desk.project.folder();
+                let folder = workspace.project.folder();
                 let path = path.strip_prefix(&folder).unwrap_or(&path);
                 self.drafts.set(wanted, path.to_string_lossy());
             }

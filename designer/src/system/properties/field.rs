@@ -11,7 +11,7 @@ use crate::view::View;
 /// Which field is to get the focus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::system) enum Focus {
-    /// None: it is where it is.
+    /// None: it stays where it is.
     #[default]
     Nothing,
     /// The first.

@@ -1,15 +1,15 @@
-//! A link: who feeds whom, and what a slow consumer gets.
+//! A link: its output, its input, and what a slow subscriber receives.
 
 use armor_robotfile::model::{LinkMode, Transport};
 use armor_wire::keep::{Keep, Wake};
 use eframe::egui::{self, ComboBox};
 
 use crate::commands::Command;
-use crate::desk::Desk;
 use crate::item::Item;
 use crate::panels::fields::Form;
 use crate::system::properties::field::Field;
 use crate::system::state::SystemView;
+use crate::workspace::Workspace;
 
 /// An attribute with a few values: its name, what it is called, its values with what they mean. The
 /// first value is the default, which the file does not say.
@@ -19,11 +19,11 @@ impl SystemView {
     pub(super) fn link_properties(
         &mut self,
         ui: &mut egui::Ui,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
         from: &str,
         to: &str,
     ) {
-        let found = desk.project.configuration().and_then(|configuration| {
+        let found = workspace.project.configuration().and_then(|configuration| {
             let mut links = configuration.system.links.iter();
             links.find(|link| link.from.data() == from && link.to.data() == to).cloned()
         });
@@ -42,7 +42,7 @@ impl SystemView {
         let item = Item::link(from, to);
         let unread = |attribute| {
             let named = armor_robotfile::Item::Link { from, to };
-            desk.project.unread(named, attribute).map(str::to_owned)
+            workspace.project.unread(named, attribute).map(str::to_owned)
         };
         self.keep(ui, &item, link.keep, unread("keep"));
         let mode = if link.mode == LinkMode::Pull { "pull" } else { "push" };
@@ -91,15 +91,15 @@ impl SystemView {
             self.choices(ui, &item, choice, current, unread(choice.0));
         }
         ui.label("History").on_hover_text("How many of the newest data the input keeps.");
-        let said = || if link.history == 1 { String::new() } else { link.history.to_string() };
-        let history = unread("history").unwrap_or_else(said);
+        let written = || if link.history == 1 { String::new() } else { link.history.to_string() };
+        let history = unread("history").unwrap_or_else(written);
         let form = Form { name: "link history", hint: "1", width: 80.0, rows: 1 };
         let field = Field::Attribute(item, "history");
         let response = self.drafts.text(ui, &field, &history, form, &|text| whole(text, u32::MAX));
         self.focus(&response);
         ui.separator();
         if ui.button("Remove the link").clicked() {
-            desk.order(Command::Delete);
+            workspace.order_command(Command::Delete);
         }
     }
 

@@ -1,0 +1,79 @@
+//! What a view is: its panels, its commands, and what it shows.
+
+use std::collections::BTreeSet;
+
+use eframe::egui;
+
+use crate::canvas::Diagram;
+use crate::commands::Command;
+use crate::item::Item;
+use crate::project::{Documents, Refused};
+use crate::workspace::Workspace;
+
+/// One view: what it shows in which part of the window, and which commands it knows.
+pub trait Pane {
+    /// The panel at the left, if it has one.
+    fn show_left_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        let _ = (ui, workspace);
+    }
+
+    /// The panel at the right: what is selected.
+    fn show_right_panel(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        let _ = (ui, workspace);
+    }
+
+    /// The middle.
+    fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace);
+
+    /// Whether a question is open over the drawing, which takes the keys.
+    fn is_asking(&self) -> bool {
+        false
+    }
+
+    /// Whether a command can be run now; `None` if it is none of this view's.
+    fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool>;
+
+    /// Runs a command of this view's.
+    fn run_command(&mut self, command: Command, ctx: &egui::Context, workspace: &mut Workspace);
+
+    /// Applies the text of the field that is being edited, as if the field were left: saving or
+    /// closing the files must include it. Returns whether it was accepted; if not, a message
+    /// states why.
+    fn finish_field(&mut self, workspace: &mut Workspace) -> bool {
+        let _ = workspace;
+        true
+    }
+
+    /// Returns the text of the field that is being edited, to be backed up with the unsaved work.
+    fn field_draft(&self) -> Option<Draft> {
+        None
+    }
+
+    /// The whole drawing as it is now, for a picture.
+    fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item>;
+
+    /// Selects an item and brings it into view.
+    fn show_item(&mut self, item: Item, workspace: &Workspace);
+
+    /// Selects items without moving the view.
+    fn select_items(&mut self, items: BTreeSet<Item>) {
+        let _ = items;
+    }
+
+    /// Takes what was pasted, if it is for this view.
+    fn paste_text(&mut self, text: &str, workspace: &mut Workspace);
+
+    /// Everything that can be found, with the words it is found by.
+    fn findable_items(&self, workspace: &Workspace) -> Vec<(Item, String)>;
+}
+
+/// The text of a field that is being edited and has not changed the files yet.
+pub struct Draft {
+    /// Changes with each letter.
+    pub revision: u64,
+    /// Makes the change that leaving the field would make.
+    pub change: Box<Edit>,
+}
+
+/// A change of the files.
+pub type Edit = dyn FnOnce(&mut Documents) -> Result<(), Refused>;

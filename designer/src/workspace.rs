@@ -1,0 +1,63 @@
+//! What all views share: the open files, the running system, the settings and the messages.
+
+use eframe::egui;
+
+use crate::commands::{Command, about};
+use crate::item::Item;
+use crate::live::session::Session;
+use crate::messages::Messages;
+use crate::project::{Documents, Project, Refused};
+use crate::settings::Settings;
+
+/// What every view works with.
+pub struct Workspace {
+    /// The open files.
+    pub project: Project,
+    /// The running system, if one is watched.
+    pub live: Session,
+    /// The user's settings.
+    pub settings: Settings,
+    /// The messages.
+    pub messages: Messages,
+    /// Commands that are to be run at the end of this frame.
+    pub commands: Vec<Command>,
+    /// An item that is to be shown at the end of this frame, in whichever view has it.
+    pub shown: Option<Item>,
+}
+
+impl Workspace {
+    /// Runs a command once the frame is drawn.
+    pub fn order_command(&mut self, command: Command) {
+        self.commands.push(command);
+    }
+
+    /// A line of a menu at the pointer that runs a command.
+    pub fn offer_command(&mut self, ui: &mut egui::Ui, command: Command, may: bool) {
+        let entry = about(command);
+        let mut button = egui::Button::new(entry.name);
+        if let Some(keys) = entry.keys {
+            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+        }
+        let button = ui.add_enabled(may, button).on_hover_text(entry.doc);
+        if button.accessible_name(format!("here: {}", entry.name)).clicked() {
+            self.order_command(command);
+            ui.close();
+        }
+    }
+
+    /// Makes one edit of the files as one step of the history. A refusal is shown as a message.
+    /// Returns whether the edit was made.
+    pub fn edit(
+        &mut self,
+        what: impl Into<String>,
+        edit: impl FnOnce(&mut Documents) -> Result<(), Refused>,
+    ) -> bool {
+        match self.project.edit(what, edit) {
+            Ok(()) => true,
+            Err(refused) => {
+                self.messages.warn(refused.to_string());
+                false
+            }
+        }
+    }
+}
