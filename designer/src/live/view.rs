@@ -294,7 +294,7 @@ impl Pane for LiveView {
             let marking = watched.mission.look().marking;
             // Clocks run though nothing is told, but for those of what is out of reach.
             let is_heard = watched.silence().is_none();
-            if is_heard && marking.is_some_and(|marking| !words::is_over(&marking.stage)) {
+            if is_heard && marking.is_some_and(|marking| !words::is_over(marking.stage)) {
                 ui.ctx().request_repaint_after(CLOCKS_EVERY);
             }
         }
