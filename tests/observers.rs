@@ -60,7 +60,7 @@ fn link(watch: &SystemWatch, to: &str) -> Option<ObservedLink> {
 
 /// Returns the links to tools, which `armor graph` lists without an input's name.
 fn tools(system: &System) -> Vec<Value> {
-    let links = system.told(&["graph"]);
+    let links = system.read_json(&["graph"]);
     links
         .into_iter()
         .filter(|link| !link["to"].as_str().is_some_and(|to| to.contains('.')))

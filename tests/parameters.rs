@@ -35,7 +35,7 @@ fn save(system: &System, text: &str) {
 
 /// Returns the published state of the configuration.
 fn state(system: &System) -> Value {
-    let published = || system.told(&["echo", "configuration.state", "-n", "1"]).pop();
+    let published = || system.read_json(&["echo", "configuration.state", "-n", "1"]).pop();
     wait_for("the state of the configuration", published)["value"].take()
 }
 
@@ -134,7 +134,7 @@ fn values_that_check_refuses_or_that_set_overrides_are_not_written() {
     assert_eq!(file(&system), before);
     let (code, _, err) = param(&system, &["get", "lamp.brust"]);
     assert!(code == 1 && err.contains("burst"), "{err}");
-    let list = || Some(system.told(&["param", "list", "lamp"])).filter(|all| !all.is_empty());
+    let list = || Some(system.read_json(&["param", "list", "lamp"])).filter(|all| !all.is_empty());
     let listed = wait_for("the list", list);
     let of = |name: &str| listed.iter().find(|one| one["name"] == name).expect("listed").clone();
     assert_eq!((&of("limit")["value"], &of("limit")["origin"]), (&"7".into(), &"--set".into()));

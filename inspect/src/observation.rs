@@ -55,7 +55,7 @@ pub enum SystemEvent {
     /// The control connection to a process start is up.
     Connected(String, u64),
     /// A process start has sent an answer.
-    Said(String, u64, Answer),
+    Answered(String, u64, Answer),
     /// The control connection to a process start failed or ended, and why.
     Closed(String, u64, String),
     /// Time passes.
@@ -87,7 +87,7 @@ impl SystemPicture {
             SystemEvent::Connected(name, instance) => {
                 self.handle_connected(name, instance, &mut actions)
             }
-            SystemEvent::Said(name, instance, answer) => {
+            SystemEvent::Answered(name, instance, answer) => {
                 self.handle_answer(&name, instance, answer)
             }
             SystemEvent::Closed(name, instance, reason) => {

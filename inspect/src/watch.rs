@@ -159,7 +159,9 @@ fn connect_to(entry: &ComponentEntry, name: &str, inputs: &Sender<WatchInput>) -
         let (inputs, whose) = (inputs.clone(), whose.clone());
         move |event| {
             let event = match event {
-                ControlEvent::Answer(answer) => SystemEvent::Said(whose.clone(), instance, answer),
+                ControlEvent::Answer(answer) => {
+                    SystemEvent::Answered(whose.clone(), instance, answer)
+                }
                 ControlEvent::Closed(reason) => {
                     SystemEvent::Closed(whose.clone(), instance, reason)
                 }

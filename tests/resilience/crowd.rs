@@ -109,7 +109,7 @@ fn a_crowd_of_components_comes_up_on_one_machine() {
     // `armor graph` omits a component that does not answer in time, so the test repeats it.
     let looked = wait_for("every link in the graph", || {
         let since = Instant::now();
-        let edges = system.told(&["graph"]);
+        let edges = system.read_json(&["graph"]);
         let connected = edges.iter().filter(|edge| edge["connected"] == true).count();
         (connected == SIZE * INPUTS.len()).then(|| since.elapsed())
     });

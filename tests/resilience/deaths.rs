@@ -137,7 +137,7 @@ const ONE_THEN_TWO: &str = "
 
 /// Returns the names of the marked places and the number of fired transitions.
 fn marking(system: &System) -> Option<(Vec<String>, u64)> {
-    let shown = system.told(&["mission", "show"]).pop()?;
+    let shown = system.read_json(&["mission", "show"]).pop()?;
     let places = shown["places"].as_array()?.iter();
     let names = places.filter_map(|place| Some(place["place"].as_str()?.to_owned())).collect();
     Some((names, shown["fired"].as_u64()?))

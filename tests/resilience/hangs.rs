@@ -56,7 +56,7 @@ fn stop_for_a_moment(system: &System, name: &str) -> bool {
 /// Returns the counts that `armor graph` prints for the link to `name`: sent, dropped, lost.
 fn shown(system: &System, name: &str) -> Option<[u64; 3]> {
     let to = format!("{name}.a");
-    let edge = system.told(&["graph"]).into_iter().find(|edge| edge["to"] == *to)?;
+    let edge = system.read_json(&["graph"]).into_iter().find(|edge| edge["to"] == *to)?;
     Some(["sent", "dropped", "lost"].map(|field| edge[field].as_u64().expect("a number")))
 }
 

@@ -168,7 +168,7 @@ impl System {
     }
 
     /// Runs `armor` with `arguments` on this system; returns its output, one JSON value per line.
-    pub fn told(&self, arguments: &[&str]) -> Vec<serde_json::Value> {
+    pub fn read_json(&self, arguments: &[&str]) -> Vec<serde_json::Value> {
         let registry = self.registry.to_string();
         let mut command = self.folder.armor(arguments);
         let (code, out, err) =
@@ -180,7 +180,7 @@ impl System {
         out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
-    /// As [`Self::told`], but returns the output as text.
+    /// As [`Self::read_json`], but returns the output as text.
     pub fn shown(&self, arguments: &[&str]) -> String {
         let registry = self.registry.to_string();
         let mut command = self.folder.armor(arguments);

@@ -48,7 +48,7 @@ impl Scene {
     }
 
     fn answer(&mut self, name: &str, instance: u64, answer: Answer) -> bool {
-        self.picture.handle_event(SystemEvent::Said(name.into(), instance, answer), self.now).0
+        self.picture.handle_event(SystemEvent::Answered(name.into(), instance, answer), self.now).0
     }
 
     fn register(&mut self, name: &str, instance: u64) -> Vec<ObserverAction> {
