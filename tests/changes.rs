@@ -69,7 +69,7 @@ fn a_proven_edit_is_played_and_survives_a_restart_of_the_executive() {
     // The file on the disk is now invalid. The restarted executive must not need it.
     save(&system, "<mission nonsense></mission>");
     system.replace("executive");
-    system.run.wait_for_log("goes on where it left off: return", 1);
+    system.run.wait_for_log("continues where it stopped: return", 1);
     let shown = shows(&system, "marked      return");
     assert!(shown.contains("version 2 of the file has been played for"), "{shown}");
     save(&system, &mission("<transition name='now' from='return' to='home' timeout='0s'/>"));
@@ -119,7 +119,7 @@ fn an_unproven_edit_is_refused_and_the_old_net_stays() {
     save(&system, &mission(""));
     wait_for("the version that is played again", || {
         let shown = system.shown(&["mission", "show"]);
-        (shown.contains("marked      explore") && !shown.contains("goes on")).then_some(())
+        (shown.contains("marked      explore") && !shown.contains("continues")).then_some(())
     });
     assert_eq!(system.trace("explorer").count("stopping"), 0, "never disturbed");
     let is_refusal =

@@ -54,7 +54,7 @@ fn an_ousted_operator_ends_immediately_and_stays_ousted() {
     ruth.wait_for_end();
     system.replace("executive");
     shows(&system, "marked      down");
-    assert!(!system.run.log().contains("ruth orders: go on with the command"));
+    assert!(!system.run.log().contains("ruth orders: keep the command"));
     let shown = system.shown(&["mission", "show"]);
     assert!(!shown.contains("command     "), "{shown}");
 }

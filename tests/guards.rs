@@ -82,7 +82,7 @@ fn a_low_battery_sends_the_robot_home_despite_kills_of_the_executive() {
     let code = system.run.code();
     let log = system.run.log();
     assert_eq!(code, Some(0), "{log}");
-    assert!(log.matches("goes on where it left off").count() >= 2, "{log}");
+    assert!(log.matches("continues where it stopped").count() >= 2, "{log}");
     let journal = system.run.out().join("executive.journal");
     let (changes, fired) = story(&Journal::open(&journal).expect("a journal").1.records);
     let last = changes.last().expect("it came to hold");

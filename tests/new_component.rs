@@ -77,7 +77,7 @@ fn mission(folder: &Folder) {
     assert!(shown.contains("marked      one"), "{shown}");
     let executive = pid(folder, "executive").expect("it is registered");
     send_signal(executive, Signal::KILL);
-    run.wait_for_log("goes on where it left off", 1);
+    run.wait_for_log("continues where it stopped", 1);
     let fire = &mut folder.armor(&["mission", "fire", "next", "--within", "60s"]);
     let (code, _, err) = run_to_end(fire);
     assert_eq!(code, 0, "{err}\n{}", run.log());

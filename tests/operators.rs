@@ -107,7 +107,7 @@ fn two_operators_command_one_mission_through_the_death_of_its_executive() {
     assert_eq!(trace.0.len(), before, "it stood still all the time: {:?}", trace.0.last());
     assert_eq!(trace.0[before - 1].words, ["stopping"]);
 
-    orders(&mut ruth, "resume", "the mission goes on");
+    orders(&mut ruth, "resume", "the mission continues");
     system.traced("south", "another tick", |trace| {
         trace.0.last().filter(|note| trace.0.len() > before && note.words == ["tick"]).map(|_| ())
     });

@@ -58,7 +58,7 @@ fn a_mission_resumes_after_all_processes_have_died() {
     let mut again = folder.run("out", &["probes.xml", "--resume"]);
     is_in_second(folder, &again);
     assert!(again.log().contains("continues mission relay, "), "{}", again.log());
-    assert!(again.log().contains("goes on where it left off: second"), "{}", again.log());
+    assert!(again.log().contains("continues where it stopped: second"), "{}", again.log());
     assert_eq!(system.trace("one").count("started"), 1, "its work was done before");
 
     // A new run in the same folder keeps the unfinished mission, which can be resumed there.

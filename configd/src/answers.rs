@@ -5,7 +5,9 @@ use std::path::Path;
 use armor_robotfile::mission::PlaceParameter;
 use armor_robotfile::model::{self, Component};
 use armor_robotfile::{Configuration, Manifests, Mission};
-use armor_wire::config::{Assigned, ComponentSettings, InputSettings, ListedParameter, cut_text};
+use armor_wire::config::{
+    Assigned, ComponentSettings, InputSettings, ListedParameter, ListedType, cut_text,
+};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::transport::Transport;
 
@@ -129,7 +131,7 @@ pub(crate) fn list_parameters(
         ListedParameter {
             component: component.name.value.clone(),
             name: known.name.clone(),
-            kind: known.kind.to_string(),
+            kind: ListedType(Some(known.kind)),
             value: cut_text(value),
             unit: known.unit.clone(),
             origin: cut_text(origin),

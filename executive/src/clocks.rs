@@ -6,8 +6,9 @@ use crate::time::{ClockReadings, Deadlines, FollowedTime};
 use armor_plan::Plan;
 use armor_sdk::node::SystemNode;
 use armor_sdk::{ClockReading, Passage};
+use parking_lot::Mutex;
+use std::sync::Arc;
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Reads both clocks.
@@ -23,10 +24,6 @@ struct SharedTime {
     anchor: Option<Anchor>,
     /// The executive has been woken and has not read the time yet: no need to wake it again.
     is_woken: bool,
-}
-
-fn lock(shared: &Mutex<SharedTime>) -> MutexGuard<'_, SharedTime> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Clocks {
@@ -59,7 +56,7 @@ impl Clocks {
             return;
         };
         let hear = move |reading: ClockReading, passage: Passage| {
-            let mut shared = lock(&shared);
+            let mut shared = shared.lock();
             if let Some(anchor) = shared.time.read(reading, passage) {
                 shared.anchor = Some(anchor);
             }
@@ -79,7 +76,7 @@ impl Clocks {
         let host = Duration::from_nanos(u64::try_from(host).unwrap_or(0));
         match &self.followed {
             None => host.into(),
-            Some(shared) => ClockReadings { mission: lock(shared).time.now(), host },
+            Some(shared) => ClockReadings { mission: shared.lock().time.now(), host },
         }
     }
 
@@ -95,7 +92,8 @@ impl Clocks {
     /// Reads the time that follows data. Returns the life to be written down if the data has jumped
     /// or has another source.
     pub(crate) fn look(&mut self) -> Option<&Life> {
-        let mut shared = lock(self.followed.as_ref()?);
+        let mut shared = self.followed.as_ref()?.lock();
+        // Under the same lock as the reading: data that arrives later wakes the executive again.
         shared.is_woken = false;
         self.life.anchor = Some(shared.anchor.take()?);
         drop(shared);

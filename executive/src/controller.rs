@@ -24,6 +24,7 @@ mod wishes;
 
 use crate::event::{ControllerAction, ControllerEvent};
 use crate::judging::{MoveQuestion, VersionQuestion};
+use crate::ledger::applying::replay_records;
 use crate::ledger::{Ledger, LedgerError, MissionStage};
 use crate::record::{JournalEntry, JournalRecord};
 use crate::roster::ProcessPresence;
@@ -110,7 +111,7 @@ impl Controller {
         if records.is_empty() {
             return Ok(Self::new(plan, now));
         }
-        Ok(Self::resume_from(Ledger::replay(plan, records)?, now))
+        Ok(Self::resume_from(replay_records(plan, records)?, now))
     }
 
     /// Continues with the ledger that the journal gives.

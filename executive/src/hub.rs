@@ -227,6 +227,8 @@ impl Hub {
         }
         peer.connecting = false;
         let entry = peer.entry.as_ref()?;
+        // A new process is not used before the old one has ended: it may still move the robot, and
+        // its end could be mistaken for that of its successor.
         let predecessor = peer.process.filter(|_| peer.instance != entry.instance);
         let made = made.filter(|_| !predecessor.is_some_and(ProcessStart::lives));
         let Some(connection) = made else {

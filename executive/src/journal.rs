@@ -43,7 +43,7 @@ pub enum JournalError {
         error: serde_json::Error,
     },
     /// The journal is longer than 1 GiB, far beyond the length at which it is cut.
-    #[error("journal {0} is longer than 1 GiB; move it away to begin anew")]
+    #[error("journal {0} is longer than 1 GiB; move it away to begin the mission again")]
     TooLong(PathBuf),
 }
 
@@ -112,7 +112,7 @@ impl Story {
     }
 
     /// How many records were ever written, including those that a snapshot has replaced.
-    pub fn told(&self) -> u64 {
+    pub fn count_records(&self) -> u64 {
         match self.records.first() {
             Some(JournalRecord { entry: JournalEntry::Snapshot(snapshot), .. }) => {
                 snapshot.records + self.records.len() as u64 - 1

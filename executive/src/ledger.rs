@@ -1,26 +1,29 @@
-//! What has been decided: marking, firings in flight, activations, standing reports. It changes by
-//! records alone ([`Ledger::apply`]), so replaying the journal gives the same ledger, to the
-//! nanosecond.
+//! What has been decided: marking, firings in flight, activations, standing reports.
+//!
+//! It changes by records alone (`applying.rs`), so replaying the journal gives the same ledger, to
+//! the nanosecond. The other files in `ledger/` that take a `Ledger` are the parts of that; nothing
+//! here imports them.
 
 pub(crate) mod activation;
+pub(crate) mod applying;
 pub(crate) mod authority;
 #[cfg(test)]
 mod comparison;
 mod error;
 pub(crate) mod firing;
+pub(crate) mod firing_steps;
 pub(crate) mod gates;
 mod orders;
 mod reports;
-mod snapshot;
+pub(crate) mod snapshot;
 pub(crate) mod stage;
-mod transfer;
+pub(crate) mod transfer;
 
 use crate::order::Judged;
-use crate::record::{JournalEntry, JournalRecord};
-use crate::terms::{Cause, GuardTurned, MissionOutcome, Tokens, ValueSet};
+use crate::terms::{Cause, MissionOutcome, Tokens};
 use armor_petri::{FiringClass, NetState, PlaceId, TransitionId};
-use armor_plan::{ComponentId, DatePhase, GivenValue, Plan, PlannedCounter};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use armor_plan::{ComponentId, Plan};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -30,14 +33,11 @@ pub(crate) use activation::Activation;
 pub(crate) use authority::{Authority, Consent};
 pub use authority::{Lease, Pause};
 #[cfg(test)]
-pub(crate) use comparison::check_same;
+pub(crate) use comparison::{check_same, has_report};
 pub use error::LedgerError;
 pub use firing::{Firing, Phase};
 pub(crate) use gates::DateState;
 pub use stage::MissionStage;
-
-/// How many of the last transitions fired are remembered, for people to look at.
-const HISTORY: usize = 20;
 
 /// All that is decided, and nothing that is merely observed.
 #[derive(Clone, Debug)]
@@ -97,87 +97,6 @@ impl Ledger {
             version_since: Duration::ZERO,
             plan,
         }
-    }
-
-    /// Plays a whole journal.
-    ///
-    /// # Errors
-    /// At the first record that does not fit.
-    pub fn replay(plan: Arc<Plan>, records: &[JournalRecord]) -> Result<Self, LedgerError> {
-        let mut ledger = Self::new(plan);
-        for record in records {
-            ledger.apply(record)?;
-        }
-        Ok(ledger)
-    }
-
-    /// Takes one record in.
-    ///
-    /// # Errors
-    /// If it does not fit; the ledger is not to be used further then.
-    pub fn apply(&mut self, record: &JournalRecord) -> Result<(), LedgerError> {
-        if let JournalEntry::Snapshot(snapshot) = &record.entry {
-            *self = Self::from_snapshot(Arc::clone(&self.plan), snapshot, record.at)?;
-            return Ok(());
-        }
-        self.records += 1;
-        self.at = self.at.max(record.at);
-        self.state.advance(self.at);
-        match &record.entry {
-            JournalEntry::Snapshot(_) => {}
-            JournalEntry::Began { mission, fingerprint, .. } => {
-                self.check_mission(mission, fingerprint)?;
-            }
-            JournalEntry::Changed { version, fingerprint, .. } => {
-                self.take_version(version, fingerprint)?;
-            }
-            JournalEntry::Refused { .. } => {}
-            JournalEntry::Took { firing, cause, from, to, sets, guards, .. } => {
-                self.begin_firing(*firing, cause, from, to)?;
-                self.set_values(sets, guards)?;
-            }
-            JournalEntry::Stopped { firing } => {
-                let at = self.at;
-                let firing = self.firing_mut(*firing)?;
-                (firing.phase, firing.since) = (Phase::Starting, at);
-            }
-            JournalEntry::Activating { component, activation, values } => {
-                self.begin_activation(self.find_component(component)?, *activation, values);
-            }
-            JournalEntry::Redirected { firing, to, .. } => self.redirect_firing(*firing, to)?,
-            JournalEntry::Put { firing } => self.put_tokens(*firing)?,
-            JournalEntry::Heard { component, instance, serial, report } => {
-                self.take_report(self.find_component(component)?, (*instance, *serial), report);
-            }
-            JournalEntry::Ordered(judged) => self.carry_out(judged)?,
-            JournalEntry::Asked { transition } => {
-                self.set_consent(transition, Consent::Asked(self.at))?;
-            }
-            JournalEntry::Unanswered { transition, fires: true } => {
-                self.set_consent(transition, Consent::Granted)?;
-            }
-            JournalEntry::Unanswered { transition, fires: false } => {
-                self.set_consent(transition, Consent::Declined)?;
-            }
-            JournalEntry::LinkLost { .. } => self.authority.lose_link(self.at),
-            JournalEntry::Held { .. } => self.begin_pause("the executive"),
-            JournalEntry::Guard { transition, holds, .. } => self.set_guard(transition, *holds)?,
-            JournalEntry::Dated { transition, phase, .. } => {
-                self.set_date_phase(transition, *phase)?;
-            }
-            JournalEntry::Retreated { why } => self.begin_retreat(why),
-            JournalEntry::GaveUp { why } => {
-                self.why.clone_from(why);
-                self.firings.clear();
-                self.stage = MissionStage::Ending(MissionOutcome::Failed);
-                self.end_pause();
-            }
-            JournalEntry::Ended { outcome } => self.stage = MissionStage::Ended(*outcome),
-        }
-        self.forget_what_no_longer_counts();
-        let state = &self.state;
-        self.authority.retain_consents(|id| state.enabled_since(id).is_some());
-        Ok(())
     }
 
     /// Returns the plan in force.
@@ -340,11 +259,6 @@ impl Ledger {
         self.authority.pause.is_some() && !of_safety && !to_safety()
     }
 
-    /// Returns the values of an activation that begins now.
-    pub(crate) fn values_for(&self, component: ComponentId) -> Vec<GivenValue> {
-        self.values_with(component, &[], None)
-    }
-
     fn is_marked(&self, component: ComponentId) -> bool {
         let places = &self.plan.component(component).places;
         places.iter().any(|place| self.state.tokens(*place) > 0)
@@ -357,135 +271,6 @@ impl Ledger {
             tokens,
         };
         tokens.iter().map(name).collect()
-    }
-
-    fn check_mission(&self, mission: &str, fingerprint: &str) -> Result<(), LedgerError> {
-        if mission == self.plan.mission() && fingerprint == self.plan.fingerprint() {
-            return Ok(());
-        }
-        Err(LedgerError::OtherMission {
-            mission: mission.to_owned(),
-            fingerprint: fingerprint.to_owned(),
-        })
-    }
-
-    fn begin_firing(
-        &mut self,
-        number: u64,
-        cause: &Cause,
-        from: &[Tokens],
-        to: &[Tokens],
-    ) -> Result<(), LedgerError> {
-        let (from, to) = (self.resolve_tokens(from)?, self.resolve_tokens(to)?);
-        let mut leaving: BTreeSet<_> = from.iter().map(|arc| arc.0).collect();
-        match cause {
-            Cause::Transition(name) => self.take_tokens(name)?,
-            Cause::Start | Cause::Retreat => leaving = self.plan.place_ids().collect(),
-            Cause::Failure { place, .. } => {
-                for &(from, tokens) in &from {
-                    let refused = |why| LedgerError::NotAllowed { what: place.clone(), why };
-                    self.state.remove(from, tokens).map_err(refused)?;
-                }
-            }
-        }
-        self.last_firing = self.last_firing.max(number);
-        let renewing = self.to_renew(&to, None);
-        let firing = Firing {
-            cause: cause.clone(),
-            from,
-            to,
-            phase: Phase::Stopping,
-            since: self.at,
-            redirected: false,
-            leaving,
-            renewing,
-        };
-        self.firings.insert(number, firing);
-        Ok(())
-    }
-
-    fn take_tokens(&mut self, name: &str) -> Result<(), LedgerError> {
-        let id = self.find_transition(name)?;
-        let refused = |why| LedgerError::NotAllowed { what: name.to_owned(), why };
-        self.state.take(id).map_err(refused)?;
-        self.authority.forget_consent(id);
-        self.fired += 1;
-        self.history.push_back((name.to_owned(), self.at));
-        if self.history.len() > HISTORY {
-            self.history.pop_front();
-        }
-        if self.plan.transition(id).dates.is_some() {
-            self.gates.use_date(id);
-            self.set_gate(id);
-        }
-        if let Some(on) = &self.plan.transition(id).on {
-            let on = on.clone();
-            self.standing.remove(&on);
-            self.set_gates(&on);
-        }
-        Ok(())
-    }
-
-    fn set_guard(&mut self, name: &str, is_true: bool) -> Result<(), LedgerError> {
-        let id = self.find_transition(name)?;
-        self.gates.set_guard(id, is_true);
-        self.set_gate(id);
-        Ok(())
-    }
-
-    fn redirect_firing(&mut self, number: u64, to: &[Tokens]) -> Result<(), LedgerError> {
-        let (to, at) = (self.resolve_tokens(to)?, self.at);
-        let renewing = self.to_renew(&to, Some(number));
-        let firing = self.firing_mut(number)?;
-        firing.leaving.extend(firing.to.iter().map(|arc| arc.0));
-        (firing.to, firing.renewing) = (to, renewing);
-        (firing.phase, firing.since, firing.redirected) = (Phase::Stopping, at, true);
-        Ok(())
-    }
-
-    fn put_tokens(&mut self, number: u64) -> Result<(), LedgerError> {
-        let firing = self.firings.remove(&number).ok_or(LedgerError::UnknownFiring(number))?;
-        for &(place, tokens) in &firing.to {
-            let what = || self.plan.net().place(place).to_owned();
-            let refused = |why| LedgerError::NotAllowed { what: what(), why };
-            self.state.add(place, tokens).map_err(refused)?;
-        }
-        // A pause can prevent the fresh start of a component; it then starts after the pause, and
-        // its old reports must not count until then.
-        for component in firing.renewing {
-            let activation = &mut self.activations[component.index()];
-            (activation.done, activation.failed, activation.interrupted) = (false, None, false);
-            self.forget_reports_of(component);
-        }
-        self.conclude_if_ended();
-        Ok(())
-    }
-
-    fn begin_retreat(&mut self, why: &str) {
-        self.why = why.to_owned();
-        self.firings.clear();
-        self.state.clear();
-        self.end_pause();
-        let Some(safe) = self.plan.safe() else {
-            self.stage = MissionStage::Ending(MissionOutcome::Failed);
-            return;
-        };
-        self.stage = MissionStage::Retreating;
-        self.last_firing += 1;
-        let to = vec![(safe, 1)];
-        let firing = Firing {
-            cause: Cause::Retreat,
-            from: Vec::new(),
-            renewing: self.to_renew(&to, None),
-            to,
-            // Each component of the safe place starts as soon as those it excludes are off; a
-            // brake does not wait for a camera.
-            phase: Phase::Starting,
-            since: self.at,
-            redirected: true,
-            leaving: self.plan.place_ids().collect(),
-        };
-        self.firings.insert(self.last_firing, firing);
     }
 
     fn resolve_tokens(&self, tokens: &[Tokens]) -> Result<Vec<(PlaceId, u32)>, LedgerError> {
@@ -508,6 +293,13 @@ impl Ledger {
         self.firings.get_mut(&number).ok_or(LedgerError::UnknownFiring(number))
     }
 
+    /// Ends a pause, if there is one: the net's clocks run again.
+    fn end_pause(&mut self) -> Option<Pause> {
+        let pause = self.authority.end_pause(self.at)?;
+        self.state.release();
+        Some(pause)
+    }
+
     /// Ends the mission if its goal or its safe place is marked. A pause delays the end at the
     /// goal.
     fn conclude_if_ended(&mut self) {
@@ -526,62 +318,11 @@ impl Ledger {
         }
     }
 
-    fn set_date_phase(&mut self, name: &str, phase: DatePhase) -> Result<(), LedgerError> {
-        let id = self.find_transition(name)?;
-        self.gates.set_date_phase(id, phase);
-        self.set_gate(id);
-        Ok(())
-    }
-
     /// Opens or shuts the gate of a transition: open while guard, report and dates all let it fire.
     fn set_gate(&mut self, id: TransitionId) {
         let on = self.plan.transition(id).on.as_ref();
         let is_reported = on.is_none_or(|on| self.standing.contains_key(on));
         let open = self.guard_holds(id) && is_reported && self.is_in_date(id);
         self.state.set_gate(id, open);
-    }
-
-    /// Sets the variables of a firing. It does so when the tokens are taken, so that the next
-    /// decision is made with the new values.
-    fn set_values(&mut self, sets: &[ValueSet], guards: &[GuardTurned]) -> Result<(), LedgerError> {
-        for set in sets {
-            let named = |counter: &PlannedCounter| counter.name == set.variable;
-            let index = self.plan.counters().iter().position(named);
-            let index = index.ok_or_else(|| LedgerError::UnknownName(set.variable.clone()))?;
-            self.counters[index] = set.value;
-        }
-        guards.iter().try_for_each(|turned| self.set_guard(&turned.transition, turned.holds))
-    }
-
-    /// The components of a firing's places that run and have to be started afresh: those that have
-    /// finished, and those that get other values. `firing` is its number, if it is in flight.
-    fn to_renew(&self, to: &[(PlaceId, u32)], firing: Option<u64>) -> BTreeSet<ComponentId> {
-        let mut renewed = self.finished_in(to);
-        let components = to.iter().flat_map(|arc| &self.plan.place(arc.0).components);
-        renewed.extend(components.filter(|component| {
-            let last = &self.activations[component.index()];
-            let is_same = |values: &[GivenValue]| {
-                let terms = values.iter().map(GivenValue::terms);
-                terms.eq(last.values.iter().map(GivenValue::terms))
-            };
-            let runs = last.open && self.plan.component(**component).is_controlled();
-            runs && last.number > 0 && !is_same(&self.values_with(**component, to, firing))
-        }));
-        renewed
-    }
-
-    /// Returns the values of a component from the marked places, the places that firings in flight
-    /// lead to (without the firing `except`), and `to`.
-    fn values_with(
-        &self,
-        component: ComponentId,
-        to: &[(PlaceId, u32)],
-        except: Option<u64>,
-    ) -> Vec<GivenValue> {
-        let flights = self.firings.iter().filter(|(number, _)| Some(**number) != except);
-        let arriving: BTreeSet<_> =
-            flights.flat_map(|(_, firing)| &firing.to).chain(to).map(|arc| arc.0).collect();
-        let is_marked = |place: PlaceId| self.state.tokens(place) > 0 || arriving.contains(&place);
-        self.plan.values_in(component, is_marked)
     }
 }

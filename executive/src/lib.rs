@@ -1,7 +1,7 @@
 //! The executive: plays a mission over the components of a system.
 //!
-//! [`Controller`] is the pure state machine that plays a plan, [`Ledger`] what it has decided, record
-//! by record; [`run()`] puts it between sockets and a journal. Start with `controller.rs`.
+//! [`Controller`] is the pure state machine that plays a plan, [`Ledger`] what it has decided,
+//! record by record; [`run()`] puts it between sockets and a journal. Start with `controller.rs`.
 
 mod answer;
 mod clocks;
@@ -34,6 +34,7 @@ pub use event::{ControllerAction, ControllerEvent};
 pub use follow::Newer;
 pub use incoming_order::IncomingOrder;
 pub use judging::{MoveQuestion, VersionQuestion};
+pub use ledger::applying::{apply_record, replay_records};
 pub use ledger::{Firing, Lease, Ledger, LedgerError, MissionStage, Pause, Phase};
 pub use record::{JournalEntry, JournalRecord};
 pub use roster::{Doing, ProcessPresence};

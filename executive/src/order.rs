@@ -119,7 +119,7 @@ impl fmt::Display for MissionOrder {
             }
             Self::Confirm(transition) => write!(f, "confirm {transition}"),
             Self::Decline(transition) => write!(f, "decline {transition}"),
-            Self::Rejoin => f.write_str("go on with the command"),
+            Self::Rejoin => f.write_str("keep the command"),
         }
     }
 }

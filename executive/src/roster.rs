@@ -1,5 +1,5 @@
-//! The components as observed, as opposed to what is decided: present or not, running or not, and the
-//! command that is not confirmed yet.
+//! The components as observed, as opposed to what is decided: present or not, running or not, and
+//! the command that is not confirmed yet.
 
 use armor_plan::{ComponentId, Plan, PlanLimits};
 use std::time::Duration;
@@ -147,8 +147,8 @@ impl Roster {
         };
     }
 
-    /// Notes that its connection or its process is gone. An order to stop stays: it is about the component,
-    /// not about one process of it.
+    /// Notes that its connection or its process is gone. An order to stop stays: it is about the
+    /// component, not about one process of it.
     pub(crate) fn left(
         &mut self,
         component: ComponentId,
@@ -165,8 +165,8 @@ impl Roster {
         }
     }
 
-    /// Takes its report of what it does, unless that is about an earlier activation than the one it was
-    /// commanded last: such a report was sent before the command arrived.
+    /// Takes its report of what it does, unless that is about an earlier activation than the one it
+    /// was commanded last: such a report was sent before the command arrived.
     pub(crate) fn note_doing(&mut self, component: ComponentId, doing: Doing, activation: u64) {
         let observed = self.of_mut(component);
         if observed.presence != ProcessPresence::Here || activation < observed.commanded {

@@ -8,6 +8,8 @@ use crate::follow::{Newer, follow};
 use crate::gathering;
 use crate::hub::{ExecutiveInput, Hub};
 use crate::journal::{self, Journal, JournalError, Story};
+use crate::ledger::applying::replay_records;
+use crate::ledger::snapshot::snapshot_of;
 use crate::ledger::{Ledger, LedgerError};
 use crate::order::Judged;
 use crate::record::JournalEntry;
@@ -60,7 +62,7 @@ pub enum RunError {
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// The journal is not one of this mission.
-    #[error("journal {path}: {error}; move it away to begin anew")]
+    #[error("journal {path}: {error}; move it away to begin the mission again")]
     Resume {
         /// The file.
         path: PathBuf,
@@ -120,7 +122,7 @@ pub fn run(
         Controller::resume_from(ledger, now)
     };
     if !story.records.is_empty() {
-        say_where(&controller);
+        log_where(&controller);
     }
     let hub = Hub::new(plan, sender.clone());
     let mut executive = ExecutiveLoop {
@@ -138,8 +140,9 @@ pub fn run(
     };
     let mut outcome = executive.perform_actions(actions)?;
     if is_lost {
-        // Only after the records of the retreat are on disk. A journal with this line and no records
-        // looks like a mission that has not begun, and a restarted executive would begin it.
+        // Only after the records of the retreat are on disk. A journal with this line and no
+        // records looks like a mission that has not begun, and a restarted executive would begin
+        // it.
         executive.journal.begin(executive.clocks.life().clone())?;
         executive.journal.sync()?;
     }
@@ -162,7 +165,7 @@ fn read_again(
     };
     let began = Arc::new(began.map_err(RunError::Mission)?);
     let refused = |error| RunError::Resume { path: options.journal.clone(), error };
-    Ledger::replay(began, &story.records).map_err(refused)
+    replay_records(began, &story.records).map_err(refused)
 }
 
 fn describe_loss(journal: &Path) -> String {
@@ -173,12 +176,12 @@ fn describe_loss(journal: &Path) -> String {
     )
 }
 
-fn say_where(controller: &Controller) {
+fn log_where(controller: &Controller) {
     let marking = controller.marking(0.0);
     let places = marking.places.iter().map(|marked| marked.place.clone());
     let firings = marking.in_flight.iter().map(|firing| format!("{} under way", firing.cause));
     let all: Vec<_> = places.chain(firings).collect();
-    tracing::info!("goes on where it left off: {}", all.join(", "));
+    tracing::info!("continues where it stopped: {}", all.join(", "));
 }
 
 /// A mission with dates begins only with a clock that is known to be right. One that has begun
@@ -341,7 +344,7 @@ impl ExecutiveLoop {
         }
         self.journal.sync()?;
         if self.journal.is_longer_than(self.cut_at) {
-            self.journal.cut(self.clocks.life().clone(), self.controller.ledger().snapshot())?;
+            self.journal.cut(self.clocks.life().clone(), snapshot_of(self.controller.ledger()))?;
         }
         if publish || self.shown.is_none() {
             self.publish_marking();
@@ -460,7 +463,7 @@ fn log_entry(entry: &JournalEntry) {
         JournalEntry::GaveUp { why } => tracing::error!("gives up: {why}"),
         JournalEntry::Ended { outcome } => tracing::info!("the mission has ended: {outcome:?}"),
         JournalEntry::Changed { .. } => tracing::info!("{entry}"),
-        JournalEntry::Refused { .. } => tracing::warn!("{entry}; the one before goes on"),
+        JournalEntry::Refused { .. } => tracing::warn!("{entry}; the one before stays in force"),
         JournalEntry::Snapshot(_)
         | JournalEntry::Began { .. }
         | JournalEntry::Stopped { .. }

@@ -62,7 +62,7 @@ impl fmt::Display for JournalEntry {
             Self::Dated { transition, phase, used, utc } => match phase {
                 DatePhase::Open => write!(f, "the date of {transition} has come, at {utc}"),
                 DatePhase::Early => {
-                    write!(f, "the date of {transition} is to come again: the clock says {utc}")
+                    write!(f, "the date of {transition} is to come again: the clock shows {utc}")
                 }
                 DatePhase::Past => {
                     let how = if *used { "" } else { " unused" };

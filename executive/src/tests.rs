@@ -1,4 +1,5 @@
-//! Tests of the whole controller: scenarios step by step, and random missions against random worlds.
+//! Tests of the whole controller: scenarios step by step, and random missions against random
+//! worlds.
 
 mod scenarios;
 mod simulation;

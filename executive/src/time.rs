@@ -59,8 +59,8 @@ impl FollowedTime {
         self.now
     }
 
-    /// Takes in a reading. Where the data jumps, or comes from another process start, no time passes;
-    /// the new anchor is to be written down then.
+    /// Takes in a reading. Where the data jumps, or comes from another process start, no time
+    /// passes; the new anchor is to be written down then.
     pub(crate) fn read(&mut self, reading: ClockReading, passage: Passage) -> Option<Anchor> {
         let holds = self
             .anchor
@@ -145,7 +145,7 @@ mod tests {
         let anchor = Anchor { instance: 7, stamp_s: 1000.0, at_ns: 1_000_000_000 };
         let mut same = FollowedTime::new(3 * SECOND, Some(anchor));
         assert_eq!(same.read(reading(1010.0, 7), Passage::Begins), None);
-        assert_eq!(same.now(), 11 * SECOND, "time has passed while nobody played");
+        assert_eq!(same.now(), 11 * SECOND, "time has passed while no executive ran");
         let mut other = FollowedTime::new(3 * SECOND, Some(anchor));
         assert!(other.read(reading(1010.0, 8), Passage::Begins).is_some());
         assert_eq!(other.now(), 3 * SECOND, "the journal's last record is all that is known");

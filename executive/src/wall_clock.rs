@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// A change of the clock against mission time that dates can tell.
-const WORTH_TELLING: Duration = Duration::from_millis(1);
+/// The smallest shift of the clock against mission time that matters to dates.
+const MIN_SHIFT: Duration = Duration::from_millis(1);
 /// How long a program may take to answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(3);
 /// How far off the clock may be by chrony's own bound, in seconds. Appointments are kept to the
@@ -47,7 +47,7 @@ impl Calendar {
     pub(crate) fn news(&mut self, utc: Date, now: Duration) -> Option<ControllerEvent> {
         let at_start = utc.earlier(now);
         let moved = |sent: Date| sent.after(at_start).or(at_start.after(sent));
-        if self.sent.and_then(moved).is_some_and(|by| by <= WORTH_TELLING) {
+        if self.sent.and_then(moved).is_some_and(|by| by <= MIN_SHIFT) {
             return None;
         }
         self.sent = Some(at_start);
@@ -90,7 +90,9 @@ pub(crate) fn describe_doubts(doubts: &str) -> String {
 fn read_timedatectl(text: &str) -> ClockOpinion {
     match text.trim() {
         "yes" => ClockOpinion::Kept,
-        "no" => ClockOpinion::Doubt("the kernel says that nobody synchronises it".to_owned()),
+        "no" => {
+            ClockOpinion::Doubt("the kernel reports that no service synchronises it".to_owned())
+        }
         other => ClockOpinion::Doubt(format!("timedatectl answers {other:?}")),
     }
 }
@@ -102,14 +104,14 @@ fn read_chrony(text: &str) -> ClockOpinion {
     let seconds = |index: usize| fields.get(index).and_then(|field| field.parse::<f64>().ok());
     match (seconds(10), seconds(11), fields.get(13)) {
         (_, _, Some(&"Not synchronised")) => {
-            ClockOpinion::Doubt("chrony says that it is not synchronised".to_owned())
+            ClockOpinion::Doubt("chrony reports that it is not synchronised".to_owned())
         }
         (Some(delay_s), Some(dispersion_s), Some(_)) => {
             let off_s = delay_s / 2.0 + dispersion_s;
             if off_s <= MOST_OFF_S {
                 return ClockOpinion::Kept;
             }
-            ClockOpinion::Doubt(format!("chrony says that it may be off by {off_s:.1} s"))
+            ClockOpinion::Doubt(format!("chrony reports that it may be off by {off_s:.1} s"))
         }
         _ => ClockOpinion::Doubt("chronyc answers something else than expected".to_owned()),
     }
@@ -174,7 +176,7 @@ mod tests {
             ClockOpinion::Doubt(why) => why,
             ClockOpinion::Kept => panic!("no doubt"),
         };
-        assert!(doubt(read_timedatectl("no\n")).contains("nobody"));
+        assert!(doubt(read_timedatectl("no\n")).contains("no service"));
         assert!(doubt(read_timedatectl("")).contains("\"\""));
         let tracking = |delay: &str, leap: &str| {
             format!(

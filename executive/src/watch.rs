@@ -10,10 +10,11 @@ use armor_sdk::tap::{Tap, TapData};
 use armor_sdk::wire::keep::Keep;
 use armor_sdk::wire::quantity::Unit;
 use armor_sdk::wire::schema::{FieldPath, Schema};
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// How long to wait for a provider or for data before checking whether the mission is over.
@@ -71,7 +72,7 @@ impl GuardWatching {
             outputs.entry(&watch.data).or_default().push((id, watch.field.clone()));
         }
         self.watched = plan.watches().len();
-        lock(&self.shared.missing).extend(outputs.keys().map(|data| (*data).to_owned()));
+        self.shared.missing.lock().extend(outputs.keys().map(|data| (*data).to_owned()));
         let shared = &self.shared;
         for (data, fields) in outputs {
             let directory = self
@@ -94,7 +95,7 @@ impl GuardWatching {
 
     /// Takes the news of a watch.
     pub(crate) fn news(&self, watch: WatchId) -> Vec<ControllerEvent> {
-        let Some(news) = lock(&self.shared.news).remove(&watch) else {
+        let Some(news) = self.shared.news.lock().remove(&watch) else {
             return Vec::new();
         };
         let value = news.value.map(|value| ControllerEvent::Sensed { watch, value });
@@ -106,7 +107,7 @@ impl GuardWatching {
 
     /// Returns an output that a guard reads and that is not linked yet.
     pub(crate) fn unlinked(&self) -> Option<String> {
-        lock(&self.shared.missing).first().cloned()
+        self.shared.missing.lock().first().cloned()
     }
 }
 
@@ -114,11 +115,6 @@ impl Drop for GuardWatching {
     fn drop(&mut self) {
         self.shared.over.store(true, Ordering::Relaxed);
     }
-}
-
-/// Ignores poisoning: a thread that panicked cannot leave these maps half changed.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Watches one output.
@@ -143,7 +139,7 @@ impl Watcher {
         while !self.shared.over.load(Ordering::Relaxed) {
             match Tap::open(&self.directory, &self.data, Keep::Latest, LOOK_EVERY) {
                 Ok(tap) => {
-                    lock(&self.shared.missing).retain(|data| *data != self.data);
+                    self.shared.missing.lock().retain(|data| *data != self.data);
                     self.follow(tap);
                     for (watch, _) in &self.fields {
                         self.send_news(*watch, |news| news.unlinked = true);
@@ -220,7 +216,9 @@ impl Watcher {
 
     /// Changes the news of a watch, and wakes the executive if it had none.
     fn send_news(&self, watch: WatchId, change: impl FnOnce(&mut WatchNews)) {
-        let mut all = lock(&self.shared.news);
+        let mut all = self.shared.news.lock();
+        // One message per watch, until the executive has taken its news: fast data cannot fill the
+        // channel.
         let is_first = !all.contains_key(&watch);
         change(all.entry(watch).or_default());
         drop(all);

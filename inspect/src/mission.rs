@@ -89,13 +89,8 @@ impl MissionLook {
         // A stamp of 0: the executive has not received the clock yet, so no time has passed.
         let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
         let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
-        marking.now_at_s + if is_over(&marking.stage) { 0.0 } else { age_s }
+        marking.now_at_s + if marking.stage.has_ended() { 0.0 } else { age_s }
     }
-}
-
-/// Whether the mission has ended, which stops its time.
-fn is_over(stage: &str) -> bool {
-    matches!(stage, "goal" | "safe" | "failed")
 }
 
 /// Watches the mission of a system until it is dropped: one link to the executive, and one to the

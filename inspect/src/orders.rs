@@ -207,7 +207,7 @@ impl OrderThread {
 fn order_text(order: &Order) -> String {
     match order {
         Order::Lease => "take the command".into(),
-        Order::Rejoin => "go on with the command".into(),
+        Order::Rejoin => "keep the command".into(),
         Order::Release => "give the command back".into(),
         Order::Fire { transition } => format!("fire {transition}"),
         Order::Pause => "pause".into(),

@@ -1,6 +1,6 @@
 //! Texts about a running mission, shared by the command line and the designer.
 
-use armor_marking::{EnabledTransition, Marking};
+use armor_marking::{EnabledTransition, FiringDecider, Marking};
 
 /// Returns a duration as text, such as `3.2 s` or `1 min 15 s`; a negative one counts as zero.
 pub fn format_duration(seconds: f64) -> String {
@@ -34,13 +34,13 @@ pub fn describe_enabled(enabled: &EnabledTransition, now_s: f64) -> String {
         left_s => format!("in {}", format_duration(left_s)),
     };
     let name = &enabled.transition;
-    let who = match enabled.by.as_str() {
-        "operator" => ", by the operator",
-        "confirmation" => ", if the operator confirms it",
-        "declined" => {
+    let who = match enabled.by {
+        FiringDecider::Mission => "",
+        FiringDecider::Operator => ", by the operator",
+        FiringDecider::Confirmation => ", if the operator confirms it",
+        FiringDecider::Declined => {
             return format!("{name} was declined; it asks again the next time it is enabled");
         }
-        _ => "",
     };
     let (first, last) = (enabled.earliest_at_s, enabled.latest_at_s);
     let until = match last {
@@ -55,13 +55,18 @@ pub fn describe_enabled(enabled: &EnabledTransition, now_s: f64) -> String {
 mod tests {
     use super::*;
 
-    fn enabled(by: &str, at_s: f64, until_s: Option<f64>, held: bool) -> EnabledTransition {
+    fn enabled(
+        by: FiringDecider,
+        at_s: f64,
+        until_s: Option<f64>,
+        held: bool,
+    ) -> EnabledTransition {
         EnabledTransition {
             transition: "late".into(),
             enabled_at_s: 0.0,
             earliest_at_s: at_s,
             latest_at_s: until_s,
-            by: by.into(),
+            by,
             held,
         }
     }
@@ -82,16 +87,24 @@ mod tests {
         let check = |enabled: EnabledTransition, now_s, expected: &str| {
             assert_eq!(describe_enabled(&enabled, now_s), expected);
         };
-        check(enabled("mission", 150.0, Some(150.0), false), 30.0, "late in 2 min 00 s");
         check(
-            enabled("mission", 10.0, Some(90.0), false),
+            enabled(FiringDecider::Mission, 150.0, Some(150.0), false),
+            30.0,
+            "late in 2 min 00 s",
+        );
+        check(
+            enabled(FiringDecider::Mission, 10.0, Some(90.0), false),
             30.0,
             "late now, at the latest in 1 min 00 s",
         );
-        check(enabled("operator", 0.0, None, false), 30.0, "late now, by the operator");
+        check(
+            enabled(FiringDecider::Operator, 0.0, None, false),
+            30.0,
+            "late now, by the operator",
+        );
         let held = "late in 20.0 s, if the operator confirms it, once the mission resumes";
-        check(enabled("confirmation", 50.0, None, true), 30.0, held);
+        check(enabled(FiringDecider::Confirmation, 50.0, None, true), 30.0, held);
         let declined = "late was declined; it asks again the next time it is enabled";
-        check(enabled("declined", 0.0, None, false), 30.0, declined);
+        check(enabled(FiringDecider::Declined, 0.0, None, false), 30.0, declined);
     }
 }

@@ -11,7 +11,7 @@ use crate::transport::Transport;
 
 pub use records::{
     ChangeKind, ChangeRecord, ChangeSubject, ConfigurationState, FindingRecord, FindingSeverity,
-    ListedParameter, MAX_RECORD_TEXT_LEN, MAX_RECORDS, cut_text,
+    ListedParameter, ListedType, MAX_RECORD_TEXT_LEN, MAX_RECORDS, cut_text,
 };
 
 /// From a component or a tool to configd.

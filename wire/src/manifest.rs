@@ -74,6 +74,19 @@ pub enum ParameterType {
     Colour,
 }
 
+impl ParameterType {
+    /// All types.
+    pub const ALL: [Self; 7] = [
+        Self::Number,
+        Self::Integer,
+        Self::Text,
+        Self::Choice,
+        Self::Path,
+        Self::Flag,
+        Self::Colour,
+    ];
+}
+
 impl fmt::Display for ParameterType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

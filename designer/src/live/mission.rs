@@ -1,7 +1,9 @@
 //! The state of the mission, and the buttons of an operator.
 
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
-use armor_marking::{Confirmation, Marking};
+use armor_marking::{
+    Confirmation, DateWindow, FiringDecider, Marking, MarkingStage, UnansweredAction,
+};
 use armor_sdk::control::Order;
 use eframe::egui::{self, RichText, TextEdit};
 
@@ -45,7 +47,7 @@ impl Panel {
         self.moves.show(ui, &giving, &marking, places);
         giving.refusal(ui, &marking);
         show_circumstances(ui, &marking, now_s);
-        if !look.problem.is_empty() && !is_over(&marking.stage) && watched.silence().is_none() {
+        if !look.problem.is_empty() && !is_over(marking.stage) && watched.silence().is_none() {
             let colours = CanvasColours::of(ui.visuals());
             ui.colored_label(colours.warning, printable(ui, &look.problem));
         }
@@ -95,14 +97,18 @@ fn show_stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<
     let colours = CanvasColours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.strong(&marking.mission);
-        let colour = match marking.stage.as_str() {
-            "goal" => colours.good,
-            "playing" if silence.is_none() => colours.good,
-            "playing" => colours.weak,
-            "failed" => colours.error,
-            _ => colours.warning,
+        let colour = match marking.stage {
+            MarkingStage::Goal => colours.good,
+            MarkingStage::Playing if silence.is_none() => colours.good,
+            MarkingStage::Playing => colours.weak,
+            MarkingStage::Failed => colours.error,
+            MarkingStage::Paused
+            | MarkingStage::Retreating
+            | MarkingStage::Ending
+            | MarkingStage::Stopping
+            | MarkingStage::Safe => colours.warning,
         };
-        ui.colored_label(colour, RichText::new(&marking.stage).strong());
+        ui.colored_label(colour, RichText::new(marking.stage.as_str()).strong());
         ui.label(format_duration(now_s)).on_hover_text("Mission time");
         ui.weak(format!("{} fired", marking.fired));
     });
@@ -160,7 +166,10 @@ fn show_questions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now
 }
 
 fn unanswered(asked: &Confirmation, now_s: f64) -> String {
-    let what = if asked.unanswered == "fire" { "fires" } else { "does not fire" };
+    let what = match asked.unanswered {
+        UnansweredAction::Fire => "fires",
+        UnansweredAction::Decline => "does not fire",
+    };
     match asked.answer_by_at_s {
         None => "It waits for an answer.".to_owned(),
         Some(_) if asked.put_off => "The time to answer is paused.".to_owned(),
@@ -197,7 +206,7 @@ fn show_transitions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, n
     let clock_s = transition_clock(marking, now_s);
     for enabled in &marking.enabled {
         ui.horizontal_wrapped(|ui| {
-            if enabled.by == "operator" {
+            if enabled.by == FiringDecider::Operator {
                 let name = format!("Fire {}", enabled.transition);
                 let why_not = if enabled.held {
                     Some("The mission is paused: resume it first.")
@@ -229,7 +238,7 @@ fn show_facts(ui: &mut egui::Ui, marking: &Marking) {
         );
         ui.weak(printable(ui, &text));
     }
-    for date in marking.dates.iter().filter(|date| date.phase != "past" || !date.used) {
+    for date in marking.dates.iter().filter(|date| date.phase != DateWindow::Past || !date.used) {
         let from = date.not_before.as_deref().unwrap_or("any time");
         let until = date.not_after.as_deref().unwrap_or("any time");
         ui.weak(format!("{} from {from} until {until}: {}", date.transition, date.phase));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
-use armor_marking::{EnabledTransition, MarkedPlace, Marking};
+use armor_marking::{EnabledTransition, FiringDecider, MarkedPlace, Marking};
 
 use crate::canvas::CanvasColours;
 use crate::canvas::{Badge, Diagram, DiagramNode, Mark, NodeShape, Outline};
@@ -82,10 +82,12 @@ fn transition(
         _ if asks => (Some(colours.warning), Some("asks".into()), "asks for confirmation".into()),
         Some(enabled) => {
             let left_s = enabled.earliest_at_s - now_s;
-            let badge = match enabled.by.as_str() {
+            let badge = match enabled.by {
                 _ if left_s > 0.0 => format!("in {}", format_duration(left_s)),
-                "operator" => "by operator".into(),
-                _ => "waits".into(),
+                FiringDecider::Operator => "by operator".into(),
+                FiringDecider::Mission | FiringDecider::Confirmation | FiringDecider::Declined => {
+                    "waits".into()
+                }
             };
             (Some(colours.selected), Some(badge), describe_enabled(enabled, now_s))
         }

@@ -20,7 +20,7 @@ pub struct Giving<'a> {
 impl<'a> Giving<'a> {
     /// For the mission that stands so.
     pub fn to(watched: &'a Watched, marking: &Marking, author: &'a str) -> Self {
-        let over = is_over(&marking.stage).then_some("The mission is over.");
+        let over = is_over(marking.stage).then_some("The mission is over.");
         Self { client: &watched.orders, author, closed: watched.silence().or(over) }
     }
 

@@ -68,7 +68,7 @@ impl Session {
             Command::Stop => self.run.is_some(),
             Command::Detach => self.run.is_none() && self.watched.is_some(),
             Command::Pause => {
-                marking().is_some_and(|it| it.pause.is_none() && !words::is_over(&it.stage))
+                marking().is_some_and(|it| it.pause.is_none() && !words::is_over(it.stage))
             }
             Command::Resume => marking().is_some_and(|it| it.pause.is_some()),
             _ => false,

@@ -295,7 +295,7 @@ impl Pane for LiveView {
             let marking = watched.mission.look().marking;
             // Clocks run between two reports; those of a system that is out of reach stand.
             let is_heard = watched.silence().is_none();
-            if is_heard && marking.is_some_and(|marking| !words::is_over(&marking.stage)) {
+            if is_heard && marking.is_some_and(|marking| !words::is_over(marking.stage)) {
                 ui.ctx().request_repaint_after(CLOCKS_EVERY);
             }
         }

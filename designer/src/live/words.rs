@@ -1,10 +1,11 @@
 //! Whether a mission is over, and texts of processes as the fonts can show them.
 
+use armor_marking::MarkingStage;
 use eframe::egui;
 
 /// Whether nothing more can be ordered.
-pub fn is_over(stage: &str) -> bool {
-    matches!(stage, "goal" | "safe" | "failed" | "stopping")
+pub fn is_over(stage: MarkingStage) -> bool {
+    stage.has_ended() || stage == MarkingStage::Stopping
 }
 
 /// What a process states, as the fonts can show it.

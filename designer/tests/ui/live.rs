@@ -7,11 +7,15 @@ use armor_inspect::log::LogLine;
 use armor_inspect::{
     DEAD_AFTER, MissionLook, ParameterClient, SetReport, SystemEvent, SystemPicture,
 };
-use armor_marking::{Confirmation, EnabledTransition, Fired, MarkedPlace, Marking, Paused};
+use armor_marking::{
+    Confirmation, EnabledTransition, Fired, FiringDecider, MarkedPlace, Marking, MarkingStage,
+    Paused, UnansweredAction,
+};
 use armor_sdk::configuration::ParameterList;
 use armor_sdk::control::{Answer, InputStatus, LinkStatus, OutputStatus, RunState, Status};
 use armor_sdk::directory::DirectoryChange;
-use armor_wire::config::{FindingRecord, FindingSeverity, ListedParameter};
+use armor_wire::config::{FindingRecord, FindingSeverity, ListedParameter, ListedType};
+use armor_wire::manifest::ParameterType;
 use armor_wire::registry::ComponentEntry;
 use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
 use egui_kittest::kittest::Queryable;
@@ -130,12 +134,12 @@ fn picture() -> SystemPicture {
 }
 
 fn marking() -> Marking {
-    let enabled = |name: &str, by: &str, at_s| EnabledTransition {
+    let enabled = |name: &str, by, at_s| EnabledTransition {
         transition: name.into(),
         enabled_at_s: 0.0,
         earliest_at_s: at_s,
         latest_at_s: None,
-        by: by.into(),
+        by,
         held: false,
     };
     Marking {
@@ -144,14 +148,14 @@ fn marking() -> Marking {
         mission: "bench".into(),
         now_at_s: 30.0,
         clock: String::new(),
-        stage: "playing".into(),
+        stage: MarkingStage::Playing,
         why: String::new(),
         places: vec![MarkedPlace { place: "explore".into(), tokens: 1, active: true }],
         in_flight: Vec::new(),
         enabled: vec![
-            enabled("recall", "operator", 0.0),
-            enabled("land", "confirmation", 0.0),
-            enabled("late", "mission", 90.0),
+            enabled("recall", FiringDecider::Operator, 0.0),
+            enabled("land", FiringDecider::Confirmation, 0.0),
+            enabled("late", FiringDecider::Mission, 90.0),
         ],
         variables: Vec::new(),
         guards: Vec::new(),
@@ -169,7 +173,7 @@ fn marking() -> Marking {
             transition: "land".into(),
             asked_at_s: 20.0,
             answer_by_at_s: Some(40.0),
-            unanswered: "decline".into(),
+            unanswered: UnansweredAction::Decline,
             put_off: false,
         }],
         orders: Vec::new(),
@@ -194,7 +198,7 @@ fn parameters() -> ParameterList {
     let speed = ListedParameter {
         component: "arm".into(),
         name: "speed".into(),
-        kind: "number".into(),
+        kind: ListedType(Some(ParameterType::Number)),
         value: "0.5".into(),
         unit: "m/s".into(),
         range: "0 to 1".into(),

@@ -1,5 +1,6 @@
 //! Who commands the mission: the pause, the lease, open questions and the last orders.
 
+use crate::word::words;
 use armor_wire::Message;
 
 /// A pause of the mission.
@@ -45,10 +46,20 @@ pub struct Confirmation {
     /// Until when an answer is waited for, if not for ever.
     #[message(unit = "s")]
     pub answer_by_at_s: Option<f64>,
-    /// What it does without an answer: `fire` or `decline`.
-    pub unanswered: String,
+    /// What it does without an answer.
+    pub unanswered: UnansweredAction,
     /// Whether that time stands still, in a pause or until the operator is back.
     pub put_off: bool,
+}
+
+words! {
+    /// What a transition does when no operator answers its question in time.
+    pub enum UnansweredAction {
+        /// It fires.
+        Fire = "fire",
+        /// It does not fire.
+        Decline = "decline",
+    }
 }
 
 /// An order that was given.

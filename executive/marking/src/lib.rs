@@ -7,12 +7,14 @@ mod change;
 mod command;
 mod dates;
 mod marking;
+mod state;
 mod word;
 
 pub use change::{ChangeState, MissionChange};
-pub use command::{Confirmation, Holder, OrderGiven, Paused};
-pub use dates::DateStand;
+pub use command::{Confirmation, Holder, OrderGiven, Paused, UnansweredAction};
+pub use dates::{DateStand, DateWindow, MissedAction};
 pub use marking::{
     EnabledTransition, Fired, GuardTruth, InFlight, MarkedPlace, Marking, MissionComponent,
     ParameterGiven, VariableValue,
 };
+pub use state::{FiringDecider, FlightPhase, MarkingStage, MissionComponentState, TruthValue};

@@ -3,10 +3,11 @@
 use crate::change::MissionChange;
 use crate::command::{Confirmation, Holder, OrderGiven, Paused};
 use crate::dates::DateStand;
+use crate::state::{FiringDecider, FlightPhase, MarkingStage, MissionComponentState, TruthValue};
 use armor_wire::Message;
 
-/// The state of the mission: the message of the output `executive.marking`. Times named `…_at_s` are
-/// mission time, in seconds since its start.
+/// The state of the mission: the message of the output `executive.marking`. Times named `…_at_s`
+/// are mission time, in seconds since its start.
 #[derive(Message, Clone, Debug, PartialEq)]
 #[message(wire = "armor_wire")]
 pub struct Marking {
@@ -20,8 +21,8 @@ pub struct Marking {
     pub now_at_s: f64,
     /// The data that mission time follows; empty if it is the host's.
     pub clock: String,
-    /// `playing`, `paused`, `retreating`, `ending`, `stopping`, or how it ended.
-    pub stage: String,
+    /// Its stage, or how it ended.
+    pub stage: MarkingStage,
     /// Why it retreats or has given up; empty if it does not.
     pub why: String,
     /// The places that hold tokens.
@@ -92,8 +93,8 @@ pub struct InFlight {
     pub from: Vec<String>,
     /// Places they will be put into.
     pub to: Vec<String>,
-    /// `stopping` or `starting`.
-    pub phase: String,
+    /// What it waits for.
+    pub phase: FlightPhase,
     /// The components whose confirmation it waits for.
     pub waits_for: Vec<String>,
 }
@@ -113,9 +114,8 @@ pub struct EnabledTransition {
     /// When it must have fired, if ever.
     #[message(unit = "s")]
     pub latest_at_s: Option<f64>,
-    /// Who lets it fire: `mission`, `operator`, `confirmation` (the mission asks first), or
-    /// `declined` (it has asked, and does again when it is newly enabled).
-    pub by: String,
+    /// Who decides that it fires.
+    pub by: FiringDecider,
     /// Whether a pause stops its clock; its times count from the beginning of the pause then.
     pub held: bool,
 }
@@ -142,8 +142,8 @@ pub struct GuardTruth {
     pub transition: String,
     /// The guard.
     pub guard: String,
-    /// `true`, `false` or `not known`.
-    pub truth: String,
+    /// Its value.
+    pub truth: TruthValue,
     /// The values it looks at, in words.
     pub because: String,
 }
@@ -156,8 +156,8 @@ pub struct MissionComponent {
     pub component: String,
     /// Whether the mission activates and freezes it.
     pub controlled: bool,
-    /// `active`, `frozen`, `starting`, `commanded`, `lost`, `gone`, or `unseen`.
-    pub state: String,
+    /// What it does, as far as it is known.
+    pub state: MissionComponentState,
     /// Its last activation by this mission; 0 if there was none.
     pub activation: u64,
     /// The values that places gave its parameters when that began.

@@ -48,8 +48,8 @@ impl Agenda {
         }
     }
 
-    /// Sets the start of an enabled transition's clock to a moment in the past; during a hold, to one
-    /// no later than the beginning of the hold.
+    /// Sets the start of an enabled transition's clock to a moment in the past; during a hold, to
+    /// one no later than the beginning of the hold.
     pub(crate) fn set_since(
         &mut self,
         net: &Net,

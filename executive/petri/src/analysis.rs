@@ -1,9 +1,9 @@
 //! Analysis of a net before it runs. A negative result comes with a counterexample; if a budget ran
 //! out, the result is "undecided".
 //!
-//! The untimed analysis ([`explore_states()`], [`invariants`], [`boundedness`]) considers tokens only.
-//! Intervals, priorities, classes and gates can only remove behaviour, so whatever it excludes never
-//! happens in a run. [`classes`] and [`durations`] consider time.
+//! The untimed analysis ([`explore_states()`], [`invariants`], [`boundedness`]) considers tokens
+//! only. Intervals, priorities, classes and gates can only remove behaviour, so whatever it
+//! excludes never happens in a run. [`classes`] and [`durations`] consider time.
 
 pub mod boundedness;
 pub mod budget;

@@ -176,7 +176,8 @@ fn check_transition(transition: &NetTransition, places: u32) -> Result<(), NetEr
     }
 }
 
-/// Merges parallel arcs into one per place, in the order of first mention; `None` if a sum overflows.
+/// Merges parallel arcs into one per place, in the order of first mention; `None` if a sum
+/// overflows.
 fn merge_arcs(arcs: &[(PlaceId, u32)]) -> Option<Vec<(PlaceId, u32)>> {
     let mut merged: Vec<(PlaceId, u32)> = Vec::with_capacity(arcs.len());
     let mut position = HashMap::new();

@@ -80,7 +80,8 @@ pub struct NetTransition {
     pub priority: i32,
     /// When it may and must fire, counted from the moment it became enabled.
     pub interval: FiringInterval,
-    /// Whether it is enabled only while the caller keeps its gate open (an event, a guard, an operator).
+    /// Whether it is enabled only while the caller keeps its gate open (an event, a guard, an
+    /// operator).
     pub gated: bool,
 }
 

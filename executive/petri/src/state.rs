@@ -64,8 +64,8 @@ impl NetState {
     }
 
     /// Returns the state of another net at the same moment, with the given marking and all gates
-    /// closed; a hold continues. All clocks start at this moment: [`NetState::resume_clock`] corrects
-    /// those of transitions that were enabled before.
+    /// closed; a hold continues. All clocks start at this moment: [`NetState::resume_clock`]
+    /// corrects those of transitions that were enabled before.
     ///
     /// # Panics
     /// If the numbers are not as many as the places.
@@ -81,8 +81,8 @@ impl NetState {
         state
     }
 
-    /// Sets the start of an enabled transition's clock to `since`, or to now if that is later. Has no
-    /// effect if the transition is not enabled.
+    /// Sets the start of an enabled transition's clock to `since`, or to now if that is later. Has
+    /// no effect if the transition is not enabled.
     pub fn resume_clock(&mut self, id: TransitionId, since: Duration) {
         if self.agenda.enabled_since(id).is_some() {
             let net = Arc::clone(&self.net);
@@ -110,22 +110,22 @@ impl NetState {
         self.agenda.enabled_since(id)
     }
 
-    /// Returns the latest moment for an enabled transition to fire; `None` if it is not enabled or has
-    /// no such moment.
+    /// Returns the latest moment for an enabled transition to fire; `None` if it is not enabled or
+    /// has no such moment.
     pub fn deadline(&self, id: TransitionId) -> Option<Duration> {
         let since = self.agenda.enabled_since(id)?;
         Some(deadline(&self.net, id, since)).filter(|at| *at != Duration::MAX)
     }
 
-    /// Returns when an enabled transition may fire; `None` if it is not enabled. For a held one it is
-    /// the moment without the hold.
+    /// Returns when an enabled transition may fire; `None` if it is not enabled. For a held one it
+    /// is the moment without the hold.
     pub fn earliest(&self, id: TransitionId) -> Option<Duration> {
         let since = self.agenda.enabled_since(id)?;
         Some(since.saturating_add(self.net.transition(id).interval.earliest))
     }
 
-    /// Returns the enabled transitions: those that may fire now, in conflict order, then the waiting
-    /// ones, then the held ones.
+    /// Returns the enabled transitions: those that may fire now, in conflict order, then the
+    /// waiting ones, then the held ones.
     pub fn enabled(&self) -> impl Iterator<Item = TransitionId> {
         self.agenda
             .ready_transitions()
@@ -133,14 +133,14 @@ impl NetState {
             .chain(self.agenda.stopped_transitions())
     }
 
-    /// Begins a hold: stops the clocks of the ordinary class. Held transitions are still enabled and
-    /// disabled, but never ready. Has no effect during a hold.
+    /// Begins a hold: stops the clocks of the ordinary class. Held transitions are still enabled
+    /// and disabled, but never ready. Has no effect during a hold.
     pub fn hold(&mut self) {
         self.agenda.begin_hold(&self.net, self.now);
     }
 
-    /// Ends a hold: each clock continues from its value at the beginning of the hold, or from 0 if its
-    /// transition became enabled during it. Costs time for every enabled transition.
+    /// Ends a hold: each clock continues from its value at the beginning of the hold, or from 0 if
+    /// its transition became enabled during it. Costs time for every enabled transition.
     pub fn release(&mut self) {
         self.agenda.end_hold(&self.net, self.now);
     }
@@ -155,8 +155,8 @@ impl NetState {
         self.agenda.held_since()
     }
 
-    /// Returns the transitions that may fire now, in conflict order: safety class, priority, earliest
-    /// deadline, order in the file.
+    /// Returns the transitions that may fire now, in conflict order: safety class, priority,
+    /// earliest deadline, order in the file.
     pub fn ready(&self) -> impl Iterator<Item = TransitionId> {
         self.agenda.ready_transitions()
     }
@@ -225,7 +225,8 @@ impl NetState {
     }
 
     /// Does the first half of a firing: takes the input tokens and empties the reset places. The
-    /// caller puts the outputs later, with [`NetState::add`]. Returns how late it is after its deadline.
+    /// caller puts the outputs later, with [`NetState::add`]. Returns how late it is after its
+    /// deadline.
     ///
     /// # Errors
     /// If it may not fire now; the state is unchanged then.
@@ -242,7 +243,8 @@ impl NetState {
         for &place in &net.transition(id).resets {
             self.set_tokens(place, 0);
         }
-        // The clock of the fired transition restarts even if enough tokens are left to keep it enabled.
+        // The clock of the fired transition restarts even if enough tokens are left to keep it
+        // enabled.
         if self.agenda.enabled_since(id).is_some() {
             self.agenda.enable_transition(&net, id, self.now);
         }

@@ -46,8 +46,8 @@ impl NetStep {
 }
 
 impl NetState {
-    /// Fires the first ready transition until none is ready, without letting time pass. A transition
-    /// whose outputs would overflow a place ends the step.
+    /// Fires the first ready transition until none is ready, without letting time pass. A
+    /// transition whose outputs would overflow a place ends the step.
     ///
     /// # Errors
     /// If more than `bound` transitions fire; the state is the one after the last of them.

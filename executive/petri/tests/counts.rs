@@ -237,7 +237,7 @@ fn unbounded_growth_is_found_with_a_sequence_that_shows_it() {
         [&[('o', 1)][..], &[('i', 1), ('o', 2)], &[('r', 1), ('o', 1)], &[('i', 2), ('o', 3)]]
     {
         let net = small(2, arcs);
-        let pumping = pumping_on_walks(&net).expect("it grows at once");
+        let pumping = pumping_on_walks(&net).expect("it grows immediately");
         assert_eq!((pumping.prefix.len(), pumping.cycle.len()), (0, 1), "{arcs:?}");
         assert!(matches!(explored(&net).ending, ExplorationEnd::Unbounded(_)), "{arcs:?}");
     }
@@ -332,8 +332,8 @@ proptest! {
                     prop_assert!(bounds.of(place).is_none_or(|bound| most <= bound));
                 }
                 let last = space.states() as u32 - 1;
-                let way = space.way_to(last).expect("ways were asked for");
-                prop_assert_eq!(rules.play(net.initial(), &way), Some(space.marking(last)));
+                let path = space.path_to(last).expect("paths were requested");
+                prop_assert_eq!(rules.play(net.initial(), &path), Some(space.marking(last)));
             }
             (Some(_), ending) => prop_assert!(false, "finite, and {ending:?}"),
             (None, ExplorationEnd::Complete) => prop_assert!(space.states() > LIMIT as u64),

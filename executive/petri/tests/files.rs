@@ -50,7 +50,7 @@ fn every_keyword_of_the_net_format_is_read() {
         "# a comment\nnet {a \\{net\\}}\n\
          tr t1 : {go on} [4,9] p1 p2*2 p3?2 {p 4}?-3 -> p1 p5*2K\n\
          tr t2 [0.5,w[ ->\n  pl p1 (3)\npl p6 : six (1M) t1 t2*2 -> t3*2 t3?4\n\
-         lb p2 two\nnt n1 0 {said\n# nothing\n}\n # another\npr t1 t2 > t3\npr t3 < t2\n",
+         lb p2 two\nnt n1 0 {note\n# nothing\n}\n # another\npr t1 t2 > t3\npr t3 < t2\n",
     )
     .unwrap();
     let net = &file.net;

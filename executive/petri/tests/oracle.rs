@@ -137,7 +137,7 @@ impl Oracle {
 
     fn release(&mut self) {
         for id in self.net.transition_ids().filter(|id| !self.runs(*id)).collect::<Vec<_>>() {
-            let stood = self.now - self.held.expect("whoever stands is held");
+            let stood = self.now - self.held.expect("a clock that stands is held");
             self.since[id.index()] = self.since[id.index()].map(|since| since + stood);
         }
         self.held = None;

@@ -18,8 +18,8 @@ fn agrees(net: &Net) -> Option<(u64, u64)> {
     }
     assert_eq!(reduced.deadlocks, full.space.deadlocks());
     assert!(reduced.states <= full.space.states());
-    if let Some((way, marking)) = &reduced.first {
-        assert_eq!(FiringRules::new(net).play(net.initial(), way).as_ref(), Some(marking));
+    if let Some((path, marking)) = &reduced.first {
+        assert_eq!(FiringRules::new(net).play(net.initial(), path).as_ref(), Some(marking));
     }
     Some((reduced.states, full.space.states()))
 }

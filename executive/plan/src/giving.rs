@@ -34,7 +34,8 @@ impl Plan {
                 }
             }
         }
-        // Two places that give the same values in another order are no reason to start a component again.
+        // Two places that give the same values in another order are no reason to start a component
+        // again.
         found.sort_by(|one, other| one.parameter.cmp(&other.parameter));
         found
     }

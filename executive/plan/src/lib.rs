@@ -1,9 +1,11 @@
 //! Mission file → plan: what the executive plays, checks and proves.
 //!
-//! [`Plan`] is a net with what its places activate and its transitions wait for, all names resolved.
-//! [`Plan::of`] compiles one from a configuration, [`Plan::over`] one that follows a running mission.
+//! [`Plan`] is a net with what its places activate and its transitions wait for, all names
+//! resolved. [`Plan::of`] compiles one from a configuration, [`Plan::over`] one that follows a
+//! running mission.
 
 mod builder;
+mod canonical;
 mod compile;
 mod counters;
 mod dates;

@@ -1,8 +1,9 @@
 //! The plan: a net, what each place activates, what excludes what, and how long things may take.
 
+use crate::canonical::canonical_text;
 use crate::counters::PlannedCounter;
 use crate::dates::PlannedDates;
-use crate::guards::{Operand, PlannedVariable, Watch, WatchId};
+use crate::guards::{PlannedVariable, Watch, WatchId};
 use crate::limits::{OnResume, PlanLimits};
 use crate::planned::{ComponentId, PlannedComponent, PlannedPlace, PlannedTransition};
 use crate::version::Version;
@@ -211,46 +212,11 @@ impl Plan {
         self
     }
 
-    /// Sixteen hexadecimal digits that change when the net or what it activates does; a journal
-    /// belongs to one of them. What is watched under which number is not in it: that depends on the
-    /// versions there were before.
+    /// Returns sixteen hexadecimal digits that change when the mission does; a journal belongs to
+    /// one of them. They hash the plan's canonical text (`canonical.rs`).
     pub fn fingerprint(&self) -> String {
-        let watch = |id: WatchId| &self.watches[id.index()];
-        let transition = |planned: &PlannedTransition| {
-            let guard = planned.guard.as_ref().map(|guard| {
-                let operand = |operand: &Operand| match operand {
-                    Operand::Field(id) => format!("{:?}", watch(*id)),
-                    Operand::Variable(index) => self.variables[*index].name.clone(),
-                    Operand::Counter(index) => format!("={}", self.counters[*index].name),
-                };
-                (guard.guard.to_string(), guard.operands.iter().map(operand).collect::<Vec<_>>())
-            });
-            (PlannedTransition { guard: None, ..planned.clone() }, guard)
-        };
-        let variable = |planned: &PlannedVariable| {
-            let plain = PlannedVariable { source: WatchId(0), ..planned.clone() };
-            (plain, watch(planned.source))
-        };
-        // Where a value is written is not what it is.
-        let place = |planned: &PlannedPlace| {
-            let mut planned = planned.clone();
-            planned.values.iter_mut().for_each(|given| given.1.origin.clear());
-            planned
-        };
-        let text = format!(
-            "{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}{:?}",
-            self.net.places(),
-            self.net.initial(),
-            self.net.transitions(),
-            self.components,
-            self.places.iter().map(place).collect::<Vec<_>>(),
-            self.transitions.iter().map(transition).collect::<Vec<_>>(),
-            self.variables.iter().map(variable).collect::<Vec<_>>(),
-            self.counters,
-            (self.goal, self.safe, self.period, self.on_resume, &self.mission)
-        );
         // FNV-1a, 64 bits: stable from build to build, unlike the standard library's hasher.
-        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        let hash = canonical_text(self).bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
         });
         format!("{hash:016x}")

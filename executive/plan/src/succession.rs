@@ -16,8 +16,8 @@ pub fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
     Ok(plan.numbered(version.number))
 }
 
-/// Checks that no component changes between commanded and always active: a component learns only when it
-/// starts whether a mission commands it.
+/// Checks that no component changes between commanded and always active: a component learns only
+/// when it starts whether a mission commands it.
 pub fn fits(next: &Plan, running: &Plan) -> Result<(), String> {
     for (was, is) in running.components.iter().zip(&next.components) {
         let name = &was.name;
@@ -73,7 +73,7 @@ impl Plan {
     }
 
     /// Returns the transition of `self` that continues as `id` of the plan that follows.
-    pub fn goes_on_as(&self, next: &Self, id: TransitionId) -> Option<TransitionId> {
+    pub fn continues_as(&self, next: &Self, id: TransitionId) -> Option<TransitionId> {
         let known = self.transition_named(&next.net.transition(id).name)?;
         (self.terms(known) == next.terms(id)).then_some(known)
     }

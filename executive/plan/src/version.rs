@@ -34,7 +34,8 @@ impl Version {
         Self { number, files: configuration.sources.iter().map(file).collect() }
     }
 
-    /// Reads the configuration. Values that override the file are not in it: no plan depends on them.
+    /// Reads the configuration. Values that override the file are not in it: no plan depends on
+    /// them.
     ///
     /// # Errors
     /// What is wrong with it.

@@ -23,9 +23,9 @@ const NEWLY_ENABLED: &str = "/newly-enabled";
 /// What comes behind the name of a transition that would set a variable to what it cannot be.
 const OUTSIDE: &str = "/outside";
 
-/// A mission's net as it is analysed. It ends where the goal or the safe place is marked. A component may
-/// fail to stop, start or last at any time, where the file has a place for that; an operator who is asked
-/// may not answer; the variables that transitions set are places.
+/// A mission's net as it is analysed. It ends where the goal or the safe place is marked. A
+/// component may fail to stop, start or last at any time, where the file has a place for that; an
+/// operator who is asked may not answer; the variables that transitions set are places.
 #[derive(Clone, Debug)]
 pub struct Analysed {
     /// The net. Its places are those of the mission, then two for each variable. Several of its
@@ -33,8 +33,8 @@ pub struct Analysed {
     pub net: Net,
     /// What each of its transitions is called in the mission; names that the mission does not have
     /// are `transition/on-stop-fail`, `transition/on-start-fail`, `transition/declined`,
-    /// `transition/newly-enabled`, `transition/outside` and `place/on-failure`. The second half of a
-    /// firing, where it is one of its own, has none.
+    /// `transition/newly-enabled`, `transition/outside` and `place/on-failure`. The second half of
+    /// a firing, where it is one of its own, has none.
     pub shown: Vec<String>,
     /// Which transition of the plan each of its transitions is, if it is one.
     pub(super) sources: Vec<Option<TransitionId>>,
@@ -44,7 +44,8 @@ pub struct Analysed {
     pub(super) pairs: Vec<Pair>,
     /// Why variables are not followed, if they are not.
     pub(super) open: Option<TooMany>,
-    /// Transitions whose clocks keep running in a mission when another copy takes over, and restart here.
+    /// Transitions whose clocks keep running in a mission when another copy takes over, and restart
+    /// here.
     pub(super) loosened: Vec<String>,
     /// Starts that may have to wait.
     pub(super) starts: Vec<DelayedStart>,

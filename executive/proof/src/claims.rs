@@ -34,10 +34,10 @@ fn is_of_the_start(statement: &Statement) -> bool {
 fn finding(text: &Spanned<String>, verdict: ClaimVerdict) -> Option<Finding> {
     match verdict {
         ClaimVerdict::Holds => None,
-        ClaimVerdict::Fails(reason, remedy, way) => {
+        ClaimVerdict::Fails(reason, remedy, path) => {
             let message = format!("this check does not hold: {reason}");
             let mut finding = Finding::new(Code::CheckFails, &text.at, message).remedy(remedy);
-            finding.way = way;
+            finding.way = path;
             Some(finding)
         }
         ClaimVerdict::Undecided(why) => {

@@ -49,37 +49,37 @@ impl Proof<'_> {
             Latest::At(most) => {
                 format!("{begin}, and the mission is over after {} at the latest", time(most.time))
             }
-            Latest::WithoutEnd(way) => {
-                format!("{begin}; there is no latest end: {}", self.waits(way))
+            Latest::WithoutEnd(path) => {
+                format!("{begin}; there is no latest end: {}", self.waits(path))
             }
-            Latest::Circle(way, circle) => {
+            Latest::Circle(path, circle) => {
                 let after =
-                    if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
+                    if path.is_empty() { String::new() } else { self.after_firings(path) + " " };
                 format!(
                     "{begin}; there is no latest end: {after}again and again {}",
                     self.names(circle)
                 )
             }
-            Latest::DeadEnd(way) => {
+            Latest::DeadEnd(path) => {
                 format!(
                     "{begin}; it need not end: {} nothing fires any more",
-                    self.after_firings(way)
+                    self.after_firings(path)
                 )
             }
         }
     }
 
     fn as_data(&self, least: &TimedSequence, most: &Latest, always_goal: bool) -> MissionDuration {
-        let (longest_s, way, circle) = match most {
+        let (longest_s, path, circle) = match most {
             Latest::At(most) => (Some(most.time.as_secs_f64()), &most.sequence[..], &[][..]),
-            Latest::WithoutEnd(way) | Latest::DeadEnd(way) => (None, &way[..], &[][..]),
-            Latest::Circle(way, circle) => (None, &way[..], &circle[..]),
+            Latest::WithoutEnd(path) | Latest::DeadEnd(path) => (None, &path[..], &[][..]),
+            Latest::Circle(path, circle) => (None, &path[..], &circle[..]),
         };
         MissionDuration {
             shortest_s: least.time.as_secs_f64(),
             shortest_way: self.all_names(&least.sequence),
             longest_s,
-            longest_way: self.all_names(way),
+            longest_way: self.all_names(path),
             longest_circle: self.all_names(circle),
             always_goal,
         }

@@ -37,13 +37,13 @@ impl Proof<'_> {
             let message = format!(
                 "{name} never comes in time: something else always fires before what leads there"
             );
-            (message, "compare the times on the way to it with those of what fires before")
+            (message, "compare the times on the path to it with those of what fires before")
         } else {
             let stands =
                 self.standing().filter(|seen| !self.waiting_starts(&seen.marking).is_empty());
             let stands = stands.map(|seen| {
                 let held = self.marked_names(&seen.marking) + &self.waiting_starts(&seen.marking);
-                format!("; {} there is a token in {held}", self.after_firings(&seen.way))
+                format!("; {} there is a token in {held}", self.after_firings(&seen.path))
             });
             let message = format!(
                 "no way leads to {name}: the mission can never reach its goal{}",
@@ -133,7 +133,7 @@ impl Proof<'_> {
     pub(super) fn lost_at(&self, seen: &Witness, stands_still: bool) -> Finding {
         let at = self.nearest_mark(&seen.marking);
         let held = self.marked_names(&seen.marking) + &self.waiting_starts(&seen.marking);
-        let after = self.after_firings(&seen.way);
+        let after = self.after_firings(&seen.path);
         let finding = if stands_still {
             let message = format!("{after} the mission stands still, with a token in {held}");
             Finding::new(Code::Standstill, at, message)
@@ -143,7 +143,7 @@ impl Proof<'_> {
             Finding::new(Code::GoalLost, at, format!("{message}; tokens are in {held}"))
                 .remedy("add a transition that leads out, such as one with a timeout")
         };
-        finding.way(self.trace_of(&seen.way, &[]))
+        finding.way(self.trace_of(&seen.path, &[]))
     }
 
     fn dead_transitions(&self, findings: &mut Findings) {
@@ -176,10 +176,10 @@ impl Proof<'_> {
             let Some(seen) = self.find_witness(&|marking| marking[id.index()] > 1) else {
                 continue;
             };
-            let (after, place) = (self.after_firings(&seen.way), self.net.place(id));
+            let (after, place) = (self.after_firings(&seen.path), self.net.place(id));
             let message = format!("{after} {place} holds more than one token");
             let finding = Finding::new(Code::TwoTokens, self.at(id), message);
-            findings.push(finding.way(self.trace_of(&seen.way, &[])).remedy(
+            findings.push(finding.way(self.trace_of(&seen.path, &[])).remedy(
                 "join the ways before it, or keep the second token out with <inhibitor place=\"…\"/>",
             ));
         }
@@ -222,14 +222,14 @@ impl Proof<'_> {
         let [one, other] = components.map(|id| self.plan.components()[id.index()].name.as_str());
         let message = format!(
             "{} {} and {} are marked together, but {one} and {other} exclude each other: one would wait",
-            self.after_firings(&seen.way),
+            self.after_firings(&seen.path),
             self.net.place(place),
             self.net.place(second),
         );
         let finding = Finding::new(Code::MarkedTogether, self.at(place), message);
         Some(
             finding
-                .way(self.trace_of(&seen.way, &[]))
+                .way(self.trace_of(&seen.path, &[]))
                 .related(self.at(second), "together with this one")
                 .remedy("let one transition leave the one place and enter the other"),
         )

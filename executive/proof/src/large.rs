@@ -68,10 +68,10 @@ impl Proof<'_> {
         else {
             return Standstill::Open;
         };
-        let Some((way, marking)) = found.first else { return Standstill::Never };
-        // The way may lead past the end: both nets have the same transitions.
-        match FiringRules::new(self.net).play(self.net.initial(), &way) {
-            Some(_) => Standstill::After(Witness { way, marking }),
+        let Some((path, marking)) = found.first else { return Standstill::Never };
+        // The path may lead past the end: both nets have the same transitions.
+        match FiringRules::new(self.net).play(self.net.initial(), &path) {
+            Some(_) => Standstill::After(Witness { path, marking }),
             None => Standstill::Open,
         }
     }

@@ -1,8 +1,8 @@
 //! What is proven of a mission before it runs, with a trace that leads there where a check fails.
 //!
-//! The state space is explored first without times, priorities, guards and reports. They only remove
-//! behaviour, so what is unreachable here is unreachable in every run. What is reachable here is
-//! examined again with its times, where these can be followed within the budget.
+//! The state space is explored first without times, priorities, guards and reports. They only
+//! remove behaviour, so what is unreachable here is unreachable in every run. What is reachable
+//! here is examined again with its times, where these can be followed within the budget.
 
 mod analysed;
 mod asking;

@@ -25,10 +25,10 @@ impl Proof<'_> {
             let values: Vec<_> =
                 self.analysed.values(&seen.marking).map(|(_, value)| value).collect();
             let Some((set, why)) = self.plan.outside(source, &values) else { continue };
-            let message = format!("{} {why}", self.after_firings(&seen.way));
+            let message = format!("{} {why}", self.after_firings(&seen.path));
             let finding = Finding::new(Code::ValueOutside, self.at_set(source, set), message);
-            let way = [&seen.way[..], &[copy]].concat();
-            findings.push(finding.way(self.trace_of(&way, &[])).remedy(
+            let path = [&seen.path[..], &[copy]].concat();
+            findings.push(finding.way(self.trace_of(&path, &[])).remedy(
                 "keep it from firing there with when=\"…\", or widen the domain of the variable",
             ));
         }
@@ -50,8 +50,8 @@ impl Proof<'_> {
         let verb = if names.len() == 1 { "is" } else { "are" };
         let transition = &self.plan.net().transition(why.transition).name;
         let message = format!(
-            "{} {verb} not followed in the proof: {transition} tells {} combinations of their \
-             values apart",
+            "{} {verb} not followed in the proof: {transition} distinguishes {} combinations of \
+             their values",
             names.join(" and "),
             why.combinations
         );

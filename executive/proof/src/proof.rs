@@ -61,7 +61,7 @@ pub(crate) struct Proof<'a> {
 
 /// A marking and firings that lead to it.
 pub(crate) struct Witness {
-    pub(crate) way: Vec<TransitionId>,
+    pub(crate) path: Vec<TransitionId>,
     pub(crate) marking: Vec<u32>,
 }
 
@@ -130,8 +130,8 @@ impl<'a> Proof<'a> {
         *self.untimed_alone.get_or_init(|| {
             let ExplorationEnd::Unbounded(pumping) = &self.exploration.ending else { return false };
             let rounds = std::iter::repeat_n(&pumping.cycle, ROUNDS).flatten();
-            let way: Vec<_> = pumping.prefix.iter().chain(rounds).copied().collect();
-            is_possible(self.net, &way) == Ok(false)
+            let path: Vec<_> = pumping.prefix.iter().chain(rounds).copied().collect();
+            is_possible(self.net, &path) == Ok(false)
         })
     }
 
@@ -211,7 +211,7 @@ impl<'a> Proof<'a> {
         }
         let seen = found.map(|state| Witness::of(space, state));
         if let Some(seen) = seen
-            && is_possible(self.net, &seen.way) == Ok(true)
+            && is_possible(self.net, &seen.path) == Ok(true)
         {
             return Possible::Yes(seen);
         }
@@ -245,6 +245,6 @@ impl<'a> Proof<'a> {
 
 impl Witness {
     pub(crate) fn of(graph: &dyn MarkingGraph, node: u32) -> Self {
-        Self { way: graph.way(node), marking: graph.tokens(node).into_owned() }
+        Self { path: graph.path(node), marking: graph.tokens(node).into_owned() }
     }
 }

@@ -36,7 +36,8 @@ pub(crate) fn prove_within(
     let Ok(Some(mission)) = configuration.flattened() else { return findings };
     let Ok(analysed) = Analysed::of(plan) else { return findings };
     Proof::new(plan, &mission, &analysed, effort, stop).with_waits(&mut |proof, meeting| {
-        // In the net in which no start waits: where exclusive components meet is a finding of its own.
+        // In the net in which no start waits: where exclusive components meet is a finding of its
+        // own.
         if let Some(plain) = meeting {
             plain.find_meetings(&mut findings);
         }
@@ -47,7 +48,8 @@ pub(crate) fn prove_within(
         proof.not_followed(&mut findings);
         proof.decide_claims(&mut findings);
     });
-    // The checks of a sub-mission's file are about that mission from its start, in whatever mission it is used.
+    // The checks of a sub-mission's file are about that mission from its start, in whatever mission
+    // it is used.
     let effort = ProofEffort { has_begun: false, ..effort };
     for inner in configuration.included.values().filter(|inner| !inner.checks.is_empty()) {
         let alone = Configuration { mission: Some(inner.clone()), ..configuration.clone() };

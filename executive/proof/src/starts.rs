@@ -1,5 +1,5 @@
-//! The second halves of firings that may have to wait: components that exclude each other, in places
-//! that can be marked together.
+//! The second halves of firings that may have to wait: components that exclude each other, in
+//! places that can be marked together.
 
 use std::borrow::Cow;
 

@@ -115,6 +115,8 @@ impl Copy {
         }
         for &(counter, effect) in self.effects.iter().flatten() {
             let pair = pairs[counter];
+            // The two places of a pair always hold as many tokens as the domain has values but one:
+            // what leaves one enters the other, and a value outside of the domain lacks tokens.
             let (from, to, by) = match effect {
                 Effect::Add(by) if by < 0 => (pair.above, pair.below, -by),
                 Effect::Add(by) => (pair.below, pair.above, by),

@@ -1,5 +1,5 @@
-//! Places that can be marked together and give a parameter of a component different values: which of
-//! them it has would depend on the order in the file.
+//! Places that can be marked together and give a parameter of a component different values: which
+//! of them it has would depend on the order in the file.
 
 use armor_robotfile::{Code, Finding, Findings};
 
@@ -22,14 +22,14 @@ impl Proof<'_> {
         let message = format!(
             "{} {} and {} are marked together, and the one gives {component} {one}, the other {other}: \
              the first in the file would count",
-            self.after_firings(&seen.way),
+            self.after_firings(&seen.path),
             self.net.place(*place),
             self.net.place(*second),
         );
         let finding = Finding::new(Code::ValuesContradict, self.at(*place), message);
         Some(
             finding
-                .way(self.trace_of(&seen.way, &[]))
+                .way(self.trace_of(&seen.path, &[]))
                 .related(self.at(*second), "together with this one")
                 .remedy("give both the same value, or let one transition leave the one place and enter the other"),
         )

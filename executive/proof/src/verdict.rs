@@ -49,8 +49,13 @@ impl Proof<'_> {
         })
     }
 
-    fn fails(&self, reason: String, way: &[TransitionId], circle: &[TransitionId]) -> ClaimVerdict {
-        ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(self.trace_of(way, circle)))
+    fn fails(
+        &self,
+        reason: String,
+        path: &[TransitionId],
+        circle: &[TransitionId],
+    ) -> ClaimVerdict {
+        ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(self.trace_of(path, circle)))
     }
 
     fn undecided(&self, why: Exhausted) -> ClaimVerdict {
@@ -71,7 +76,7 @@ impl Proof<'_> {
     fn decide_never(&self, unwanted: &PlaceFormula) -> ClaimVerdict {
         match self.decide_possibly(unwanted) {
             Possible::No => ClaimVerdict::Holds,
-            Possible::Yes(seen) => self.fails(self.comes_to(&seen), &seen.way, &[]),
+            Possible::Yes(seen) => self.fails(self.comes_to(&seen), &seen.path, &[]),
             Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
@@ -104,7 +109,7 @@ impl Proof<'_> {
                 ClaimVerdict::Fails(
                     reason,
                     self.or_the_end(&seen.marking),
-                    Some(self.trace_of(&seen.way, &[])),
+                    Some(self.trace_of(&seen.path, &[])),
                 )
             }
             Err(why) => self.undecided(why),
@@ -135,8 +140,8 @@ impl Proof<'_> {
     }
 
     /// Decides whether every run through one of `starts` reaches a wanted marking: no cycle and no
-    /// dead end avoids it. Every run of the mission is a run of the untimed net, so it suffices that
-    /// no run of that net avoids it.
+    /// dead end avoids it. Every run of the mission is a run of the untimed net, so it suffices
+    /// that no run of that net avoids it.
     fn every_run_comes(
         &self,
         wanted: &PlaceFormula,
@@ -157,32 +162,32 @@ impl Proof<'_> {
 
     fn escaped(&self, escape: &Escape) -> ClaimVerdict {
         match escape {
-            Escape::Circle(way, circle) => {
+            Escape::Circle(path, circle) => {
                 let lead =
-                    if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
+                    if path.is_empty() { String::new() } else { self.after_firings(path) + " " };
                 let reason =
-                    format!("{lead}this can go on for ever without it: {}", self.names(circle));
-                self.fails(reason, way, circle)
+                    format!("{lead}this can continue forever without it: {}", self.names(circle));
+                self.fails(reason, path, circle)
             }
-            Escape::DeadEnd(way) => {
-                let marking = self.marking_after(way);
+            Escape::DeadEnd(path) => {
+                let marking = self.marking_after(path);
                 let reason = format!(
                     "{} there {}, and nothing fires any more",
-                    self.after_firings(way),
+                    self.after_firings(path),
                     self.marked_in_words(&marking)
                 );
                 ClaimVerdict::Fails(
                     reason,
                     self.or_the_end(&marking),
-                    Some(self.trace_of(way, &[])),
+                    Some(self.trace_of(path, &[])),
                 )
             }
         }
     }
 
-    fn marking_after(&self, way: &[TransitionId]) -> Vec<u32> {
+    fn marking_after(&self, path: &[TransitionId]) -> Vec<u32> {
         let rules = armor_petri::analysis::rules::FiringRules::new(self.net);
-        rules.play(self.net.initial(), way).unwrap_or_default()
+        rules.play(self.net.initial(), path).unwrap_or_default()
     }
 
     fn decide_duration(
@@ -224,10 +229,10 @@ impl Proof<'_> {
         }
     }
 
-    fn are_enough(&self, way: &[TransitionId]) -> String {
-        match way {
+    fn are_enough(&self, path: &[TransitionId]) -> String {
+        match path {
             [] => "are enough: it holds at the start".into(),
-            _ => format!("are enough for {}", self.names(way)),
+            _ => format!("are enough for {}", self.names(path)),
         }
     }
 
@@ -242,24 +247,24 @@ impl Proof<'_> {
             }
             Ok(Latest::At(most)) => {
                 let reason = format!("{} can take {}", self.names(&most.sequence), time(most.time));
-                let way = FiringTrace { is_late: true, ..self.trace_of(&most.sequence, &[]) };
-                ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(way))
+                let path = FiringTrace { is_late: true, ..self.trace_of(&most.sequence, &[]) };
+                ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(path))
             }
-            Ok(Latest::WithoutEnd(way)) => self.without_end(&way),
-            Ok(Latest::Circle(way, circle)) => self.escaped(&Escape::Circle(way, circle)),
-            Ok(Latest::DeadEnd(way)) => self.escaped(&Escape::DeadEnd(way)),
+            Ok(Latest::WithoutEnd(path)) => self.without_end(&path),
+            Ok(Latest::Circle(path, circle)) => self.escaped(&Escape::Circle(path, circle)),
+            Ok(Latest::DeadEnd(path)) => self.escaped(&Escape::DeadEnd(path)),
         }
     }
 
-    fn without_end(&self, way: &[TransitionId]) -> ClaimVerdict {
-        let reason = format!("there is no longest: {}", self.waits(way));
-        let remedy = "give what waits another way out with a timeout, or leave the check out";
-        ClaimVerdict::Fails(reason, remedy.into(), Some(self.trace_of(way, &[])))
+    fn without_end(&self, path: &[TransitionId]) -> ClaimVerdict {
+        let reason = format!("there is no longest: {}", self.waits(path));
+        let remedy = "give what waits another path out with a timeout, or leave the check out";
+        ClaimVerdict::Fails(reason, remedy.into(), Some(self.trace_of(path, &[])))
     }
 
     /// The last firing of a way may be waited for without end.
-    pub(super) fn waits(&self, way: &[TransitionId]) -> String {
-        let Some((last, before)) = way.split_last() else { return "nothing has to fire".into() };
+    pub(super) fn waits(&self, path: &[TransitionId]) -> String {
+        let Some((last, before)) = path.split_last() else { return "nothing has to fire".into() };
         let name = self.name(*last);
         format!("{} {name} may be waited for without end", self.after_firings(before))
     }
@@ -289,14 +294,14 @@ impl Proof<'_> {
         match self.firing_of(transition) {
             Possible::No => ClaimVerdict::Holds,
             Possible::Yes(seen) => {
-                let reason = format!("it fires: {}", self.names(&seen.way));
-                self.fails(reason, &seen.way, &[])
+                let reason = format!("it fires: {}", self.names(&seen.path));
+                self.fails(reason, &seen.path, &[])
             }
             Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
 
-    /// Whether a transition of the plan can fire; the way ends with it.
+    /// Whether a transition of the plan can fire; the path ends with it.
     fn firing_of(&self, transition: TransitionId) -> Possible {
         let mut found = Possible::No;
         for copy in self.copies(transition) {
@@ -320,8 +325,8 @@ impl Proof<'_> {
             return self.timed_firing(base);
         };
         let mut seen = Witness::of(space, state);
-        seen.way.push(base);
-        match armor_petri::analysis::classes::is_possible(self.net, &seen.way) {
+        seen.path.push(base);
+        match armor_petri::analysis::classes::is_possible(self.net, &seen.path) {
             Ok(true) => Possible::Yes(seen),
             _ => self.timed_firing(base),
         }
@@ -336,7 +341,7 @@ impl Proof<'_> {
         match (0..classes.nodes()).find(fires) {
             Some(class) => {
                 let mut seen = Witness::of(classes, class);
-                seen.way.push(transition);
+                seen.path.push(transition);
                 Possible::Yes(seen)
             }
             None => Possible::No,
@@ -366,14 +371,14 @@ impl Proof<'_> {
                 ClaimVerdict::Undecided("whether its times let it fill is not known".into())
             }
             ExplorationEnd::Unbounded(pumping) if pumping.growing.contains(&place) => {
-                let (way, circle) = (&pumping.prefix, &pumping.cycle);
+                let (path, circle) = (&pumping.prefix, &pumping.cycle);
                 let begin =
-                    if way.is_empty() { String::new() } else { self.after_firings(way) + " " };
+                    if path.is_empty() { String::new() } else { self.after_firings(path) + " " };
                 let reason = format!(
                     "{begin}each {} leaves more in it, again and again",
                     self.names(circle)
                 );
-                self.fails(reason, way, circle)
+                self.fails(reason, path, circle)
             }
             ExplorationEnd::Unbounded(_) => ClaimVerdict::Undecided(
                 "another place fills without end, so not all was seen".into(),

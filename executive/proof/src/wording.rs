@@ -13,13 +13,13 @@ const MAX_NAMED: usize = 12;
 
 impl Proof<'_> {
     /// "after a, b" for firings from the start.
-    pub(super) fn after_firings(&self, way: &[TransitionId]) -> String {
-        if way.is_empty() { "at the start".into() } else { format!("after {}", self.names(way)) }
+    pub(super) fn after_firings(&self, path: &[TransitionId]) -> String {
+        if path.is_empty() { "at the start".into() } else { format!("after {}", self.names(path)) }
     }
 
     /// "after a, b tokens are in x, y".
     pub(super) fn comes_to(&self, seen: &Witness) -> String {
-        format!("{} there {}", self.after_firings(&seen.way), self.marked_in_words(&seen.marking))
+        format!("{} there {}", self.after_firings(&seen.path), self.marked_in_words(&seen.marking))
     }
 
     /// "is a token in x", "are tokens in x, y".
@@ -53,10 +53,10 @@ impl Proof<'_> {
     }
 
     /// The first firings by name, and how many more there are.
-    pub(super) fn names(&self, way: &[TransitionId]) -> String {
-        let way = self.all_names(way);
-        let named: Vec<_> = way.iter().take(MAX_NAMED).map(String::as_str).collect();
-        let more = way.len().saturating_sub(MAX_NAMED);
+    pub(super) fn names(&self, path: &[TransitionId]) -> String {
+        let path = self.all_names(path);
+        let named: Vec<_> = path.iter().take(MAX_NAMED).map(String::as_str).collect();
+        let more = path.len().saturating_sub(MAX_NAMED);
         let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
         named.join(", ") + &rest
     }
@@ -66,15 +66,19 @@ impl Proof<'_> {
     }
 
     /// All firings by name.
-    pub(super) fn all_names(&self, way: &[TransitionId]) -> Vec<String> {
+    pub(super) fn all_names(&self, path: &[TransitionId]) -> Vec<String> {
         // Second halves of firings have none.
-        let names = way.iter().map(|id| self.name(*id)).filter(|name| !name.is_empty());
+        let names = path.iter().map(|id| self.name(*id)).filter(|name| !name.is_empty());
         names.map(ToOwned::to_owned).collect()
     }
 
     /// A firing sequence as data.
-    pub(super) fn trace_of(&self, way: &[TransitionId], circle: &[TransitionId]) -> FiringTrace {
-        FiringTrace { firings: self.all_names(way), circle: self.all_names(circle), is_late: false }
+    pub(super) fn trace_of(&self, path: &[TransitionId], circle: &[TransitionId]) -> FiringTrace {
+        FiringTrace {
+            firings: self.all_names(path),
+            circle: self.all_names(circle),
+            is_late: false,
+        }
     }
 
     /// What a budget that ran out means for what was asked.

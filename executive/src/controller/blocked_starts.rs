@@ -1,6 +1,6 @@
-//! Blocked starts. A component cannot start while one that it excludes may be running. Where something
-//! may still stop that one, the start waits for as long as it takes; where nothing will, it fails
-//! after a while.
+//! Blocked starts. A component cannot start while one that it excludes may be running. Where
+//! something may still stop that one, the start waits for as long as it takes; where nothing will,
+//! it fails after a while.
 
 use super::context::Context;
 use super::wishes::{ComponentWish, components_now, is_up, wish};
@@ -76,10 +76,10 @@ pub(super) fn remember_blocked(cx: &mut Context) {
 
 /// Whether a component is to start while a component that excludes it should be running.
 pub(super) fn is_kept_waiting(cx: &Context, component: ComponentId) -> bool {
-    in_the_way_of(cx, component).is_some()
+    find_excluding_peer(cx, component).is_some()
 }
 
-fn in_the_way_of(cx: &Context, component: ComponentId) -> Option<ComponentId> {
+fn find_excluding_peer(cx: &Context, component: ComponentId) -> Option<ComponentId> {
     let observed = cx.roster.of(component);
     if !cx.is_playing() || !observed.is_ready() || !observed.doing.is_at_rest() {
         return None;
@@ -106,12 +106,12 @@ pub(super) fn blocked_starts(cx: &Context) -> BTreeMap<u64, Vec<Block>> {
 fn blocks_of(cx: &Context, firing: &Firing) -> Vec<Block> {
     let components = components_now(cx, &firing.to);
     let down = components.into_iter().filter(|component| !is_up(cx, *component));
-    down.filter_map(|component| Some((component, in_the_way_of(cx, component)?))).collect()
+    down.filter_map(|component| Some((component, find_excluding_peer(cx, component)?))).collect()
 }
 
-/// Returns the firings whose starts nothing will unblock, and why. A transition counts as possible if
-/// tokens may come to each of its places, whatever its report, guard, date and time: so a start is
-/// only given up where no run of the net could unblock it.
+/// Returns the firings whose starts nothing will unblock, and why. A transition counts as possible
+/// if tokens may come to each of its places, whatever its report, guard, date and time: so a start
+/// is only given up where no run of the net could unblock it.
 fn stuck_starts(cx: &Context) -> BTreeMap<u64, String> {
     let mut blocked = blocked_starts(cx);
     if blocked.is_empty() {
@@ -120,6 +120,8 @@ fn stuck_starts(cx: &Context) -> BTreeMap<u64, String> {
     let mut markable: Vec<bool> = cx.ledger().marking().iter().map(|tokens| *tokens > 0).collect();
     let free = cx.ledger().firings().iter().filter(|it| !blocked.contains_key(it.0));
     free.flat_map(|it| &it.1.to).for_each(|arc| markable[arc.0.index()] = true);
+    // A fixed point: a start that is unblocked puts its tokens, which may unblock the next one.
+    // What is left at the end is blocked by components that only wait for each other.
     loop {
         spread_tokens(cx, &mut markable);
         let ends = |(_, blocks): &(&u64, &Vec<Block>)| {
@@ -132,6 +134,7 @@ fn stuck_starts(cx: &Context) -> BTreeMap<u64, String> {
         let firing = &cx.ledger().firings()[&number];
         firing.to.iter().for_each(|arc| markable[arc.0.index()] = true);
     }
+    // At its goal or in its safe place the mission ends, and stops every component.
     let ends = [cx.plan().goal(), cx.plan().safe()].into_iter().flatten();
     if ends.into_iter().any(|end| markable[end.index()]) {
         return BTreeMap::new();

@@ -3,6 +3,7 @@
 use super::context::Context;
 use super::wishes::{ComponentWish, has_finished_and_rests, wish};
 use crate::event::ControllerAction;
+use crate::ledger::firing_steps::values_for;
 use crate::record::JournalEntry;
 use crate::roster::{Doing, PendingCommand, ProcessPresence};
 use armor_plan::ComponentId;
@@ -101,6 +102,8 @@ impl Commands {
         let here = observed.presence == ProcessPresence::Here;
         if here && order.tries < STOP_TRIES {
             order.tries += 1;
+            // The newest activation that either side knows: an `Activate` on its way to the
+            // component must not make it run after this.
             let activation = observed.activation.max(observed.commanded);
             observed.commanded = activation;
             return cx.add_action(ControllerAction::Freeze { component, activation });
@@ -129,7 +132,7 @@ fn activate_component(cx: &mut Context, component: ComponentId) {
     // Larger than the number that the component knows: another executive may have counted further,
     // and an old report must never match the new activation.
     let activation = cx.ledger().last_activation().max(cx.roster.of(component).activation) + 1;
-    let (name, values) = (planned.name.clone(), cx.ledger().values_for(component));
+    let (name, values) = (planned.name.clone(), values_for(cx.ledger(), component));
     cx.record_entry(JournalEntry::Activating {
         component: name,
         activation,

@@ -1,5 +1,5 @@
-//! Transitions that do not fire by themselves: the operator's, and those that ask. Asking, the deadline
-//! of an answer, and what happens without one.
+//! Transitions that do not fire by themselves: the operator's, and those that ask. Asking, the
+//! deadline of an answer, and what happens without one.
 
 use super::context::Context;
 use super::mission_dates::MissionDates;
@@ -9,8 +9,8 @@ use armor_petri::{FiringClass, TransitionId};
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
 
-/// Returns the transition whose turn it is: what operators let fire, else what fires by itself. Safety
-/// comes before both.
+/// Returns the transition whose turn it is: what operators let fire, else what fires by itself.
+/// Safety comes before both.
 pub(super) fn next_ready(cx: &Context, dates: &MissionDates) -> Option<TransitionId> {
     let state = cx.ledger().state();
     let mut ready = state.ready().filter(|id| !dates.waits_for_utc(cx.plan(), *id));

@@ -2,6 +2,7 @@
 //! roster, both clocks, and the actions that follow from the event at hand.
 
 use crate::event::ControllerAction;
+use crate::ledger::applying::apply_record;
 use crate::ledger::{Ledger, MissionStage};
 use crate::record::{JournalEntry, JournalRecord};
 use crate::roster::Roster;
@@ -98,7 +99,8 @@ impl Context {
     /// Decides: the entry goes into the ledger, and into the journal before any later action.
     pub(super) fn record_entry(&mut self, entry: JournalEntry) {
         let record = JournalRecord { at: self.now, entry };
-        self.ledger.apply(&record).expect("a decision follows from the ledger, so it fits it");
+        apply_record(&mut self.ledger, &record)
+            .expect("a decision follows from the ledger, so it fits it");
         self.host_times.follow(&self.ledger, self.host);
         self.add_action(ControllerAction::Journal(record));
         self.publish_marking();

@@ -6,6 +6,7 @@ use super::context::Context;
 use crate::answer::{VersionAnswer, VersionFinding, VersionOffer};
 use crate::event::ControllerAction;
 use crate::judging::VersionQuestion;
+use crate::ledger::transfer::find_obstacle;
 use crate::record::JournalEntry;
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, Plan, Stand, Version};
@@ -166,7 +167,7 @@ impl FileChanges {
             return None;
         };
         let next = Arc::clone(&offer.plan);
-        let hindrance = cx.ledger().keeps_from(&next).or_else(|| may_meet(cx, &next));
+        let hindrance = find_obstacle(cx.ledger(), &next).or_else(|| may_meet(cx, &next));
         if let Some(hindrance) = hindrance {
             if hindrance != *why {
                 self.wait_for(cx, hindrance, None);

@@ -40,14 +40,14 @@ impl MissionDates {
         Some(self.at_start?.later(cx.now()))
     }
 
-    /// Whether it has a date and there is no reading of the wall clock yet: after a restart the date may
-    /// have passed since the journal ended.
+    /// Whether it has a date and there is no reading of the wall clock yet: after a restart the
+    /// date may have passed since the journal ended.
     pub(super) fn waits_for_utc(&self, plan: &Plan, id: TransitionId) -> bool {
         self.at_start.is_none() && plan.transition(id).dates.is_some()
     }
 
-    /// Records which dates have come or passed. A date that has passed stays so, even if the clock is
-    /// set back.
+    /// Records which dates have come or passed. A date that has passed stays so, even if the clock
+    /// is set back.
     pub(super) fn weigh_dates(&self, cx: &mut Context) {
         let Some(utc) = self.utc_now(cx).filter(|_| cx.may_fire()) else {
             return;

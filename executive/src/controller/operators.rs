@@ -179,7 +179,7 @@ impl Operators {
         }
         let needs_own = matches!(given.order, MissionOrder::Release | MissionOrder::Rejoin);
         let Some(lease) = cx.ledger().lease() else {
-            let why = "nobody holds the command";
+            let why = "no operator holds the command";
             return if needs_own { Err(why.into()) } else { Ok(()) };
         };
         let own = lease.by.instance == given.by.instance;
@@ -227,7 +227,7 @@ impl Operators {
                 None => "the mission is paused".into(),
             }),
             MissionOrder::Resume => match cx.ledger().pause() {
-                Some(_) => Ok("the mission goes on".into()),
+                Some(_) => Ok("the mission continues".into()),
                 None => Err("the mission is not paused".into()),
             },
             MissionOrder::Safe => Ok(match cx.plan().safe() {
@@ -241,7 +241,10 @@ impl Operators {
             MissionOrder::Confirm(name) => {
                 judge_answer(cx, name)?;
                 let held = cx.ledger().pause().is_some();
-                Ok(format!("`{name}` fires{}", if held { " when the mission goes on" } else { "" }))
+                Ok(format!(
+                    "`{name}` fires{}",
+                    if held { " when the mission continues" } else { "" }
+                ))
             }
             MissionOrder::Decline(name) => {
                 judge_answer(cx, name)?;

@@ -39,11 +39,11 @@ impl FiringProgress {
     /// Takes every firing in flight as far as it gets. `unstopped`: the components that had to be
     /// killed, or could not be.
     ///
-    /// A firing has two phases, and each waits for confirmations: while it stops, every component of
-    /// the places it leaves must confirm that it rests; only then it starts those of the places it
-    /// leads to, and its tokens are put when these have confirmed. So no component starts while one
-    /// that it replaces still runs, and a restarted executive finds each firing at a phase that the
-    /// journal names.
+    /// A firing has two phases, and each waits for confirmations: while it stops, every component
+    /// of the places it leaves must confirm that it rests; only then it starts those of the places
+    /// it leads to, and its tokens are put when these have confirmed. So no component starts while
+    /// one that it replaces still runs, and a restarted executive finds each firing at a phase that
+    /// the journal names.
     pub(super) fn advance_firings(&mut self, cx: &mut Context, unstopped: Vec<ComponentId>) {
         for component in unstopped {
             blame_for_not_stopping(cx, component);
@@ -89,7 +89,8 @@ impl FiringProgress {
     }
 }
 
-/// Acts on failures that belong to no firing: of marked places, and of components that are always on.
+/// Acts on failures that belong to no firing: of marked places, and of components that are always
+/// on.
 pub(super) fn notice_failures(cx: &mut Context) {
     for component in cx.plan().component_ids() {
         if !cx.is_playing() {
@@ -176,7 +177,7 @@ fn blame_for_not_stopping(cx: &mut Context, component: ComponentId) {
     let name = &cx.plan().component(component).name;
     let why = match cx.roster.of(component).activation {
         0 => format!("`{name}` could not be made to stop: {}", describe_absence(cx, component)),
-        _ => format!("`{name}` did not stop when told to"),
+        _ => format!("`{name}` did not stop when requested"),
     };
     let waits = |firing: &Firing| {
         firing.phase == Phase::Stopping
@@ -242,8 +243,8 @@ fn fail_firing(cx: &mut Context, number: u64, half: Half, why: &str) {
     }
 }
 
-/// Returns until when, in host time, a component must be up. `since`: when a firing began to start it;
-/// without it, the component should have been up all along.
+/// Returns until when, in host time, a component must be up. `since`: when a firing began to start
+/// it; without it, the component should have been up all along.
 fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) -> Duration {
     let (limits, observed) = (cx.plan().limits(), cx.roster.of(component));
     let began = cx.roster.began().max(cx.host_times().resumed());

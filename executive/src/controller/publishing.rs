@@ -12,8 +12,8 @@ use crate::ledger::{Firing, MissionStage, Phase};
 use crate::roster::{Doing, ProcessPresence};
 use crate::terms::MissionOutcome;
 use armor_marking::{
-    EnabledTransition, Fired, GuardTruth, InFlight, MarkedPlace, Marking, MissionComponent,
-    ParameterGiven, VariableValue,
+    EnabledTransition, Fired, FiringDecider, FlightPhase, GuardTruth, InFlight, MarkedPlace,
+    Marking, MarkingStage, MissionComponent, MissionComponentState, ParameterGiven, VariableValue,
 };
 use armor_petri::{PlaceId, TransitionId};
 use armor_plan::{ComponentId, GivenValue, PlannedVariable};
@@ -35,7 +35,7 @@ impl Controller {
             mission: self.plan().mission().to_owned(),
             now_at_s: self.context.now().as_secs_f64(),
             clock: self.plan().clock().map(str::to_owned).unwrap_or_default(),
-            stage: self.stage_in_words().to_owned(),
+            stage: self.stage_shown(),
             why: ledger.why().to_owned(),
             places: places.map(|place| self.marked_place(place)).collect(),
             in_flight: ledger
@@ -100,24 +100,23 @@ impl Controller {
         Some(GuardTruth {
             transition: self.plan().net().transition(id).name.clone(),
             guard: planned.guard.to_string(),
-            truth: match self.senses.truth(id) {
-                Some(truth) => truth.to_string(),
-                None => "not known".to_owned(),
-            },
+            truth: self.senses.truth(id).into(),
             because: self.senses.values_in_words(&self.context, id),
         })
     }
 
-    fn stage_in_words(&self) -> &'static str {
+    fn stage_shown(&self) -> MarkingStage {
         match self.ledger().stage() {
-            MissionStage::Ended(MissionOutcome::Goal) => "goal",
-            MissionStage::Ended(MissionOutcome::Safe) => "safe",
-            MissionStage::Ended(_) => "failed",
-            _ if self.is_stopping() => "stopping",
-            MissionStage::Playing if self.ledger().pause().is_some() => "paused",
-            MissionStage::Playing => "playing",
-            MissionStage::Retreating => "retreating",
-            MissionStage::Ending(_) => "ending",
+            MissionStage::Ended(MissionOutcome::Goal) => MarkingStage::Goal,
+            MissionStage::Ended(MissionOutcome::Safe) => MarkingStage::Safe,
+            MissionStage::Ended(MissionOutcome::Failed | MissionOutcome::Interrupted) => {
+                MarkingStage::Failed
+            }
+            _ if self.is_stopping() => MarkingStage::Stopping,
+            MissionStage::Playing if self.ledger().pause().is_some() => MarkingStage::Paused,
+            MissionStage::Playing => MarkingStage::Playing,
+            MissionStage::Retreating => MarkingStage::Retreating,
+            MissionStage::Ending(_) => MarkingStage::Ending,
         }
     }
 
@@ -151,8 +150,8 @@ impl Controller {
             from: names(&firing.from),
             to: names(&firing.to),
             phase: match firing.phase {
-                Phase::Stopping => "stopping".to_owned(),
-                Phase::Starting => "starting".to_owned(),
+                Phase::Stopping => FlightPhase::Stopping,
+                Phase::Starting => FlightPhase::Starting,
             },
             waits_for: waits_for.map(|id| self.plan().component(id).name.clone()).collect(),
         }
@@ -166,18 +165,18 @@ impl Controller {
             value: value.text.clone(),
         };
         let state = match (observed.presence, observed.doing) {
-            (ProcessPresence::Unseen, _) => "unseen",
-            (ProcessPresence::Lost, _) => "lost",
-            (ProcessPresence::Gone, _) => "gone",
-            (ProcessPresence::Here, Doing::Unknown) => "commanded",
-            (ProcessPresence::Here, Doing::Starting) => "starting",
-            (ProcessPresence::Here, Doing::Frozen) => "frozen",
-            (ProcessPresence::Here, Doing::Active) => "active",
+            (ProcessPresence::Unseen, _) => MissionComponentState::Unseen,
+            (ProcessPresence::Lost, _) => MissionComponentState::Lost,
+            (ProcessPresence::Gone, _) => MissionComponentState::Gone,
+            (ProcessPresence::Here, Doing::Unknown) => MissionComponentState::Commanded,
+            (ProcessPresence::Here, Doing::Starting) => MissionComponentState::Starting,
+            (ProcessPresence::Here, Doing::Frozen) => MissionComponentState::Frozen,
+            (ProcessPresence::Here, Doing::Active) => MissionComponentState::Active,
         };
         MissionComponent {
             component: planned.name.clone(),
             controlled: planned.is_controlled() && observed.controllable,
-            state: state.to_owned(),
+            state,
             activation: last.number,
             values: last.values.iter().map(given).collect(),
         }
@@ -192,10 +191,10 @@ impl Controller {
             earliest_at_s: (since + transition.interval.earliest).as_secs_f64(),
             latest_at_s: state.deadline(id).map(|at| at.as_secs_f64()),
             by: match self.plan().transition(id).autonomy {
-                _ if fires_by_itself(self.ledger(), id) => "mission".to_owned(),
-                _ if is_declined(self.ledger(), id) => "declined".to_owned(),
-                Autonomy::Confirm { .. } => "confirmation".to_owned(),
-                Autonomy::Auto | Autonomy::Operator => "operator".to_owned(),
+                _ if fires_by_itself(self.ledger(), id) => FiringDecider::Mission,
+                _ if is_declined(self.ledger(), id) => FiringDecider::Declined,
+                Autonomy::Confirm { .. } => FiringDecider::Confirmation,
+                Autonomy::Auto | Autonomy::Operator => FiringDecider::Operator,
             },
             held: state.is_held(id),
         }

@@ -165,8 +165,8 @@ impl GuardSenses {
         }
     }
 
-    /// Returns the guards that turn when counters are set to these values. An inherited value counts as
-    /// unknown here: the journal's guard was about other counters.
+    /// Returns the guards that turn when counters are set to these values. An inherited value
+    /// counts as unknown here: the journal's guard was about other counters.
     pub(super) fn guards_after(&mut self, cx: &Context, sets: &[(usize, i64)]) -> Vec<GuardTurned> {
         let mut counters = cx.ledger().counters().to_vec();
         let mut readers = BTreeSet::new();
@@ -206,7 +206,8 @@ impl GuardSenses {
         lost.chain(self.inherited_until).chain(self.show_at).filter(move |_| !cx.is_stopping())
     }
 
-    /// Returns the truth of its guard; none if it is unknown, was never weighed, or there is no guard.
+    /// Returns the truth of its guard; none if it is unknown, was never weighed, or there is no
+    /// guard.
     pub(super) fn truth(&self, id: TransitionId) -> Option<bool> {
         self.truths[id.index()]
     }

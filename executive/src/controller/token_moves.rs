@@ -1,7 +1,7 @@
-//! Tokens that an operator moves during a pause. What would be wrong afterwards is found before anything is
-//! moved; then the move is proven from where the tokens would be, as a new version of the file is. A
-//! proof takes its time, so it is a question that another thread answers, and the order is answered
-//! after it.
+//! Tokens that an operator moves during a pause. What would be wrong afterwards is found before
+//! anything is moved; then the move is proven from where the tokens would be, as a new version of
+//! the file is. A proof takes its time, so it is a question that another thread answers, and the
+//! order is answered after it.
 
 use super::context::Context;
 use crate::event::ControllerAction;
@@ -56,7 +56,8 @@ impl MoveProofs {
         Some(MoveQuestion { serial, plan: Arc::clone(plan), before, after })
     }
 
-    /// Whether the same order is being proven already; its answer then goes to the newest connection.
+    /// Whether the same order is being proven already; its answer then goes to the newest
+    /// connection.
     pub(super) fn is_repeated(&mut self, given: &IncomingOrder) -> bool {
         let Some(proof) = &mut self.proving else {
             return false;
@@ -102,8 +103,8 @@ fn stand_after(cx: &Context, moves: &[MovedTokens]) -> Stand {
     Stand { marking, counters: cx.ledger().counters().to_vec() }
 }
 
-/// Judges whether these tokens may be moved, all of them in one step. Returns what follows, or all that is
-/// wrong.
+/// Judges whether these tokens may be moved, all of them in one step. Returns what follows, or all
+/// that is wrong.
 pub(super) fn judge_moves(cx: &Context, moves: &[MovedTokens]) -> Result<String, String> {
     if cx.ledger().pause().is_none() {
         return Err("tokens are moved only while the mission is paused: pause it first".into());
@@ -137,7 +138,7 @@ pub(super) fn judge_moves(cx: &Context, moves: &[MovedTokens]) -> Result<String,
     }
     let count: u64 = moves.iter().map(|it| u64::from(it.tokens)).sum();
     let tokens = if count == 1 { "1 token is".into() } else { format!("{count} tokens are") };
-    Ok(format!("{tokens} moved; what they activate starts when the mission goes on"))
+    Ok(format!("{tokens} moved; what they activate starts when the mission continues"))
 }
 
 /// Carries out one move in `marking`; returns the place it leads to.

@@ -3,11 +3,9 @@
 use super::Ledger;
 use armor_plan::ComponentId;
 
-impl Ledger {
-    /// Whether a report stands.
-    pub(crate) fn stands(&self, report: &(ComponentId, String)) -> bool {
-        self.standing.contains_key(report)
-    }
+/// Whether a report stands.
+pub(crate) fn has_report(ledger: &Ledger, report: &(ComponentId, String)) -> bool {
+    ledger.standing.contains_key(report)
 }
 
 /// Checks that nothing distinguishes two ledgers.

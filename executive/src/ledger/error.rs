@@ -12,7 +12,7 @@ pub enum LedgerError {
         fingerprint: String,
     },
     /// A new version of the file that cannot be taken there.
-    #[error("the journal says that version {version} of the file was taken, but: {why}")]
+    #[error("the journal states that version {version} of the file was taken, but: {why}")]
     NotTaken {
         /// Its number.
         version: u64,
@@ -26,7 +26,7 @@ pub enum LedgerError {
     #[error("the journal speaks of firing {0}, which is not in flight")]
     UnknownFiring(u64),
     /// The net does not allow it there.
-    #[error("the journal says that `{what}` happened, but the net does not allow it: {why}")]
+    #[error("the journal states that `{what}` happened, but the net does not allow it: {why}")]
     NotAllowed {
         /// What was to happen.
         what: String,

@@ -1,5 +1,5 @@
-//! What is decided about the gates of transitions: whether their guards are true, and where their dates
-//! stand. A gate is open while guard, report and dates all are as they should be.
+//! What is decided about the gates of transitions: whether their guards are true, and where their
+//! dates stand. A gate is open while guard, report and dates all are as they should be.
 
 use armor_petri::TransitionId;
 use armor_plan::{DatePhase, Plan};
@@ -31,9 +31,9 @@ impl Gates {
         }
     }
 
-    /// Carries the gates over to a plan that follows; `known` names, per transition of it, the one that
-    /// it continues. Another guard is weighed at the next settling, and so is a date; until then the guard
-    /// counts as false, and the date as still to come.
+    /// Carries the gates over to a plan that follows; `known` names, per transition of it, the one
+    /// that it continues. Another guard is weighed at the next settling, and so is a date; until
+    /// then the guard counts as false, and the date as still to come.
     pub(super) fn carried_to(&self, plan: &Plan, known: &[Option<TransitionId>]) -> Self {
         let guard = |known: &Option<TransitionId>| known.is_some_and(|id| self.guard(id));
         let transitions = plan.transitions().iter();

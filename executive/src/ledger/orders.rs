@@ -1,89 +1,86 @@
 //! What orders of operators change: the lease, answers, the pause, and tokens that are moved.
 
 use super::Ledger;
-use super::authority::{Consent, Pause};
+use super::authority::Consent;
 use super::error::LedgerError;
+use super::firing_steps::begin_retreat;
 use super::stage::MissionStage;
 use crate::order::{Judged, MissionOrder, MovedTokens};
 
-impl Ledger {
-    /// Carries out an order that was accepted, and remembers it.
-    pub(super) fn carry_out(&mut self, judged: &Judged) -> Result<(), LedgerError> {
-        self.authority.note_order(&self.plan, judged, self.at);
-        if !judged.accepted {
-            return Ok(());
-        }
-        match &judged.order {
-            MissionOrder::Lease => self.authority.give_lease(&judged.by, self.at),
-            MissionOrder::Release => self.authority.release_lease(),
-            MissionOrder::Fire(name) | MissionOrder::Confirm(name) => {
-                self.set_consent(name, Consent::Granted)?;
-            }
-            MissionOrder::Decline(name) => self.set_consent(name, Consent::Declined)?,
-            MissionOrder::Pause => self.begin_pause(&judged.by.author),
-            MissionOrder::Resume => self.end_pause_by_order(),
-            MissionOrder::Safe if self.stage == MissionStage::Playing => {
-                self.begin_retreat(&format!("{} ordered it", judged.by.author));
-            }
-            MissionOrder::Safe | MissionOrder::Rejoin => {}
-            MissionOrder::Move(moves) => self.move_tokens(moves)?,
-        }
-        Ok(())
+/// Carries out an order that was accepted, and remembers it.
+pub(super) fn carry_out_order(ledger: &mut Ledger, judged: &Judged) -> Result<(), LedgerError> {
+    ledger.authority.note_order(&ledger.plan, judged, ledger.at);
+    if !judged.accepted {
+        return Ok(());
     }
+    match &judged.order {
+        MissionOrder::Lease => ledger.authority.give_lease(&judged.by, ledger.at),
+        MissionOrder::Release => ledger.authority.release_lease(),
+        MissionOrder::Fire(name) | MissionOrder::Confirm(name) => {
+            set_consent(ledger, name, Consent::Granted)?;
+        }
+        MissionOrder::Decline(name) => set_consent(ledger, name, Consent::Declined)?,
+        MissionOrder::Pause => begin_pause(ledger, &judged.by.author),
+        MissionOrder::Resume => end_pause_by_order(ledger),
+        MissionOrder::Safe if ledger.stage == MissionStage::Playing => {
+            begin_retreat(ledger, &format!("{} ordered it", judged.by.author));
+        }
+        MissionOrder::Safe | MissionOrder::Rejoin => {}
+        MissionOrder::Move(moves) => move_tokens(ledger, moves)?,
+    }
+    Ok(())
+}
 
-    /// Notes a question about a transition, its answer, or what follows without one.
-    pub(super) fn set_consent(&mut self, name: &str, consent: Consent) -> Result<(), LedgerError> {
-        let id = self.find_transition(name)?;
-        self.authority.set_consent(id, consent);
-        Ok(())
-    }
+/// Notes a question about a transition, its answer, or what follows without one.
+pub(super) fn set_consent(
+    ledger: &mut Ledger,
+    name: &str,
+    consent: Consent,
+) -> Result<(), LedgerError> {
+    let id = ledger.find_transition(name)?;
+    ledger.authority.set_consent(id, consent);
+    Ok(())
+}
 
-    /// Begins a pause: clocks stop, and what runs is interrupted. Its reports so far stand afterwards.
-    pub(super) fn begin_pause(&mut self, by: &str) {
-        if self.authority.pause.is_some() || self.stage != MissionStage::Playing {
-            return;
-        }
-        self.authority.begin_pause(by, self.at);
-        self.state.hold();
-        for component in self.plan.component_ids() {
-            let runs_on = self.runs(component) || !self.plan.component(component).is_controlled();
-            let activation = &mut self.activations[component.index()];
-            activation.interrupted = activation.open && !runs_on;
-        }
+/// Begins a pause: clocks stop, and what runs is interrupted. Its reports so far stand afterwards.
+pub(super) fn begin_pause(ledger: &mut Ledger, by: &str) {
+    if ledger.authority.pause.is_some() || ledger.stage != MissionStage::Playing {
+        return;
     }
+    ledger.authority.begin_pause(by, ledger.at);
+    ledger.state.hold();
+    for component in ledger.plan.component_ids() {
+        let runs_on = ledger.runs(component) || !ledger.plan.component(component).is_controlled();
+        let activation = &mut ledger.activations[component.index()];
+        activation.interrupted = activation.open && !runs_on;
+    }
+}
 
-    fn end_pause_by_order(&mut self) {
-        let Some(pause) = self.end_pause() else {
-            return;
-        };
-        let stood = self.at.saturating_sub(pause.since);
-        self.authority.put_off_questions(&self.plan, stood);
-        for firing in self.firings.values_mut() {
-            firing.since = self.at;
-        }
-        self.conclude_if_ended();
+fn end_pause_by_order(ledger: &mut Ledger) {
+    let Some(pause) = ledger.end_pause() else {
+        return;
+    };
+    let stood = ledger.at.saturating_sub(pause.since);
+    ledger.authority.put_off_questions(&ledger.plan, stood);
+    for firing in ledger.firings.values_mut() {
+        firing.since = ledger.at;
     }
+    ledger.conclude_if_ended();
+}
 
-    pub(super) fn end_pause(&mut self) -> Option<Pause> {
-        let pause = self.authority.end_pause(self.at)?;
-        self.state.release();
-        Some(pause)
+fn move_tokens(ledger: &mut Ledger, moves: &[MovedTokens]) -> Result<(), LedgerError> {
+    let place = |name: &str| {
+        let found = ledger.plan.place_named(name);
+        found.ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
+    };
+    let moves: Vec<_> = moves
+        .iter()
+        .map(|it| Ok((place(&it.from)?, place(&it.to)?, it.tokens)))
+        .collect::<Result<_, LedgerError>>()?;
+    let refused = |why| LedgerError::NotAllowed { what: "the move of tokens".to_owned(), why };
+    for &(from, to, tokens) in &moves {
+        ledger.state.remove(from, tokens).map_err(refused)?;
+        ledger.state.add(to, tokens).map_err(refused)?;
     }
-
-    fn move_tokens(&mut self, moves: &[MovedTokens]) -> Result<(), LedgerError> {
-        let place = |name: &str| {
-            let found = self.plan.place_named(name);
-            found.ok_or_else(|| LedgerError::UnknownName(name.to_owned()))
-        };
-        let moves: Vec<_> = moves
-            .iter()
-            .map(|it| Ok((place(&it.from)?, place(&it.to)?, it.tokens)))
-            .collect::<Result<_, LedgerError>>()?;
-        let refused = |why| LedgerError::NotAllowed { what: "the move of tokens".to_owned(), why };
-        for &(from, to, tokens) in &moves {
-            self.state.remove(from, tokens).map_err(refused)?;
-            self.state.add(to, tokens).map_err(refused)?;
-        }
-        Ok(())
-    }
+    Ok(())
 }

@@ -5,7 +5,7 @@
 mod worker;
 
 use armor_executive::journal::{self, Journal};
-use armor_executive::{ExecutiveOptions, JournalEntry, Ledger, MissionOutcome, run};
+use armor_executive::{ExecutiveOptions, JournalEntry, MissionOutcome, replay_records, run};
 use armor_plan::Plan;
 use armor_registry::BackgroundRegistry;
 use armor_sdk::wire::registry::ComponentEntry;
@@ -235,7 +235,7 @@ fn a_mission_outlives_its_executive() {
     let story = Journal::open(&processes.journal()).expect("a journal").1;
     let first = &story.records.first().expect("some records").entry;
     assert!(matches!(first, JournalEntry::Snapshot(_)), "it was never cut");
-    let ledger = Ledger::replay(Arc::new(plan()), &story.records).expect("its own journal");
+    let ledger = replay_records(Arc::new(plan()), &story.records).expect("its own journal");
     assert_eq!(ledger.marking(), [0, 0, 0, 1, 0], "all tokens, and no other");
     let rounds = worker::check(&processes.diary());
     println!(
@@ -248,6 +248,6 @@ fn a_mission_outlives_its_executive() {
 impl Processes {
     /// How many have ever been written.
     fn records(&self) -> u64 {
-        journal::read(&self.journal()).map_or(0, |story| story.told())
+        journal::read(&self.journal()).map_or(0, |story| story.count_records())
     }
 }

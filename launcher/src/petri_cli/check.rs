@@ -176,7 +176,7 @@ impl Checking<'_> {
             dead_transitions: name_all(self.net, &dead),
             deadlocks: found.deadlocks().count() as u64,
             deadlock: deadlock
-                .map(|class| self.way_with(&found.way_to(class), found.marking(class))),
+                .map(|class| self.way_with(&found.path_to(class), found.marking(class))),
             ..report::ClassReport::default()
         };
         if let Some(goal) = self.goal
@@ -223,7 +223,7 @@ impl Checking<'_> {
     }
 
     fn way(&self, space: &Space, state: u32) -> report::FiringSequence {
-        let way = space.way_to(state).expect("the exploration was asked to remember ways");
+        let way = space.path_to(state).expect("the exploration was asked to remember ways");
         self.way_with(&way, &space.marking(state))
     }
 

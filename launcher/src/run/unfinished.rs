@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::Ledger;
 use armor_executive::journal::{self, JournalError, Story};
+use armor_executive::replay_records;
 use armor_plan::Plan;
 use armor_robotfile::Configuration;
 
@@ -95,7 +95,7 @@ fn replay_plan(story: &Story) -> Result<Arc<Plan>> {
     let version = journal::began_with(&story.records);
     let version = version.context("it does not contain the file it was played from")?;
     let plan = version.plan().map_err(|why| anyhow!(why))?;
-    Ok(Arc::clone(Ledger::replay(Arc::new(plan), &story.records)?.plan()))
+    Ok(Arc::clone(replay_records(Arc::new(plan), &story.records)?.plan()))
 }
 
 fn keep_unfinished(arguments: &RunArguments, out: &Path) -> Result<(LogLevel, String)> {

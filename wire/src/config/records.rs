@@ -5,6 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::Message;
+use crate::manifest::ParameterType;
 
 /// Most parameters, findings or changes in one answer.
 pub const MAX_RECORDS: usize = 128;
@@ -122,6 +123,29 @@ text_enum! {
     }
 }
 
+/// The type of a listed parameter, sent as a text: empty if the component's kind does not declare
+/// the parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ListedType(pub Option<ParameterType>);
+
+impl fmt::Display for ListedType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |kind| kind.fmt(f))
+    }
+}
+
+impl FromStr for ListedType {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text.is_empty() {
+            return Ok(Self(None));
+        }
+        let known = ParameterType::ALL.into_iter().find(|kind| kind.to_string() == text);
+        known.map(|kind| Self(Some(kind))).ok_or("an unknown type of parameter")
+    }
+}
+
 /// A parameter of a component of the system.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
@@ -130,9 +154,9 @@ pub struct ListedParameter {
     pub component: String,
     /// The parameter.
     pub name: String,
-    /// `number`, `integer`, `text`, `choice`, `path`, `flag` or `colour`; empty if its kind is not
-    /// known.
-    pub kind: String,
+    /// The type of its value.
+    #[message(text)]
+    pub kind: ListedType,
     /// The value as written, or the default.
     pub value: String,
     /// The unit of a bare number; empty without.
@@ -231,6 +255,16 @@ pub struct ConfigurationState {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_type_of_a_listed_parameter_is_sent_as_its_word() {
+        for kind in ParameterType::ALL.map(Some).into_iter().chain([None]) {
+            let text = ListedType(kind).to_string();
+            assert_eq!(text.parse(), Ok(ListedType(kind)));
+            assert_eq!(text.is_empty(), kind.is_none());
+        }
+        assert!("tensor".parse::<ListedType>().is_err());
+    }
 
     #[test]
     fn a_long_text_is_cut_at_a_character() {

@@ -1,5 +1,5 @@
-//! Unbounded places, shown by a pumping sequence: firings that can repeat for ever and add tokens each
-//! time (Karp and Miller, 1969).
+//! Unbounded places, shown by a pumping sequence: firings that can repeat for ever and add tokens
+//! each time (Karp and Miller, 1969).
 
 use super::rules::FiringRules;
 use super::space::Space;
@@ -19,9 +19,9 @@ pub struct PumpingSequence {
 impl PumpingSequence {
     /// Returns these firings as a pumping sequence, if they are one.
     ///
-    /// More tokens keep every transition enabled except through inhibitor arcs, and the same firings
-    /// add as much again except through reset arcs. So no place that has grown may inhibit a
-    /// transition of the cycle, and at least one of them must not be reset in it.
+    /// More tokens keep every transition enabled except through inhibitor arcs, and the same
+    /// firings add as much again except through reset arcs. So no place that has grown may inhibit
+    /// a transition of the cycle, and at least one of them must not be reset in it.
     pub fn new(
         rules: &FiringRules,
         initial: &[u32],
@@ -57,8 +57,8 @@ impl PumpingSequence {
     }
 }
 
-/// Returns the places that grow without bound when `cycle`, which leads from `before` to `after`, is
-/// repeated; `None` if there are none.
+/// Returns the places that grow without bound when `cycle`, which leads from `before` to `after`,
+/// is repeated; `None` if there are none.
 fn grown_places(
     rules: &FiringRules,
     before: &[u32],
@@ -88,8 +88,8 @@ const WALK_STEPS: usize = 400;
 /// Most comparisons of two numbers in all walks: a fraction of a second.
 const COMPARISONS: u64 = 40_000_000;
 
-/// Looks for a pumping sequence on a few pseudo-random walks, the same in every run. `None` does not
-/// mean that the net is bounded.
+/// Looks for a pumping sequence on a few pseudo-random walks, the same in every run. `None` does
+/// not mean that the net is bounded.
 pub fn pumping_on_walks(net: &Net) -> Option<PumpingSequence> {
     let rules = FiringRules::new(net);
     let mut comparisons = COMPARISONS;
@@ -148,10 +148,10 @@ const PATH_STATES: usize = 3000;
 const PATH_COMPARISONS: usize = 200_000_000;
 
 /// Looks for growth between any two states on the path to `state`. Called whenever a place has
-/// doubled, it eventually finds the growth of an unbounded net without inhibitor and reset arcs: every
-/// infinite path has two markings of which the later covers the earlier.
-pub(super) fn pumping_on_the_way(space: &Space, state: u32) -> Option<PumpingSequence> {
-    let mut states = space.states_on_the_way(state)?;
+/// doubled, it eventually finds the growth of an unbounded net without inhibitor and reset arcs:
+/// every infinite path has two markings of which the later covers the earlier.
+pub(super) fn pumping_on_path(space: &Space, state: u32) -> Option<PumpingSequence> {
+    let mut states = space.states_on_path(state)?;
     let places = space.most_in_place.len().max(1);
     let compared = (PATH_COMPARISONS / places).isqrt().clamp(10, PATH_STATES);
     let skipped = states.len().saturating_sub(compared);

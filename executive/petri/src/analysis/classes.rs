@@ -1,6 +1,7 @@
 //! The graph of state classes of a time Petri net. A class is a marking with all possible firing
 //! times of its enabled transitions (Berthomieu and Menasche, 1983; Berthomieu and Diaz, 1991). The
-//! graph has the markings and firing sequences of the timed net, and is finite if the net is bounded.
+//! graph has the markings and firing sequences of the timed net, and is finite if the net is
+//! bounded.
 //!
 //! Priorities and safety classes are ignored, and gates may open at any time, so whatever the graph
 //! excludes never happens in a run.
@@ -70,16 +71,16 @@ impl StateClasses {
     }
 
     /// Returns a firing sequence to a class, with the fewest firings.
-    pub fn way_to(&self, class: u32) -> Vec<TransitionId> {
-        let mut way = Vec::new();
+    pub fn path_to(&self, class: u32) -> Vec<TransitionId> {
+        let mut path = Vec::new();
         let mut current = class;
         while current != 0 {
             let (parent, transition) = self.parents[current as usize];
-            way.push(transition);
+            path.push(transition);
             current = parent;
         }
-        way.reverse();
-        way
+        path.reverse();
+        path
     }
 }
 
@@ -225,8 +226,8 @@ impl TimedRules {
             // stayed enabled, also between the taking and the putting of tokens.
             let persists = |other: u32| {
                 let old = enabled.binary_search(&other).ok()?;
-                let goes_on = other != transition && self.rules.rule(other).is_enabled(&between);
-                goes_on.then_some(old + 1)
+                let continues = other != transition && self.rules.rule(other).is_enabled(&between);
+                continues.then_some(old + 1)
             };
             let then: Vec<_> = self
                 .enabled_transitions(&after)

@@ -241,7 +241,7 @@ mod tests {
         let found = find_components(&space, &AnalysisBudget::UNLIMITED, |m| m[3] > 0).unwrap();
         let lost = found.lost().unwrap();
         assert_eq!(space.marking(lost), [0, 0, 1, 0]);
-        assert_eq!(space.way_to(lost).unwrap().len(), 2);
+        assert_eq!(space.path_to(lost).unwrap().len(), 2);
     }
 
     #[test]

@@ -19,8 +19,8 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Converts the intervals of `net`. A gated transition gets no latest moment, because its gate may
-    /// open at any time.
+    /// Converts the intervals of `net`. A gated transition gets no latest moment, because its gate
+    /// may open at any time.
     ///
     /// # Errors
     /// If the times do not fit a common unit.
@@ -54,9 +54,9 @@ fn greatest_common_divisor(a: u128, b: u128) -> u128 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// A tight difference-bound matrix: entry `x, y` is the greatest possible time x minus time y. Index
-/// 0 is now, the enabled transitions follow in order, and the last index, if requested, is the
-/// beginning of the run.
+/// A tight difference-bound matrix: entry `x, y` is the greatest possible time x minus time y.
+/// Index 0 is now, the enabled transitions follow in order, and the last index, if requested, is
+/// the beginning of the run.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Domain {
     size: usize,
@@ -64,7 +64,8 @@ pub(super) struct Domain {
 }
 
 impl Domain {
-    /// Returns the domain in which all of `enabled` have just become enabled; the beginning is now, if
+    /// Returns the domain in which all of `enabled` have just become enabled; the beginning is now,
+    /// if
     /// `with_beginning`.
     pub fn newly_enabled(times: &Times, enabled: &[u32], with_beginning: bool) -> Self {
         let size = 1 + enabled.len() + usize::from(with_beginning);
@@ -98,7 +99,8 @@ impl Domain {
     }
 
     /// Returns the domain after the transition at index `fired` has fired first. Each transition of
-    /// `after` either keeps the clock of its index here, or is newly enabled. The beginning is kept.
+    /// `after` either keeps the clock of its index here, or is newly enabled. The beginning is
+    /// kept.
     pub fn after_firing(
         &self,
         times: &Times,
@@ -114,7 +116,8 @@ impl Domain {
         for (index, old) in old.iter().enumerate() {
             let (upper, lower) = match old {
                 Some(old) => {
-                    // Strong time: a transition that stays enabled fires no earlier than this firing.
+                    // Strong time: a transition that stays enabled fires no earlier than this
+                    // firing.
                     let first = (1..=enabled).map(|other| self.at(other, *old)).min();
                     (self.at(*old, fired), first.unwrap_or(0))
                 }

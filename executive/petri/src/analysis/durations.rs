@@ -65,7 +65,7 @@ pub fn shortest_time(
         // domain can be sooner.
         if wanted(&marking) {
             let time = search.firing.times.duration(elapsed);
-            return Ok(Some(TimedSequence { time, sequence: search.way_to(node) }));
+            return Ok(Some(TimedSequence { time, sequence: search.path_to(node) }));
         }
         for (transition, marking, mut domain) in search.firing.first_firings(&marking, &domain)? {
             domain.forget_latest();
@@ -88,8 +88,8 @@ pub fn longest_time(
     budget: &AnalysisBudget<'_>,
 ) -> Result<Latest, Exhausted> {
     match find_escape(classes, [0], &wanted, budget)? {
-        Some(Escape::Circle(way, circle)) => return Ok(Latest::Circle(way, circle)),
-        Some(Escape::DeadEnd(way)) => return Ok(Latest::DeadEnd(way)),
+        Some(Escape::Circle(path, circle)) => return Ok(Latest::Circle(path, circle)),
+        Some(Escape::DeadEnd(path)) => return Ok(Latest::DeadEnd(path)),
         None => {}
     }
     let mut search = DurationSearch::new(net)?;
@@ -103,7 +103,7 @@ pub fn longest_time(
         let (marking, domain) = search.nodes[node].clone();
         let elapsed = domain.elapsed_at_most();
         if elapsed == NEVER {
-            return Ok(Latest::WithoutEnd(search.way_to(node)));
+            return Ok(Latest::WithoutEnd(search.path_to(node)));
         }
         if wanted(&marking) {
             latest = latest.max((elapsed, node));
@@ -116,7 +116,7 @@ pub fn longest_time(
         }
     }
     let time = search.firing.times.duration(latest.0);
-    Ok(Latest::At(TimedSequence { time, sequence: search.way_to(latest.1) }))
+    Ok(Latest::At(TimedSequence { time, sequence: search.path_to(latest.1) }))
 }
 
 /// Stop is checked after this many domains.
@@ -207,10 +207,10 @@ impl DurationSearch {
         }
     }
 
-    fn way_to(&self, node: usize) -> Vec<TransitionId> {
+    fn path_to(&self, node: usize) -> Vec<TransitionId> {
         let steps = std::iter::successors(self.from[node], |(node, _)| self.from[*node]);
-        let mut way: Vec<_> = steps.map(|(_, transition)| transition).collect();
-        way.reverse();
-        way
+        let mut path: Vec<_> = steps.map(|(_, transition)| transition).collect();
+        path.reverse();
+        path
     }
 }

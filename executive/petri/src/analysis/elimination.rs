@@ -27,8 +27,8 @@ pub(super) struct Solutions {
     pub complete: bool,
 }
 
-/// Solves for the matrix with the rows `matrix`, one per variable. Variables from `slack_from` on are
-/// left out of the solutions.
+/// Solves for the matrix with the rows `matrix`, one per variable. Variables from `slack_from` on
+/// are left out of the solutions.
 pub(super) fn solve_by_elimination(
     matrix: Vec<Vec<(u32, i64)>>,
     columns: usize,
@@ -38,6 +38,7 @@ pub(super) fn solve_by_elimination(
 ) -> Solutions {
     let mut table = EliminationTable::new(matrix, columns, effort.steps);
     let mut complete = true;
+    // The column that adds the fewest rows first: the order decides how many there are in between.
     while let Some((_, column)) = table.open.pop_first() {
         if table.live.len() > effort.rows
             || stop()
@@ -162,6 +163,7 @@ impl EliminationTable {
 
     /// Adds the rows whose support contains no other row's. Returns false if a limit was reached.
     fn keep_minimal(&mut self, mut made: Vec<EliminationRow>) -> bool {
+        // Smaller supports first, so that a row is compared with all that it could contain.
         made.sort_by_key(|row| row.weights.len());
         for row in made {
             // A support contained in this one begins with one of this one's variables.

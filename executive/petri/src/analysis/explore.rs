@@ -1,7 +1,7 @@
 //! The reachability graph in breadth-first order, with exact counts: states, edges (a state and a
 //! transition it enables), most tokens, deadlocks. The order makes firing sequences shortest.
 
-use super::boundedness::{PumpingSequence, pumping_on_the_way};
+use super::boundedness::{PumpingSequence, pumping_on_path};
 use super::budget::{AnalysisBudget, Exhausted};
 use super::invariants::PlaceBounds;
 use super::layout::{MarkingLayout, Room};
@@ -36,14 +36,14 @@ pub struct StateExploration {
 /// Explores the states of `net` from its initial marking. `bounds` make states small, and may leave
 /// places unbounded; then the search also looks for unbounded growth.
 ///
-/// `with_ways` records how each state was reached, in 4 bytes, for [`Space::way_to`].
+/// `with_paths` records how each state was reached, in 4 bytes, for [`Space::path_to`].
 pub fn explore_states(
     net: &Net,
     bounds: &PlaceBounds,
-    with_ways: bool,
+    with_paths: bool,
     budget: &AnalysisBudget<'_>,
 ) -> StateExploration {
-    let mut search = StateSearch::new(net, bounds, with_ways || !bounds.is_bounded());
+    let mut search = StateSearch::new(net, bounds, with_paths || !bounds.is_bounded());
     let ending = search.explore_all(bounds.is_bounded(), budget);
     StateExploration { space: search.space, ending }
 }
@@ -69,7 +69,7 @@ struct StateSearch {
 }
 
 impl StateSearch {
-    fn new(net: &Net, bounds: &PlaceBounds, with_ways: bool) -> Self {
+    fn new(net: &Net, bounds: &PlaceBounds, with_paths: bool) -> Self {
         let rules = FiringRules::new(net);
         let layout = MarkingLayout::new(&rooms_of(net, &rules, bounds));
         let initial = net.initial().to_vec();
@@ -86,7 +86,7 @@ impl StateSearch {
             deadlocks: 0,
             first_deadlock: None,
             fired: vec![false; net.transitions().len()],
-            parents: with_ways.then(|| vec![0]),
+            parents: with_paths.then(|| vec![0]),
             rules,
             layout,
             store,
@@ -160,7 +160,7 @@ impl StateSearch {
                 return Err(Exhausted::States);
             }
             if record && !bounded {
-                let found = pumping_on_the_way(&self.space, new);
+                let found = pumping_on_path(&self.space, new);
                 if found.is_some() {
                     return Ok(found);
                 }
@@ -169,8 +169,8 @@ impl StateSearch {
         Ok(None)
     }
 
-    /// Computes the successors of the present state; returns a place whose field is too small for its
-    /// new tokens, if there is one.
+    /// Computes the successors of the present state; returns a place whose field is too small for
+    /// its new tokens, if there is one.
     fn fire_enabled(&mut self) -> Result<Option<(u32, u32)>, Exhausted> {
         let Self { space, packed, marking, after, state, successors, hashes, .. } = self;
         successors.clear();
@@ -208,8 +208,8 @@ impl StateSearch {
         if uncountable { Err(Exhausted::Tokens) } else { Ok(full) }
     }
 
-    /// Records a new state, reached from the present one by `transition`. Returns whether some place
-    /// holds twice the tokens of the last search for growth.
+    /// Records a new state, reached from the present one by `transition`. Returns whether some
+    /// place holds twice the tokens of the last search for growth.
     fn record_new_state(&mut self, from: u32, transition: u32) -> bool {
         let space = &mut self.space;
         if let Some(parents) = &mut space.parents {
@@ -239,8 +239,8 @@ impl StateSearch {
 
     /// Checks that one more state fits the budget.
     fn check_growth(&self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
-        let ways = self.space.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 8);
-        if self.space.store.bytes_with_one_more() + ways > budget.memory_bytes {
+        let paths = self.space.parents.as_ref().map_or(0, |paths| paths.capacity() as u64 * 8);
+        if self.space.store.bytes_with_one_more() + paths > budget.memory_bytes {
             return Err(Exhausted::Memory);
         }
         match self.space.store.len() >= MOST_STATES {

@@ -29,7 +29,8 @@ const STEPS: u64 = 100_000_000;
 /// The same limit for the search of bounds, which only make states smaller.
 const STEPS_FOR_BOUNDS: u64 = 5_000_000;
 
-/// Returns the sums of tokens that no firing changes: `y·C = 0`. Places with a reset arc are in none.
+/// Returns the sums of tokens that no firing changes: `y·C = 0`. Places with a reset arc are in
+/// none.
 pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId> {
     let rules = FiringRules::new(net);
     let mut matrix = place_rows(net, &rules);
@@ -39,8 +40,8 @@ pub fn place_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<PlaceId>
     minimal_semiflows(matrix, net.transitions().len(), PlaceId, stop)
 }
 
-/// Returns the counts of firings that restore the marking: `C·x = 0`. Transitions with reset arcs are
-/// in none. The firings need not be possible.
+/// Returns the counts of firings that restore the marking: `C·x = 0`. Transitions with reset arcs
+/// are in none. The firings need not be possible.
 pub fn transition_semiflows(net: &Net, stop: &dyn Fn() -> bool) -> Semiflows<TransitionId> {
     let rules = FiringRules::new(net);
     let row = |rule: &super::rules::Rule| rule.reset_to.is_empty().then(|| rule.change.clone());
@@ -94,8 +95,8 @@ impl PlaceBounds {
     }
 
     /// Computes bounds from sums that no firing increases: `y·C ≤ 0`. First the sums that stay the
-    /// same; then, if places are left without a bound, those that may decrease. A reset only lowers a
-    /// sum.
+    /// same; then, if places are left without a bound, those that may decrease. A reset only lowers
+    /// a sum.
     pub fn of_net(net: &Net, stop: &dyn Fn() -> bool) -> Self {
         let rules = FiringRules::new(net);
         let mut bounds = Self::unknown(net);

@@ -1,5 +1,5 @@
-//! Packs markings into as few bits as the bounds of the places allow: fields in 64-bit words, none of
-//! them across two words.
+//! Packs markings into as few bits as the bounds of the places allow: fields in 64-bit words, none
+//! of them across two words.
 
 use std::collections::BTreeMap;
 
@@ -56,7 +56,8 @@ impl MarkingLayout {
             }
             let mask = (1u64 << width) - 1;
             let mask = u32::try_from(mask).expect("a field has 32 bits or fewer");
-            // A field without bits may be in any word, also behind its last bit, so it has no shift.
+            // A field without bits may be in any word, also behind its last bit, so it has no
+            // shift.
             let shift = if width == 0 { 0 } else { used[word] };
             fields[index] = BitField { word: word as u32, shift, mask, constant: 0 };
             used[word] += width;
@@ -106,7 +107,8 @@ impl MarkingLayout {
         let mut words: BTreeMap<u32, u64> = BTreeMap::new();
         for &(place, change) in change {
             let field = &self.fields[place as usize];
-            // Two's complement: borrows between fields cancel as long as every field stays in its room.
+            // Two's complement: borrows between fields cancel as long as every field stays in its
+            // room.
             let bits = (change as u64) << field.shift;
             let word = words.entry(field.word).or_default();
             *word = word.wrapping_add(bits);

@@ -80,8 +80,8 @@ impl FiringRules {
         self.rules[transition.index()].is_enabled(marking)
     }
 
-    /// Fires a transition that `marking` enables. Returns `None` if a place would overflow; the marking
-    /// is then invalid.
+    /// Fires a transition that `marking` enables. Returns `None` if a place would overflow; the
+    /// marking is then invalid.
     pub fn fire(&self, marking: &mut [u32], transition: TransitionId) -> Option<()> {
         self.rules[transition.index()].fire(marking)
     }
@@ -130,7 +130,8 @@ fn rule_of(net: &Net, id: TransitionId) -> Rule {
         let limit = below.entry(place).or_insert(weight);
         *limit = weight.min(*limit);
     }
-    // Tokens taken and put. The builder has merged parallel arcs, so each place occurs once per side.
+    // Tokens taken and put. The builder has merged parallel arcs, so each place occurs once per
+    // side.
     let mut moved: BTreeMap<u32, (u32, u32)> = BTreeMap::new();
     t.inputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().0 = arc.1);
     t.outputs.iter().for_each(|arc| moved.entry(arc.0.0).or_default().1 = arc.1);

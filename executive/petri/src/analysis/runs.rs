@@ -1,8 +1,8 @@
 //! Questions about all runs, answered on a graph of markings: whether a marking can become
 //! unreachable, and whether a run can avoid it for ever.
 //!
-//! [`find_escape`] has its own depth-first search, because petgraph's `depth_first_search` recurses and
-//! would overflow the stack on long runs.
+//! [`find_escape`] has its own depth-first search, because petgraph's `depth_first_search` recurses
+//! and would overflow the stack on long runs.
 
 use super::budget::{AnalysisBudget, Exhausted};
 use super::classes::StateClasses;
@@ -21,7 +21,7 @@ pub trait MarkingGraph {
     /// Returns the firings of a node, each with the node after it.
     fn firings(&self, node: u32) -> Cow<'_, [(TransitionId, u32)]>;
     /// Returns a shortest firing sequence to a node.
-    fn way(&self, node: u32) -> Vec<TransitionId>;
+    fn path(&self, node: u32) -> Vec<TransitionId>;
 
     /// Returns the nearest node whose marking is wanted.
     fn nearest(&self, wanted: &dyn Fn(&[u32]) -> bool) -> Option<u32> {
@@ -42,8 +42,8 @@ impl MarkingGraph for StateClasses {
         self.successors(node).into()
     }
 
-    fn way(&self, node: u32) -> Vec<TransitionId> {
-        self.way_to(node)
+    fn path(&self, node: u32) -> Vec<TransitionId> {
+        self.path_to(node)
     }
 }
 
@@ -61,8 +61,8 @@ impl MarkingGraph for Space {
         self.successors(node).into()
     }
 
-    fn way(&self, node: u32) -> Vec<TransitionId> {
-        self.way_to(node).unwrap_or_default()
+    fn path(&self, node: u32) -> Vec<TransitionId> {
+        self.path_to(node).unwrap_or_default()
     }
 }
 
@@ -158,11 +158,11 @@ pub fn find_escape(
         if search.marks[start as usize] == 0
             && let Some(escape) = search.find_escape(start)?
         {
-            let lead = graph.way(start);
-            let after = |way: Vec<_>| lead.iter().copied().chain(way).collect();
+            let lead = graph.path(start);
+            let after = |path: Vec<_>| lead.iter().copied().chain(path).collect();
             return Ok(Some(match escape {
-                Escape::Circle(way, circle) => Escape::Circle(after(way), circle),
-                Escape::DeadEnd(way) => Escape::DeadEnd(after(way)),
+                Escape::Circle(path, circle) => Escape::Circle(after(path), circle),
+                Escape::DeadEnd(path) => Escape::DeadEnd(after(path)),
             }));
         }
     }
@@ -176,7 +176,8 @@ struct EscapeSearch<'a> {
     marks: Vec<u8>,
 }
 
-/// A node on the search path, its firings, how many of them were followed, and the one that led here.
+/// A node on the search path, its firings, how many of them were followed, and the one that led
+/// here.
 struct Visit<'a> {
     node: u32,
     firings: Cow<'a, [(TransitionId, u32)]>,
@@ -186,45 +187,45 @@ struct Visit<'a> {
 
 impl<'a> EscapeSearch<'a> {
     fn find_escape(&mut self, start: u32) -> Result<Option<Escape>, Exhausted> {
-        let mut way = Vec::new();
-        self.enter_node(start, TransitionId(0), &mut way);
-        while let Some(last) = way.last_mut() {
+        let mut path = Vec::new();
+        self.enter_node(start, TransitionId(0), &mut path);
+        while let Some(last) = path.last_mut() {
             self.patience.check_budget()?;
             let Some(&(transition, next)) = last.firings.get(last.followed) else {
                 if last.firings.is_empty() {
-                    return Ok(Some(Escape::DeadEnd(fired_transitions(&way[1..]))));
+                    return Ok(Some(Escape::DeadEnd(fired_transitions(&path[1..]))));
                 }
                 self.marks[last.node as usize] = DONE;
-                way.pop();
+                path.pop();
                 continue;
             };
             last.followed += 1;
             match self.marks[next as usize] {
                 ON_PATH => {
-                    let entry = way.iter().position(|visit| visit.node == next).unwrap_or(0);
-                    let mut circle = fired_transitions(&way[entry + 1..]);
+                    let entry = path.iter().position(|visit| visit.node == next).unwrap_or(0);
+                    let mut circle = fired_transitions(&path[entry + 1..]);
                     circle.push(transition);
-                    return Ok(Some(Escape::Circle(fired_transitions(&way[1..=entry]), circle)));
+                    return Ok(Some(Escape::Circle(fired_transitions(&path[1..=entry]), circle)));
                 }
                 DONE => {}
-                _ => self.enter_node(next, transition, &mut way),
+                _ => self.enter_node(next, transition, &mut path),
             }
         }
         Ok(None)
     }
 
-    fn enter_node(&mut self, node: u32, by: TransitionId, way: &mut Vec<Visit<'a>>) {
+    fn enter_node(&mut self, node: u32, by: TransitionId, path: &mut Vec<Visit<'a>>) {
         let is_wanted = (self.wanted)(&self.graph.tokens(node));
         self.marks[node as usize] = if is_wanted { DONE } else { ON_PATH };
         if !is_wanted {
             let firings = self.graph.firings(node);
-            way.push(Visit { node, firings, followed: 0, by });
+            path.push(Visit { node, firings, followed: 0, by });
         }
     }
 }
 
-fn fired_transitions(way: &[Visit<'_>]) -> Vec<TransitionId> {
-    way.iter().map(|visit| visit.by).collect()
+fn fired_transitions(path: &[Visit<'_>]) -> Vec<TransitionId> {
+    path.iter().map(|visit| visit.by).collect()
 }
 
 #[cfg(test)]
@@ -276,7 +277,7 @@ mod tests {
         let check = |edges: &[(usize, usize)], expected: Option<&[TransitionId]>| {
             let space = space_of_walker(4, edges);
             let found = nearest_lost(&space, &|m| m[3] > 0, &AnalysisBudget::UNLIMITED).unwrap();
-            assert_eq!(found.map(|node| space.way(node)).as_deref(), expected, "{edges:?}");
+            assert_eq!(found.map(|node| space.path(node)).as_deref(), expected, "{edges:?}");
         };
         check(&[(0, 1), (1, 0), (1, 3)], None);
         check(&[(0, 1), (1, 2), (2, 2), (0, 3), (1, 3)], Some(&ids(&[0, 1])));

@@ -117,29 +117,29 @@ impl Space {
         self.find(|marking| marking[one.index()] > 0 && marking[other.index()] > 0)
     }
 
-    /// Returns a shortest firing sequence from the initial state to `state`; `None` if the exploration
-    /// did not record how states were reached.
-    pub fn way_to(&self, state: u32) -> Option<Vec<TransitionId>> {
-        let states = self.states_on_the_way(state)?;
+    /// Returns a shortest firing sequence from the initial state to `state`; `None` if the
+    /// exploration did not record how states were reached.
+    pub fn path_to(&self, state: u32) -> Option<Vec<TransitionId>> {
+        let states = self.states_on_path(state)?;
         Some(states.windows(2).map(|step| self.between(step[0], step[1])).collect())
     }
 
     /// Returns the states of that sequence, including both ends.
-    pub(crate) fn states_on_the_way(&self, state: u32) -> Option<Vec<u32>> {
+    pub(crate) fn states_on_path(&self, state: u32) -> Option<Vec<u32>> {
         let parents = self.parents.as_ref()?;
-        let mut way = vec![state];
+        let mut path = vec![state];
         let mut current = state;
         while current != 0 {
             current = parents[current as usize];
-            way.push(current);
+            path.push(current);
         }
-        way.reverse();
-        Some(way)
+        path.reverse();
+        Some(path)
     }
 
     /// Returns the bytes that the states and their index take.
     pub fn bytes(&self) -> u64 {
-        let ways = self.parents.as_ref().map_or(0, |ways| ways.capacity() as u64 * 4);
-        self.store.bytes() + ways
+        let paths = self.parents.as_ref().map_or(0, |paths| paths.capacity() as u64 * 4);
+        self.store.bytes() + paths
     }
 }

@@ -73,8 +73,8 @@ pub fn find_wanted_deadlocks(
             let mut after = marking.clone();
             rules.fire(&mut after, TransitionId(transition)).ok_or(Exhausted::Tokens)?;
             layout.pack(&after, &mut words);
-            let ways = from.capacity() as u64 * 16;
-            if store.is_about_to_grow() && store.bytes_with_one_more() + ways > budget.memory_bytes
+            let paths = from.capacity() as u64 * 16;
+            if store.is_about_to_grow() && store.bytes_with_one_more() + paths > budget.memory_bytes
             {
                 return Err(Exhausted::Memory);
             }
@@ -88,16 +88,16 @@ pub fn find_wanted_deadlocks(
         next += 1;
     }
     let first = first.map(|state| {
-        let mut way = Vec::new();
+        let mut path = Vec::new();
         let mut current = state;
         while current != 0 {
             let (before, transition) = from[current as usize];
-            way.push(TransitionId(transition));
+            path.push(TransitionId(transition));
             current = before;
         }
-        way.reverse();
+        path.reverse();
         layout.unpack(store.state(state), &mut marking);
-        (way, marking)
+        (path, marking)
     });
     Ok(Some(Deadlocks { deadlocks, first, states: store.len() as u64 }))
 }
@@ -159,8 +159,8 @@ impl Stubborn {
         best
     }
 
-    /// Returns the enabled transitions of the smallest stubborn set that contains `beginning`, if they
-    /// are fewer than `than`.
+    /// Returns the enabled transitions of the smallest stubborn set that contains `beginning`, if
+    /// they are fewer than `than`.
     fn close_set(
         &mut self,
         rules: &FiringRules,
@@ -176,8 +176,10 @@ impl Stubborn {
             let mut missing = rules.rule(transition).at_least.iter();
             let missing = missing.find(|(place, weight)| marking[*place as usize] < *weight);
             let needed = match missing {
-                // Only transitions that fill this place can enable it.
+                // Only transitions that fill this place can enable it. One such place is enough,
+                // and any one will do.
                 Some((place, _)) => &self.filling[*place as usize],
+                // Enabled: those that it competes with for tokens must not be postponed.
                 None => {
                     enabled.push(transition);
                     if enabled.len() >= than {

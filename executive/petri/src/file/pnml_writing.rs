@@ -1,4 +1,5 @@
-//! Writes PNML. What the standard cannot express is written as TINA does (`<delay>`, arc types) or in
+//! Writes PNML. What the standard cannot express is written as TINA does (`<delay>`, arc types) or
+//! in
 //! `<toolspecific tool="armor">`, so that reading back gives the same net.
 
 use super::numeral::write_seconds;
@@ -43,7 +44,8 @@ pub fn write(file: &NetFile) -> String {
         let t = &file.net.transitions()[index];
         let _ = writeln!(out, "      <transition id=\"{id}\">");
         out += &note_elements(&file.transitions[index], &t.name);
-        // Other tools have no gates: for them the transition may fire at any time after its earliest.
+        // Other tools have no gates: for them the transition may fire at any time after its
+        // earliest.
         let latest = t.interval.latest.filter(|_| !t.gated);
         out += &delay_element(FiringInterval { latest, ..t.interval });
         out += &tool_element(

@@ -1,5 +1,6 @@
-//! Reads TINA's `.net`: `net`, `tr`, `pl`, `lb`, `pr` and `nt` declarations, which add up to the net.
-//! The grammar is on the page "formats" of TINA's manual (LAAS-CNRS). One unit of time is a second.
+//! Reads TINA's `.net`: `net`, `tr`, `pl`, `lb`, `pr` and `nt` declarations, which add up to the
+//! net. The grammar is on the page "formats" of TINA's manual (LAAS-CNRS). One unit of time is a
+//! second.
 
 use super::draft::{DraftPlace, DraftTransition, NetArcKind, NetDraft};
 use super::numeral::{parse_scaled_tokens, parse_seconds};

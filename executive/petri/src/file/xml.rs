@@ -1,5 +1,6 @@
-//! Parses XML into a small tree of elements with their offsets. Drops namespace prefixes and elements
-//! that are not needed (drawings, other tools' data), and enforces limits that quick-xml lacks.
+//! Parses XML into a small tree of elements with their offsets. Drops namespace prefixes and
+//! elements that are not needed (drawings, other tools' data), and enforces limits that quick-xml
+//! lacks.
 
 use super::numeral::shorten;
 use super::{FileError, NetFault, fault_at};
@@ -44,7 +45,8 @@ impl XmlElement {
     }
 }
 
-/// Parses the text and returns the root element. `unread` selects elements to drop with their content.
+/// Parses the text and returns the root element. `unread` selects elements to drop with their
+/// content.
 pub(super) fn parse(
     text: &str,
     unread: impl Fn(&XmlElement) -> bool,

@@ -14,9 +14,10 @@ impl Compiler {
         self.findings.borrow_mut().push(finding.remedy(remedy));
     }
 
-    /// A fault that [`armor_robotfile::check`] reports in more detail; a file that it refuses is not compiled.
+    /// A fault that [`armor_robotfile::check`] reports in more detail; a file that it refuses is
+    /// not compiled.
     pub(super) fn report(&self, code: Code, at: &Location, message: &str) {
-        let finding = Finding::new(code, at, message).remedy("correct it; armor check says how");
+        let finding = Finding::new(code, at, message).remedy("correct it; armor check shows how");
         self.findings.borrow_mut().push(finding);
     }
 

@@ -45,7 +45,7 @@ fn everything_written_is_in_the_plan() {
 }
 
 #[test]
-fn whoever_waits_for_a_person_is_never_too_late() {
+fn a_transition_that_waits_for_a_person_is_never_too_late() {
     let plan = compiled(
         r#"resume="hold"><place name="x" initial="true" components="a" class="safety"/>
         <place name="z"/>
@@ -103,7 +103,7 @@ fn dates_are_gates() {
         (t.first.map(|date| date.to_string()), t.last),
         (Some("2030-01-01T00:00:00Z".to_owned()), None)
     );
-    assert_eq!(t.missed, Missed::Skip, "nothing said");
+    assert_eq!(t.missed, Missed::Skip, "the default");
     assert_eq!(
         u.last.and_then(|last| last.after(t.first?)),
         Some(std::time::Duration::from_millis(500))

@@ -28,9 +28,9 @@ fn holds(net: &str, check: &str) {
     assert!(found.is_none(), "{check}: {found:?}");
 }
 
-/// Checks that `check` fails: `message` is part of its finding's message, `way` its trace (the
+/// Checks that `check` fails: `message` is part of its finding's message, `path` its trace (the
 /// names of the transitions, separated by spaces).
-fn fails(net: &str, check: &str, message: &str, way: &str) {
+fn fails(net: &str, check: &str, message: &str, path: &str) {
     let found =
         found(net, check, ProofEffort::default()).unwrap_or_else(|| panic!("{check} holds"));
     assert_eq!(found.code, Code::CheckFails, "{check}: {found:?}");
@@ -38,7 +38,7 @@ fn fails(net: &str, check: &str, message: &str, way: &str) {
     let at = found.at.as_ref().expect("it has a place");
     assert_eq!(at.text().replace("&lt;", "<"), check);
     let shown = found.way.unwrap_or_default();
-    assert_eq!(shown.firings.join(" "), way, "{check}: {}", found.message);
+    assert_eq!(shown.firings.join(" "), path, "{check}: {}", found.message);
     assert!(!found.remedy.is_empty(), "{check}");
 }
 
@@ -91,10 +91,10 @@ fn every_run_comes_to_it_unless_a_circle_or_a_dead_end_avoids_it() {
         <transition name='back' from='y' to='x' timeout='1s'/>
         <transition name='out' from='y' to='z' on='a.done'/>
         <transition name='end' from='z' to='over' timeout='1s'/>";
-    fails(turns, "x leads to over", "can go on for ever without it: go, back", "");
+    fails(turns, "x leads to over", "can continue forever without it: go, back", "");
     holds(turns, "z leads to over");
     holds(turns, "x leads to y");
-    fails(turns, "y leads to z", "can go on for ever without it", "go");
+    fails(turns, "y leads to z", "can continue forever without it", "go");
     let found = found(turns, "y leads to z", ProofEffort::default()).expect("it fails");
     assert_eq!(found.way.expect("a way").circle.join(" "), "back go");
     let trap = "<place name='x' initial='true'/><place name='y'/>
@@ -220,8 +220,8 @@ fn a_check_may_speak_of_places_of_sub_missions_and_theirs_are_proven_of_themselv
     let findings = prove(&configuration, &plan, &|| false);
     let failed = findings.iter().filter(|finding| finding.code == Code::CheckFails);
     let place_and_trace = |finding: &Finding| {
-        let way = finding.way.clone().unwrap_or_default().firings.join(" ");
-        format!("{} {way}", finding.at.as_ref().expect("a place"))
+        let path = finding.way.clone().unwrap_or_default().firings.join(" ");
+        format!("{} {path}", finding.at.as_ref().expect("a place"))
     };
     let found: Vec<_> = failed.map(place_and_trace).collect();
     assert_eq!(found, ["m.xml:5:16 dock.enter dock.t", "dock.xml:4:50 t"]);
@@ -242,7 +242,7 @@ fn of_a_mission_that_has_begun_what_is_claimed_of_its_start_is_left_out() {
 fn the_mission_s_durations_are_told_where_they_can_be_found_out() {
     let takes_finding = |net: &str| {
         let findings = all_proven(&mission(net), ProofEffort::default());
-        findings.into_iter().find(|finding| finding.code == Code::Takes).expect("it is told")
+        findings.into_iter().find(|finding| finding.code == Code::Takes).expect("a finding")
     };
     let both = "<place name='x' initial='true'/><transition name='t' from='x' to='over'";
     let sure = takes_finding(&format!("{both} interval='[10s,20min]'/>"));

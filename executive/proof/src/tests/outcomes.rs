@@ -50,7 +50,7 @@ fn where_the_goal_is_out_of_reach_only_on_that_way_the_standstill_is_shown() {
          <transition name='other' from='x w' to='over' on='a.done'/>"
     );
     let findings = codes_and_messages(&net);
-    let still = findings.iter().find(|it| it.0 == "W0242").expect("it is told");
+    let still = findings.iter().find(|it| it.0 == "W0242").expect("a finding");
     assert!(
         still.1.starts_with("after u the mission stands still, with a token in x"),
         "{still:?}"
@@ -121,7 +121,7 @@ fn silence_that_fires_has_a_latest_moment() {
     assert_eq!(refuted(&net, &["eventually over", "duration(over) <= 5s"]), [""; 0]);
     assert_eq!(refuted(&net, &["duration(over) < 5s"]), ["duration(over) < 5s"]);
     let findings = all_proven(&mission(&net), ProofEffort::default());
-    let takes = findings.iter().find(|f| f.code == Code::Takes).expect("it is told");
+    let takes = findings.iter().find(|f| f.code == Code::Takes).expect("a finding");
     assert_eq!(takes.message, "over comes after 0 s to 5 s");
     // The link may stay lost for any duration, so there is no latest moment.
     let net = asking("unanswered='fire' lost-link='wait'", "");

@@ -52,8 +52,8 @@ fn a_value_outside_is_told_with_the_firings_that_lead_there() {
     let message = "after again, again again would set round to 7, and it is 0 to 3";
     assert_eq!((finding.code, finding.message.as_str()), (Code::ValueOutside, message));
     assert_eq!(finding.at.as_ref().map(|at| at.text()), Some("2 * round + 1"));
-    let way = finding.way.as_ref().expect("a way");
-    assert_eq!(way.firings, ["again", "again", "again/outside"]);
+    let path = finding.way.as_ref().expect("a way");
+    assert_eq!(path.firings, ["again", "again", "again/outside"]);
 }
 
 #[test]
@@ -92,8 +92,7 @@ fn too_many_values_are_left_open_and_named() {
         <check>never n > 3</check><check>never hold</check><check>reachable(over)</check>";
     let findings = proven(&mission(net));
     let found: Vec<_> = findings.iter().map(|it| (it.code.as_str(), it.message.as_str())).collect();
-    let open =
-        "n and m are not followed in the proof: t tells 251001 combinations of their values apart";
+    let open = "n and m are not followed in the proof: t distinguishes 251001 combinations of their values";
     assert!(found.contains(&("W0249", open)), "{found:?}");
     let undecided = found.iter().filter(|it| it.0 == "W0253").count();
     assert_eq!((undecided, found.len()), (2, 3), "{found:?}");

@@ -5,7 +5,7 @@ use crate::controller::confirmations::{answer_within, is_put_off};
 use crate::controller::wishes::{is_settled_off, wants_off};
 use crate::ledger::Consent;
 use crate::order::Judged;
-use armor_marking::{Confirmation, Holder, OrderGiven, Paused};
+use armor_marking::{Confirmation, Holder, OrderGiven, Paused, UnansweredAction};
 use armor_petri::TransitionId;
 use armor_robotfile::mission::Autonomy;
 use std::time::Duration;
@@ -49,15 +49,17 @@ impl Controller {
     fn confirmation_of(&self, id: TransitionId, since: Duration) -> Confirmation {
         let by = answer_within(self.ledger(), id)
             .map(|within| since.saturating_add(within).as_secs_f64());
-        let fires = matches!(
-            self.plan().transition(id).autonomy,
-            Autonomy::Confirm { fire_unanswered: true, .. }
-        );
+        let unanswered = match self.plan().transition(id).autonomy {
+            Autonomy::Confirm { fire_unanswered: true, .. } => UnansweredAction::Fire,
+            Autonomy::Confirm { fire_unanswered: false, .. }
+            | Autonomy::Auto
+            | Autonomy::Operator => UnansweredAction::Decline,
+        };
         Confirmation {
             transition: self.plan().net().transition(id).name.clone(),
             asked_at_s: since.as_secs_f64(),
             answer_by_at_s: by,
-            unanswered: if fires { "fire" } else { "decline" }.to_owned(),
+            unanswered,
             put_off: is_put_off(self.ledger(), id),
         }
     }

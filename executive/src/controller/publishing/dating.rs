@@ -1,7 +1,7 @@
 //! What the marking shows of absolute dates.
 
 use crate::controller::Controller;
-use armor_marking::DateStand;
+use armor_marking::{DateStand, DateWindow, MissedAction};
 use armor_petri::TransitionId;
 use armor_plan::DatePhase;
 use armor_robotfile::Date;
@@ -27,17 +27,15 @@ impl Controller {
             not_before: text(dates.first),
             not_after: text(dates.last),
             missed: match dates.missed {
-                Missed::Fire => "fire",
-                Missed::Skip => "skip",
-                Missed::Fail => "fail",
-            }
-            .to_owned(),
+                Missed::Fire => MissedAction::Fire,
+                Missed::Skip => MissedAction::Skip,
+                Missed::Fail => MissedAction::Fail,
+            },
             phase: match stand.phase {
-                DatePhase::Early => "early",
-                DatePhase::Open => "open",
-                DatePhase::Past => "past",
-            }
-            .to_owned(),
+                DatePhase::Early => DateWindow::Early,
+                DatePhase::Open => DateWindow::Open,
+                DatePhase::Past => DateWindow::Past,
+            },
             used: stand.used,
             next_at_s: next
                 .zip(self.dates.utc_at_start())

@@ -122,10 +122,10 @@ impl Bench {
         self.instances += 1;
         let instance = self.instances;
         self.tell(ControllerEvent::Appeared { component, instance });
-        self.says(component, doing, activation);
+        self.report_state(component, doing, activation);
     }
 
-    pub(super) fn says(&mut self, component: ComponentId, doing: Doing, activation: u64) {
+    pub(super) fn report_state(&mut self, component: ComponentId, doing: Doing, activation: u64) {
         let instance = self.controller.roster().of(component).instance;
         self.tell(ControllerEvent::StateReported {
             component,
@@ -238,7 +238,7 @@ impl Bench {
                 continue;
             };
             let doing = if order.stop { Doing::Frozen } else { Doing::Active };
-            self.says(component, doing, commanded);
+            self.report_state(component, doing, commanded);
             let obeyed = self.controller.roster().of(component).order != Some(order);
             if obeyed {
                 self.obey();

@@ -3,6 +3,7 @@
 
 use super::bench::{Bench, SECOND};
 use crate::event::ControllerEvent;
+use crate::ledger::applying::replay_records;
 use crate::ledger::{Ledger, Phase};
 use crate::order::{MissionOrder, MovedTokens};
 use crate::record::JournalEntry;
@@ -90,7 +91,7 @@ impl Bench {
 
     /// Replays the first `records` records of the journal.
     fn replayed(&self, records: usize) -> Ledger {
-        Ledger::replay(Arc::clone(&self.plan), &self.records[..records]).expect("its own journal")
+        replay_records(Arc::clone(&self.plan), &self.records[..records]).expect("its own journal")
     }
 }
 
@@ -101,7 +102,7 @@ fn a_new_transition_is_taken_and_nobody_is_disturbed() {
     let recall = r#"<transition name="recall" from="explore" to="return" timeout="9s"/>"#;
     bench.saved(version(2, &office(recall)));
     assert_eq!(bench.played(), 2);
-    assert_eq!(bench.wanted(), [] as [&str; 0], "nobody is disturbed");
+    assert_eq!(bench.wanted(), [] as [&str; 0], "no component is disturbed");
     assert_eq!((bench.left_s("lost"), bench.left_s("recall")), (Some(3597.0), Some(9.0)));
     let Some(JournalEntry::Changed { changes, .. }) =
         bench.records.last().map(|it| it.entry.clone())
@@ -125,7 +126,7 @@ fn a_clock_goes_on_while_what_it_waits_for_is_the_same() {
     bench.saved(version(3, &late(r#"timeout="6s" on="explorer.seen""#)));
     assert_eq!((bench.played(), bench.left_s("late")), (3, None), "it waits for something else");
     bench.saved(version(4, &late(r#"timeout="6s""#)));
-    assert_eq!(bench.left_s("late"), Some(6.0), "it begins anew");
+    assert_eq!(bench.left_s("late"), Some(6.0), "it begins again");
     bench.pass(5 * SECOND);
     bench.saved(version(5, &late(r#"timeout="1s""#)));
     assert_eq!(bench.wanted(), ["freeze explorer"], "its time has passed already");
@@ -163,7 +164,7 @@ fn nothing_is_changed_while_a_firing_is_under_way() {
         bench.controller.ledger().firings().values().map(|firing| firing.phase).collect()
     };
     assert_eq!((bench.played(), phases(&bench)), (1, vec![Phase::Stopping]));
-    bench.says(explorer, Doing::Frozen, bench.activation(explorer));
+    bench.report_state(explorer, Doing::Frozen, bench.activation(explorer));
     assert_eq!((bench.played(), phases(&bench)), (1, vec![Phase::Starting]));
     bench.obey();
     bench.judge();
@@ -225,18 +226,18 @@ fn a_goal_that_cannot_be_reached_from_here_is_refused() {
 fn the_first_dates_come_only_by_a_clock_that_somebody_keeps() {
     let dated = r#"<transition name="curfew" from="explore" to="return" not-before="2099-01-01T00:00:00Z"/>"#;
     let mut bench = begun(&office(""));
-    bench.clock_doubts = Some("nobody keeps it".into());
+    bench.clock_doubts = Some("no service keeps it".into());
     bench.saved(version(2, &office(dated)));
     let (state, why) = bench.change();
     assert_eq!((bench.played(), state.as_str()), (1, "refused"));
-    assert!(why.contains("nobody keeps it") && why.contains("--trust-clock"), "{why}");
+    assert!(why.contains("no service keeps it") && why.contains("--trust-clock"), "{why}");
     bench.clock_doubts = None;
     // A refused version is judged again as soon as its text differs.
     bench.saved(version(3, &office(&dated.replace("2099", "2098"))));
     assert_eq!(bench.played(), 3, "{:?}", bench.controller.marking(0.0).change);
     // A mission that already has dates continues with an untrusted clock, and so does its next
     // version.
-    bench.clock_doubts = Some("nobody keeps it".into());
+    bench.clock_doubts = Some("no service keeps it".into());
     bench.saved(version(4, &office(&dated.replace("2099", "2100"))));
     assert_eq!(bench.played(), 4);
 }

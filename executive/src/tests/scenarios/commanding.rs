@@ -4,6 +4,7 @@ use super::bench::{Bench, MS, Office, SECOND, office};
 use crate::order::MissionOrder;
 use crate::terms::{ComponentReport, MissionOutcome};
 use crate::tests::simulation::draft::Way;
+use armor_marking::{FiringDecider, UnansweredAction};
 use armor_robotfile::mission::{Autonomy, LostLink};
 use std::time::Duration;
 
@@ -57,7 +58,7 @@ fn an_operator_fires_what_is_theirs_and_enabled_and_nothing_else() {
     bench.obey();
     assert_eq!(bench.marked(), ["return"]);
     let shown = bench.controller.marking(0.0);
-    assert_eq!(shown.enabled[0].by, "operator");
+    assert_eq!(shown.enabled[0].by, FiringDecider::Operator);
     assert_eq!(shown.orders.len(), 6);
     assert!(shown.orders[4].accepted && shown.orders[4].order == "fire recall");
     assert_eq!((shown.orders[4].author.as_str(), shown.orders[4].given_at_s), ("ruth", 1.0));
@@ -107,7 +108,7 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
             bench.done(explorer);
         }
         if phase > 1 {
-            bench.says(explorer, crate::roster::Doing::Frozen, bench.activation(explorer));
+            bench.report_state(explorer, crate::roster::Doing::Frozen, bench.activation(explorer));
         }
         assert_eq!(bench.orders("sam", MissionOrder::Safe), "accepted: the mission goes to `hold`");
         let again = bench.orders("tim", MissionOrder::Safe);
@@ -123,7 +124,10 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
 #[test]
 fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
-    assert_eq!(bench.orders("ruth", MissionOrder::Release), "refused: nobody holds the command");
+    assert_eq!(
+        bench.orders("ruth", MissionOrder::Release),
+        "refused: no operator holds the command"
+    );
     assert_eq!(bench.orders("ruth", MissionOrder::Lease), "accepted: the command is yours");
     let refused =
         "refused: ruth commands this mission (tool-ruth): ask for the command, or take it over";
@@ -137,7 +141,7 @@ fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
         "anyone may"
     );
     assert_eq!(bench.orders("sam", MissionOrder::Resume), refused);
-    assert_eq!(bench.orders("ruth", MissionOrder::Resume), "accepted: the mission goes on");
+    assert_eq!(bench.orders("ruth", MissionOrder::Resume), "accepted: the mission continues");
     assert_eq!(bench.controller.ledger().lease().map(|l| l.by.author.as_str()), Some("ruth"));
     let holder = bench.controller.marking(0.0).holder.unwrap();
     assert!(holder.connected && holder.from == "tool-ruth" && holder.runs_out_at_s.is_none());
@@ -155,7 +159,10 @@ fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
 #[test]
 fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
-    assert_eq!(bench.orders("ruth", MissionOrder::Rejoin), "refused: nobody holds the command");
+    assert_eq!(
+        bench.orders("ruth", MissionOrder::Rejoin),
+        "refused: no operator holds the command"
+    );
     bench.orders("ruth", MissionOrder::Lease);
     let refused = bench.takes_over("sam", fire("none"));
     assert!(refused.starts_with("refused"), "{refused}");
@@ -167,7 +174,10 @@ fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
     );
     assert_eq!(bench.unasked(), ["refused: sam has taken the command over"]);
     bench.restarts();
-    assert_eq!(bench.orders("ruth", MissionOrder::Rejoin), "refused: nobody holds the command");
+    assert_eq!(
+        bench.orders("ruth", MissionOrder::Rejoin),
+        "refused: no operator holds the command"
+    );
     bench.orders("sam", MissionOrder::Lease);
     let refused = bench.takes_over("ruth", MissionOrder::Rejoin);
     assert!(refused.starts_with("refused: sam commands this mission"), "{refused}");
@@ -205,7 +215,7 @@ fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
     bench.orders("sam", MissionOrder::Release);
     assert!(bench.controller.marking(0.0).link_lost_at_s.is_some(), "that order was refused");
     bench.orders("sam", MissionOrder::Lease);
-    assert_eq!(bench.controller.marking(0.0).link_lost_at_s, None, "somebody commands again");
+    assert_eq!(bench.controller.marking(0.0).link_lost_at_s, None, "an operator commands again");
 }
 
 #[test]
@@ -249,13 +259,14 @@ fn a_transition_that_asks_waits_for_the_answer() {
 }
 
 #[test]
-fn without_an_answer_in_time_it_does_what_the_file_says() {
-    for fires in [true, false] {
+fn without_an_answer_in_time_it_does_what_the_file_specifies() {
+    for (fires, unanswered) in [(true, UnansweredAction::Fire), (false, UnansweredAction::Decline)]
+    {
         let mut bench = Bench::begun(with_recall(asking(Some(5 * SECOND), fires), None));
         bench.pass(4 * SECOND);
         let asked = bench.controller.marking(0.0).confirmations;
         assert_eq!(asked[0].answer_by_at_s, Some(5.0));
-        assert_eq!(asked[0].unanswered, if fires { "fire" } else { "decline" });
+        assert_eq!(asked[0].unanswered, unanswered);
         bench.pass(2 * SECOND);
         bench.obey();
         assert_eq!(bench.marked(), [if fires { "return" } else { "explore" }]);
@@ -289,7 +300,7 @@ fn what_was_declined_asks_again_when_it_is_newly_enabled() {
     assert_eq!(bench.orders("ruth", confirm("look")), "refused: `look` has been declined already");
     bench.pass(60 * SECOND);
     assert_eq!(asks(&bench), 0);
-    assert_eq!(bench.controller.marking(0.0).enabled[0].by, "declined");
+    assert_eq!(bench.controller.marking(0.0).enabled[0].by, FiringDecider::Declined);
     see(&mut bench);
     assert_eq!(asks(&bench), 1, "seen once more");
     bench.orders("ruth", confirm("look"));

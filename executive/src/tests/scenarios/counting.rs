@@ -4,7 +4,8 @@
 use super::bench::{Bench, Office, SECOND, office};
 use super::changing::{begun as begun_from, version};
 use crate::event::ControllerEvent;
-use crate::ledger::Ledger;
+use crate::ledger::applying::replay_records;
+use crate::ledger::snapshot::snapshot_of;
 use crate::record::JournalEntry;
 use crate::terms::ComponentReport;
 use crate::tests::simulation::draft::{DraftPlan, Way};
@@ -105,12 +106,12 @@ fn a_crash_leaves_no_guard_behind_its_variable() {
     let id = bench.plan.transition_named("enough").expect("it is there");
     for len in 1..=bench.records.len() {
         let plan = Arc::clone(&bench.plan);
-        let ledger = Ledger::replay(plan, &bench.records[..len]).expect("its own journal");
+        let ledger = replay_records(plan, &bench.records[..len]).expect("its own journal");
         let round = ledger.values().next().expect("a variable").1;
         assert!(!ledger.guard_holds(id) || round < 1, "{len} records, round {round}");
     }
-    let snapshot = bench.controller.ledger().snapshot();
-    let again = Ledger::replay(Arc::clone(&bench.plan), &[snapshot]).expect("its own snapshot");
+    let snapshot = snapshot_of(bench.controller.ledger());
+    let again = replay_records(Arc::clone(&bench.plan), &[snapshot]).expect("its own snapshot");
     assert!(again.values().eq(bench.controller.ledger().values()));
 }
 
@@ -152,7 +153,7 @@ fn after_a_restart_a_guard_over_both_is_as_the_journal_says_until_a_variable_cha
         bench.obey();
         let id = bench.plan.transition_named("late").expect("it is there");
         let since = |bench: &Bench| bench.controller.ledger().state().enabled_since(id);
-        assert_eq!(since(&bench), Some(Duration::ZERO), "as the journal says");
+        assert_eq!(since(&bench), Some(Duration::ZERO), "as in the journal");
         bench.pass(1500 * super::bench::MS);
         let expected = (!moves).then_some(Duration::ZERO);
         assert_eq!(since(&bench), expected, "the variable changes: {moves}");
@@ -186,7 +187,7 @@ fn values_are_carried_over_by_name_and_wait_for_their_domain() {
     let next = mission(r#"min="-1" max="4""#, more).replace(r#"when="round &lt; 3""#, used);
     bench.saved(version(3, &next));
     assert_eq!((bench.played(), values(&bench)), (3, vec![2, 4]), "{:?}", bench.records.last());
-    let again = Ledger::replay(Arc::clone(&bench.plan), &bench.records).expect("its own journal");
+    let again = replay_records(Arc::clone(&bench.plan), &bench.records).expect("its own journal");
     assert!(again.values().eq([("round", 2), ("other", 4)]));
     seen(&mut bench);
     assert_eq!(values(&bench), [3, 4]);

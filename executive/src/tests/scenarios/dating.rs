@@ -6,6 +6,7 @@ use crate::event::ControllerEvent;
 use crate::order::MissionOrder;
 use crate::record::JournalEntry;
 use crate::tests::simulation::draft::{Way, noon};
+use armor_marking::{DateWindow, MarkingStage};
 use armor_plan::{DatePhase, PlannedDates};
 use armor_robotfile::mission::{Autonomy, Missed};
 use std::time::Duration;
@@ -178,7 +179,7 @@ fn in_a_pause_a_date_passes_and_fails_nothing_until_it_is_over() {
     bench.obey();
     bench.pass(100 * SECOND);
     assert_eq!(phases(&bench), [DatePhase::Open, DatePhase::Past]);
-    assert_eq!(bench.controller.marking(0.0).stage, "paused");
+    assert_eq!(bench.controller.marking(0.0).stage, MarkingStage::Paused);
     bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     assert_eq!(bench.marked(), ["hold"]);
@@ -261,11 +262,11 @@ fn dates_are_shown_with_when_they_come() {
         let date = bench.controller.marking(0.0).dates.pop().expect("one");
         (date.phase, date.next_at_s, date.used)
     };
-    assert_eq!(shown(&bench), ("early".to_owned(), None, false));
+    assert_eq!(shown(&bench), (DateWindow::Early, None, false));
     report_utc(&mut bench, 10 * SECOND);
-    assert_eq!(shown(&bench), ("early".to_owned(), Some(20.0), false));
+    assert_eq!(shown(&bench), (DateWindow::Early, Some(20.0), false));
     bench.pass(25 * SECOND);
-    assert_eq!(shown(&bench), ("open".to_owned(), Some(50.0), false));
+    assert_eq!(shown(&bench), (DateWindow::Open, Some(50.0), false));
     bench.pass(25 * SECOND);
-    assert_eq!(shown(&bench), ("past".to_owned(), None, false));
+    assert_eq!(shown(&bench), (DateWindow::Past, None, false));
 }

@@ -96,7 +96,7 @@ fn its_clock_runs_only_while_the_guard_holds() {
     bench.pass(5 * SECOND);
     report_level(&mut bench, 0.2);
     bench.pass(9 * SECOND);
-    assert_eq!(bench.marked(), ["explore"], "it began anew");
+    assert_eq!(bench.marked(), ["explore"], "it began again");
     bench.pass(SECOND);
     assert!(is_home(&mut bench));
 }
@@ -110,7 +110,7 @@ fn a_value_holds_for_a_while_without_its_provider_and_then_is_not_known() {
     bench.pass(1900 * MS);
     report_level(&mut bench, 0.2);
     bench.pass(5 * SECOND);
-    assert_eq!(enabled_since(&bench), Some(Duration::ZERO), "nobody has noticed");
+    assert_eq!(enabled_since(&bench), Some(Duration::ZERO), "the executive has not noticed");
     bench.tell(ControllerEvent::Unlinked { watch: LEVEL });
     bench.pass(1900 * MS);
     assert!(enabled_since(&bench).is_some());

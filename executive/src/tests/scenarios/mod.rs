@@ -45,7 +45,7 @@ fn what_one_finds_running_at_the_beginning_is_stopped_first() {
         bench.appears(component, doing, 7);
     }
     assert_eq!(bench.wanted(), ["freeze homing"]);
-    bench.says(homing, Doing::Frozen, 7);
+    bench.report_state(homing, Doing::Frozen, 7);
     assert_eq!(bench.wanted(), ["activate explorer", "activate driver"]);
 }
 
@@ -63,10 +63,10 @@ fn a_mission_whose_journal_is_lost_does_not_begin_again() {
         let doing = if component == explorer { Doing::Active } else { Doing::Frozen };
         bench.appears(component, doing, 7);
     }
-    assert_eq!(bench.wanted(), ["freeze explorer"], "it goes on from the life before");
-    bench.says(explorer, Doing::Frozen, 7);
+    assert_eq!(bench.wanted(), ["freeze explorer"], "it continues from the life before");
+    bench.report_state(explorer, Doing::Frozen, 7);
     assert_eq!(bench.wanted(), ["activate brake"]);
-    bench.says(brake, Doing::Active, bench.activation(brake));
+    bench.report_state(brake, Doing::Active, bench.activation(brake));
     assert_eq!(bench.wanted(), ["Safe"]);
 }
 
@@ -76,14 +76,14 @@ fn nothing_starts_before_what_stops_has_confirmed_it() {
     let (explorer, homing, explored) = (office.explorer, office.homing, office.explored());
     let mut bench = Bench::begun(office.with("explored", explored));
     bench.done(explorer);
-    assert_eq!(bench.wanted(), ["freeze explorer"], "the driver goes on undisturbed");
+    assert_eq!(bench.wanted(), ["freeze explorer"], "the driver continues undisturbed");
     assert_eq!(bench.marked(), [] as [&str; 0]);
     bench.pass(900 * MS);
     assert_eq!(bench.wanted(), [] as [&str; 0]);
-    bench.says(explorer, Doing::Frozen, bench.activation(explorer));
+    bench.report_state(explorer, Doing::Frozen, bench.activation(explorer));
     assert_eq!(bench.wanted(), ["activate homing"]);
     assert_eq!(bench.marked(), [] as [&str; 0]);
-    bench.says(homing, Doing::Active, bench.activation(homing));
+    bench.report_state(homing, Doing::Active, bench.activation(homing));
     assert_eq!(bench.marked(), ["return"]);
 }
 
@@ -99,7 +99,7 @@ fn one_that_does_not_stop_is_asked_again_and_killed_and_the_mission_retreats() {
     assert_eq!(bench.wanted(), ["kill explorer"]);
     bench.gone(explorer);
     assert_eq!(bench.wanted(), ["freeze driver", "activate brake"], "homing is never started");
-    bench.says(brake, Doing::Active, bench.activation(brake));
+    bench.report_state(brake, Doing::Active, bench.activation(brake));
     assert_eq!(bench.wanted(), [] as [&str; 0], "not over while the driver runs");
     bench.obey();
     assert_eq!(bench.wanted(), ["Safe"]);
@@ -119,7 +119,7 @@ fn where_the_file_says_so_the_tokens_go_elsewhere_after_a_failed_stop_or_start()
             bench.pass(2100 * MS);
             bench.gone(explorer);
         } else {
-            bench.says(explorer, Doing::Frozen, bench.activation(explorer));
+            bench.report_state(explorer, Doing::Frozen, bench.activation(explorer));
             bench.reports(
                 homing,
                 bench.activation(homing),
@@ -138,7 +138,7 @@ fn one_that_is_not_started_again_is_not_waited_for() {
     office.plan.components[driver.index()].returns = false;
     let mut bench = Bench::begun(office);
     bench.gone(driver);
-    assert_eq!(bench.wanted(), ["freeze explorer"], "at once");
+    assert_eq!(bench.wanted(), ["freeze explorer"], "immediately");
     bench.obey();
     assert!(bench.wanted().starts_with(&["activate brake".to_owned()]));
     assert!(!bench.controller.roster().of(brake).unstoppable);
@@ -187,7 +187,7 @@ fn a_component_that_dies_and_returns_is_put_back_before_its_place_counts_as_acti
     bench.pass(5 * SECOND);
     bench.appears(driver, Doing::Starting, 0);
     assert_eq!(bench.wanted(), [] as [&str; 0], "it is not ready");
-    bench.says(driver, Doing::Frozen, 0);
+    bench.report_state(driver, Doing::Frozen, 0);
     assert_eq!(bench.wanted(), ["activate driver"]);
     assert!(!active(&bench) && bench.activation(driver) > before);
     bench.obey();
@@ -270,9 +270,9 @@ fn a_confirmation_told_twice_says_nothing_about_what_was_ordered_since() {
     let first = bench.activation(explorer);
     bench.done(explorer);
     bench.pass(1100 * MS);
-    bench.says(explorer, Doing::Frozen, first);
+    bench.report_state(explorer, Doing::Frozen, first);
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze explorer", "activate explorer"]);
-    bench.says(explorer, Doing::Frozen, first);
+    bench.report_state(explorer, Doing::Frozen, first);
     assert!(bench.controller.roster().of(explorer).may_be_active(), "activated since");
 }
 
@@ -319,7 +319,7 @@ fn with_a_period_it_looks_once_in_a_while_and_says_when_it_is_too_late() {
 }
 
 #[test]
-fn told_to_stop_it_brings_everything_to_rest_and_can_be_resumed() {
+fn stopped_by_its_process_it_brings_everything_to_rest_and_can_be_resumed() {
     let office = office();
     let (explorer, explored) = (office.explorer, office.explored());
     let mut bench = Bench::begun(office.with("explored", explored));
@@ -368,7 +368,7 @@ fn what_the_mission_does_not_control_gets_no_commands_and_is_heard() {
         Way { from: vec![explore], to: vec![home], on: Some((battery, "low")), ..Way::default() };
     let mut bench = Bench::of(office.with("weak", weak));
     bench.everybody_appears();
-    bench.says(battery, Doing::Active, 0);
+    bench.report_state(battery, Doing::Active, 0);
     bench.obey();
     assert!(bench.wanted().iter().all(|action| !action.contains("battery")));
     bench.reports(battery, 0, ComponentReport::Event { name: "full".into(), value: 1.0 });

@@ -6,6 +6,7 @@ use crate::order::{MissionOrder, MovedTokens};
 use crate::roster::Doing;
 use crate::terms::ComponentReport;
 use crate::tests::simulation::draft::Way;
+use armor_marking::{FlightPhase, MarkingStage};
 use armor_plan::OnResume;
 use armor_robotfile::mission::Autonomy;
 
@@ -34,11 +35,15 @@ fn a_pause_stops_components_and_clocks_and_afterwards_all_goes_on_where_it_stood
     assert!(!pause.at_rest && pause.by == "ruth" && pause.since_at_s == 3.0);
     bench.obey();
     let shown = bench.controller.marking(0.0);
-    assert!(shown.pause.unwrap().at_rest && shown.stage == "paused" && shown.enabled[0].held);
+    assert!(
+        shown.pause.unwrap().at_rest
+            && shown.stage == MarkingStage::Paused
+            && shown.enabled[0].held
+    );
     bench.pass(60 * SECOND);
     assert_eq!((bench.wanted(), bench.marked()), (vec![], vec!["explore".into()]));
     let before = [explorer, driver].map(|component| bench.activation(component));
-    assert_eq!(bench.orders("sam", MissionOrder::Resume), "accepted: the mission goes on");
+    assert_eq!(bench.orders("sam", MissionOrder::Resume), "accepted: the mission continues");
     assert_eq!(bench.wanted(), ["activate explorer", "activate driver"]);
     bench.obey();
     assert!(bench.activation(explorer) > before[0] && bench.activation(driver) > before[1]);
@@ -50,13 +55,13 @@ fn a_pause_stops_components_and_clocks_and_afterwards_all_goes_on_where_it_stood
 
 #[test]
 fn a_firing_in_flight_stays_where_it_is_and_starts_nothing_until_the_pause_is_over() {
-    for phase in ["stopping", "starting"] {
+    for phase in [FlightPhase::Stopping, FlightPhase::Starting] {
         let office = office();
         let (explorer, homing, explored) = (office.explorer, office.homing, office.explored());
         let mut bench = Bench::begun(office.with("explored", explored));
         bench.done(explorer);
-        if phase == "starting" {
-            bench.says(explorer, Doing::Frozen, bench.activation(explorer));
+        if phase == FlightPhase::Starting {
+            bench.report_state(explorer, Doing::Frozen, bench.activation(explorer));
             assert_eq!(bench.wanted().last().map(String::as_str), Some("activate homing"));
         }
         bench.orders("ruth", MissionOrder::Pause);
@@ -109,7 +114,7 @@ fn what_safety_starts_anew_in_a_pause_starts_when_the_pause_is_over() {
     let way =
         Way { from: vec![explore], to: vec![explore, note], on, safety: true, ..Way::default() };
     let mut bench = Bench::begun(office.with("note", way));
-    bench.says(guard, Doing::Active, 0);
+    bench.report_state(guard, Doing::Active, 0);
     bench.done(explorer);
     bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
@@ -205,7 +210,8 @@ fn tokens_are_moved_in_a_pause_and_only_where_that_is_right() {
         assert_eq!(bench.marked(), ["explore", "stock"]);
     }
     let both = moves(&[("explore", "home", 1), ("stock", "stop", 1)]);
-    let moved = "accepted: 2 tokens are moved; what they activate starts when the mission goes on";
+    let moved =
+        "accepted: 2 tokens are moved; what they activate starts when the mission continues";
     assert_eq!(bench.orders("ruth", both), moved);
     assert_eq!(bench.marked(), ["home", "stop", "stock"]);
     assert_eq!(bench.wanted(), [] as [&str; 0], "nothing starts, and the goal waits");
@@ -238,7 +244,7 @@ fn a_paused_mission_whose_executive_is_killed_stays_paused() {
     bench.restarts();
     bench.everybody_appears();
     bench.pass(60 * SECOND);
-    assert_eq!(bench.wanted()[2..], [] as [&str; 0], "nobody is started");
+    assert_eq!(bench.wanted()[2..], [] as [&str; 0], "no component is started");
     assert_eq!(bench.controller.ledger().pause().map(|pause| pause.by.as_str()), Some("ruth"));
     bench.orders("sam", MissionOrder::Resume);
     bench.obey();
@@ -275,14 +281,14 @@ fn one_that_does_not_stop_for_a_pause_is_killed_and_put_back_afterwards() {
     let driver = office.driver;
     let mut bench = Bench::begun(office);
     bench.orders("ruth", MissionOrder::Pause);
-    bench.says(bench.plan.component_named("explorer").unwrap(), Doing::Frozen, 99);
+    bench.report_state(bench.plan.component_named("explorer").unwrap(), Doing::Frozen, 99);
     bench.pass(2100 * MS);
     assert_eq!(bench.wanted().last().map(String::as_str), Some("kill driver"));
     bench.gone(driver);
     bench.pass(60 * SECOND);
     bench.appears(driver, Doing::Frozen, 0);
     assert_eq!(bench.wanted(), [] as [&str; 0]);
-    assert_eq!(bench.controller.marking(0.0).stage, "paused", "and nothing has failed");
+    assert_eq!(bench.controller.marking(0.0).stage, MarkingStage::Paused, "and nothing has failed");
     bench.orders("ruth", MissionOrder::Resume);
     bench.obey();
     assert!(bench.controller.marking(0.0).places[0].active);
@@ -307,12 +313,12 @@ fn one_that_died_in_a_pause_has_its_whole_patience_from_the_end_of_it() {
 }
 
 #[test]
-fn told_to_stop_while_paused_it_can_be_resumed_paused() {
+fn a_mission_stopped_while_paused_is_resumed_paused() {
     let mut bench = Bench::begun(office());
     bench.orders("ruth", MissionOrder::Pause);
     bench.tell(ControllerEvent::Stop);
     bench.obey();
     assert_eq!(bench.wanted().last().map(String::as_str), Some("Interrupted"));
     bench.restarts();
-    assert_eq!(bench.controller.marking(0.0).stage, "paused");
+    assert_eq!(bench.controller.marking(0.0).stage, MarkingStage::Paused);
 }

@@ -46,7 +46,7 @@ fn a_component_that_does_not_stop_is_pushed_by_the_hosts_time() {
     passes(&mut bench, &mut now, 10 * SECOND, MS);
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze driver"]);
     passes(&mut bench, &mut now, 1000 * SECOND, MS);
-    assert_eq!(bench.wanted(), [] as [&str; 0], "a fast simulator gives nobody less time");
+    assert_eq!(bench.wanted(), [] as [&str; 0], "a fast simulator gives no component less time");
     passes(&mut bench, &mut now, Duration::ZERO, SECOND);
     assert_eq!(bench.wanted(), ["freeze explorer", "freeze driver"], "asked again");
     passes(&mut bench, &mut now, Duration::ZERO, SECOND);

@@ -71,7 +71,7 @@ fn who_goes_on_with_another_value_is_stopped_and_started_afresh() {
         let mut bench = Bench::begun(office);
         let event = ComponentReport::Event { name: "seen".into(), value: 1.0 };
         bench.reports(explorer, bench.activation(explorer), event);
-        assert_eq!(bench.wanted(), ["freeze explorer"], "the driver goes on undisturbed");
+        assert_eq!(bench.wanted(), ["freeze explorer"], "the driver continues undisturbed");
         bench.obey();
         assert_eq!(
             (bench.values(explorer), bench.marked()),

@@ -126,7 +126,7 @@ impl Play {
         }
         let same = |name: &String| {
             let id = next.transition_named(name);
-            id.is_some_and(|id| self.plan.goes_on_as(&next, id).is_some())
+            id.is_some_and(|id| self.plan.continues_as(&next, id).is_some())
         };
         let counters = next.counters().iter().map(|counter| {
             let value = self.counters.get(&counter.name).copied();

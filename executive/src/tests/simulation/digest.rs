@@ -1,4 +1,5 @@
-//! A number for all that was decided and published: the same decisions, byte by byte, give the same.
+//! A number for all that was decided and published: the same decisions, byte by byte, give the
+//! same.
 
 use crate::controller::Controller;
 use crate::event::ControllerAction;
@@ -55,8 +56,8 @@ impl Digest {
     }
 }
 
-/// A record without the plan's fingerprint and without prose for people: the fingerprint hashes the
-/// `Debug` text of types of other crates, and prose may be reworded; neither is a decision.
+/// A record without the plan's fingerprint and without prose for people: the fingerprint depends on
+/// the wording of the canonical text, and prose may be reworded; neither is a decision.
 fn without_fingerprint(line: &str) -> String {
     let mut record: serde_json::Value = serde_json::from_str(line).unwrap();
     let fields = record.as_object_mut().unwrap();

@@ -1,7 +1,8 @@
 //! What must be true after every step of the simulation.
 
 use crate::controller::Controller;
-use crate::ledger::{Ledger, MissionStage, check_same};
+use crate::ledger::applying::replay_records;
+use crate::ledger::{Ledger, MissionStage, check_same, has_report};
 use crate::terms::{Cause, MissionOutcome, Tokens};
 use std::sync::Arc;
 use std::time::Duration;
@@ -51,7 +52,7 @@ impl Play {
             let planned = self.plan.component(component);
             let both =
                 planned.peers.iter().find(|peer| active(**peer)).filter(|_| active(component));
-            assert!(both.is_none(), "{} and {both:?} are active at once", planned.name);
+            assert!(both.is_none(), "{} and {both:?} are active together", planned.name);
         }
     }
 
@@ -72,7 +73,7 @@ impl Play {
             return;
         }
         self.checked = self.journal.len();
-        let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
+        let again = replay_records(Arc::clone(&self.began), &self.records()).unwrap();
         check_same(live, &again);
     }
 
@@ -84,7 +85,7 @@ impl Play {
                 continue;
             };
             let holds = live.guard_holds(id);
-            let reported = planned.on.as_ref().is_none_or(|on| live.stands(on));
+            let reported = planned.on.as_ref().is_none_or(|on| has_report(live, on));
             let in_date = self.is_in_date(id, live);
             assert_eq!(live.state().gate(id), holds && reported && in_date);
             let truth = self.outlook.truth(&self.plan, guard, &self.counters, self.world.now);

@@ -14,7 +14,9 @@ mod world;
 
 use crate::controller::Controller;
 use crate::event::{ControllerAction, ControllerEvent};
-use crate::ledger::{Ledger, check_same};
+use crate::ledger::applying::replay_records;
+use crate::ledger::check_same;
+use crate::ledger::snapshot::snapshot_of;
 use crate::record::{JournalEntry, JournalRecord};
 use crate::terms::{MissionOutcome, Tokens};
 use armor_plan::Plan;
@@ -43,7 +45,7 @@ struct Play {
     /// The lines of the journal, as a restarted executive reads them.
     journal: Vec<String>,
     /// All lines ever written to the journal, including those that a cut has replaced.
-    told: Vec<String>,
+    written: Vec<String>,
     oracle: Vec<i64>,
     outcome: Option<MissionOutcome>,
     crashes: usize,
@@ -91,7 +93,7 @@ impl Play {
             plan,
             controller: None,
             journal: Vec::new(),
-            told: Vec::new(),
+            written: Vec::new(),
             outcome: None,
             crashes,
             restart_at: Duration::ZERO,
@@ -235,9 +237,9 @@ impl Play {
         let Some(controller) = &self.controller else {
             return;
         };
-        let snapshot = controller.ledger().snapshot();
+        let snapshot = snapshot_of(controller.ledger());
         self.journal = vec![serde_json::to_string(&snapshot).unwrap()];
-        let again = Ledger::replay(Arc::clone(&self.began), &self.records()).unwrap();
+        let again = replay_records(Arc::clone(&self.began), &self.records()).unwrap();
         check_same(controller.ledger(), &again);
         (self.checked, self.cuts) = (0, self.cuts + 1);
     }
@@ -245,7 +247,7 @@ impl Play {
     fn write(&mut self, record: &JournalRecord) {
         let line = serde_json::to_string(record).unwrap();
         self.exact.add(line.as_bytes());
-        self.told.push(line.clone());
+        self.written.push(line.clone());
         self.journal.push(line);
         self.note_order(record);
         self.note_dates(record);
@@ -323,7 +325,7 @@ fn whatever_happens_the_invariants_hold() {
             let mut play = Play::new(seed);
             let spare = play.crashes;
             play.run();
-            let count = |word: &str| play.told.iter().filter(|line| line.contains(word)).count();
+            let count = |word: &str| play.written.iter().filter(|line| line.contains(word)).count();
             let counts = [
                 count("\"took\""),
                 count("mission is paused\""),

@@ -13,7 +13,7 @@ const CALM: Duration = Duration::from_secs(100);
 
 /// The last report of a watch since the executive started.
 #[derive(Clone, Debug)]
-struct Told {
+struct WatchReport {
     value: Option<Scalar>,
     lost: Option<Duration>,
 }
@@ -21,7 +21,7 @@ struct Told {
 pub(super) struct Outlook {
     dice: Dice,
     next: Vec<Duration>,
-    told: Vec<Option<Told>>,
+    reports: Vec<Option<WatchReport>>,
     /// When the executive was last restarted, if it was.
     restarted: Option<Duration>,
 }
@@ -29,11 +29,11 @@ pub(super) struct Outlook {
 impl Outlook {
     pub(super) fn new(plan: &Plan, mut dice: Dice) -> Self {
         let next = plan.watches().iter().map(|_| dice.up_to_ms(3000)).collect();
-        Self { dice, next, told: vec![None; plan.watches().len()], restarted: None }
+        Self { dice, next, reports: vec![None; plan.watches().len()], restarted: None }
     }
 
     pub(super) fn executive_starts(&mut self, now: Duration, again: bool) {
-        self.told.fill(None);
+        self.reports.fill(None);
         self.restarted = again.then_some(now);
         for next in &mut self.next {
             *next = now + self.dice.up_to_ms(3000);
@@ -43,7 +43,7 @@ impl Outlook {
     /// Adds the watches of a new version of the mission.
     pub(super) fn follow(&mut self, plan: &Plan, now: Duration) {
         self.next.resize(plan.watches().len(), now);
-        self.told.resize(plan.watches().len(), None);
+        self.reports.resize(plan.watches().len(), None);
     }
 
     pub(super) fn next_at(&self) -> Option<Duration> {
@@ -54,7 +54,7 @@ impl Outlook {
         let index = (0..self.next.len()).min_by_key(|i| self.next[*i]).expect("there is one");
         self.next[index] = now + self.dice.up_to_ms(4000);
         let watch = WatchId(index as u32);
-        let report = &mut self.told[index];
+        let report = &mut self.reports[index];
         if self.dice.one_in(5)
             && let Some(report) = report
         {
@@ -63,7 +63,7 @@ impl Outlook {
         }
         let number = self.dice.roll(12) as f64 - 1.0;
         let value = (!self.dice.one_in(8)).then_some(Scalar::Number(number));
-        *report = Some(Told { value: value.clone(), lost: None });
+        *report = Some(WatchReport { value: value.clone(), lost: None });
         ControllerEvent::Sensed { watch, value }
     }
 
@@ -90,11 +90,11 @@ impl Outlook {
                     (plan.variables()[*index].source, Some(&plan.variables()[*index]))
                 }
             };
-            let value = match &self.told[watch.index()] {
+            let value = match &self.reports[watch.index()] {
                 None if self.restarted.is_some_and(|at| now < at + holds) => return None,
                 None => None,
-                Some(Told { lost: Some(at), .. }) if *at + holds <= now => None,
-                Some(Told { value, .. }) => value.clone(),
+                Some(WatchReport { lost: Some(at), .. }) if *at + holds <= now => None,
+                Some(WatchReport { value, .. }) => value.clone(),
             };
             values.push(match (value, variable) {
                 (Some(Scalar::Number(number)), Some(variable)) if number < variable.minimum => {

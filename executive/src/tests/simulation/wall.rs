@@ -22,7 +22,7 @@ pub(super) struct Wall {
     /// UTC at mission time 0.
     at_start: Date,
     /// The last reading reported since the executive started.
-    told: Option<Date>,
+    reported: Option<Date>,
     next: Option<Duration>,
     /// The transitions whose last date was recorded as passed.
     past: BTreeSet<String>,
@@ -35,12 +35,12 @@ impl Wall {
     pub(super) fn new(mut dice: Dice) -> Self {
         let is_set = dice.one_in(2);
         let (past, used) = (BTreeSet::new(), BTreeSet::new());
-        Self { dice, at_start: noon(), told: None, next: None, past, used, is_set }
+        Self { dice, at_start: noon(), reported: None, next: None, past, used, is_set }
     }
 
     /// A restart: the first reading follows immediately or within 2 s.
     pub(super) fn executive_starts(&mut self, now: Duration) {
-        self.told = None;
+        self.reported = None;
         let late = if self.dice.one_in(4) { self.dice.up_to_ms(2000) } else { Duration::ZERO };
         self.next = Some(now + late);
     }
@@ -56,7 +56,7 @@ impl Wall {
     }
 
     pub(super) fn happen(&mut self, now: Duration) -> ControllerEvent {
-        if self.told.is_some() {
+        if self.reported.is_some() {
             let by = match self.dice.roll(4) {
                 0 => Duration::from_secs(3600),
                 1 => self.dice.up_to_ms(30_000),
@@ -65,14 +65,14 @@ impl Wall {
             let forth = self.dice.one_in(2);
             self.at_start = if forth { self.at_start.later(by) } else { self.at_start.earlier(by) };
         }
-        self.told = Some(self.at_start);
+        self.reported = Some(self.at_start);
         let next = now + Duration::from_secs(1) + self.dice.up_to_ms(20_000);
         self.next = Some(next).filter(|next| self.is_set && *next < CALM);
         ControllerEvent::Utc { at_start: self.at_start }
     }
 
     fn utc(&self, now: Duration) -> Option<Date> {
-        Some(self.told?.later(now))
+        Some(self.reported?.later(now))
     }
 }
 
@@ -84,7 +84,7 @@ impl Play {
         match &record.entry {
             JournalEntry::Dated { transition, phase, .. } => {
                 let id = plan.transition_named(transition).unwrap();
-                let utc = self.wall.utc(record.at).expect("it was told what time it is");
+                let utc = self.wall.utc(record.at).expect("a reading of the clock");
                 assert_eq!(*phase, self.phase(id, utc), "{transition} at {utc}");
                 assert!(!self.wall.past.contains(transition), "what has passed stays so");
                 if *phase == DatePhase::Past {
@@ -97,7 +97,7 @@ impl Play {
                     return;
                 };
                 let used = !self.wall.used.insert(name.clone());
-                let utc = self.wall.utc(record.at).expect("it was told what time it is");
+                let utc = self.wall.utc(record.at).expect("a reading of the clock");
                 let past = self.wall.past.contains(name) || dates.last.is_some_and(|d| d <= utc);
                 if past {
                     assert!(dates.missed == Missed::Fire && !used, "{name} fires after its date");

@@ -39,7 +39,7 @@ enum Happening {
         connection: u64,
         command: Command,
     },
-    Told {
+    Event {
         connection: u64,
         event: ControllerEvent,
     },
@@ -142,7 +142,7 @@ impl World {
         for process in &mut self.processes {
             process.connected = false;
         }
-        self.queue.retain(|_, happening| !matches!(happening, Happening::Told { .. }));
+        self.queue.retain(|_, happening| !matches!(happening, Happening::Event { .. }));
     }
 
     pub(crate) fn send(&mut self, component: ComponentId, command: Command) {
@@ -185,7 +185,7 @@ impl World {
                     self.obey(component, command);
                 }
             }
-            Happening::Told { connection, event } => {
+            Happening::Event { connection, event } => {
                 return self.knows(connection).then_some(event);
             }
             Happening::Rested { component, instance, activation } => {
@@ -391,7 +391,7 @@ impl World {
         let (connection, up) = (process.connection, process.up);
         let at = (self.now + self.dice.up_to_ms(20)).max(up);
         self.processes[component.index()].up = at;
-        self.at(at, Happening::Told { connection, event });
+        self.at(at, Happening::Event { connection, event });
     }
 
     fn knows(&self, connection: u64) -> bool {

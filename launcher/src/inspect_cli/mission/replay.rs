@@ -6,7 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::{JournalRecord, Ledger, LedgerError, MissionStage, Phase, journal};
+use armor_executive::{
+    JournalRecord, Ledger, LedgerError, MissionStage, Phase, apply_record, journal,
+};
 use armor_plan::Plan;
 use armor_robotfile::Colours;
 use serde_json::{Map, Value, json};
@@ -43,7 +45,8 @@ fn play(
     let mut ledger = Ledger::new(Arc::clone(&plan));
     let mut printer = RecordPrinter::default();
     for record in records {
-        ledger.apply(record).map_err(|error| mismatch(arguments, &plan, record, error))?;
+        apply_record(&mut ledger, record)
+            .map_err(|error| mismatch(arguments, &plan, record, error))?;
         match format {
             OutputFormat::Json => print_line(json!({
                 "at_s": record.at.as_secs_f64(),

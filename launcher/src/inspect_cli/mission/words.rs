@@ -2,8 +2,9 @@
 
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{
-    ChangeState, Confirmation, DateStand, GuardTruth, Holder, InFlight, MarkedPlace, Marking,
-    MissionChange, MissionComponent, OrderGiven, VariableValue,
+    ChangeState, Confirmation, DateStand, DateWindow, GuardTruth, Holder, InFlight, MarkedPlace,
+    Marking, MissedAction, MissionChange, MissionComponent, OrderGiven, UnansweredAction,
+    VariableValue,
 };
 
 /// Formats a marking that was sent `age_s` ago. `file`: the problem of the file on the disk, if
@@ -148,23 +149,30 @@ fn format_date(stand: &DateStand, now_s: f64) -> Option<String> {
         Some(at_s) => format!(", in {}", format_duration((at_s - now_s).max(0.0))),
         None => String::new(),
     };
-    match (stand.phase.as_str(), not_before, not_after) {
-        ("early", Some(date), _) => Some(format!("{transition} waits until {date}{left}")),
-        ("open", _, Some(date)) => Some(format!("{transition} may fire until {date}{left}")),
-        ("past", _, Some(date)) if !stand.used => {
-            let so = match missed.as_str() {
-                "fire" => "it fires once, late",
-                "fail" => "the mission fails as soon as tokens wait for it",
-                _ => "it fires no more",
+    match (stand.phase, not_before, not_after) {
+        (DateWindow::Early, Some(date), _) => {
+            Some(format!("{transition} waits until {date}{left}"))
+        }
+        (DateWindow::Open, _, Some(date)) => {
+            Some(format!("{transition} may fire until {date}{left}"))
+        }
+        (DateWindow::Past, _, Some(date)) if !stand.used => {
+            let so = match missed {
+                MissedAction::Fire => "it fires once, late",
+                MissedAction::Fail => "the mission fails as soon as tokens wait for it",
+                MissedAction::Skip => "it fires no more",
             };
             Some(format!("{transition} has missed {date}: {so}"))
         }
-        _ => None,
+        (DateWindow::Early | DateWindow::Open | DateWindow::Past, _, _) => None,
     }
 }
 
 fn format_confirmation(asked: &Confirmation, now_s: f64) -> String {
-    let what = if asked.unanswered == "fire" { "fires" } else { "does not fire" };
+    let what = match asked.unanswered {
+        UnansweredAction::Fire => "fires",
+        UnansweredAction::Decline => "does not fire",
+    };
     let answer = match asked.answer_by_at_s {
         None => "waits for an answer".to_owned(),
         Some(_) if asked.put_off => "its time for an answer stands still".to_owned(),
@@ -202,15 +210,17 @@ fn format_component(component: &MissionComponent) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_marking::{EnabledTransition, Paused};
+    use armor_marking::{
+        EnabledTransition, FiringDecider, MarkingStage, MissionComponentState, Paused, TruthValue,
+    };
 
     fn marking() -> Marking {
-        let enabled = |name: &str, by: &str, at_s: f64, until: Option<f64>| EnabledTransition {
+        let enabled = |name: &str, by, at_s: f64, until: Option<f64>| EnabledTransition {
             transition: name.into(),
             enabled_at_s: 0.0,
             earliest_at_s: at_s,
             latest_at_s: until,
-            by: by.into(),
+            by,
             held: false,
         };
         Marking {
@@ -218,13 +228,13 @@ mod tests {
             mission: "survey".into(),
             now_at_s: 11.5,
             clock: String::new(),
-            stage: "playing".into(),
+            stage: MarkingStage::Playing,
             why: String::new(),
             places: vec![MarkedPlace { place: "explore".into(), tokens: 1, active: true }],
             in_flight: Vec::new(),
             enabled: vec![
-                enabled("recall", "operator", 0.0, None),
-                enabled("late", "mission", 150.0, Some(150.0)),
+                enabled("recall", FiringDecider::Operator, 0.0, None),
+                enabled("late", FiringDecider::Mission, 150.0, Some(150.0)),
             ],
             variables: Vec::new(),
             guards: Vec::new(),
@@ -232,7 +242,7 @@ mod tests {
             components: vec![MissionComponent {
                 component: "explorer".into(),
                 controlled: true,
-                state: "active".into(),
+                state: MissionComponentState::Active,
                 activation: 1,
                 values: Vec::new(),
             }],
@@ -306,7 +316,7 @@ version 3 of the file waits, 2 continues: `explore` holds a token, and the new f
         marking.guards = vec![GuardTruth {
             transition: "weak".into(),
             guard: "battery < 30%".into(),
-            truth: "false".into(),
+            truth: TruthValue::False,
             because: "battery is 0.42".into(),
         }];
         let shown = format_marking(&marking, 0.5, None);
@@ -320,25 +330,28 @@ components  explorer active
 
     #[test]
     fn what_waits_for_a_date_and_what_has_missed_it() {
-        let stand = |phase: &str, missed: &str, used: bool, next_at_s| DateStand {
+        let stand = |phase, missed, used: bool, next_at_s| DateStand {
             transition: "meet".into(),
             not_before: Some("2026-11-21T14:30:00Z".into()),
             not_after: Some("2026-11-21T14:35:00Z".into()),
-            missed: missed.into(),
-            phase: phase.into(),
+            missed,
+            phase,
             used,
             next_at_s,
         };
         let mut marking = marking();
-        let open = DateStand { not_after: None, ..stand("open", "skip", false, None) };
+        let open = DateStand {
+            not_after: None,
+            ..stand(DateWindow::Open, MissedAction::Skip, false, None)
+        };
         marking.dates = vec![
-            stand("early", "skip", false, Some(212.0)),
-            stand("open", "skip", false, Some(312.0)),
+            stand(DateWindow::Early, MissedAction::Skip, false, Some(212.0)),
+            stand(DateWindow::Open, MissedAction::Skip, false, Some(312.0)),
             open,
-            stand("past", "fire", false, None),
-            stand("past", "skip", false, None),
-            stand("past", "fail", false, None),
-            stand("past", "fail", true, None),
+            stand(DateWindow::Past, MissedAction::Fire, false, None),
+            stand(DateWindow::Past, MissedAction::Skip, false, None),
+            stand(DateWindow::Past, MissedAction::Fail, false, None),
+            stand(DateWindow::Past, MissedAction::Fail, true, None),
         ];
         let shown = format_marking(&marking, 0.5, None);
         let expected = "
@@ -355,7 +368,7 @@ components  explorer active
     #[test]
     fn who_commands_what_is_asked_and_what_was_ordered() {
         let mut marking = marking();
-        marking.stage = "paused".into();
+        marking.stage = MarkingStage::Paused;
         marking.unheard_reports = 0;
         marking.pause = Some(Paused { by: "ruth".into(), since_at_s: 10.0, at_rest: false });
         marking.enabled[1].held = true;
@@ -370,7 +383,7 @@ components  explorer active
             transition: "land".into(),
             asked_at_s: 9.0,
             answer_by_at_s: Some(19.0),
-            unanswered: "decline".into(),
+            unanswered: UnansweredAction::Decline,
             put_off: false,
         }];
         marking.orders = vec![OrderGiven {

@@ -1,5 +1,5 @@
-//! All states of a small net with its clocks in whole seconds, one tick or one firing at a time, and
-//! claims judged on them by the definition alone.
+//! All states of a small net with its clocks in whole seconds, one tick or one firing at a time,
+//! and claims judged on them by the definition alone.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -90,8 +90,8 @@ impl Enumeration {
         let mut after = between.clone();
         transition.outputs.iter().for_each(|(p, n)| after[p.index()] += n);
         let clock = |other: TransitionId| {
-            let goes_on = other != t && self.enabled(&between, other);
-            let old = clocks[other.index()].filter(|_| goes_on);
+            let continues = other != t && self.enabled(&between, other);
+            let old = clocks[other.index()].filter(|_| continues);
             self.enabled(&after, other).then_some(old.unwrap_or(0))
         };
         let clocks = self.net.transition_ids().map(clock).collect();
@@ -206,7 +206,7 @@ impl Enumeration {
         self.waited(fired.filter(|firing| firing.0 == t.0).map(|firing| firing.1).collect())
     }
 
-    /// The states on ways that do not come to it.
+    /// The states on paths that do not come to it.
     fn avoiding(&self, starts: &[usize], f: &PlaceFormula) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         let mut waiting = starts.to_vec();
@@ -218,7 +218,7 @@ impl Enumeration {
         found
     }
 
-    /// Whether a run avoids it: at the end nothing is enabled, or firings go on for ever.
+    /// Whether a run avoids it: at the end nothing is enabled, or firings continue for ever.
     fn can_avoid(&self, starts: &[usize], f: &PlaceFormula) -> bool {
         let within = self.avoiding(starts, f);
         let is_dead = |state: &usize| self.states[*state].1.iter().all(Option::is_none);
@@ -254,7 +254,7 @@ impl Enumeration {
         if self.can_avoid(&[0], f) || within.iter().any(waits_for_ever) {
             return None;
         }
-        // No circle is left, so the longest ways end after as many rounds as there are states.
+        // No circle is left, so the longest paths end after as many rounds as there are states.
         let mut most: BTreeMap<usize, u64> = BTreeMap::from([(0, 0)]);
         let mut latest = 0;
         for _ in 0..=self.states.len() {
@@ -281,10 +281,10 @@ impl Enumeration {
     }
 
     /// The firings are a run's, and their circle can be gone round a few times.
-    pub fn assert_plays(&self, way: &FiringTrace, context: &str) {
+    pub fn assert_plays(&self, path: &FiringTrace, context: &str) {
         let mut set = self.waited(BTreeSet::from([0]));
-        let circle = way.circle.iter().cycle().take(5 * way.circle.len());
-        for name in way.firings.iter().chain(circle) {
+        let circle = path.circle.iter().cycle().take(5 * path.circle.len());
+        for name in path.firings.iter().chain(circle) {
             let t = self.net.transition_ids().find(|t| self.net.transition(*t).name == *name);
             set = self.after(&set, t.unwrap_or_else(|| panic!("{context}: no {name}")));
             assert!(!set.is_empty(), "{context}: {name} cannot fire there");
