@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_inspect::{MissionWatch, SystemWatch, WakeCallback, WatchedValues};
-use armor_marking::Marking;
+use armor_marking::{Marking, MissionComponentState};
 use armor_sdk::directory::Directory;
 use armor_sdk::messages::Progress;
 use armor_wire::codec;
@@ -176,5 +176,5 @@ fn list_places(marking: &Marking) -> Vec<String> {
 fn is_active(component: &str, marking: Option<&Marking>) -> bool {
     let of_mission =
         marking.and_then(|marking| marking.components.iter().find(|it| it.component == component));
-    of_mission.is_none_or(|it| !it.controlled || it.state == "active")
+    of_mission.is_none_or(|it| !it.controlled || it.state == MissionComponentState::Active)
 }
