@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn a_journal_laid_to_rest_goes_on_from_its_last_record() {
+    fn a_journal_laid_to_rest_continues_from_its_last_record() {
         let folder = std::env::temp_dir().join(format!("armor-rest-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("rest.jsonl");
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_journal_holds_one_record_and_goes_on() {
+    fn a_cut_journal_holds_one_record_and_continues() {
         let folder = std::env::temp_dir().join(format!("armor-cut-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("cut.jsonl");
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn time_goes_on_through_a_restart_but_not_while_the_machine_is_off() {
+    fn time_continues_through_a_restart_but_not_while_the_machine_is_off() {
         let second = Duration::from_secs(1);
         let (life, now) = clock(&Story::default(), "boot", 100 * second);
         assert_eq!(now, Duration::ZERO);

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn mission_time_passes_as_the_data_says_and_not_where_it_jumps() {
+    fn mission_time_passes_as_the_data_does_and_not_where_it_jumps() {
         let mut time = FollowedTime::new(Duration::ZERO, None);
         let begun = time.read(reading(1000.0, 7), Passage::Begins).expect("an anchor");
         assert_eq!((begun.at_ns, time.now()), (0, Duration::ZERO));
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restarted_executive_goes_on_with_the_data_if_its_source_is_the_same() {
+    fn a_restarted_executive_continues_with_the_data_if_its_source_is_the_same() {
         let anchor = Anchor { instance: 7, stamp_s: 1000.0, at_ns: 1_000_000_000 };
         let mut same = FollowedTime::new(3 * SECOND, Some(anchor));
         assert_eq!(same.read(reading(1010.0, 7), Passage::Begins), None);

@@ -101,3 +101,37 @@ words! {
         Unseen = "unseen",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DateWindow, MissedAction, UnansweredAction};
+
+    #[test]
+    fn the_words_that_travel_are_part_of_the_protocol() {
+        use MarkingStage as Stage;
+        use MissionComponentState as State;
+        let stages = [Stage::Playing, Stage::Paused, Stage::Retreating, Stage::Ending];
+        let ends = [Stage::Stopping, Stage::Goal, Stage::Safe, Stage::Failed];
+        assert_eq!(stages.map(Stage::as_str), ["playing", "paused", "retreating", "ending"]);
+        assert_eq!(ends.map(Stage::as_str), ["stopping", "goal", "safe", "failed"]);
+        let running = [State::Active, State::Frozen, State::Starting, State::Commanded];
+        let absent = [State::Lost, State::Gone, State::Unseen];
+        assert_eq!(running.map(State::as_str), ["active", "frozen", "starting", "commanded"]);
+        assert_eq!(absent.map(State::as_str), ["lost", "gone", "unseen"]);
+        let phases = [FlightPhase::Stopping, FlightPhase::Starting];
+        assert_eq!(phases.map(FlightPhase::as_str), ["stopping", "starting"]);
+        let deciders = [FiringDecider::Mission, FiringDecider::Operator];
+        let asked = [FiringDecider::Confirmation, FiringDecider::Declined];
+        assert_eq!(deciders.map(FiringDecider::as_str), ["mission", "operator"]);
+        assert_eq!(asked.map(FiringDecider::as_str), ["confirmation", "declined"]);
+        let truths = [Some(true), Some(false), None].map(TruthValue::from);
+        assert_eq!(truths.map(TruthValue::as_str), ["true", "false", "not known"]);
+        let windows = [DateWindow::Early, DateWindow::Open, DateWindow::Past];
+        assert_eq!(windows.map(DateWindow::as_str), ["early", "open", "past"]);
+        let missed = [MissedAction::Fire, MissedAction::Skip, MissedAction::Fail];
+        assert_eq!(missed.map(MissedAction::as_str), ["fire", "skip", "fail"]);
+        let unanswered = [UnansweredAction::Fire, UnansweredAction::Decline];
+        assert_eq!(unanswered.map(UnansweredAction::as_str), ["fire", "decline"]);
+    }
+}

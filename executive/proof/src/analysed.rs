@@ -228,8 +228,9 @@ impl Building<'_> {
         }
         t = copy.arcs(t, &self.pairs);
         t = self.declined.get(&id).into_iter().fold(t, |t, place| t.inhibitor(*place, 1));
-        let enabled_anew = self.declined.iter().filter(|it| asking::disturbs(self.plan, id, *it.0));
-        t = enabled_anew.fold(t, |t, (_, place)| t.reset(*place));
+        let enabled_again =
+            self.declined.iter().filter(|it| asking::disturbs(self.plan, id, *it.0));
+        t = enabled_again.fold(t, |t, (_, place)| t.reset(*place));
         for end in &self.ends {
             t = t.inhibitor(*end, 1);
         }
@@ -324,8 +325,8 @@ impl Building<'_> {
         let put = start.as_ref().map_or(refuge, |start| start.place);
         let mut t = self.builder.transition(name.as_str()).input(place, 1).output(put, 1);
         let declined = self.declined.iter();
-        let enabled_anew = declined.filter(|it| asking::needs_token(self.plan, *it.0, place));
-        t = enabled_anew.fold(t, |t, (_, place)| t.reset(*place));
+        let enabled_again = declined.filter(|it| asking::needs_token(self.plan, *it.0, place));
+        t = enabled_again.fold(t, |t, (_, place)| t.reset(*place));
         for end in &self.ends {
             t = t.inhibitor(*end, 1);
         }

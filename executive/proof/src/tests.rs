@@ -106,7 +106,7 @@ fn the_end_ends_it_whatever_could_still_fire() {
 }
 
 #[test]
-fn what_the_file_says_of_failures_is_part_of_it() {
+fn what_the_file_specifies_for_failures_is_analysed() {
     // `y` is reached only if the component does not stop; no transition leaves `y`.
     let net = "<place name='x' initial='true' components='a'/><place name='y'/>
         <transition name='t' from='x' to='over' on='a.done' on-stop-fail='y'/>";

@@ -168,7 +168,7 @@ fn lamps() -> String {
 }
 
 #[test]
-fn what_the_budget_leaves_open_is_said_and_never_passed() {
+fn what_the_budget_leaves_open_is_reported_and_never_passed() {
     let effort = few(1000, 100);
     let verdict = |check: &str| found(&lamps(), check, effort).map(|finding| finding.code.as_str());
     for open in [
@@ -239,7 +239,7 @@ fn of_a_mission_that_has_begun_what_is_claimed_of_its_start_is_left_out() {
 }
 
 #[test]
-fn the_mission_s_durations_are_told_where_they_can_be_found_out() {
+fn the_mission_s_durations_are_reported_where_they_can_be_found() {
     let takes_finding = |net: &str| {
         let findings = all_proven(&mission(net), ProofEffort::default());
         findings.into_iter().find(|finding| finding.code == Code::Takes).expect("a finding")

@@ -59,7 +59,7 @@ fn where_the_goal_is_out_of_reach_only_on_that_way_the_standstill_is_shown() {
 }
 
 #[test]
-fn a_start_that_may_wait_goes_on_when_the_other_is_left() {
+fn a_start_that_may_wait_continues_when_the_other_is_left() {
     let net = format!(
         "{MEETING}<place name='z'/>
          <transition name='leave' from='x' to='z' interval='[1s,5s]'/>
@@ -158,7 +158,7 @@ fn a_place_that_fills_does_not_hide_what_else_is_found() {
 }
 
 #[test]
-fn a_goal_that_never_comes_in_time_is_told() {
+fn a_goal_that_never_comes_in_time_is_reported() {
     let net = "<place name='x' initial='true'/><place name='y'/>
         <transition name='t' from='x' to='y'/><transition name='u' from='y' to='x'/>
         <transition name='v' from='x' to='over' timeout='1s'/>";

@@ -41,7 +41,7 @@ fn guards_over_variables_are_decided() {
 }
 
 #[test]
-fn a_value_outside_is_told_with_the_firings_that_lead_there() {
+fn a_value_outside_is_reported_with_the_firings_that_lead_there() {
     let net = format!(
         "{ROUNDS}<transition name='again' from='x' to='x' on='a.done'>
          <set variable='round' value='2 * round + 1'/></transition>
@@ -71,7 +71,7 @@ fn a_count_of_rounds_bounds_the_time() {
 }
 
 #[test]
-fn where_a_clock_goes_on_while_variables_change_times_are_open() {
+fn where_a_clock_continues_while_variables_change_times_are_open() {
     // The net has two copies of `slow`, for n = 0 and n = 2, each with a clock of its own. So the
     // proof does not decide what depends on the time since `slow` was enabled.
     let net = "<variable name='n' min='0' max='2'/><place name='x' initial='true'/>

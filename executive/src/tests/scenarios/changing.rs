@@ -96,7 +96,7 @@ impl Bench {
 }
 
 #[test]
-fn a_new_transition_is_taken_and_nobody_is_disturbed() {
+fn a_new_transition_is_taken_and_no_component_is_disturbed() {
     let mut bench = begun(&office(""));
     bench.pass(3 * SECOND);
     let recall = r#"<transition name="recall" from="explore" to="return" timeout="9s"/>"#;
@@ -115,7 +115,7 @@ fn a_new_transition_is_taken_and_nobody_is_disturbed() {
 }
 
 #[test]
-fn a_clock_goes_on_while_what_it_waits_for_is_the_same() {
+fn a_clock_continues_while_what_it_waits_for_is_the_same() {
     let late = |terms: &str| {
         office(&format!(r#"<transition name="late" from="explore" to="return" {terms}/>"#))
     };
@@ -223,7 +223,7 @@ fn a_goal_that_cannot_be_reached_from_here_is_refused() {
 }
 
 #[test]
-fn the_first_dates_come_only_by_a_clock_that_somebody_keeps() {
+fn the_first_dates_come_only_by_a_clock_that_a_service_keeps() {
     let dated = r#"<transition name="curfew" from="explore" to="return" not-before="2099-01-01T00:00:00Z"/>"#;
     let mut bench = begun(&office(""));
     bench.clock_doubts = Some("no service keeps it".into());
@@ -281,7 +281,7 @@ fn only_components_that_run_can_be_in_a_new_version() {
 }
 
 #[test]
-fn new_exclusions_wait_until_nobody_can_meet() {
+fn new_exclusions_wait_until_no_components_can_meet() {
     let mut bench = begun(&office(""));
     let exclusive = r#"<exclusive components="explorer driver"/>"#;
     let apart = office(exclusive).replace("explorer driver\"/><place", "explorer\"/><place");
@@ -300,7 +300,7 @@ fn new_exclusions_wait_until_nobody_can_meet() {
 }
 
 #[test]
-fn a_pause_goes_on_through_a_change() {
+fn a_pause_continues_through_a_change() {
     let late = |s: u32| {
         office(&format!(r#"<transition name="late" from="explore" to="return" timeout="{s}s"/>"#))
     };

@@ -122,7 +122,7 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
 }
 
 #[test]
-fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
+fn the_holder_of_the_lease_commands_until_it_is_released_or_taken() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
     assert_eq!(
         bench.orders("ruth", MissionOrder::Release),
@@ -157,7 +157,7 @@ fn whoever_holds_the_lease_commands_until_they_give_it_back_or_it_is_taken() {
 }
 
 #[test]
-fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
+fn a_holder_whose_lease_is_taken_is_informed_immediately_and_does_not_regain_it() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
     assert_eq!(
         bench.orders("ruth", MissionOrder::Rejoin),
@@ -190,7 +190,7 @@ fn whoever_is_ousted_is_told_at_once_and_does_not_come_back_by_themselves() {
 }
 
 #[test]
-fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
+fn a_lost_link_fires_the_transitions_that_specify_it_once_the_lease_has_run_out() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, Some(LostLink::Fire)));
     bench.orders("ruth", MissionOrder::Lease);
     bench.leaves("ruth");
@@ -219,7 +219,7 @@ fn a_lost_link_fires_what_says_so_once_the_lease_has_run_out() {
 }
 
 #[test]
-fn a_lost_link_leaves_alone_what_waits_or_says_nothing() {
+fn a_lost_link_leaves_alone_what_waits_or_specifies_nothing() {
     for lost_link in [None, Some(LostLink::Wait)] {
         let mut bench = Bench::begun(with_recall(Autonomy::Operator, lost_link));
         bench.orders("ruth", MissionOrder::Lease);
@@ -322,7 +322,7 @@ fn a_pending_question_survives_the_executive_with_its_deadline() {
 }
 
 #[test]
-fn what_waits_for_the_operator_has_its_time_anew_once_somebody_is_back() {
+fn what_waits_for_the_operator_has_its_whole_time_again_once_one_is_back() {
     let mut bench = Bench::begun(with_recall(asking(Some(8 * SECOND), true), Some(LostLink::Wait)));
     bench.orders("ruth", MissionOrder::Lease);
     bench.leaves("ruth");

@@ -55,7 +55,7 @@ fn report_level(bench: &mut Bench, level: f64) {
 }
 
 #[test]
-fn transitions_set_variables_and_guards_see_it_at_once() {
+fn transitions_set_variables_and_guards_see_it_immediately() {
     let mut bench = rounds("round + 1", "round == 2");
     assert_eq!(values(&bench), [0, 0]);
     seen(&mut bench);
@@ -116,7 +116,7 @@ fn a_crash_leaves_no_guard_behind_its_variable() {
 }
 
 #[test]
-fn after_a_restart_a_guard_over_both_is_as_the_journal_says_until_a_variable_changes() {
+fn after_a_restart_a_guard_over_both_is_as_in_the_journal_until_a_variable_changes() {
     for moves in [false, true] {
         let mut office = office();
         let source = office.plan.watch("driver.level", &[]);

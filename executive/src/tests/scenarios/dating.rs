@@ -64,7 +64,7 @@ fn phases(bench: &Bench) -> Vec<DatePhase> {
 }
 
 #[test]
-fn it_does_not_fire_before_its_date_and_then_at_once() {
+fn it_does_not_fire_before_its_date_and_then_immediately() {
     let mut bench = dated((Some(60), None), Missed::Skip, plain);
     assert_eq!(bench.controller.next_deadline(), Some(60 * SECOND));
     bench.pass(60 * SECOND - MS);
@@ -213,7 +213,7 @@ fn a_clock_that_is_set_moves_dates_and_no_timeout() {
 }
 
 #[test]
-fn after_a_restart_dates_hold_as_the_clock_says_then() {
+fn after_a_restart_dates_follow_the_clock_as_it_is_then() {
     for (missed, down, expected) in [
         (Missed::Skip, 15, "home"),
         (Missed::Skip, 120, "explore"),
@@ -237,7 +237,7 @@ fn after_a_restart_dates_hold_as_the_clock_says_then() {
 }
 
 #[test]
-fn operators_are_told_of_the_date() {
+fn operators_are_informed_of_the_date() {
     let operated = |_: &Office| Way { autonomy: Autonomy::Operator, ..Way::default() };
     let mut bench = dated((Some(30), Some(60)), Missed::Skip, operated);
     let fire = || MissionOrder::Fire("meet".to_owned());

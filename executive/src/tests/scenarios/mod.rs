@@ -107,7 +107,7 @@ fn one_that_does_not_stop_is_asked_again_and_killed_and_the_mission_retreats() {
 }
 
 #[test]
-fn where_the_file_says_so_the_tokens_go_elsewhere_after_a_failed_stop_or_start() {
+fn where_the_file_specifies_it_the_tokens_go_elsewhere_after_a_failed_stop_or_start() {
     for stop in [true, false] {
         let office = office();
         let (explorer, homing, home) = (office.explorer, office.homing, office.home);
@@ -241,7 +241,7 @@ fn a_component_of_two_marked_places_runs_while_either_is_marked() {
 }
 
 #[test]
-fn one_that_has_finished_is_started_anew_where_it_is_wanted_again() {
+fn one_that_has_finished_is_started_again_where_it_is_needed_again() {
     let office = office();
     let (explorer, explore) = (office.explorer, office.explore);
     let again = Way {
@@ -261,7 +261,7 @@ fn one_that_has_finished_is_started_anew_where_it_is_wanted_again() {
 }
 
 #[test]
-fn a_confirmation_told_twice_says_nothing_about_what_was_ordered_since() {
+fn a_repeated_confirmation_does_not_confirm_what_was_ordered_since() {
     let office = office();
     let (explorer, explore) = (office.explorer, office.explore);
     let on = Some((explorer, "done"));
@@ -288,7 +288,7 @@ fn a_loop_without_end_is_named_and_left_for_the_safe_place() {
 }
 
 #[test]
-fn with_a_period_it_looks_once_in_a_while_and_says_when_it_is_too_late() {
+fn with_a_period_it_looks_once_in_a_while_and_records_when_it_is_too_late() {
     let mut offices = [office(), office()];
     let (explore, back) = (offices[0].explore, offices[0].back);
     let [alarm, _] = offices.each_mut().map(|office| {
@@ -342,7 +342,7 @@ fn stopped_by_its_process_it_brings_everything_to_rest_and_can_be_resumed() {
 }
 
 #[test]
-fn resumed_with_what_it_decided_running_it_disturbs_nobody() {
+fn resumed_with_what_it_decided_running_it_disturbs_no_component() {
     let office = office();
     let (explorer, driver) = (office.explorer, office.driver);
     let mut bench = Bench::begun(office);

@@ -20,7 +20,7 @@ fn moves(them: &[(&str, &str, u32)]) -> MissionOrder {
 }
 
 #[test]
-fn a_pause_stops_components_and_clocks_and_afterwards_all_goes_on_where_it_stood() {
+fn a_pause_stops_components_and_clocks_and_afterwards_all_continues_where_it_stood() {
     let office = office();
     let (explore, back) = (office.explore, office.back);
     let (explorer, driver) = (office.explorer, office.driver);
@@ -104,7 +104,7 @@ fn safety_is_not_paused() {
 }
 
 #[test]
-fn what_safety_starts_anew_in_a_pause_starts_when_the_pause_is_over() {
+fn what_safety_starts_again_in_a_pause_starts_when_the_pause_is_over() {
     let mut office = office();
     let (explorer, explore) = (office.explorer, office.explore);
     let note = office.plan.place("note", 0, &[]);

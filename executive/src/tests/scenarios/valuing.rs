@@ -63,7 +63,7 @@ fn an_activation_begins_with_the_values_of_its_places() {
 }
 
 #[test]
-fn who_goes_on_with_another_value_is_stopped_and_started_afresh() {
+fn a_component_that_continues_with_another_value_is_stopped_and_started_again() {
     for (second, values) in [(Some("south"), vec!["area=south"]), (None, vec![])] {
         let (mut office, explorer, _) = two_areas(second);
         // An event fires the transition, so the explorer has not finished and could keep running.
@@ -81,7 +81,7 @@ fn who_goes_on_with_another_value_is_stopped_and_started_afresh() {
 }
 
 #[test]
-fn who_goes_on_with_the_same_value_is_not_disturbed() {
+fn a_component_that_continues_with_the_same_value_is_not_disturbed() {
     let (mut office, explorer, _) = two_areas(Some("north"));
     office.plan.transitions[0].on = Some((explorer, "seen".into()));
     let mut bench = Bench::begun(office);
@@ -91,7 +91,7 @@ fn who_goes_on_with_the_same_value_is_not_disturbed() {
 }
 
 #[test]
-fn whoever_comes_back_is_given_its_values_again() {
+fn a_component_that_comes_back_is_given_its_values_again() {
     let (office, explorer, _) = two_areas(None);
     let mut bench = Bench::begun(office);
     bench.gone(explorer);

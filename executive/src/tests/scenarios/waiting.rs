@@ -61,7 +61,7 @@ fn a_start_that_nothing_will_let_begin_fails_after_a_while() {
 }
 
 #[test]
-fn where_the_file_says_so_its_tokens_go_elsewhere() {
+fn where_the_file_specifies_it_its_tokens_go_elsewhere() {
     let mut bench = begun(meeting(true));
     bench.pass(12 * SECOND);
     bench.obey();
@@ -85,7 +85,7 @@ fn one_that_something_may_still_let_begin_waits_for_as_long_as_it_takes() {
 }
 
 #[test]
-fn it_is_given_its_time_to_start_once_nobody_is_in_its_way() {
+fn it_is_given_its_time_to_start_once_no_component_blocks_it() {
     let mut meeting = meeting(false);
     let (x, a) = (meeting.x, meeting.a);
     meeting.plan.way("w", Way { from: vec![a], on: Some((x, "done")), ..Way::default() });
