@@ -2,10 +2,14 @@
 //! components. One pass finds everything; no check stops at the first finding.
 
 mod claims;
+mod concurrency;
 mod dates;
+mod ending;
 mod endless;
+mod frozen;
 mod graph;
 mod guards;
+mod layout;
 mod links;
 mod manifests;
 mod mission;
@@ -46,10 +50,13 @@ pub fn check(
         overrides::apply(configuration, overrides, &mut found);
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);
-            // If a name is misspelt, the thing that was meant only seems to be unused.
-            if !findings.has_errors() && !found.has_errors() {
+        }
+        // If a name is misspelt, the thing that was meant only seems to be unused.
+        if !findings.has_errors() && !found.has_errors() {
+            if let Some(manifests) = manifests {
                 unused::check(configuration, manifests, &mut found);
             }
+            without_errors(configuration, manifests, &mut found);
         }
         let is_partial = reading.is_partial;
         findings.absorb(found, |f| !is_partial || !f.code.is_of_something_missing());
@@ -81,5 +88,28 @@ fn by_itself(configuration: &Configuration, findings: &mut Findings) {
         transition::check(mission, findings);
         order::check(mission, findings);
         endless::check(mission, findings);
+    }
+}
+
+/// Runs the checks of a file without errors for what seems to be missing in it.
+fn without_errors(
+    configuration: &Configuration,
+    manifests: Option<&Manifests>,
+    findings: &mut Findings,
+) {
+    system::expect_components(&configuration.system, findings);
+    layout::check_system(&configuration.system, findings);
+    for mission in configuration.missions() {
+        layout::check_mission(mission, findings);
+        ending::check(mission, findings);
+        // With its sub-missions it may be larger than a mission may be, which is a finding then.
+        if let Ok(whole) = configuration.flatten(mission) {
+            let is_main =
+                configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
+            reach::check(mission, &whole, is_main, findings);
+        }
+    }
+    if let Ok(Some(whole)) = configuration.flattened() {
+        frozen::check(&whole, &configuration.system, manifests, findings);
     }
 }

@@ -133,6 +133,10 @@ codes! {
         KeepAllCircle = "W0121", "links in a circle that may block each other";
         ShortQueue = "N0122", "a queue that may be too short";
         UnusedOutput = "N0123", "outputs that no link uses";
+        NoComponents = "W0131", "a system without components";
+        RateTooHigh = "W0132", "a rate that is too high";
+        WatchdogTooShort = "W0133", "a watchdog that is too short";
+        BadBlock = "N0134", "a block of the layout that shows nothing";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -168,6 +172,12 @@ codes! {
         ReportMisspelt = "W0221", "a report that is probably misspelt";
         EndlessLoop = "W0222", "transitions that fire forever in no time";
         DatePassed = "W0223", "a date that has passed";
+        NoGoal = "W0260", "no goal";
+        NoInput = "W0261", "a transition that takes tokens from no place";
+        FailsToItself = "W0263", "a place that is its own on-failure";
+        TimeTooShort = "W0264", "a time that is too short";
+        ExclusiveTwice = "W0265", "an exclusive set is written twice";
+        FrozenProducer = "W0266", "a link whose producer is frozen while its consumer is active";
     }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";
@@ -177,10 +187,12 @@ codes! {
         GuardUnit = "E0234", "numbers in a guard that do not fit together";
         FieldNotSaid = "E0235", "a field of data is not a single value";
         GuardConstant = "W0236", "a guard that never changes";
-        UnusedVariable = "W0237", "a variable that no guard uses";
+        UnusedVariable = "W0237", "a variable that is not used";
         CountSyntax = "E0238", "a value that a variable cannot be set to";
         NotSettable = "E0239", "a variable that cannot be set";
         NothingSets = "W0224", "a variable that nothing sets";
+        FrozenData = "W0267", "a guard over data of a frozen component";
+        InexactEqual = "W0268", "a measured value compared with == and a fraction";
     }
     "Checks" from File {
         CheckSyntax = "E0250", "a check that cannot be read";
@@ -189,6 +201,7 @@ codes! {
     "What is proven of the mission" from Proof {
         FillsWithoutEnd = "W0240", "a place without a bound";
         GoalNeverReached = "E0241", "the goal can never be reached";
+        OverAtStart = "W0262", "a mission that is over at its start";
         Standstill = "W0242", "a mission that can come to a standstill";
         GoalLost = "W0243", "a goal that can become unreachable";
         TwoTokens = "W0244", "a second token in a place with components";

@@ -11,6 +11,7 @@ use armor_wire::quantity::{self, QuantityError};
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
+use crate::guard::dimension_noun;
 use crate::model::Port;
 use crate::source::{Location, Source, Spanned};
 use crate::suggestion::suggest_similar;
@@ -159,8 +160,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     /// A rate such as `10Hz`, in hertz.
     pub(crate) fn rate_hz(&mut self, name: &'static str) -> Option<Spanned<f64>> {
         self.converted(name, |text| {
-            quantity::hertz(text)
-                .map_err(|error| expected(error, "a rate such as 10Hz is expected"))
+            quantity::hertz(text).map_err(|error| expected(text, error, &RATE))
         })
     }
 
@@ -361,10 +361,27 @@ fn without_space(at: &Location) -> Location {
     at.part(len - text.trim_start().len(), text.trim_end().len())
 }
 
+/// A quantity that an attribute expects.
+struct WantedQuantity {
+    /// What is expected, with an example.
+    wanted: &'static str,
+    /// A unit that a number without one probably has.
+    unit: &'static str,
+    /// A unit that is often mistaken for one of this quantity, and the one that was meant.
+    mistaken: Option<(&'static str, &'static str)>,
+}
+
+const DURATION: WantedQuantity = WantedQuantity {
+    wanted: "a duration such as 0.2s or 10min is expected",
+    unit: "s",
+    mistaken: Some(("m", "min")),
+};
+const RATE: WantedQuantity =
+    WantedQuantity { wanted: "a rate such as 10Hz is expected", unit: "Hz", mistaken: None };
+
 /// Reads a duration such as `0.2s` or `10min`.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let wanted = "a duration such as 0.2s or 10min is expected";
-    let seconds = quantity::seconds(text).map_err(|error| expected(error, wanted))?;
+    let seconds = quantity::seconds(text).map_err(|error| expected(text, error, &DURATION))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{}` is too long", short(text)))
 }
 
@@ -379,11 +396,29 @@ fn number_expected(text: &str, error: &QuantityError) -> String {
     }
 }
 
-/// Returns what to write instead: the known units if only the unit is wrong.
-fn expected(error: QuantityError, wanted: &str) -> String {
+/// Returns what was read, and what to write instead.
+fn expected(text: &str, error: QuantityError, quantity: &WantedQuantity) -> String {
+    let WantedQuantity { wanted, unit, mistaken } = quantity;
     match error {
-        QuantityError::UnknownUnit { .. } | QuantityError::OutOfRange { .. } => error.to_string(),
-        _ => wanted.to_owned(),
+        QuantityError::UnknownUnit { .. } | QuantityError::OutOfRange { .. } => {
+            return error.to_string();
+        }
+        QuantityError::NotANumber(_) => return (*wanted).to_owned(),
+        QuantityError::WrongDimension { .. } => {}
+    }
+    match quantity::parse(text).ok().and_then(|read| read.unit) {
+        None => format!("it has no unit: write {}{unit}", short(text.trim_end())),
+        Some(read) => {
+            let noun = dimension_noun(read.dimension);
+            let meant = mistaken.filter(|(mistaken, _)| *mistaken == read.name);
+            let number = short(text.strip_suffix(read.name).unwrap_or(text).trim_end());
+            match meant {
+                Some((_, meant)) => {
+                    format!("it is {noun}: write {number}{meant} if {meant} was meant; {wanted}")
+                }
+                None => format!("it is {noun}; {wanted}"),
+            }
+        }
     }
 }
 

@@ -15,8 +15,10 @@
 //! ```
 
 mod bounds;
+mod contradiction;
 mod count;
 mod evaluate;
+mod exactness;
 mod judge;
 mod measure;
 mod name;
@@ -31,9 +33,9 @@ pub use armor_wire::schema::Scalar;
 pub(crate) use bounds::range_of;
 pub use count::{Count, MAX_COUNT};
 pub(crate) use judge::{Meaning, Type, judge};
-pub(crate) use measure::Measure;
+pub(crate) use measure::{Measure, dimension_noun};
 pub use name::Name;
 pub(crate) use node::GuardOperator;
 pub use node::{Guard, GuardError};
 pub use parse::{MAX_DEPTH, MAX_LEN};
-pub(crate) use token::{GuardToken, tokens};
+pub(crate) use token::{GuardToken, find_misspelt, tokens};

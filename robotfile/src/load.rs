@@ -112,7 +112,9 @@ impl FileReader<'_> {
             }
         };
         sources.insert(0, source);
-        let of_system = sources.last().map(|source| source.path().to_path_buf());
+        // If the system's file could not be read, that is the finding.
+        let of_system = system.as_ref().and(sources.last());
+        let of_system = of_system.map(|source| source.path().to_path_buf());
         let included = match &mission {
             Some(mission) => self.submissions(path, mission, of_system.as_deref(), &mut sources),
             None => BTreeMap::new(),

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::date::Date;
 use crate::guard::MAX_COUNT;
-use crate::model::Parameter;
+use crate::model::{LayoutBlock, Parameter};
 use crate::source::{Location, Spanned};
 use crate::unreadable::UnreadableParts;
 
@@ -39,6 +39,8 @@ pub struct Mission {
     pub checks: Vec<Spanned<String>>,
     /// The `<mission>` tag.
     pub at: Location,
+    /// The blocks of its layout.
+    pub(crate) layout: Vec<LayoutBlock>,
     /// The parts that could not be read.
     pub(crate) unreadable: UnreadableParts,
 }
@@ -47,6 +49,17 @@ impl Mission {
     /// The place called `name`.
     pub fn place(&self, name: &str) -> Option<&Place> {
         self.places.iter().find(|place| place.name.value == name)
+    }
+
+    /// Whether the transition takes tokens from no place and depends on none, so that it can fire in
+    /// any marking, again and again. One of the safety class that ends the mission is an emergency
+    /// exit, for which this is intended.
+    pub fn lacks_input(&self, transition: &Transition) -> bool {
+        let ends = [&self.goal, &self.safe];
+        let is_end = |arc: &Arc| ends.into_iter().flatten().any(|end| end.value == arc.place.value);
+        let is_exit = transition.class == Class::Safety && transition.outputs().all(is_end);
+        let mut arcs = transition.arcs.iter();
+        !transition.arcs.is_empty() && arcs.all(|arc| arc.kind == ArcKind::Put) && !is_exit
     }
 
     /// Whether a place activates the component, so that the mission controls it.

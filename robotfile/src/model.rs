@@ -45,6 +45,10 @@ pub struct System {
     pub links: Vec<Link>,
     /// The data that time follows, if it is not the host's clock.
     pub clock: Option<Clock>,
+    /// The `<system>` tag; none without one.
+    pub(crate) at: Option<Location>,
+    /// The blocks of its layout.
+    pub(crate) layout: Vec<LayoutBlock>,
     /// The parts that could not be read.
     pub(crate) unreadable: UnreadableParts,
 }
@@ -179,6 +183,17 @@ pub enum Transport {
     Shm,
     /// UDP.
     Udp,
+}
+
+/// A `<block>` of a layout, as written: a file may contain any layout.
+#[derive(Clone, Debug)]
+pub(crate) struct LayoutBlock {
+    /// The component or place that it shows.
+    pub(crate) of: Option<Spanned<String>>,
+    /// The transition that it shows.
+    pub(crate) transition: Option<Spanned<String>>,
+    /// Its coordinates that are not numbers, each with the attribute's name.
+    pub(crate) not_numbers: Vec<(&'static str, Spanned<String>)>,
 }
 
 /// `<clock source="sim.clock"/>`.

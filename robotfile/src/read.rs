@@ -1,5 +1,6 @@
 //! Tree → model, one file at a time.
 
+mod layout;
 mod limits;
 mod mission;
 mod system;

@@ -8,6 +8,9 @@ use armor_wire::name::is_name;
 use crate::suggestion::suggest_similar;
 use crate::tree::Element;
 
+/// Malformed names that a name is compared with: the effort stays bounded whatever a file contains.
+const MAX_MALFORMED: usize = 16;
+
 /// The unreadable parts of a system or a mission.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct UnreadableParts {
@@ -65,9 +68,12 @@ impl UnreadableParts {
         element.name != wanted && suggest_similar(&name, std::iter::once(wanted)).is_some()
     }
 
-    /// Returns whether an unreadable part may have this name.
+    /// Returns whether an unreadable part may have this name: exactly, or but for a typing mistake.
     pub(crate) fn may_contain(&self, name: &str) -> bool {
-        self.has_nameless || self.names.contains(name)
+        let malformed = self.names.iter().map(String::as_str).filter(|name| !is_name(name));
+        self.has_nameless
+            || self.names.contains(name)
+            || suggest_similar(name, malformed.take(MAX_MALFORMED)).is_some()
     }
 
     /// Returns whether the name occurs exactly like this and is malformed.

@@ -50,11 +50,12 @@ fn generated_example(code: Code, form: Form) -> Option<PageExample> {
         format!("<armor version=\"1\">\n  <system>\n{inner}  </system>\n</armor>\n")
     };
     let is_faulty = form == Form::Faulty;
+    let arm = if is_faulty { "" } else { "    <component name=\"arm\" kind=\"arm\"/>\n" };
     let one_more = |limit: usize| if is_faulty { limit + 1 } else { limit };
     let text = match code {
         Code::TooLong => {
             let len = if is_faulty { armor_robotfile::MAX_FILE_BYTES } else { 1000 };
-            system(format!("    <!-- {} -->\n", "log ".repeat(len / 4)))
+            system(format!("    <!-- {} -->\n{arm}", "log ".repeat(len / 4)))
         }
         Code::TooMany => {
             let line = |n| format!("    <component name=\"arm-{n}\" kind=\"arm\"/>\n");
@@ -62,7 +63,7 @@ fn generated_example(code: Code, form: Form) -> Option<PageExample> {
         }
         Code::More => {
             let count = if is_faulty { armor_robotfile::MAX_FINDINGS + 1 } else { 0 };
-            system("    <componant/>\n".repeat(count))
+            system("    <componant/>\n".repeat(count) + arm)
         }
         _ => return None,
     };

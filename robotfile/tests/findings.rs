@@ -58,7 +58,7 @@ fn system(inner: &str) -> String {
 fn mission(inner: &str) -> String {
     let components = r#"<component name="go" kind="k"/><component name="stop" kind="k"/><component name="free" kind="k" controllable="false"/>"#;
     format!(
-        "<armor version=\"1\"><system>{components}</system><mission safe=\"a\"><place name=\"a\" initial=\"true\"/>{inner}</mission></armor>"
+        r#"<armor version="1"><system>{components}</system><mission goal="over" safe="hold"><place name="a" initial="true"/><place name="over"/><place name="hold"/><transition name="end" from="a" to="over" operator="true"/>{inner}</mission></armor>"#
     )
 }
 

@@ -211,3 +211,68 @@ fn set_values_are_whole_numbers_in_the_domain() {
     check("", &claimed);
     check("E0203", &(claimed + "<check>always [[m]] &lt;= 3</check>"));
 }
+
+#[test]
+fn conditions_that_exclude_each_other() {
+    let alone = |code: &str, guard: &str| {
+        let text = format!(r#"<transition name="t" from="a" to="b" when="{guard}"/>"#);
+        check_file(code, &text, Some(&manifests()));
+    };
+    for guard in [
+        "[[p.one &gt; 300 and p.one &lt; 250]]",
+        "[[p.one &lt; 300 or p.one &gt; 250]]",
+        "[[p.one &gt; 3m and p.ok and 3m &gt;= p.one]]",
+        "not [[(p.one &lt; 5 or p.one &gt; 3)]]",
+        "[[p.state.mode == 'On' and p.state.mode == 'Off']]",
+        "[[p.state.mode != 'On' or p.state.mode != 'Off']]",
+        "[[p.ok and not p.ok]]",
+        "p.ok or [[p.one &lt; 1 and p.one == 2]]",
+    ] {
+        alone("W0236", guard);
+    }
+    for guard in [
+        "p.one &lt; 300 and p.one &gt; 250",
+        "p.one &gt; 300 or p.one &lt; 250",
+        "p.one &gt;= 3 and p.one &lt;= 3",
+        "p.one &gt; 300 and p.state.level &lt; 250",
+        "p.state.mode == 'On' or p.state.mode == 'Off'",
+        "p.one != 3 and p.one != 4",
+        "(p.ok and p.one &gt; 3) or (not p.ok and p.one &lt; 2)",
+    ] {
+        alone("", guard);
+    }
+}
+
+#[test]
+fn a_measured_value_is_not_exactly_a_fraction() {
+    let alone = |code: &str, variable: &str, guard: &str| {
+        let text = format!(r#"{variable}<transition name="t" from="a" to="b" when="{guard}"/>"#);
+        check_file(code, &text, Some(&manifests()));
+    };
+    alone("W0268", "", "[[p.state.level == 30%]]");
+    alone("W0268", "", "p.ok and not [[(p.one != 0.5)]]");
+    let level = r#"<variable name="v" source="p.state.level" min="0" max="0.5"/>"#;
+    alone("W0268", level, "[[v == 0.25]]");
+    // Values outside of the domain are moved exactly to its ends.
+    alone("", level, "v == 0.5");
+    alone("", "", "p.one == 0 or p.one == 2m");
+    alone("", "", "p.state.mode == 'On'");
+}
+
+#[test]
+fn a_misspelt_word_is_found_where_it_is() {
+    guard("E0230", "[[nto]] p.ok");
+    guard("E0230", "p.ok [[adn]] p.ok");
+    guard("E0230", "[[knwn]](v)");
+    guard("E0230", "[[foo]](v)");
+    let text =
+        r#"<transition name="t" from="a" to="b" timeout="1s"/><check>[[nver]] a and b</check>"#;
+    check_file("E0250", text, None);
+    check_file("E0250", &text.replace("[[nver]] a and b", "never [[activ]](p)"), None);
+}
+
+#[test]
+fn a_variable_that_nothing_reads_or_sets() {
+    let text = r#"<variable name="[[n]]" min="0" max="3"/><transition name="t" from="a" to="b" timeout="1s"/>"#;
+    check_file("W0237", text, None);
+}

@@ -27,6 +27,26 @@ impl Proof<'_> {
         }
     }
 
+    /// A mission whose goal or safe place is marked at the start: nothing fires in it, which explains
+    /// all else.
+    pub(super) fn over_at_start(&self) -> Option<Finding> {
+        let (goal, safe) = (self.plan.goal(), self.plan.safe());
+        let is_marked = |place: &PlaceId| self.net.initial()[place.index()] > 0;
+        let (place, noun) = match goal.filter(is_marked) {
+            Some(goal) => (goal, "goal"),
+            None => (safe.filter(is_marked)?, "safe place"),
+        };
+        let name = self.net.place(place);
+        let code = match goal.filter(|goal| *goal != place) {
+            Some(_) => Code::GoalNeverReached,
+            None => Code::OverAtStart,
+        };
+        let message =
+            format!("the mission is over at its start: its {noun}, {name}, is marked initially");
+        let remedy = "mark another place initially: the one in which the robot begins to work";
+        Some(Finding::new(code, self.at(place), message).remedy(remedy))
+    }
+
     fn goal_never(&self, goal: PlaceId) -> Option<Finding> {
         let name = self.net.place(goal);
         let (message, remedy) = if self.most_in(goal) > 0 {
@@ -157,6 +177,12 @@ impl Proof<'_> {
         };
         for source in self.plan.net().transition_ids() {
             if !self.copies(source).iter().all(|copy| dead.contains(copy)) {
+                continue;
+            }
+            // Where a place is never marked, the finding is about that place, or about a transition
+            // that leads to it.
+            let arcs = self.plan.net().transition(source);
+            if arcs.inputs.iter().chain(&arcs.reads).any(|(place, _)| self.most_in(*place) == 0) {
                 continue;
             }
             let name = &self.plan.net().transition(source).name;

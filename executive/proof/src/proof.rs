@@ -118,6 +118,9 @@ impl<'a> Proof<'a> {
 
     /// Examines what is examined in every mission.
     pub(crate) fn examine_in_general(&self, findings: &mut Findings) {
+        if let Some(over) = self.over_at_start().filter(|_| !self.effort.has_begun) {
+            return findings.push(over);
+        }
         match &self.exploration.ending {
             ExplorationEnd::Complete => self.complete(findings),
             ExplorationEnd::Unbounded(pumping) => self.without_bounds(pumping, findings),

@@ -3,12 +3,21 @@
 use crate::analysed::Analysed;
 use crate::proof::{Proof, ProofEffort};
 use armor_plan::Plan;
-use armor_robotfile::{Configuration, Findings};
+use armor_robotfile::{Configuration, Findings, Mission, Severity};
 
 /// Proves the mission of a configuration, whose plan is `plan`, and what its files claim. `stop` is
 /// asked now and then whether it has taken long enough.
 pub fn prove(configuration: &Configuration, plan: &Plan, stop: &dyn Fn() -> bool) -> Findings {
-    prove_within(configuration, plan, ProofEffort::default(), stop)
+    let found = prove_within(configuration, plan, ProofEffort::default(), stop);
+    let lacks_input =
+        |mission: &Mission| mission.transitions.iter().any(|it| mission.lacks_input(it));
+    if !configuration.missions().any(lacks_input) {
+        return found;
+    }
+    // Such a transition is a finding already, and fills and interrupts everything.
+    let mut errors = Findings::default();
+    errors.extend(found.into_iter().filter(|finding| finding.severity() == Severity::Error));
+    errors
 }
 
 /// The same of a mission that has begun, and whose plan starts where it stands: what is claimed of

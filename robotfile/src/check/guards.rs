@@ -87,11 +87,16 @@ fn check_one(mission: &Mission, data: &DataFields<'_>, findings: &mut Findings) 
     used.extend(claimed_names(mission));
     for variable in &mission.variables {
         let (name, counts) = (&variable.name.value, variable.counts().is_some());
-        if !used.contains(name) && sets::is_set(mission, variable) {
-            let message = format!("no guard uses {name}");
+        let is_set = sets::is_set(mission, variable);
+        let is_unique = mission.variables.iter().filter(|it| it.name.value == *name).count() == 1;
+        if !used.contains(name) && (is_set || is_unique) {
+            let message = match is_set {
+                true => format!("no guard uses {name}"),
+                false => format!("no guard uses {name}, and no transition sets it"),
+            };
             let finding = Finding::new(Code::UnusedVariable, &variable.name.at, message);
             findings.push(finding.remedy("use it in a when=\"…\", or remove it"));
-        } else if in_guards.contains(name) && !sets::is_set(mission, variable) && counts {
+        } else if in_guards.contains(name) && !is_set && counts {
             let message = format!("no transition sets {name}, so its value never changes");
             let finding = Finding::new(Code::NothingSets, &variable.name.at, message);
             findings.push(finding.remedy(
@@ -113,7 +118,12 @@ fn claimed_names(mission: &Mission) -> BTreeSet<String> {
 }
 
 fn unbounded_meaning(is: Type) -> Meaning {
-    Meaning { is, within: (f64::NEG_INFINITY, f64::INFINITY), domain: "any value".into() }
+    Meaning {
+        is,
+        within: (f64::NEG_INFINITY, f64::INFINITY),
+        domain: "any value".into(),
+        is_measured: true,
+    }
 }
 
 fn known_variable(

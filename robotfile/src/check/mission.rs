@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::names::KnownNames;
-use crate::check::reach;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
@@ -59,7 +58,7 @@ fn check_one(
         findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
     }
     exclusives_kept(mission, findings);
-    reach::check(mission, findings);
+    exclusives_once(mission, findings);
 }
 
 /// The names that a mission may use, with their properties.
@@ -163,6 +162,16 @@ impl<'a> MissionNames<'a> {
             let finding = Finding::new(Code::NoEffect, &target.at, message);
             findings.push(finding.remedy("the place has no components that could fail: remove it"));
         }
+        let is_own = |target: &&Spanned<String>| target.value == place.name.value;
+        if let Some(target) = place.on_failure.as_ref().filter(is_own)
+            && !place.components.is_empty()
+        {
+            let message = format!("after a failure in {0}, the token stays in {0}", target.value);
+            let finding = Finding::new(Code::FailsToItself, &target.at, message);
+            findings.push(finding.remedy(
+                "name a place without the failed component, or remove on-failure: then the mission goes to its safe place",
+            ));
+        }
         let mut assigned = BTreeMap::new();
         for given in &place.parameters {
             let (component, name) = (&given.component, &given.parameter.name);
@@ -206,7 +215,10 @@ impl<'a> MissionNames<'a> {
         misspelt_report(&on.event, findings);
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
-        if self.active_in.contains_key(reporter.value.as_str()) && !heard {
+        let takes = transition.arcs.iter().any(|arc| arc.kind != ArcKind::Put);
+        let is_frozen = self.active_in.contains_key(reporter.value.as_str()) && !heard;
+        // Without a place that it starts from, that is its finding.
+        if is_frozen && takes && !transition.is_doubtful {
             let message = format!(
                 "{} is frozen in every place that {} starts from",
                 reporter.value, name.value
@@ -256,6 +268,23 @@ fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
                     report_together(component, other, mission, *set, findings);
                 }
             }
+        }
+    }
+}
+
+/// Two sets of the same components: the second one excludes nothing more.
+fn exclusives_once(mission: &Mission, findings: &mut Findings) {
+    let mut seen: BTreeMap<BTreeSet<&str>, &Exclusive> = BTreeMap::new();
+    for exclusive in &mission.exclusives {
+        let names: BTreeSet<_> =
+            exclusive.components.iter().map(|name| name.value.as_str()).collect();
+        if let Some(first) = seen.get(&names).filter(|_| names.len() > 1) {
+            let message = "these components are already exclusive";
+            let finding = Finding::new(Code::ExclusiveTwice, &exclusive.at, message);
+            let finding = finding.remedy("remove one of the two, or name other components");
+            findings.push(finding.related(&first.at, "first here"));
+        } else {
+            seen.insert(names, exclusive);
         }
     }
 }

@@ -8,25 +8,21 @@ use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Mission, Place, Transition};
 
-pub(super) fn check(mission: &Mission, findings: &mut Findings) {
-    let starts = mission.places.iter().any(|place| place.initial > 0);
-    let places: BTreeSet<_> =
-        mission.places.iter().map(|place| place.name.value.as_str()).collect();
-    let mut arcs = mission.transitions.iter().flat_map(|transition| &transition.arcs);
-    let is_misled =
-        mission.unreadable.in_moves || arcs.any(|arc| !places.contains(arc.place.value.as_str()));
-    if !starts || !mission.submissions.is_empty() || is_misled {
-        return;
-    }
-    let reached = find_reached(mission);
-    let (reached, unreached): (Vec<_>, Vec<_>) =
-        mission.places.iter().partition(|place| reached.contains(place.name.value.as_str()));
+/// `whole` is the mission with its sub-missions. A goal that the main mission cannot reach is a
+/// finding of the proof.
+pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
+    let reached = find_reached(whole);
+    let is_reached = |place: &&Place| reached.contains(place.name.value.as_str());
     let active =
         |of: &Place| of.components.iter().map(|name| name.value.clone()).collect::<Vec<_>>();
-    let ever_active: BTreeSet<_> = reached.into_iter().flat_map(active).collect();
+    let ever_active: BTreeSet<_> =
+        whole.places.iter().filter(is_reached).flat_map(active).collect();
+    let goal = mission.goal.as_ref().map(|goal| goal.value.as_str());
+    let unreached = mission.places.iter().filter(|place| !is_reached(place));
     for place in unreached {
         let name = &place.name.value;
-        let mut message = match mission.goal.as_ref().filter(|goal| goal.value == *name) {
+        let mut message = match goal.filter(|goal| goal == name) {
+            Some(_) if is_main => continue,
             Some(_) => format!("the goal can never be reached: no transition leads to {name}"),
             None => format!("no transition leads to {name}"),
         };

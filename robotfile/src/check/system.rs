@@ -2,6 +2,7 @@
 //! exist, every input fed at most once.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use crate::check::names::KnownNames;
 use crate::code::Code;
@@ -12,6 +13,12 @@ use crate::source::Spanned;
 /// The names under which Armor's own programs register and log, and the name of the combined log.
 const RESERVED: [&str; 6] =
     ["registry", "configd", "configuration", "executive", "launcher", "all"];
+
+/// The highest rate that a component keeps: a period of 100 µs, about twice the time in which a
+/// thread is woken.
+const HIGHEST_RATE_HZ: f64 = 10_000.0;
+/// The interval at which a process reports the duration of its current call.
+const WATCHDOG_MEASURED: Duration = Duration::from_millis(500);
 
 /// Keeps the first of several components with one name, so that nothing is checked against the
 /// others.
@@ -28,6 +35,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = names.including(&system.unreadable);
     for component in &system.components {
         parameters_once(component, findings);
+        possible_times(component, findings);
         if RESERVED.contains(&component.name.value.as_str()) {
             let message = format!("{} is a reserved name", component.name.value);
             let finding = Finding::new(Code::ReservedName, &component.name.at, message);
@@ -43,6 +51,37 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
         names.expect(&clock.source.component, Code::UnknownComponent, findings);
     }
     inputs_fed_once(&system.links, findings);
+}
+
+/// A system of a file without errors, in which every component was read.
+pub(super) fn expect_components(system: &System, findings: &mut Findings) {
+    if let Some(at) = system.at.as_ref().filter(|_| system.components.is_empty()) {
+        let finding = Finding::new(Code::NoComponents, at, "the system has no components");
+        findings.push(finding.remedy("add a <component name=\"…\" kind=\"…\"/>"));
+    }
+}
+
+/// The rate and the watchdog against what a process can do and the launcher can measure.
+fn possible_times(component: &Component, findings: &mut Findings) {
+    let name = &component.name.value;
+    if let Some(rate) = component.rate_hz.as_ref().filter(|rate| rate.value > HIGHEST_RATE_HZ) {
+        let message = format!(
+            "`{}` is too high: {name} will be called less often than {} times per second",
+            rate.at.text(),
+            rate.value
+        );
+        let finding = Finding::new(Code::RateTooHigh, &rate.at, message);
+        findings.push(finding.remedy("write at most 10kHz; or publish several values in one call"));
+    }
+    let is_short = |watchdog: &&Spanned<Duration>| watchdog.value < WATCHDOG_MEASURED;
+    if let Some(watchdog) = component.watchdog.as_ref().filter(is_short) {
+        let message = format!(
+            "`{}` is too short: the duration of a call is measured only every 0.5 s",
+            watchdog.at.text()
+        );
+        let finding = Finding::new(Code::WatchdogTooShort, &watchdog.at, message);
+        findings.push(finding.remedy("write 0.5s or more"));
+    }
 }
 
 /// `Laser` and `laser` are easy to confuse, and on some file systems they share a log file.

@@ -2,10 +2,15 @@
 //! mission's period cannot keep.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Mission, Place, Transition};
+
+/// A component that is activated has not yet acted after this time: its start alone is a message to
+/// its process, a call, and a message back.
+const SHORTEST_TIME: Duration = Duration::from_millis(10);
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let with_components = mission.places.iter().filter(|place| !place.components.is_empty());
@@ -34,6 +39,10 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         excluded_by_itself(transition, findings);
         check_dates(transition, findings);
         shorter_than_period(transition, mission, findings);
+        too_short(transition, findings);
+        if mission.lacks_input(transition) && !transition.is_doubtful {
+            report_missing_input(transition, findings);
+        }
     }
 }
 
@@ -72,6 +81,37 @@ fn excluded_by_itself(transition: &Transition, findings: &mut Findings) {
             report_never(transition, &inhibitor.place, &why, findings);
         }
     }
+}
+
+/// A transition without `from` was probably meant to start in some place.
+fn report_missing_input(transition: &Transition, findings: &mut Findings) {
+    let name = &transition.name;
+    let message = format!(
+        "{} takes tokens from no place, so it can fire at any time, again and again",
+        name.value
+    );
+    let finding = Finding::new(Code::NoInput, &name.at, message);
+    findings.push(finding.remedy(
+        "write from=\"…\"; to end the mission from every place, write class=\"safety\" and lead it to \
+         the safe place or the goal",
+    ));
+}
+
+/// A latest time in which no component can do anything.
+fn too_short(transition: &Transition, findings: &mut Findings) {
+    let Some(interval) = &transition.interval else { return };
+    let Some(latest) = interval.value.latest.filter(|latest| *latest < SHORTEST_TIME) else {
+        return;
+    };
+    let (name, text) = (&transition.name.value, interval.at.text());
+    let (message, remedy) = if latest.is_zero() {
+        let message = format!("`{text}` is no time: {name} fires as soon as it is enabled");
+        (message, "write a longer time, or remove it: without a time it fires immediately too")
+    } else {
+        let message = format!("`{text}` is too short: {name} fires before a component can act");
+        (message, "write a longer time, such as 1s")
+    };
+    findings.push(Finding::new(Code::TimeTooShort, &interval.at, message).remedy(remedy));
 }
 
 fn check_dates(transition: &Transition, findings: &mut Findings) {

@@ -6,12 +6,27 @@ use std::time::Duration;
 use armor_wire::quantity::Dimension;
 
 use super::{Claim, ClaimError, Formula, Name, Relation, Statement, Sum};
-use crate::guard::{GuardOperator, GuardToken, MAX_DEPTH, MAX_LEN, tokens};
+use crate::guard::{GuardOperator, GuardToken, MAX_DEPTH, MAX_LEN, find_misspelt, tokens};
+use crate::suggestion::suggest_similar;
 
 /// Words that are never names.
 const RESERVED: [&str; 4] = ["always", "never", "eventually", "inf"];
 /// Words that precede a parenthesis.
 const CALLED: [&str; 6] = ["reachable", "duration", "fires", "dead", "bounded", "active"];
+/// Words that join conditions, and words that begin one.
+const OPERATORS: [&str; 4] = ["and", "or", "leads", "to"];
+const PREFIXES: [&str; 10] = [
+    "always",
+    "never",
+    "eventually",
+    "not",
+    "reachable",
+    "duration",
+    "fires",
+    "dead",
+    "bounded",
+    "active",
+];
 /// The forms of a check.
 const STATEMENTS: &str = "write always …, never …, eventually …, reachable(…), always \
     reachable(…), … leads to …, duration(…) <= 20min, fires(…), dead(…) or bounded(…) <= 3";
@@ -337,11 +352,12 @@ impl ClaimParser<'_> {
                 false => format!("there is nothing called {word}(…)"),
             };
             let remedy = match word.as_str() {
-                "active" => "name a transition or place here",
-                _ if CALLED.contains(&word.as_str()) => "a check has one such statement",
-                _ => STATEMENTS,
+                "active" => "name a transition or place here".into(),
+                _ if CALLED.contains(&word.as_str()) => "a check has one such statement".into(),
+                word => suggest_similar(word, PREFIXES.into_iter())
+                    .unwrap_or_else(|| STATEMENTS.to_owned()),
             };
-            return Err(self.error(&message, remedy));
+            return Err(self.error(&message, &remedy));
         }
         if word.split('.').any(str::is_empty) {
             let remedy =
@@ -362,6 +378,11 @@ impl ClaimParser<'_> {
     }
 
     fn report_unexpected(&self, wanted: &str) -> ClaimError {
+        let misspelt = find_misspelt(&self.tokens, self.next, &OPERATORS, &PREFIXES);
+        if let Some((at, remedy)) = misspelt {
+            let message = format!("`{}` is not a word of checks", &self.text[at.clone()]);
+            return ClaimError { at, message, remedy };
+        }
         let message = match self.peek() {
             GuardToken::End => "the check ends here".to_owned(),
             _ => format!("{} is not expected here", &self.text[self.token_range()]),

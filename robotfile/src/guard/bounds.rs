@@ -2,6 +2,7 @@
 //! constant result is probably a mistake.
 
 use crate::code::Code;
+use crate::guard::contradiction::deciding_name;
 use crate::guard::count::Count;
 use crate::guard::judge::{GuardProblem, Meaning};
 use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
@@ -46,7 +47,12 @@ impl GuardBounds<'_> {
                 if left == Some(absorbing) || right == Some(absorbing) {
                     return Some(absorbing);
                 }
-                left.and(right)
+                if let Some(constant) = left.and(right) {
+                    return Some(constant);
+                }
+                let name = deciding_name(node, *operator, self.meanings)?;
+                self.report_decided(node, absorbing, name);
+                Some(absorbing)
             }
             GuardNodeKind::Binary(operator, left, right) if operator.is_comparison() => {
                 let truth =
@@ -99,6 +105,29 @@ impl GuardBounds<'_> {
             }
             _ => {}
         }
+    }
+
+    /// Reports a chain of conditions that the name at this index decides.
+    fn report_decided(&mut self, node: &GuardNode, truth: bool, name: usize) {
+        let text = self.text.get(node.at.clone()).unwrap_or_default();
+        let name = &self.guard.names[name];
+        let (why, remedy) = if truth {
+            (
+                format!("every value of {name} satisfies one of its conditions"),
+                "remove it, or change one of the conditions",
+            )
+        } else {
+            (
+                format!("no value of {name} satisfies all its conditions"),
+                "what depends on it never happens; change one of the conditions, or write or between them",
+            )
+        };
+        self.problems.push(GuardProblem {
+            code: Code::GuardConstant,
+            at: node.at.clone(),
+            message: format!("`{text}` is always {truth}: {why}"),
+            remedy: remedy.into(),
+        });
     }
 
     fn report_constant(&mut self, node: &GuardNode, truth: bool, why: String) {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use armor_wire::quantity::Dimension;
 
-use super::bounds;
+use super::{bounds, exactness};
 use crate::code::Code;
 use crate::guard::measure::{Measure, by, in_words, times};
 use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
@@ -29,6 +29,8 @@ pub(crate) struct Meaning {
     pub(crate) within: (f64, f64),
     /// Them in words, as written in the file.
     pub(crate) domain: String,
+    /// Whether it is a field of data, or follows one.
+    pub(crate) is_measured: bool,
 }
 
 /// Something wrong at a place in the guard's text.
@@ -47,6 +49,10 @@ pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<Guar
     judge.expect_truth(&guard.root, &is, "a guard");
     if judge.problems.is_empty() {
         judge.problems = bounds::constants(guard, text, meanings);
+        let is_new = |problem: &GuardProblem| judge.problems.iter().all(|it| it.at != problem.at);
+        let inexact = exactness::inexact(guard, text, meanings).into_iter().filter(is_new);
+        let inexact: Vec<_> = inexact.collect();
+        judge.problems.extend(inexact);
     }
     judge.problems
 }

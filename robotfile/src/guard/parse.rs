@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::guard::name::Name;
 use crate::guard::node::{Guard, GuardError, GuardNode, GuardNodeKind, GuardOperator};
-use crate::guard::token::{GuardToken, tokens};
+use crate::guard::token::{GuardToken, find_misspelt, tokens};
 
 /// The length limit of a guard in bytes: longer than a readable guard, and a bound for the depth of
 /// a chain.
@@ -43,7 +43,8 @@ impl Guard {
     }
 }
 
-struct GuardParser {
+struct GuardParser<'a> {
+    text: &'a str,
     what: &'static str,
     tokens: Vec<(GuardToken, Range<usize>)>,
     next: usize,
@@ -52,9 +53,9 @@ struct GuardParser {
     numbers: BTreeMap<String, usize>,
 }
 
-impl GuardParser {
+impl<'a> GuardParser<'a> {
     /// `what` is the name of the text in messages.
-    fn of(text: &str, what: &'static str) -> Result<Self, GuardError> {
+    fn of(text: &'a str, what: &'static str) -> Result<Self, GuardError> {
         if text.len() > MAX_LEN {
             return Err(GuardError {
                 at: 0..text.len(),
@@ -64,7 +65,7 @@ impl GuardParser {
         }
         let tokens = tokens(text, what)?;
         let (names, numbers) = (Vec::new(), BTreeMap::new());
-        Ok(Self { what, tokens, next: 0, depth: 0, names, numbers })
+        Ok(Self { text, what, tokens, next: 0, depth: 0, names, numbers })
     }
 
     /// The last token is always the end, which is never consumed.
@@ -248,6 +249,20 @@ impl GuardParser {
     }
 
     fn report_unexpected(&self, wanted: &str) -> GuardError {
+        let misspelt = find_misspelt(&self.tokens, self.next, &["and", "or"], &["not", "known"]);
+        if let Some((at, remedy)) = misspelt {
+            let word = &self.text[at.clone()];
+            let message = format!("`{word}` is not a word of the guard language");
+            return GuardError { at, message, remedy };
+        }
+        let before = self.next.checked_sub(1).map(|index| &self.tokens[index]);
+        if let (GuardToken::Open, Some((GuardToken::Name(name), at))) = (self.peek(), before) {
+            return GuardError {
+                at: at.clone(),
+                message: format!("there is nothing called {name}(…)"),
+                remedy: "the only one is known(…)".into(),
+            };
+        }
         let message = match self.peek() {
             GuardToken::End if self.next == 0 => format!("this {} is empty", self.what),
             GuardToken::End => format!("the {} ends here", self.what),

@@ -208,7 +208,12 @@ fn judged(text: &str) {
                 _ => Type::Number(Measure::Bare),
             };
             let meanings: Vec<_> = (0..guard.names().len())
-                .map(|index| Meaning { is: is(index), within: (0.0, 1.0), domain: "0 to 1".into() })
+                .map(|index| Meaning {
+                    is: is(index),
+                    within: (0.0, 1.0),
+                    domain: "0 to 1".into(),
+                    is_measured: true,
+                })
                 .collect();
             for problem in judge(&guard, text, &meanings) {
                 assert!(text.get(problem.at).is_some(), "{text}");

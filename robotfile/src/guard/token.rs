@@ -41,6 +41,32 @@ pub(crate) fn tokens(
     }
 }
 
+/// A word that is probably misspelt, where the token number `next` is not expected: that token itself,
+/// where an operator is expected, or the one before it, where that begins something. Returns its
+/// position in the text and a remedy that names the right word.
+pub(crate) fn find_misspelt(
+    tokens: &[(GuardToken, Range<usize>)],
+    next: usize,
+    operators: &[&'static str],
+    prefixes: &[&'static str],
+) -> Option<(Range<usize>, String)> {
+    let similar = |index: usize, words: &[&'static str]| {
+        let (token, at) = tokens.get(index)?;
+        let GuardToken::Name(name) = token else { return None };
+        if operators.iter().chain(prefixes).any(|word| word == name) {
+            return None;
+        }
+        let remedy = suggest_similar(name, words.iter().copied())?;
+        Some((at.clone(), remedy))
+    };
+    let before = next.checked_sub(1)?;
+    // Only where something begins can the word before it have been meant to begin it.
+    if let (GuardToken::Operator(_) | GuardToken::Close | GuardToken::End, _) = tokens.get(next)? {
+        return None;
+    }
+    similar(next, operators).or_else(|| similar(before, prefixes))
+}
+
 struct Lexer<'a> {
     text: &'a str,
     language: &'static str,

@@ -8,6 +8,7 @@ use crate::finding::{Finding, Findings};
 use crate::mission::{
     Class, Exclusive, Mission, Place, PlaceParameter, Resume, Submission, Variable,
 };
+use crate::read::layout;
 use crate::read::limits::{MAX_ELEMENTS, add_limited};
 use crate::read::system::assignment;
 use crate::read::transition;
@@ -37,6 +38,7 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         submissions: Vec::new(),
         checks: Vec::new(),
         at: fields.at(),
+        layout: Vec::new(),
         unreadable: UnreadableParts::default(),
     };
     for child in fields.finish(CHILDREN) {
@@ -88,8 +90,7 @@ fn read_child(
         }
         "check" => into!(checks, read_check(child, source, findings)),
         "submission" => into!(submissions, read_submission(child, source, findings)),
-        // The layout is the designer's; the tree keeps it.
-        _ => {}
+        _ => layout::read(child, source, &mut mission.layout),
     }
 }
 

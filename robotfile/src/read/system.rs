@@ -8,6 +8,7 @@ use crate::code::Code;
 use crate::fields::ElementFields;
 use crate::finding::{Finding, Findings};
 use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
+use crate::read::layout;
 use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
@@ -15,7 +16,8 @@ use crate::unreadable::UnreadableParts;
 
 pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> System {
     let mut fields = ElementFields::new(element, source, findings);
-    let mut system = System { name: fields.name("name"), ..System::default() };
+    let (name, at) = (fields.name("name"), Some(fields.at()));
+    let mut system = System { name, at, ..System::default() };
     for child in fields.finish(&["component", "link", "clock", "layout"]) {
         let at = child.at(source);
         match child.name.as_str() {
@@ -31,8 +33,7 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
                 None => system.unreadable.add_link(child),
             },
             "clock" => read_clock(child, source, &mut system, findings),
-            // The layout is the designer's; the tree keeps it.
-            _ => {}
+            _ => layout::read(child, source, &mut system.layout),
         }
     }
     for child in element.elements() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use armor_robotfile::read;
 
-use super::{mission, one, system};
+use super::{found_in, mission, one, system};
 
 #[test]
 fn bytes_and_xml() {
@@ -69,6 +69,22 @@ fn vocabulary() {
     one("E0021", "<armor version=\"1\"><system/><[[system]]/></armor>");
     one("E0022", "<[[armor]] version=\"1\"/>");
     one("E0026", &mission(r#"<transition name="t" from="a" timeout="1s" [[after]]="2s"/>"#));
+}
+
+#[test]
+fn a_wrong_quantity_is_named_and_the_right_one_shown() {
+    for (file, words) in [
+        (mission(r#"<transition name="t" from="a" timeout="1m"/>"#), "it is a length: write 1min"),
+        (mission(r#"<transition name="t" from="a" timeout="90"/>"#), "it has no unit: write 90s"),
+        (mission(r#"<transition name="t" from="a" after="5V"/>"#), "it is a voltage; a duration"),
+        (mission(r#"<transition name="t" from="a" timeout="soon"/>"#), "a duration such as"),
+        (system(r#"<component name="a" kind="k" rate="10"/>"#), "it has no unit: write 10Hz"),
+        (system(r#"<component name="a" kind="k" rate="0.1s"/>"#), "it is a time; a rate such as"),
+        (system(r#"<component name="a" kind="k" watchdog="2"/>"#), "it has no unit: write 2s"),
+    ] {
+        let (codes, shown) = found_in(&file);
+        assert!(codes == ["E0019"] && shown.contains(words), "{words}\n{shown}");
+    }
 }
 
 #[test]

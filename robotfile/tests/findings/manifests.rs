@@ -120,3 +120,42 @@ fn two_versions_of_a_message_are_distinguished_by_their_fields() {
     assert!(shown.contains("ranges[]: a.p has f32, b.p has f64"), "{shown}");
     assert!(shown.contains("stamp"), "{shown}");
 }
+
+#[test]
+fn a_link_that_never_delivers_a_message() {
+    let kind = |latched: bool| -> Manifest {
+        let port = |id: &str| {
+            format!(
+                r#"{{"id":"{id}","type":"S","schema":"S{{}}","schema_hash":"0000000000000001","latched":{latched}}}"#
+            )
+        };
+        let text = format!(
+            r#"{{"armor_manifest":1,"kind":"k","summary":"","inputs":[{}],"outputs":[{}],"parameters":[]}}"#,
+            port("in"),
+            port("out")
+        );
+        serde_json::from_str(&text).unwrap()
+    };
+    let file = |first: &str, second: &str, more: &str| {
+        format!(
+            r#"<armor version="1"><system><component name="one" kind="k" rate="10Hz"/><component name="two" kind="k" rate="10Hz"/><link from="[[one.out]]" to="two.in"/><link from="two.out" to="one.in" mode="pull"/></system>
+            <mission goal="over" safe="hold"><place name="a" initial="true" components="{first}"/><place name="b" components="{second}"/><place name="over"/><place name="hold"/>{more}
+            <transition name="t" from="a" to="b" timeout="1s"/><transition name="u" from="b" to="over" timeout="1s"/></mission></armor>"#
+        )
+    };
+    let manifests = |latched| Manifests::from([("k".into(), kind(latched))]);
+    one_with("W0266", &file("one", "two", ""), Some(&manifests(false)));
+    let together = r#"<place name="c" initial="true" components="two"/>"#;
+    for (fine, manifests) in [
+        (file("one", "one two", ""), Some(manifests(false))),
+        (file("one", "two", together), Some(manifests(false))),
+        // One that is in no place is always active.
+        (file("one", "one", ""), Some(manifests(false))),
+        (file("one", "two", ""), Some(manifests(true))),
+        // Without manifests it is not known whether the output is latched.
+        (file("one", "two", ""), None),
+    ] {
+        let (reading, _) = reading(&fine, manifests.as_ref());
+        assert!(reading.findings.is_empty(), "{fine}\n{}", reading.findings.render(Colours::No));
+    }
+}

@@ -70,7 +70,7 @@ fn missions() {
     );
     one(
         "W0213",
-        "<armor version=\"1\"><system/><[[mission]]><place name=\"a\" initial=\"true\"/></mission></armor>",
+        "<armor version=\"1\"><system><component name=\"c\" kind=\"k\"/></system><[[mission]]><place name=\"a\" initial=\"true\"/></mission></armor>",
     );
     one(
         "E0203",
@@ -155,7 +155,7 @@ fn dates_periods_and_attributes_without_effect() {
     with("E0103", r#"<transition T>/><variable name="v" source="[[robot]].battery"/>"#);
     let late = |period: &str, time: &str| {
         format!(
-            r#"<armor version="1"><system/><mission safe="a" period="{period}"><place name="a" initial="true"/><transition name="t" from="a" {time}/></mission></armor>"#
+            r#"<armor version="1"><system><component name="c" kind="k"/></system><mission safe="a" period="{period}"><place name="a" initial="true"/><transition name="t" from="a" {time}/></mission></armor>"#
         )
     };
     one("W0220", &late("1s", "timeout=\"[[0.5s]]\""));
@@ -201,4 +201,119 @@ fn the_expected_number_is_described() {
     assert!(large.contains("below 1e308"), "{large}");
     let empty = shown(r#"<transition name="t" from="a" priority=""/>"#);
     assert!(empty.contains("priority is empty"), "{empty}");
+}
+
+#[test]
+fn a_mission_that_stops_somewhere_has_a_goal() {
+    let with = |attributes: &str, inner: &str| {
+        format!(
+            r#"<armor version="1"><system><component name="go" kind="k"/></system><[[mission]] {attributes}><place name="a" initial="true" components="go"/><place name="b" components="go"/><place name="hold"/><transition name="t" from="a" to="b" on="go.done"/>{inner}</mission></armor>"#
+        )
+    };
+    let unmarked = |file: String| file.replace("[[", "").replace("]]", "");
+    one("W0260", &with(r#"safe="hold""#, ""));
+    none(&unmarked(with(r#"safe="hold" goal="b""#, "")));
+    // A mission that goes round, and one that always ends in its safe place, need none.
+    let back = r#"<transition name="u" from="b" to="a" on="go.done"/>"#;
+    none(&unmarked(with(r#"safe="hold""#, back)));
+    none(&unmarked(with(
+        r#"safe="hold""#,
+        r#"<transition name="u" from="b" to="hold" timeout="5s"/>"#,
+    )));
+    // A place that counts something is not where it stops.
+    let counted = r#"<place name="n"/><transition name="u" from="b" to="a n" on="go.done"/>"#;
+    none(&unmarked(with(r#"safe="hold""#, counted)));
+}
+
+#[test]
+fn a_transition_without_from_is_an_emergency_or_a_mistake() {
+    one("W0261", &mission(r#"<transition name="[[t]]" to="hold" timeout="10min"/>"#));
+    one("W0261", &mission(r#"<transition name="[[t]]" to="hold" on="go.failed"/>"#));
+    one("W0261", &mission(r#"<transition name="[[t]]" to="a" class="safety" operator="true"/>"#));
+    none(&mission(r#"<transition name="t" to="hold" class="safety" operator="true"/>"#));
+    none(&mission(r#"<transition name="t" to="over" class="safety" on="go.done"/>"#));
+    for condition in ["<read place=\"a\"/>", "<inhibitor place=\"b\"/>", "<reset place=\"b\"/>"] {
+        none(&mission(&format!(
+            r#"<place name="b"/><transition name="t" to="b" timeout="5s">{condition}</transition>"#
+        )));
+    }
+}
+
+#[test]
+fn failures_times_and_sets_that_change_nothing() {
+    let place = |target: &str| {
+        mission(&format!(
+            r#"<place name="b" initial="true" components="go" on-failure="{target}"/>"#
+        ))
+    };
+    one("W0263", &place("[[b]]"));
+    none(&place("a"));
+    for time in [r#"timeout="[[0s]]""#, r#"timeout="[[1ms]]""#] {
+        one("W0264", &mission(&format!(r#"<transition name="t" from="a" {time}/>"#)));
+    }
+    let (codes, shown) =
+        found_in(&mission(r#"<transition name="t" from="a" interval="[0s,9ms]"/>"#));
+    assert_eq!(codes, ["W0264"], "{shown}");
+    for time in [r#"timeout="10ms""#, r#"after="0s""#, r#"interval="[0s,5s]""#] {
+        none(&mission(&format!(r#"<transition name="t" from="a" {time}/>"#)));
+    }
+    let sets = |second: &str| {
+        mission(&format!(
+            r#"<place name="b" initial="true" components="go"/><place name="c" components="stop"/><place name="d" components="third"/><transition name="x" from="b" to="c"/><transition name="y" from="c" to="d"/><exclusive components="go stop"/>{second}"#
+        ))
+        .replace("<component name=\"go\"", "<component name=\"third\" kind=\"k\"/><component name=\"go\"")
+    };
+    one("W0265", &sets(r#"<[[exclusive]] components="stop go"/>"#));
+    none(&sets(r#"<exclusive components="go stop third"/>"#));
+}
+
+#[test]
+fn a_guard_over_frozen_data_is_a_warning_where_it_waits() {
+    let with = |places: &str, guard: &str| {
+        mission(&format!(
+            r#"<place name="b" components="go"/>{places}<transition name="in" from="a" to="b" timeout="1s"/><transition name="t" from="b" to="over" when="{guard}"/>"#
+        ))
+    };
+    let measured = r#"<place name="m" components="stop"/><transition name="m" from="a" to="m"><inhibitor place="hold"/></transition><transition name="n" from="m" to="a" timeout="1s"/>"#;
+    one("W0267", &with(measured, "[[stop.o.x]] &lt; 1"));
+    let variable = format!(r#"{measured}<variable name="v" source="stop.o.x"/>"#);
+    one("W0267", &with(&variable, "1 &gt; [[v]]"));
+    none(&with(measured, "go.o.x &lt; 1"));
+    // A component in no place is always active.
+    none(&with(measured, "free.o.x &lt; 1"));
+    // Active in a place that is marked together with it.
+    let parallel = r#"<place name="m" initial="true" components="stop"/>"#;
+    none(&with(parallel, "stop.o.x &lt; 1"));
+    // Where no component works, the guard decides by the last value.
+    none(
+        &with(measured, "stop.o.x &lt; 1")
+            .replace(r#"<place name="b" components="go"/>"#, r#"<place name="b"/>"#),
+    );
+}
+
+#[test]
+fn a_block_of_the_layout_shows_something() {
+    let with = |block: &str| mission(&format!("<layout>{block}</layout>"));
+    one("N0134", &with(r#"<block of="[[b]]" x="1" y="2"/>"#));
+    one("N0134", &with(r#"<group><block transition="[[a]]" x="1" y="2"/></group>"#));
+    one("N0134", &with(r#"<block of="a" x="[[abc]]" y="2"/>"#));
+    none(&with(r#"<block of="a" x="1" y="-2.5"/><block transition="end" x="1e3" y="0"/>"#));
+    none(&with(r#"<block x="a"/><other of="b" x="c"/>"#));
+}
+
+#[test]
+fn one_fault_of_a_transition_is_one_finding() {
+    for inner in [
+        r#"<place name="b" components="go"/><transition name="in" from="a" to="b"/><transition name="t" [[frm]]="b" to="over" on="go.done"/>"#,
+        r#"<place name="b" components="go"/><transition name="in" from="a" to="b"/><transition name="t" [[form]]="b" to="over" on="go.done"/>"#,
+    ] {
+        one("E0016", &mission(inner));
+    }
+    // `go` could report in `b`: that the transition does not start there is the finding.
+    one(
+        "W0261",
+        &mission(
+            r#"<place name="b" components="go"/><transition name="in" from="a" to="b"/><transition name="[[t]]" to="over" on="go.done"/>"#,
+        ),
+    );
 }

@@ -44,3 +44,33 @@ fn sub_missions_are_read_and_checked_with_the_mission() {
     );
     assert_eq!(codes_of(&[("robot.xml", robot)]).len(), 1, "a file is asked for once");
 }
+
+#[test]
+fn a_place_that_is_not_reached_is_found_also_next_to_a_sub_mission() {
+    let robot = r#"<armor version="1"><system><component name="go" kind="k"/><component name="arm" kind="k"/></system>
+        <mission goal="over" safe="hold"><place name="a" initial="true"/><place name="b"/>
+        <place name="over"/><place name="hold"/><place name="lift" components="arm"/>
+        <submission ref="dock.xml" in="a" out="b"/>
+        <transition name="t" from="b" to="over" timeout="1s"/></mission></armor>"#;
+    let dock = r#"<armor version="1"><mission goal="y" safe="z"><place name="x" initial="true" components="go"/><place name="y"/>
+        <place name="z"/><transition name="t" from="x" to="y" on="go.done"/></mission></armor>"#;
+    let found = codes_of(&[("robot.xml", robot), ("dock.xml", dock)]);
+    let [only] = &found[..] else { panic!("{found:?}") };
+    assert!(only.contains("W0212") && only.contains("lift, so arm is never active"), "{only}");
+    let reached = robot.replace("from=\"b\" to=\"over\"", "from=\"b\" to=\"over lift\"");
+    assert_eq!(codes_of(&[("robot.xml", &reached), ("dock.xml", dock)]), [""; 0]);
+    // A sub-mission without a goal is never left, and so `b` is not reached.
+    let endless = dock.replace("goal=\"y\" ", "");
+    let found = codes_of(&[("robot.xml", &reached), ("dock.xml", &endless)]);
+    assert!(found.iter().any(|one| one.contains("W0260") && one.contains("dock.xml")), "{found:?}");
+}
+
+#[test]
+fn a_missing_system_file_is_one_finding() {
+    let robot = r#"<armor version="1"><mission system="gone.xml" goal="over" safe="hold"><place name="a" initial="true"/>
+        <place name="over"/><place name="hold"/><submission ref="dock.xml" in="a" out="over"/></mission></armor>"#;
+    let dock = r#"<armor version="1"><mission system="rover.xml" goal="y" safe="z"><place name="x" initial="true"/><place name="y"/>
+        <place name="z"/><transition name="t" from="x" to="y" timeout="1s"/></mission></armor>"#;
+    let found = codes_of(&[("robot.xml", robot), ("dock.xml", dock)]);
+    assert!(found.len() == 1 && found[0].contains("E0023"), "{found:?}");
+}

@@ -89,3 +89,20 @@ fn overrides_go_over_the_file() {
         );
     }
 }
+
+#[test]
+fn what_a_process_cannot_do() {
+    one("W0131", "<armor version=\"1\"><[[system]]/></armor>");
+    let with = |attribute: &str| system(&format!(r#"<component name="a" kind="k" {attribute}/>"#));
+    one("W0132", &with(r#"rate="[[100kHz]]""#));
+    none(&with(r#"rate="10kHz""#));
+    one("W0133", &with(r#"watchdog="[[1ms]]""#));
+    none(&with(r#"watchdog="500ms""#));
+    let block = |name: &str| {
+        system(&format!(
+            r#"<component name="a" kind="k"/><layout><block of="{name}" x="0" y="0"/></layout>"#
+        ))
+    };
+    one("N0134", &block("[[b]]"));
+    none(&block("a"));
+}

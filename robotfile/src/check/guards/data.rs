@@ -67,7 +67,7 @@ impl<'a> DataFields<'a> {
         };
         let within =
             (low.map_or(f64::NEG_INFINITY, |low| low.0), high.map_or(f64::INFINITY, |high| high.0));
-        Meaning { is, within, domain }
+        Meaning { is, within, domain, is_measured: variable.source.is_some() }
     }
 
     /// The type of a field of data; none, and a finding, if there is no such field.

@@ -1,0 +1,142 @@
+//! Data that stands still: a guard over data of a component that is frozen where the guard is evaluated, and
+//! a link whose producer is frozen whenever its consumer is active. Only what the arcs exclude is a
+//! finding: where two places might be marked together, both checks are silent.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::check::concurrency::PlaceConcurrency;
+use crate::check::guards::within;
+use crate::check::manifests::Manifests;
+use crate::code::Code;
+use crate::finding::{Finding, Findings};
+use crate::guard::{Guard, Name};
+use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::model::{Link, LinkMode, System};
+
+/// Checks the mission, which contains its sub-missions.
+pub(super) fn check(
+    mission: &Mission,
+    system: &System,
+    manifests: Option<&Manifests>,
+    findings: &mut Findings,
+) {
+    let Some(together) = PlaceConcurrency::of(mission) else { return };
+    let mut active_in: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for place in &mission.places {
+        for component in &place.components {
+            active_in.entry(&component.value).or_default().push(&place.name.value);
+        }
+    }
+    let activity = Activity { mission, together, active_in };
+    let mut found = Findings::default();
+    for transition in &mission.transitions {
+        activity.check_guard(transition, &mut found);
+    }
+    // A sub-mission that is included twice is checked twice, with the same result.
+    findings.extend_new(found);
+    for link in &system.links {
+        if is_sent_once(link, system, manifests) == Some(true) {
+            activity.check_link(link, findings);
+        }
+    }
+}
+
+/// Whether a message of the link reaches only consumers that are active when it is published; none
+/// if the kind of the producer is not known. A latched output sends its last message to a consumer
+/// that starts later.
+fn is_sent_once(link: &Link, system: &System, manifests: Option<&Manifests>) -> Option<bool> {
+    let producer = system.component(&link.from.component.value)?;
+    let outputs = &manifests?.get(&producer.kind.value)?.outputs;
+    let output = outputs.iter().find(|output| output.id == link.from.port.value)?;
+    Some(!output.latched && link.mode == LinkMode::Push)
+}
+
+/// When the components of a mission are active.
+struct Activity<'a> {
+    mission: &'a Mission,
+    together: PlaceConcurrency<'a>,
+    /// The places of each component that the mission controls.
+    active_in: BTreeMap<&'a str, Vec<&'a str>>,
+}
+
+impl Activity<'_> {
+    fn check_guard(&self, transition: &Transition, findings: &mut Findings) {
+        let Some(when) = &transition.when else { return };
+        let Ok(guard) = Guard::parse(&when.value) else { return };
+        let needed = needed_places(transition);
+        let works = |name: &&str| self.place(name).is_some_and(|it| !it.components.is_empty());
+        // A place without components decides by the last values; only where something works does a
+        // guard wait for them to change.
+        let Some(place) = needed.iter().find(|name| works(name)) else { return };
+        for name in guard.names() {
+            let Some((component, is)) = self.source_of(name, transition) else { continue };
+            if self.may_be_active(&component, &needed) != Some(false) {
+                continue;
+            }
+            let message = format!("{is}, but {component} is frozen while {place} is marked");
+            let at = within(when, name.at.clone());
+            let finding = Finding::new(Code::FrozenData, &at, message);
+            findings.push(finding.remedy(format!(
+                "activate {component} in {place} too; or decide by its last value in a place without components"
+            )));
+        }
+    }
+
+    /// The component whose data a name in a guard is, with the data in words.
+    fn source_of(&self, name: &Name, transition: &Transition) -> Option<(String, String)> {
+        if let Some(data) = name.data() {
+            let (component, _) = data.split_once('.')?;
+            return Some((component.to_owned(), format!("{name} is data of {component}")));
+        }
+        // In a sub-mission, the name of the transition has the prefix that the variable has.
+        let (prefix, _) = transition.name.value.rsplit_once('.').unwrap_or_default();
+        let separator = if prefix.is_empty() { "" } else { "." };
+        let variable = format!("{prefix}{separator}{name}");
+        let variable = self.mission.variables.iter().find(|it| it.name.value == variable)?;
+        let source = &variable.source.as_ref()?.value;
+        let (component, _) = source.split_once('.')?;
+        Some((component.to_owned(), format!("{name} follows {source}")))
+    }
+
+    /// Whether the component may be active while all of these places are marked; none if the mission
+    /// does not control it.
+    fn may_be_active(&self, component: &str, places: &BTreeSet<&str>) -> Option<bool> {
+        let active = self.active_in.get(component)?;
+        let may =
+            |active: &&str| places.iter().all(|place| self.together.may_be_together(active, place));
+        Some(active.iter().any(may))
+    }
+
+    fn check_link(&self, link: &Link, findings: &mut Findings) {
+        let (from, to) = (&link.from.component.value, &link.to.component.value);
+        let places = |name: &str| {
+            let places = self.active_in.get(name)?.iter().copied();
+            let reached = places.filter(|place| self.together.may_be_together(place, place));
+            Some(reached.collect::<Vec<_>>()).filter(|reached| !reached.is_empty())
+        };
+        let (Some(producing), Some(consuming)) = (places(from), places(to)) else { return };
+        let meets = |producing: &&str| {
+            consuming.iter().any(|place| self.together.may_be_together(producing, place))
+        };
+        if producing.iter().any(meets) {
+            return;
+        }
+        let message = format!(
+            "{from} is frozen whenever {to} is active, so this link never delivers a message"
+        );
+        let finding = Finding::new(Code::FrozenProducer, &link.from.at, message);
+        findings.push(finding.remedy(format!(
+            "activate both in one place, or take {from} out of all places: then it is always active"
+        )));
+    }
+
+    fn place(&self, name: &str) -> Option<&Place> {
+        self.mission.place(name)
+    }
+}
+
+fn needed_places(transition: &Transition) -> BTreeSet<&str> {
+    let arcs = transition.arcs.iter();
+    let needed = arcs.filter(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Read));
+    needed.map(|arc| arc.place.value.as_str()).collect()
+}
