@@ -19,7 +19,7 @@ fn schema() -> Schema {
 fn accepted(value: &Value) -> Result<(), String> {
     let manifest: Manifest =
         serde_json::from_value(value.clone()).map_err(|error| error.to_string())?;
-    manifest.validate()
+    manifest.validate().map_err(|faults| faults.to_string())
 }
 
 /// A manifest with every member, none of them null or empty.
@@ -37,6 +37,11 @@ fn everything() -> Value {
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
              "maximum": 2, "doc": "of the wheel", "live": true},
             {"name": "side", "type": "choice", "choices": ["left", "right"]},
+            {"name": "buttons", "type": "text"},
+        ],
+        "events": [
+            {"name": "worn", "doc": "the tread is gone", "value": "number", "unit": "m"},
+            {"name": "button", "named_by": "buttons"},
         ],
     })
 }

@@ -10,14 +10,15 @@ use serde_json::Value;
 /// Each crate and the crates of the workspace it may import. Dev-dependencies do not count.
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-files", &[]),
-    ("armor-wire-derive", &[]),
-    ("armor-wire", &["armor-wire-derive"]),
+    ("armor-quantity", &[]),
+    ("armor-wire-derive", &["armor-quantity"]),
+    ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
     ("armor-socket", &["armor-wire"]),
     ("armor-registry", &["armor-socket", "armor-wire"]),
     ("armor-robotfile", &["armor-wire"]),
     ("armor-configd", &["armor-files", "armor-robotfile", "armor-socket", "armor-wire"]),
     ("armor-petri", &[]),
-    ("armor-sdk-derive", &[]),
+    ("armor-sdk-derive", &["armor-wire"]),
     ("armor-sdk", &["armor-sdk-derive", "armor-socket", "armor-wire"]),
     ("armor-marking", &["armor-wire"]),
     ("armor-plan", &["armor-petri", "armor-robotfile"]),

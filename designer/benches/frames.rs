@@ -125,6 +125,7 @@ fn kinds() -> Kinds {
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),
+        events: Vec::new(),
     };
     Kinds::of([kind], "stock")
 }

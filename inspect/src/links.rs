@@ -194,6 +194,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),
+            dropped_reports: 0,
             outputs: if name == "laser" { vec![output] } else { vec![] },
             inputs: if name == "slam" { vec![input] } else { vec![] },
         }

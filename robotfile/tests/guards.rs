@@ -29,6 +29,7 @@ fn manifests() -> Manifests {
             port("ok", "Ok{data:bool}"),
         ],
         parameters: vec![],
+        events: Vec::new(),
     };
     [("power".to_owned(), manifest)].into()
 }

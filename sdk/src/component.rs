@@ -3,6 +3,7 @@
 use crate::armor::Armor;
 use crate::call::{Call, Fault, Outcome};
 use crate::data::{Data, Header};
+use crate::event::DeclaredEvent;
 use crate::parameter::{Parameter, Value};
 
 /// One task, in one process.
@@ -18,6 +19,10 @@ pub trait Component: Sized + Send + 'static {
     const PARAMETERS: &'static [Parameter] = &[];
     /// What each port carries, in one line, for `armor describe` and the designer.
     const PORTS: &'static [(&'static str, &'static str)] = &[];
+
+    /// The events that it reports. If any are declared, others cannot be reported; if none are, every
+    /// name can, and `armor check` cannot check what a mission waits for.
+    const EVENTS: &'static [DeclaredEvent] = &[];
 
     /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware.
     ///

@@ -2,6 +2,7 @@
 
 use armor_wire::codec::{self, DecodeError};
 use armor_wire::message::Message;
+use thiserror::Error;
 
 /// Where data comes from, when it was created, and what is missing before it.
 #[derive(Clone, Copy, Debug)]
@@ -34,19 +35,107 @@ impl<'a> Header<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Data<'a> {
     pub(crate) bytes: &'a [u8],
+    pub(crate) declared: DeclaredType<'a>,
+}
+
+/// The type that an input was declared with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DeclaredType<'a> {
+    pub input: &'a str,
+    pub name: &'static str,
+    pub schema_hash: u64,
+}
+
+/// Why data cannot be read as the type asked for.
+#[derive(Debug, Error)]
+pub enum DataError {
+    /// The input was declared with another type.
+    #[error("input `{input}` is declared as {declared}, but was decoded as {asked}{}; {}",
+        if declared == asked { " with other fields" } else { "" },
+        "declare the input with the type that `data_received` decodes")]
+    OtherType {
+        /// The input.
+        input: String,
+        /// The type that it was declared with.
+        declared: &'static str,
+        /// The type that it was decoded as.
+        asked: &'static str,
+    },
+    /// The bytes are not one message of the declared type.
+    #[error("input `{input}`, a {declared}: {cause}")]
+    Malformed {
+        /// The input.
+        input: String,
+        /// The type that it was declared with.
+        declared: &'static str,
+        /// What is wrong with the bytes.
+        cause: DecodeError,
+    },
 }
 
 impl<'a> Data<'a> {
     /// Reads the content as a message of the type the input was declared with.
     ///
     /// # Errors
-    /// If the bytes are not one message of type `T`.
-    pub fn decode<T: Message>(&self) -> Result<T, DecodeError> {
-        codec::decode(self.bytes)
+    /// [`DataError`] if the input was declared with a type of another schema, or the bytes are not one
+    /// message of type `T`.
+    pub fn decode<T: Message>(&self) -> Result<T, DataError> {
+        let DeclaredType { input, name: declared, schema_hash } = self.declared;
+        if T::schema_hash() != schema_hash {
+            return Err(DataError::OtherType { input: input.into(), declared, asked: T::NAME });
+        }
+        codec::decode(self.bytes).map_err(|cause| DataError::Malformed {
+            input: input.into(),
+            declared,
+            cause,
+        })
     }
 
     /// The encoded message (`docs/protocol.md`, Values).
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use armor_wire::{Message, codec};
+
+    use super::*;
+    use crate::messages::{Count, Number};
+
+    #[derive(Debug, PartialEq, Message)]
+    #[message(name = "Count", wire = "armor_wire")]
+    struct LongerCount {
+        count: u64,
+        since_s: f64,
+    }
+
+    #[derive(Debug, PartialEq, Message)]
+    #[message(name = "Count", wire = "armor_wire")]
+    struct OwnCount {
+        count: u64,
+    }
+
+    fn declared_as<T: Message>(bytes: &[u8]) -> Data<'_> {
+        let declared =
+            DeclaredType { input: "steps", name: T::NAME, schema_hash: T::schema_hash() };
+        Data { bytes, declared }
+    }
+
+    #[test]
+    fn only_the_declared_type_is_decoded() {
+        let bytes = codec::encode(&Count { count: 3 }).unwrap();
+        let data = declared_as::<Count>(&bytes);
+        assert_eq!(data.decode::<Count>().unwrap(), Count { count: 3 });
+        assert_eq!(data.decode::<OwnCount>().unwrap(), OwnCount { count: 3 }, "the same schema");
+        let error = data.decode::<Number>().unwrap_err().to_string();
+        for part in ["input `steps`", "declared as Count", "decoded as Number;"] {
+            assert!(error.contains(part), "{error}");
+        }
+        let error = data.decode::<LongerCount>().unwrap_err().to_string();
+        assert!(error.contains("declared as Count, but was decoded as Count with other fields"));
+        let error = declared_as::<Count>(&bytes[..7]).decode::<Count>().unwrap_err().to_string();
+        assert!(error.contains("input `steps`, a Count: the bytes do not fit"), "{error}");
     }
 }

@@ -3,34 +3,31 @@
 
 use std::sync::Arc;
 
-use armor_wire::manifest::{MANIFEST_VERSION, Manifest, ParameterManifest, PortManifest};
+use armor_wire::manifest::{
+    MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortManifest,
+};
 use armor_wire::schema;
 
 use crate::armor::Armor;
 use crate::call::Fault;
 use crate::component::Component;
 use crate::identity::ProcessIdentity;
-use crate::participant::Participant;
+use crate::participant::{Declarations, Participant};
 
-/// The manifest of a kind.
+/// The manifest of a kind, checked as `armor check` and `armor run` do.
 ///
 /// # Errors
-/// If its constructor fails, or asks for a parameter that it does not declare.
+/// If its constructor fails; [`ManifestFaults`] with everything that is wrong with the manifest, or
+/// that the constructor and the constants of the component contradict each other in.
 pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
     let identity = ProcessIdentity { name: "describe".into(), kind: C::KIND.into(), instance: 1 };
-    let participant = Arc::new(Participant::new(identity, declared_parameters::<C>(), true)?);
+    let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), true)?);
     C::new(Armor { participant: Arc::clone(&participant) })?;
     let doc = |id: &str| {
         let found = C::PORTS.iter().find(|(port, _)| *port == id);
         found.map(|(_, doc)| (*doc).to_owned()).unwrap_or_default()
     };
-    let parameters = &participant.parameters;
-    let asked = parameters.unanswered();
-    if let Some(unknown) = asked.iter().find(|name| parameters.declaration(name).is_none()) {
-        return Err(
-            format!("the constructor asks for `{unknown}`, which is not in PARAMETERS").into()
-        );
-    }
+    let mut faults = list_contradictions::<C>(&participant);
     let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| PortManifest {
         doc: doc(&input.id),
@@ -51,17 +48,121 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         latched: output.entry.latched,
     });
     let (inputs, outputs) = (inputs.collect(), outputs.collect());
-    Ok(Manifest {
+    let Declarations { parameters, events } = list_declarations::<C>();
+    let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind: C::KIND.into(),
         summary: C::SUMMARY.into(),
         inputs,
         outputs,
-        parameters: declared_parameters::<C>(),
-    })
+        parameters,
+        events,
+    };
+    faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
+    if faults.is_empty() { Ok(manifest) } else { Err(ManifestFaults(faults).into()) }
 }
 
-/// The parameters a kind declares.
-pub(crate) fn declared_parameters<C: Component>() -> Vec<ParameterManifest> {
-    C::PARAMETERS.iter().map(crate::parameter::Parameter::manifest).collect()
+/// What the constructor does otherwise than the constants say.
+fn list_contradictions<C: Component>(participant: &Participant) -> Vec<ManifestFault> {
+    let parameters = &participant.parameters;
+    let asked = parameters.unanswered();
+    let unknown = asked.iter().filter(|name| parameters.declaration(name).is_none());
+    let unknown = unknown.map(|name| ManifestFault {
+        subject: format!("the parameter {name}"),
+        member: "name",
+        problem: format!("the constructor requests `{name}`, which is not in PARAMETERS"),
+        remedy: "declare it there, or do not request it".into(),
+    });
+    let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
+    let inputs = inputs.iter().map(|input| input.id.as_str());
+    let ports: Vec<_> = inputs.chain(outputs.iter().map(|output| output.id.as_str())).collect();
+    let without_port = C::PORTS.iter().filter(|(port, _)| !ports.contains(port));
+    let without_port = without_port.map(|(port, _)| ManifestFault {
+        subject: format!("the port {port}"),
+        member: "doc",
+        problem: format!(
+            "PORTS has a text for `{port}`, but the constructor declares no such port"
+        ),
+        remedy: match ports.as_slice() {
+            [] => "it declares none".into(),
+            ports => format!("it declares {}", ports.join(", ")),
+        },
+    });
+    let documented = C::PORTS.iter().enumerate();
+    let twice = documented.filter(|(n, (port, _))| C::PORTS[..*n].iter().any(|(id, _)| id == port));
+    let twice = twice.map(|(_, (port, _))| ManifestFault {
+        subject: format!("the port {port}"),
+        member: "doc",
+        problem: format!("PORTS has two texts for `{port}`"),
+        remedy: "remove one of them".into(),
+    });
+    unknown.chain(without_port).chain(twice).collect()
+}
+
+/// What the constants of a kind declare.
+pub(crate) fn list_declarations<C: Component>() -> Declarations {
+    Declarations {
+        parameters: C::PARAMETERS.iter().map(crate::parameter::Parameter::manifest).collect(),
+        events: C::EVENTS.iter().map(crate::event::DeclaredEvent::manifest).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::component::Component;
+    use crate::event::DeclaredEvent;
+    use crate::messages::{Flag, Number};
+    use crate::parameter::Parameter;
+
+    /// Everything about it is wrong that only its manifest shows.
+    struct Faulty;
+
+    impl Component for Faulty {
+        const KIND: &'static str = "faulty";
+        const SUMMARY: &'static str = "Wrong.";
+        const PARAMETERS: &'static [Parameter] = &[
+            Parameter::number("depth", "furlong"),
+            Parameter::number("speed", "m/s").default("3s"),
+            Parameter::integer("count").default("1.5"),
+            Parameter::integer("size").default("7").range(1.0, 5.0),
+            Parameter::choice("side", &["left", "right"]).default("up"),
+            Parameter::flag("count"),
+        ];
+        const PORTS: &'static [(&'static str, &'static str)] =
+            &[("light", "on or off"), ("sound", "none"), ("light", "again")];
+        const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("done")];
+
+        fn new(armor: Armor) -> Result<Self, Fault> {
+            armor.provide::<Flag>("light")?;
+            armor.subscribe::<Number>("light")?;
+            armor.get_parameter("volume")?;
+            Ok(Self)
+        }
+    }
+
+    #[test]
+    fn every_fault_of_a_component_is_found_with_its_remedy() {
+        let fault = manifest_of::<Faulty>().expect_err("it is wrong");
+        let faults = &fault.downcast_ref::<ManifestFaults>().expect("faults").0;
+        let expected = [
+            "requests `volume`, which is not in PARAMETERS",
+            "PORTS has a text for `sound`, but the constructor declares no such port; it declares",
+            "PORTS has two texts for `light`",
+            "the port light occurs twice",
+            "the parameter count occurs twice",
+            "no unit called `furlong`",
+            "the parameter speed: its default: `3s` is not in m/s",
+            "the parameter count: its default: `1.5` is not a whole number",
+            "the parameter size: its default: `7` is out of range, 1 to 5",
+            "the parameter side: its default: `up` is none of left, right",
+            "the event done",
+        ];
+        assert_eq!(faults.len(), expected.len(), "{faults:#?}");
+        for (fault, expected) in faults.iter().zip(expected) {
+            let text = fault.to_string();
+            assert!(text.contains(expected), "{text} instead of {expected}");
+            assert!(!fault.remedy.is_empty(), "{text}");
+        }
+    }
 }

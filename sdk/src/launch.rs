@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use armor_socket::random_id;
 use armor_wire::config::{ComponentSettings, InputSettings};
 use armor_wire::keep::{Keep, Wake};
+use armor_wire::manifest::ManifestFaults;
 use armor_wire::name;
 use armor_wire::quantity;
 use armor_wire::registry::DEFAULT_PORT;
@@ -22,7 +23,7 @@ use crate::background_thread::spawn_background;
 use crate::call::Fault;
 use crate::component::Component;
 use crate::configuration;
-use crate::describe::{declared_parameters, manifest_of};
+use crate::describe::{list_declarations, manifest_of};
 use crate::following;
 use crate::identity::ProcessIdentity;
 use crate::link::input_reader::InputReader;
@@ -37,8 +38,6 @@ const START_LIMIT: Duration = Duration::from_secs(20);
 const LEAVE_LIMIT: Duration = Duration::from_millis(500);
 /// Time between two looks at whether they have.
 const LEAVE_PERIOD: Duration = Duration::from_millis(5);
-/// Without configd, time between two looks at whether the constructor asks for parameters.
-const ANSWER_PERIOD: Duration = Duration::from_millis(1);
 /// Exit code after a panic in the component's code, as Rust's own.
 const PANICKED: u8 = 101;
 
@@ -106,7 +105,15 @@ fn print_manifest<C: Component>() -> ExitCode {
     match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            eprintln!("{}: {fault}", C::KIND);
+            if let Some(ManifestFaults(faults)) = fault.downcast_ref()
+                && let [_, _, ..] = faults.as_slice()
+            {
+                faults.iter().for_each(|fault| eprintln!("  {fault}"));
+                let (count, first) = (faults.len(), &faults[0]);
+                eprintln!("{}: {count} faults, the first: {first}", C::KIND);
+            } else {
+                eprintln!("{}: {fault}", C::KIND);
+            }
             ExitCode::FAILURE
         }
     }
@@ -173,16 +180,25 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
 fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, Fault> {
     let (name, kind) = (options.name.clone(), C::KIND.into());
     let identity = ProcessIdentity { name, kind, instance: random_id() };
-    let participant = Arc::new(Participant::new(identity, declared_parameters::<C>(), false)?);
+    let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), false)?);
     end_on_signals(&participant)?;
     node::join_system(&participant, &options.registry, START_LIMIT)?;
     let settings =
         if options.alone { None } else { Some(configuration::client::start_client(&participant)?) };
     if options.alone {
-        answer_parameters_alone(&participant, options.set.clone());
+        participant.parameters.answer_locally(options.set.clone(), "--set")?;
     }
     let user = C::new(Armor { participant: Arc::clone(&participant) })?;
     participant.parameters.wait_for_all(START_LIMIT)?;
+    for parameter in participant.parameters.list_unrequested() {
+        let name = &parameter.name;
+        tracing::warn!(
+            "{} declares the parameter `{name}` but has not requested it: its value reaches the \
+             component only when it does; call get_parameter(\"{name}\") in `new`, or remove it \
+             from PARAMETERS",
+            C::KIND
+        );
+    }
     let settings = match settings {
         Some(settings) => settings
             .recv_timeout(START_LIMIT)
@@ -205,18 +221,6 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     let has_crashed = runtime.run_main_loop();
     leave_system(&participant);
     Ok(if has_crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
-}
-
-/// Answers from the command line, on a thread of its own: the constructor may wait for its
-/// parameters.
-fn answer_parameters_alone(participant: &Arc<Participant>, set: HashMap<String, String>) {
-    let participant = Arc::clone(participant);
-    std::thread::spawn(move || {
-        while participant.lifecycle.is_starting() {
-            participant.parameters.answer_from_command_line(&set);
-            std::thread::sleep(ANSWER_PERIOD);
-        }
-    });
 }
 
 fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {

@@ -47,6 +47,7 @@ mod counter;
 mod data;
 mod describe;
 mod dial;
+mod event;
 mod faults;
 mod following;
 mod identity;
@@ -77,17 +78,19 @@ pub mod operator;
 pub mod orders;
 pub mod parameters;
 pub mod tap;
+pub mod testing;
 
 pub use armor::Armor;
-pub use armor_sdk_derive::Parameters;
+pub use armor_sdk_derive::{Events, Parameters};
 pub use armor_wire as wire;
 pub use armor_wire::{Array, Message};
 pub use call::{Call, Fault, Outcome};
 pub use clock::SystemClock;
 pub use component::Component;
-pub use data::{Data, Header};
+pub use data::{Data, DataError, Header};
 pub use describe::manifest_of;
 pub use dial::ConnectError;
+pub use event::{DeclaredEvent, Events};
 pub use following::time_link;
 pub use launch::{run, run_with};
 pub use link::output::Sent;
@@ -101,7 +104,7 @@ pub use timeline::{ClockReading, Passage, Timeline};
 pub mod prelude {
     pub use crate::messages::*;
     pub use crate::{
-        Armor, Array, Call, Component, Data, Fault, Header, Latched, Message, Optional, Outcome,
-        Parameter, Parameters, Value,
+        Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, Header, Latched,
+        Message, Optional, Outcome, Parameter, Parameters, Value,
     };
 }

@@ -15,7 +15,7 @@ use crate::directory::Directory;
 use crate::following;
 use crate::identity::ProcessIdentity;
 use crate::orders::OrderEvent;
-use crate::participant::Participant;
+use crate::participant::{Declarations, Participant};
 use crate::service;
 use crate::timeline::{ClockReading, Passage};
 
@@ -54,7 +54,7 @@ impl SystemNode {
     ) -> Result<Self, Fault> {
         let (name, kind) = (options.name.clone(), options.kind.clone());
         let identity = ProcessIdentity { name, kind, instance: random_id() };
-        let participant = Arc::new(Participant::new(identity, Vec::new(), false)?);
+        let participant = Arc::new(Participant::new(identity, Declarations::default(), false)?);
         participant.lifecycle.set_non_controllable();
         declare(&Armor { participant: Arc::clone(&participant) })?;
         join_system(&participant, &options.registry, limit)?;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use armor_wire::control::{Answer, Status};
-use armor_wire::manifest::ParameterManifest;
+use armor_wire::manifest::{EventManifest, ParameterManifest};
 
 use crate::calls::CallCounter;
 use crate::clock::SystemClock;
@@ -17,9 +17,18 @@ use crate::port_table::PortTable;
 use crate::reports::ReportQueue;
 use crate::wake::Wakers;
 
+/// What the code of a component declares as constants; nothing for other processes.
+#[derive(Default)]
+pub(crate) struct Declarations {
+    pub parameters: Vec<ParameterManifest>,
+    pub events: Vec<EventManifest>,
+}
+
 /// See the module.
 pub(crate) struct Participant {
     pub identity: Arc<ProcessIdentity>,
+    /// The events that the component declares; without any it may report every name.
+    pub events: Vec<EventManifest>,
     pub clock: Arc<SystemClock>,
     /// The constructor runs only to find out what it declares.
     pub is_described: bool,
@@ -43,18 +52,19 @@ impl Participant {
     /// If there are no file descriptors left.
     pub fn new(
         identity: ProcessIdentity,
-        declared: Vec<ParameterManifest>,
+        declared: Declarations,
         is_described: bool,
     ) -> std::io::Result<Self> {
         let identity = Arc::new(identity);
         let wakers = Arc::new(Wakers::new()?);
         Ok(Self {
+            events: declared.events,
             clock: Arc::default(),
             is_described,
             ports: PortTable::new(Arc::clone(&identity), Arc::clone(&wakers)),
             parameters: ParameterRequests::new(
                 Arc::clone(&identity),
-                declared,
+                declared.parameters,
                 Arc::clone(&wakers),
             ),
             lifecycle: Lifecycle::new(Arc::clone(&wakers)),
@@ -105,6 +115,7 @@ impl Participant {
             clock_offset_s: self.clock.offset_s(),
             clock_error_s: self.clock.estimate().map(|estimate| estimate.error_s),
             last_error: self.reports.last_error(),
+            dropped_reports: self.reports.count_dropped(),
             outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),
             inputs: self.ports.inputs().iter().map(|input| input.status()).collect(),
         }

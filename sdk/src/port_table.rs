@@ -71,6 +71,8 @@ pub(crate) struct PortTable {
     inputs: RwLock<Vec<Arc<InputPort>>>,
     /// Links hold small frames that are to be written together when the call of user code ends.
     gathering: AtomicBool,
+    /// Outputs record what they publish: the component is under test.
+    is_recording: AtomicBool,
     wakers: Arc<Wakers>,
 }
 
@@ -81,6 +83,7 @@ impl PortTable {
             outputs: RwLock::default(),
             inputs: RwLock::default(),
             gathering: AtomicBool::new(false),
+            is_recording: AtomicBool::new(false),
             wakers,
         }
     }
@@ -93,8 +96,17 @@ impl PortTable {
         let mut outputs = self.outputs.write();
         check_free(id, outputs.iter().map(|output| output.id.as_str()))?;
         let data = format!("{}.{id}", self.identity.name);
-        outputs.push(Arc::new(OutputPort::new::<T>(id, &data, latched)));
+        let output = OutputPort::new::<T>(id, &data, latched);
+        if self.is_recording.load(Ordering::Relaxed) {
+            output.start_recording();
+        }
+        outputs.push(Arc::new(output));
         Ok(())
+    }
+
+    /// Records what is published on every output that is declared from now on.
+    pub fn start_recording(&self) {
+        self.is_recording.store(true, Ordering::Relaxed);
     }
 
     /// Declares an input of message type `T`.

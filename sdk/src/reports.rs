@@ -10,7 +10,7 @@ use parking_lot::Mutex;
 use crate::wake::Wakers;
 
 /// Most reports that wait for an executive: a component that runs without one must not fill memory.
-/// Beyond it the oldest event is dropped and logged.
+/// Beyond it the oldest event is dropped and counted; the first one is logged.
 const MAX_WAITING: usize = 256;
 
 /// A report that is not acknowledged yet.
@@ -25,6 +25,7 @@ pub(crate) struct PendingReport {
 struct WaitingReports {
     last_number: u64,
     reports: VecDeque<PendingReport>,
+    dropped: u64,
 }
 
 /// The reports that wait for an acknowledgement, and the component's last error.
@@ -51,7 +52,14 @@ impl ReportQueue {
                 |report: &PendingReport| matches!(report.outcome, ReportKind::Event { .. });
             let oldest = waiting.reports.iter().position(is_event).unwrap_or(0);
             waiting.reports.remove(oldest);
-            tracing::error!("a report was dropped: no executive has taken the last {MAX_WAITING}");
+            waiting.dropped += 1;
+            // A component that runs without a mission reports as often as any other.
+            if waiting.dropped == 1 {
+                tracing::warn!(
+                    "a report was dropped: no executive has taken the last {MAX_WAITING}; further \
+                     ones are counted by `armor ps`"
+                );
+            }
         }
         drop(waiting);
         self.wakers.wake_service();
@@ -70,6 +78,11 @@ impl ReportQueue {
 
     pub fn is_empty(&self) -> bool {
         self.waiting.lock().reports.is_empty()
+    }
+
+    /// How many reports were dropped because no executive took them.
+    pub fn count_dropped(&self) -> u64 {
+        self.waiting.lock().dropped
     }
 
     /// Records and logs an error of the component.
@@ -118,7 +131,7 @@ mod tests {
             queue.add_report(2, event(value as f64));
         }
         let numbers = numbers(&queue, 0);
-        assert_eq!(numbers.len(), MAX_WAITING);
+        assert_eq!((numbers.len(), queue.count_dropped()), (MAX_WAITING, 1));
         assert_eq!(numbers[..2], [1, 3], "the first event is dropped, `done` is not");
     }
 }

@@ -11,7 +11,7 @@ use crate::data::{Data, Header};
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
 use crate::participant::Participant;
-use crate::user_code::{UserCode, check_event_name, run_user_code};
+use crate::user_code::{UserCode, check_event, run_user_code};
 
 /// An input and the system-wide name of the data that feeds it; empty if nothing does.
 struct FedInput {
@@ -55,6 +55,11 @@ impl RunningComponent {
         self.state == RunState::Active
     }
 
+    /// From now on `exec` follows each data, or no longer does.
+    pub fn set_executes_on_data(&mut self, executes_on_data: bool) {
+        self.executes_on_data = executes_on_data;
+    }
+
     /// Hands data of input `index` to the component, if it is active.
     pub fn deliver_data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
         if self.participant.parameters.has_arrived() {
@@ -72,10 +77,11 @@ impl RunningComponent {
             instance: header.instance,
             lost,
         };
+        let data = Data { bytes: payload, declared: input.port.declared() };
         let (code, participant) = (&mut self.code, &self.participant);
         let executes_on_data = self.executes_on_data;
         let result = run_user_code(participant, || {
-            code.receive_data(&header, &Data { bytes: payload })?;
+            code.receive_data(&header, &data)?;
             if executes_on_data {
                 participant.calls.count_exec();
                 code.execute(Call::Data)
@@ -207,7 +213,9 @@ impl RunningComponent {
     /// Reports what a call returned, and leaves the active state if it was the last of its
     /// activation.
     fn report_result(&mut self, result: Result<Outcome, String>) {
-        let (state, report) = match result.and_then(check_event_name) {
+        let declared = &self.participant.events;
+        let result = result.and_then(|outcome| check_event(outcome, declared));
+        let (state, report) = match result {
             Ok(Outcome::CarryOn) => return,
             Ok(Outcome::Event { name, value }) => {
                 let event = ReportKind::Event { name, value };

@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use armor_wire::manifest::{EventManifest, RESERVED_EVENTS};
 use armor_wire::name::is_name;
 
 use crate::call::{Call, Fault, Outcome};
@@ -58,20 +59,24 @@ pub(crate) fn run_user_code(
     }
 }
 
-/// Returns the outcome if it is no event, or one whose name a mission can wait for and that has no
-/// other meaning there.
+/// Returns the outcome if it is no event, or one that a mission can wait for: its name has no other
+/// meaning there, and it is among those that the component declares, if it declares any.
 ///
 /// # Errors
-/// In words, what is wrong with the name.
-pub(crate) fn check_event_name(outcome: Outcome) -> Result<Outcome, String> {
-    match &outcome {
-        Outcome::Event { name, .. }
-            if !is_name(name) || ["done", "failed"].contains(&name.as_str()) =>
-        {
-            Err(format!(
-                "`{name}` is not a name for an event; `done` and `failed` are reports of their own"
-            ))
-        }
-        _ => Ok(outcome),
+/// In words, what is wrong with the event.
+pub(crate) fn check_event(outcome: Outcome, declared: &[EventManifest]) -> Result<Outcome, String> {
+    let Outcome::Event { name, .. } = &outcome else { return Ok(outcome) };
+    if !is_name(name) || RESERVED_EVENTS.contains(&name.as_str()) {
+        return Err(format!(
+            "`{name}` is not a name for an event; `done` and `failed` are reports of their own"
+        ));
     }
+    // Which words a parameter has is the file's; `armor check` compares them.
+    let is_declared = |event: &EventManifest| event.name == *name || !event.named_by.is_empty();
+    if declared.is_empty() || declared.iter().any(is_declared) {
+        return Ok(outcome);
+    }
+    let declared: Vec<_> = declared.iter().map(|event| event.name.as_str()).collect();
+    let declared = declared.join(", ");
+    Err(format!("the event `{name}` is not declared, only: {declared}; add it to EVENTS"))
 }

@@ -38,7 +38,12 @@ impl Schema {
             members.map(|(name, _)| format!("{of}.{name}")).collect()
         };
         let mut used: BTreeSet<String> = names("", manifest).into_iter().collect();
-        for (list, of) in [("inputs", "port"), ("outputs", "port"), ("parameters", "parameter")] {
+        for (list, of) in [
+            ("inputs", "port"),
+            ("outputs", "port"),
+            ("parameters", "parameter"),
+            ("events", "event"),
+        ] {
             let items = manifest[list].as_array().into_iter().flatten();
             used.extend(items.flat_map(|item| names(of, item)));
         }

@@ -187,6 +187,8 @@ pub struct Status {
     pub clock_error_s: Option<f64>,
     /// Its last error, in words; empty if there was none.
     pub last_error: String,
+    /// Reports that were dropped because no executive took them.
+    pub dropped_reports: u64,
     /// Its outputs.
     pub outputs: Vec<OutputStatus>,
     /// Its inputs.

@@ -22,12 +22,12 @@ pub mod manifest;
 pub mod message;
 pub mod name;
 pub mod peer;
-pub mod quantity;
 pub mod refusal;
 pub mod registry;
 pub mod schema;
 pub mod transport;
 
+pub use armor_quantity as quantity;
 pub use armor_wire_derive::Message;
 pub use array::Array;
 pub use message::{Message, WireType};

@@ -1,7 +1,10 @@
-//! What `<executable> --describe` prints: the ports and parameters of a kind of component.
+//! What `<executable> --describe` prints: the ports, parameters and events of a kind of component.
 
 mod validate;
 
+pub use validate::{ManifestFault, ManifestFaults, RESERVED_EVENTS};
+
+use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
@@ -27,6 +30,9 @@ pub struct Manifest {
     pub outputs: Vec<PortManifest>,
     /// What can be set in the file.
     pub parameters: Vec<ParameterManifest>,
+    /// The events that it reports. If there are none, it may report any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventManifest>,
 }
 
 /// An input or an output.
@@ -143,6 +149,65 @@ pub struct ParameterManifest {
     /// Whether a change reaches the running component.
     #[serde(default)]
     pub live: bool,
+}
+
+/// The type of an event's value. On the wire both are `f64`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EventValue {
+    /// A number, with a unit if the event has one.
+    Number,
+    /// A whole number.
+    Integer,
+}
+
+/// An event that a mission may wait for as `component.event`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EventManifest {
+    /// Its name.
+    pub name: String,
+    /// When it is reported, in one line; may be empty.
+    #[serde(default)]
+    pub doc: String,
+    /// The type of its value; none if the value has no meaning.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
+    pub value: Option<EventValue>,
+    /// The unit of a number, such as `m/s`; empty without.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// The text parameter whose words are the names of such events, for a component whose events the
+    /// file names; empty for an event with a name of its own.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub named_by: String,
+}
+
+impl Manifest {
+    /// The names of its events, where `value_of` returns the value that the file assigns to a
+    /// parameter. [`RESERVED_EVENTS`] are not among them: every component sends those.
+    pub fn event_names<'a>(
+        &'a self,
+        value_of: impl Fn(&str) -> Option<&'a str>,
+    ) -> BTreeSet<&'a str> {
+        let default = |name: &str| {
+            let parameter = self.parameters.iter().find(|parameter| parameter.name == name);
+            parameter.and_then(|parameter| parameter.default.as_deref())
+        };
+        let mut names = BTreeSet::new();
+        for event in &self.events {
+            if event.named_by.is_empty() {
+                names.insert(event.name.as_str());
+            } else {
+                let words = value_of(&event.named_by).or_else(|| default(&event.named_by));
+                names.extend(words.unwrap_or_default().split_whitespace());
+            }
+        }
+        names
+    }
 }
 
 /// A parameter's value, of its declared type.
@@ -379,6 +444,7 @@ mod tests {
             inputs: vec![port],
             outputs: vec![],
             parameters: vec![parameter(ParameterType::Number, "m")],
+            events: vec![],
         };
         let text = serde_json::to_string(&manifest).expect("plain data");
         assert!(text.contains("\"schema_hash\":\"00abcdef01234567\""), "{text}");

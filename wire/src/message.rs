@@ -15,7 +15,7 @@ use bincode::enc::Encoder;
 use bincode::error::{DecodeError, EncodeError};
 
 pub use crate::limits::MAX_FIXED_COUNT;
-use crate::schema::Schema;
+use crate::schema::{Schema, hash_text};
 
 /// A list of unknown size starts with room for so many bytes; it grows with the items that are
 /// read.
@@ -60,6 +60,11 @@ pub trait WireType: Encode + Sized + 'static {
 pub trait Message: WireType + Send {
     /// The name of the type as shown to people and compared at link time.
     const NAME: &'static str;
+
+    /// The hash of the schema's text. The derive computes it once per process.
+    fn schema_hash() -> u64 {
+        hash_text(&Self::schema().to_string())
+    }
 }
 
 /// Reads the count of a list whose items take at least `item_len` bytes each.

@@ -31,6 +31,16 @@ pub(crate) use panels::make_panels;
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
 /// Set by a run that wants no windows.
 const HEADLESS_VARIABLE: &str = "ARMOR_HEADLESS";
+/// The names are those of [`OperatorEvent`](crate::orders::OperatorEvent).
+const EVENTS: &[DeclaredEvent] = &[
+    DeclaredEvent::new("stopped").doc("STOP was ordered"),
+    DeclaredEvent::new("released").doc("STOP was released"),
+    DeclaredEvent::new("goal").doc("a goal was set"),
+    DeclaredEvent::new("arrived").doc("the robot is at the goal"),
+    DeclaredEvent::new("driving").doc("the operator has begun to drive by hand"),
+    DeclaredEvent::new("button").doc("a button of the mission was pressed").named_by("buttons"),
+];
+
 /// Runs the program: a component like any, by its command line.
 pub fn run() -> ExitCode {
     armor_sdk::run::<OperatorView>()
@@ -54,6 +64,7 @@ impl Component for OperatorView {
     const SUMMARY: &'static str = "The operator's screen: map, scan, trajectories, camera and state; goals, driving by hand, STOP.";
     const PARAMETERS: &'static [Parameter] = PARAMETERS;
     const PORTS: &'static [(&'static str, &'static str)] = &PORTS;
+    const EVENTS: &'static [DeclaredEvent] = EVENTS;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         for input in all_inputs() {

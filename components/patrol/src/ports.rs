@@ -34,6 +34,17 @@ impl PatrolParameters {
     }
 }
 
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum PatrolEvent {
+    /// a waypoint is reached; its value is the waypoint's number
+    Waypoint(usize),
+    /// a waypoint is given up; its value is the waypoint's number
+    Skipped(usize),
+    /// a lap is over; its value is the number of laps so far
+    Lap(u32),
+}
+
 /// Sends the robot along a route and reports its progress.
 pub struct Patrol {
     armor: Armor,
@@ -85,6 +96,8 @@ impl Component for Patrol {
         ("progress", "waypoint, lap and the straight distance to the waypoint, once per second"),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = PatrolEvent::DECLARED;
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("goal")?;
@@ -122,9 +135,9 @@ impl Component for Patrol {
         }
         Ok(match step {
             PatrolStep::Wait => Outcome::CarryOn,
-            PatrolStep::Reached(number) => Outcome::event("waypoint", number as f64),
-            PatrolStep::Skipped(number) => Outcome::event("skipped", number as f64),
-            PatrolStep::Lap(number) => Outcome::event("lap", f64::from(number)),
+            PatrolStep::Reached(number) => PatrolEvent::Waypoint(number).into(),
+            PatrolStep::Skipped(number) => PatrolEvent::Skipped(number).into(),
+            PatrolStep::Lap(number) => PatrolEvent::Lap(number).into(),
             PatrolStep::Done => Outcome::Done,
             PatrolStep::Stuck => {
                 Outcome::Failed("not one waypoint of a lap could be reached".into())
@@ -140,7 +153,46 @@ impl Component for Patrol {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use armor_sdk::testing::{ReportKind, RunState, TestError, TestedComponent};
+
     use super::*;
+
+    #[test]
+    fn each_waypoint_and_lap_is_an_event() -> Result<(), TestError> {
+        let parameters = [("route", "2,1 0,1"), ("laps", "1"), ("stay", "0s")];
+        let mut patrol = TestedComponent::build::<Patrol>(&parameters)?;
+        patrol.start()?;
+        patrol.send("pose", &PoseWithCovarianceStamped::default())?;
+        let mut goals = Vec::new();
+        for _ in 0..20 {
+            patrol.tick_after(Duration::from_secs(1))?;
+            if patrol.state() == RunState::Done {
+                break;
+            }
+            // The robot is where it was sent to.
+            let goal = patrol.last_output::<PoseStamped>("goal")?;
+            goals.push((goal.pose.position.x, goal.pose.position.y));
+            let mut seen = PoseWithCovarianceStamped::default();
+            seen.pose.pose = goal.pose;
+            patrol.send("pose", &seen)?;
+        }
+        goals.dedup();
+        assert_eq!(goals, [(2.0, 1.0), (0.0, 1.0)]);
+        let event = |name: &str, value| ReportKind::Event { name: name.into(), value };
+        let expected =
+            [event("waypoint", 1.0), event("waypoint", 2.0), event("lap", 1.0), ReportKind::Done];
+        assert_eq!(patrol.reports(), expected);
+        Ok(())
+    }
+
+    #[test]
+    fn a_route_is_required() {
+        let built = TestedComponent::build::<Patrol>(&[]).map(|_| ());
+        let error = built.expect_err("there is no route").to_string();
+        assert!(error.contains("`route`") && error.contains("has no default"), "{error}");
+    }
 
     #[test]
     fn the_details_name_lap_and_distance() {

@@ -17,6 +17,13 @@ use parameters::SimulatorParameters;
 /// The inputs for other robots in the same world.
 const OTHER_NAMES: [&str; OTHERS] = ["other1", "other2", "other3", "other4"];
 
+/// What it reports to the mission.
+#[derive(Events)]
+enum SimulatorEvent {
+    /// the charge has fallen below `battery_warning`, once; its value is the level, 0 to 1
+    BatteryLow(f64),
+}
+
 /// Simulates a robot with its sensors in a drawn world.
 pub struct Simulator {
     armor: Armor,
@@ -55,6 +62,8 @@ impl Component for Simulator {
         ("other3", "presence of another robot in the same world"),
         ("other4", "presence of another robot in the same world"),
     ];
+
+    const EVENTS: &'static [DeclaredEvent] = SimulatorEvent::DECLARED;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<LaserScan>("scan")?;
@@ -149,7 +158,7 @@ impl Simulator {
         }
         if level < self.parameters.battery_warning && !self.has_warned {
             self.has_warned = true;
-            return Ok(Outcome::event("battery_low", level));
+            return Ok(SimulatorEvent::BatteryLow(level).into());
         }
         Ok(Outcome::CarryOn)
     }

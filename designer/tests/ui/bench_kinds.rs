@@ -1,7 +1,9 @@
 //! Kinds for the tests: an eye, an arm, a lamp, and one of everything.
 
 use armor_designer::Kinds;
-use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, PortManifest};
+use armor_wire::manifest::{
+    EventManifest, Manifest, ParameterManifest, ParameterType, PortManifest,
+};
 
 const IMAGE: &str = "Image{width:u32,height:u32}";
 const POINT: &str = "Point{x:f64,y:f64}";
@@ -44,7 +46,15 @@ fn kind(
     parameters: Vec<ParameterManifest>,
 ) -> Manifest {
     let summary = format!("The {kind} of the tests.");
-    Manifest { armor_manifest: 1, kind: kind.into(), summary, inputs, outputs, parameters }
+    Manifest {
+        armor_manifest: 1,
+        kind: kind.into(),
+        summary,
+        inputs,
+        outputs,
+        parameters,
+        events: Vec::new(),
+    }
 }
 
 /// The manifests.
@@ -59,6 +69,13 @@ pub fn manifests() -> Vec<Manifest> {
         choices: vec!["slow".into(), "fast".into()],
         ..parameter("mode", ParameterType::Choice, Some("slow"))
     };
+    let packed = EventManifest {
+        name: "packed".into(),
+        doc: "a box is packed".into(),
+        value: None,
+        unit: String::new(),
+        named_by: String::new(),
+    };
     vec![
         kind(
             "eye",
@@ -66,12 +83,15 @@ pub fn manifests() -> Vec<Manifest> {
             vec![port("image", "Image", IMAGE, false), port("target", "Point", POINT, false)],
             vec![parameter("device", ParameterType::Text, None), distance],
         ),
-        kind(
-            "arm",
-            vec![port("target", "Point", POINT, true), port("view", "Image", IMAGE, false)],
-            vec![port("tip", "Point", POINT, false)],
-            vec![mode, parameter("gentle", ParameterType::Flag, Some("false"))],
-        ),
+        Manifest {
+            events: vec![packed],
+            ..kind(
+                "arm",
+                vec![port("target", "Point", POINT, true), port("view", "Image", IMAGE, false)],
+                vec![port("tip", "Point", POINT, false)],
+                vec![mode, parameter("gentle", ParameterType::Flag, Some("false"))],
+            )
+        },
         kind("lamp", vec![port("place", "Point", OTHER_POINT, false)], vec![], vec![]),
     ]
 }

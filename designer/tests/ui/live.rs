@@ -96,6 +96,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         clock_offset_s: 0.0,
         clock_error_s: None,
         last_error: String::new(),
+        dropped_reports: 0,
         outputs: if name == "eye" { vec![output] } else { Vec::new() },
         inputs: if name == "arm" { vec![input] } else { Vec::new() },
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use armor_robotfile::{Colours, Findings};
-use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
+use armor_wire::manifest::{EventManifest, EventValue, Manifest, ParameterManifest, PortManifest};
 use clap::Args;
 use serde_json::json;
 
@@ -87,7 +87,7 @@ fn with_origin(kind: &ComponentKind) -> serde_json::Value {
 }
 
 fn in_words(kind: &ComponentKind) -> String {
-    let Manifest { kind: name, summary, inputs, outputs, parameters, .. } = &kind.manifest;
+    let Manifest { kind: name, summary, inputs, outputs, parameters, events, .. } = &kind.manifest;
     let mut out = format!("{name} ({})\n{summary}\n", format_origins(kind));
     let ports = [("INPUT", inputs), ("OUTPUT", outputs)];
     for (heading, ports) in ports.into_iter().filter(|(_, ports)| !ports.is_empty()) {
@@ -100,7 +100,26 @@ fn in_words(kind: &ComponentKind) -> String {
         out += "\n";
         out += &print::format_table(&["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""], &rows);
     }
+    if !events.is_empty() {
+        let rows: Vec<_> = events.iter().map(format_event).collect();
+        out += "\n";
+        out += &print::format_table(&["EVENT", "VALUE", ""], &rows);
+    }
     out
+}
+
+fn format_event(event: &EventManifest) -> Vec<String> {
+    let name = match event.named_by.as_str() {
+        "" => event.name.clone(),
+        parameter => format!("the words of {parameter}"),
+    };
+    let value = match event.value {
+        Some(EventValue::Number) if !event.unit.is_empty() => event.unit.clone(),
+        Some(EventValue::Number) => "number".into(),
+        Some(EventValue::Integer) => "integer".into(),
+        None => String::new(),
+    };
+    vec![name, value, event.doc.clone()]
 }
 
 fn format_port(port: &PortManifest) -> Vec<String> {

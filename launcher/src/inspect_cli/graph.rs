@@ -125,6 +125,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),
+            dropped_reports: 0,
             outputs: Vec::new(),
             inputs: Vec::new(),
         }

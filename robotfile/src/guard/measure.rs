@@ -46,29 +46,13 @@ pub(super) fn in_words(measure: &Measure) -> String {
         Measure::Any => "a number".into(),
         Measure::Bare => "a number without unit".into(),
         Measure::Other(unit) => format!("in {unit}"),
-        Measure::Of { dimension, .. } => dimension_noun(*dimension).into(),
+        Measure::Of { dimension, .. } => dimension_noun(*dimension),
     }
 }
 
 /// Returns the quantity with its article.
-pub(crate) fn dimension_noun(dimension: Dimension) -> &'static str {
-    match dimension {
-        Dimension::Time => "a time",
-        Dimension::Frequency => "a frequency",
-        Dimension::Length => "a length",
-        Dimension::Angle => "an angle",
-        Dimension::Speed => "a speed",
-        Dimension::AngularSpeed => "an angular speed",
-        Dimension::Acceleration => "an acceleration",
-        Dimension::AngularAcceleration => "an angular acceleration",
-        Dimension::Mass => "a mass",
-        Dimension::Voltage => "a voltage",
-        Dimension::Current => "a current",
-        Dimension::Charge => "a charge",
-        Dimension::Energy => "an energy",
-        Dimension::Power => "a power",
-        Dimension::Temperature => "a temperature",
-        Dimension::Information => "an amount of data",
-        Dimension::Ratio => "a ratio",
-    }
+pub(crate) fn dimension_noun(dimension: Dimension) -> String {
+    let label = dimension.label();
+    let article = if label.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {label}")
 }

@@ -224,6 +224,7 @@ fn kind(name: &str) -> Manifest {
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),
+        events: Vec::new(),
     }
 }
 

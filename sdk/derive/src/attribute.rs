@@ -1,5 +1,6 @@
 //! One field: its `#[parameter(…)]`, its doc comment and its type, checked against each other.
 
+use armor_wire::manifest::{ParameterManifest, ParameterType};
 use proc_macro2::Span;
 use syn::ext::IdentExt;
 use syn::meta::ParseNestedMeta;
@@ -70,6 +71,7 @@ impl ParameterField {
         let default = default.transpose()?;
         stated.check_range(kind)?;
         let name = stated.parameter_name(&ident)?;
+        stated.check_as_manifest(&ident, &name, kind, default.as_deref())?;
         let Stated { unit, range, choices, parse, is_live, .. } = stated;
         let conversion = match (choices, parse) {
             (Some(choices), _) => Conversion::Choices(choices),
@@ -175,6 +177,49 @@ impl Stated {
         self.choices.iter().flatten().any(|(choice, _)| choice.value() == text)
     }
 
+    /// Checks what `manifest_of` and `armor check` would refuse, as far as it is known here: a range
+    /// or a choice may be a constant of the component.
+    fn check_as_manifest(
+        &self,
+        ident: &Ident,
+        name: &str,
+        kind: ValueKind,
+        default: Option<&str>,
+    ) -> Result<()> {
+        let end =
+            |of: fn(&(Span, Expr, Expr)) -> &Expr| self.range.as_ref().map(of).and_then(float_of);
+        let manifest = ParameterManifest {
+            name: name.into(),
+            kind: match kind {
+                ValueKind::Number => ParameterType::Number,
+                ValueKind::Integer => ParameterType::Integer,
+                ValueKind::Flag => ParameterType::Flag,
+                ValueKind::Text => ParameterType::Text,
+                ValueKind::Path => ParameterType::Path,
+                ValueKind::Choice => ParameterType::Choice,
+                ValueKind::Colour => ParameterType::Colour,
+            },
+            unit: self.unit.as_ref().map(LitStr::value).unwrap_or_default(),
+            default: default.map(Into::into),
+            minimum: end(|(_, low, _)| low),
+            maximum: end(|(_, _, high)| high),
+            choices: self.choices.iter().flatten().map(|(text, _)| text.value()).collect(),
+            doc: String::new(),
+            live: false,
+        };
+        let faults = manifest.list_faults().into_iter().map(|fault| {
+            let span = match fault.member {
+                "unit" => self.unit.as_ref().map(Spanned::span),
+                "default" => self.default.as_ref().map(Spanned::span),
+                "range" => self.range.as_ref().map(|(span, ..)| *span),
+                _ => None,
+            };
+            let why = format!("{}; {}", fault.problem, fault.remedy);
+            Err::<(), _>(Error::new(span.unwrap_or(ident.span()), why))
+        });
+        combine_errors(faults).map(drop)
+    }
+
     /// The name that is given, or the field's without the suffix of its SI unit.
     fn parameter_name(&self, ident: &Ident) -> Result<String> {
         let Some(name) = &self.name else {
@@ -191,11 +236,25 @@ impl Stated {
     }
 }
 
+/// Collects the results, or all errors as one.
+pub(crate) fn combine_errors<T>(results: impl Iterator<Item = Result<T>>) -> Result<Vec<T>> {
+    let mut all: Option<Error> = None;
+    let mut fine = Vec::new();
+    for result in results {
+        match (result, &mut all) {
+            (Ok(value), _) => fine.push(value),
+            (Err(error), Some(all)) => all.combine(error),
+            (Err(error), None) => all = Some(error),
+        }
+    }
+    all.map_or(Ok(fine), Err)
+}
+
 const UNKNOWN: &str = "expected name, unit, default, range, choices, parse, colour or live";
 const TYPES: &str = "a parameter is a number, bool, String, PathBuf, or an Option of the last two; \
                      any other type needs `choices(…)` or `parse = …`";
 
-fn kind_of_type(of: &Type) -> Option<ValueKind> {
+pub(crate) fn kind_of_type(of: &Type) -> Option<ValueKind> {
     let Type::Path(path) = of else { return None };
     let last = path.path.segments.last()?;
     Some(match last.ident.to_string().as_str() {
@@ -222,6 +281,11 @@ fn si_suffix(unit: &str) -> String {
         "deg" => "rad".to_owned(),
         "mm" | "cm" | "km" => "m".to_owned(),
         "ns" | "us" | "ms" | "min" | "h" => "s".to_owned(),
+        "N·m" | "N*m" => "nm".to_owned(),
+        "hPa" | "kPa" | "bar" => "pa".to_owned(),
+        "uT" => "t".to_owned(),
+        "L" => "m3".to_owned(),
+        "rpm" => "radps".to_owned(),
         unit => unit.to_lowercase(),
     };
     unit.split('/').map(base).collect::<Vec<_>>().join("p")
@@ -292,7 +356,7 @@ fn parse_choices(meta: &ParseNestedMeta<'_>) -> Result<Vec<(LitStr, Expr)>> {
 }
 
 /// The doc comment in one line.
-fn read_doc(attributes: &[Attribute]) -> String {
+pub(crate) fn read_doc(attributes: &[Attribute]) -> String {
     let lines = attributes.iter().filter(|a| a.path().is_ident("doc")).filter_map(|attribute| {
         let Ok(value) = attribute.meta.require_name_value() else { return None };
         let Expr::Lit(ExprLit { lit: Lit::Str(text), .. }) = &value.value else { return None };

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Data, DeriveInput, Error, Fields, Result};
 
-use crate::attribute::{Conversion, ParameterField, ValueKind};
+use crate::attribute::{Conversion, ParameterField, ValueKind, combine_errors};
 
 /// Writes `impl Parameters` for a struct.
 pub(crate) fn expand_struct(input: &DeriveInput) -> Result<TokenStream> {
@@ -17,7 +17,7 @@ pub(crate) fn expand_struct(input: &DeriveInput) -> Result<TokenStream> {
     let Fields::Named(fields) = &data.fields else {
         return Err(Error::new_spanned(&input.ident, "parameters are fields with names"));
     };
-    let fields: Vec<_> = fields.named.iter().map(ParameterField::read).collect::<Result<_>>()?;
+    let fields = combine_errors(fields.named.iter().map(ParameterField::read))?;
     for (index, field) in fields.iter().enumerate() {
         if fields.iter().take(index).any(|earlier| earlier.name == field.name) {
             let why = format!("two parameters are called `{}`", field.name);

@@ -1,7 +1,9 @@
 //! `#[derive(Parameters)]`: a struct whose fields are the parameters of a component becomes their
-//! table for the manifest, the requests in the constructor and the setter.
+//! table for the manifest, the requests in the constructor and the setter. `#[derive(Events)]`: an
+//! enum whose variants are the events of a component becomes their table and their reports.
 
 mod attribute;
+mod event;
 mod expansion;
 #[cfg(test)]
 mod tests;
@@ -18,4 +20,15 @@ use syn::{DeriveInput, Error, parse_macro_input};
 pub fn derive_parameters(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     expansion::expand_struct(&input).unwrap_or_else(Error::into_compile_error).into()
+}
+
+/// Derives `armor_sdk::Events` for an enum, each variant of which is an event, and its conversion into
+/// `armor_sdk::Outcome`.
+///
+/// The doc comment of a variant is the event's documentation; its field, if it has one, is the value;
+/// `#[event(name = "…", unit = "…")]` gives another name, and the unit of the value.
+#[proc_macro_derive(Events, attributes(event))]
+pub fn derive_events(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    event::expand_enum(&input).unwrap_or_else(Error::into_compile_error).into()
 }

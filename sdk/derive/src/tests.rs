@@ -3,6 +3,7 @@
 use quote::quote;
 use syn::parse_str;
 
+use crate::event::expand_enum;
 use crate::expansion::expand_struct;
 
 /// Checks that a field is refused, why, and at which source text the error points.
@@ -108,5 +109,96 @@ fn a_name_has_no_suffix_of_its_unit() {
         let code = expand_struct(&parse_str(&source).expect("Rust")).expect("code").to_string();
         let declared = quote!(::armor_sdk::Parameter::number(#name, #unit)).to_string();
         assert!(code.contains(&declared), "{code}");
+    }
+}
+
+#[test]
+fn what_a_manifest_would_be_refused_for_does_not_compile() {
+    check_refused(
+        "#[parameter(unit = \"furlong\")] a: f64",
+        "\"furlong\"",
+        "no unit called `furlong`",
+    );
+    check_refused("#[parameter(unit = \"hz\")] a: f64", "\"hz\"", "did you mean Hz?");
+    check_refused(
+        "#[parameter(unit = \"m/s\", default = \"3s\")] a: f64",
+        "\"3s\"",
+        "`3s` is not in m/s",
+    );
+    check_refused(
+        "#[parameter(default = \"fast\")] a: f64",
+        "\"fast\"",
+        "does not start with a number",
+    );
+    check_refused(
+        "#[parameter(default = 7, range = 1.0..=5.0)] a: u8",
+        "7",
+        "`7` is out of range, 1 to 5",
+    );
+    check_refused(
+        "#[parameter(unit = \"cm\", default = \"2m\", range = 0.0..=1.0)] a: f64",
+        "\"2m\"",
+        "out of range, 0 to 100 cm; write it as a file would, 0cm to 100cm",
+    );
+    check_refused("#[parameter(default = \"red\", colour)] a: String", "\"red\"", "not a colour");
+}
+
+#[test]
+fn a_range_of_constants_is_left_to_the_manifest() {
+    let input = quote!(
+        struct Settings {
+            #[parameter(default = 9, range = LOW..=HIGH)]
+            a: u8,
+        }
+    );
+    assert!(expand_struct(&syn::parse2(input).expect("Rust")).is_ok());
+}
+
+#[test]
+fn all_wrong_fields_are_refused_together() {
+    let source = "struct Settings { #[parameter(unit = \"x\")] a: f64, b: Vec<f64>, c: Vec<u8> }";
+    let error = expand_struct(&parse_str(source).expect("Rust")).expect_err("three faults");
+    assert_eq!(error.into_iter().count(), 3);
+}
+
+fn check_event_refused(variant: &str, at: &str, why: &str) {
+    let source = format!("enum Reported {{ {variant} }}");
+    let input = parse_str(&source).expect("Rust");
+    let error = expand_enum(&input).expect_err(variant);
+    assert!(error.to_string().contains(why), "{variant}: {error}");
+    assert_eq!(error.span().source_text().as_deref(), Some(at), "{variant}: {error}");
+}
+
+#[test]
+fn a_wrong_event_is_refused_where_it_stands() {
+    check_event_refused("Done", "Done", "reports of their own");
+    check_event_refused("#[event(name = \"a b\")] A", "\"a b\"", "begins with a letter");
+    check_event_refused("#[event(unit = \"furlong\")] A(f64)", "\"furlong\"", "no unit called");
+    check_event_refused("#[event(unit = \"m\")] A(u32)", "\"m\"", "its value is no number");
+    check_event_refused("#[event(flavour = \"m\")] A", "flavour", "expected name or unit");
+    check_event_refused("A(String)", "(String)", "is one number");
+    check_event_refused("A { x: f64 }", "{ x: f64 }", "is one number");
+    check_event_refused("LidOpen, #[event(name = \"lid_open\")] B", "B", "two events are called");
+}
+
+#[test]
+fn the_table_of_events_is_what_one_would_write_by_hand() {
+    let input = quote! {
+        enum Reported {
+            /// the water
+            /// is hot
+            #[event(unit = "degC")]
+            WaterHot(f64),
+            Lap(u32),
+            Opened,
+        }
+    };
+    let code = expand_enum(&syn::parse2(input).expect("Rust")).expect("code").to_string();
+    for declaration in [
+        quote!(::armor_sdk::DeclaredEvent::new("water_hot").doc("the water is hot").number("degC")),
+        quote!(::armor_sdk::DeclaredEvent::new("lap").integer()),
+        quote!(::armor_sdk::DeclaredEvent::new("opened")),
+    ] {
+        assert!(code.contains(&declaration.to_string()), "{code}");
     }
 }

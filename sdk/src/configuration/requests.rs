@@ -48,6 +48,8 @@ pub(super) struct RequestState {
     /// The subject of each request on this connection: a parameter, or the settings.
     pub requests: BTreeMap<u64, Option<String>>,
     pub settings: Option<mpsc::Sender<Result<ComponentSettings, String>>>,
+    /// Without configd: the values that requests are answered with, by the parameter's name.
+    local: Option<HashMap<String, Assigned>>,
 }
 
 impl ParameterRequests {
@@ -82,11 +84,24 @@ impl ParameterRequests {
             state.asked.push(name.into());
         }
         state.send_parameter(name);
+        let local = state.local.as_ref().map(|values| values.get(name).cloned());
+        drop(state);
+        if let Some(assigned) = local {
+            self.accept_answer(name, assigned.as_ref());
+        }
     }
 
     /// The names asked for so far that have no answer.
     pub fn unanswered(&self) -> Vec<String> {
         self.lock_state().asked.clone()
+    }
+
+    /// The parameters that are declared but were never asked for, in the order of the declaration.
+    pub fn list_unrequested(&self) -> Vec<&ParameterManifest> {
+        let state = self.lock_state();
+        let is_unrequested =
+            |name: &String| !state.own.contains_key(name) && !state.asked.contains(name);
+        self.declared.iter().filter(|declared| is_unrequested(&declared.name)).collect()
     }
 
     /// Waits until all that was asked for has arrived.
@@ -176,17 +191,29 @@ impl ParameterRequests {
         self.wakers.wake_main();
     }
 
-    /// Answers all open questions from the command line: for a component run by hand, without
-    /// configd.
-    pub fn answer_from_command_line(&self, set: &HashMap<String, String>) {
-        for name in self.unanswered() {
-            let assigned = set.get(&name).map(|text| Assigned {
-                text: text.clone(),
-                base: String::new(),
-                origin: "--set".into(),
-            });
-            self.accept_answer(&name, assigned.as_ref());
+    /// Answers every request immediately with one of `values`, or else with the default: for a
+    /// component without configd. `origin` is where the values are from.
+    ///
+    /// # Errors
+    /// In words, if the component declares no parameter of one of the names.
+    pub fn answer_locally(
+        &self,
+        values: HashMap<String, String>,
+        origin: &str,
+    ) -> Result<(), String> {
+        if let Some(unknown) = values.keys().find(|name| self.declaration(name).is_none()) {
+            return Err(format!("parameter `{unknown}`: {}", self.describe_undeclared()));
         }
+        let assign = |text| Assigned { text, base: String::new(), origin: origin.into() };
+        let values = values.into_iter().map(|(name, text)| (name, assign(text))).collect();
+        self.lock_state().local = Some(values);
+        Ok(())
+    }
+
+    fn describe_undeclared(&self) -> String {
+        let names: Vec<_> = self.declared.iter().map(|known| known.name.as_str()).collect();
+        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+        format!("a {} declares no such parameter, only: {names}", self.identity.kind)
     }
 
     /// The value of a parameter: what is assigned, or its default.
@@ -209,14 +236,7 @@ impl ParameterRequests {
                     text.ok_or("is not set and has no default; set it in the file or with --set")?;
                 (text, String::new(), "its default".into())
             }
-            (None, None) => {
-                let names: Vec<_> = self.declared.iter().map(|known| known.name.as_str()).collect();
-                return Err(format!(
-                    "a {} declares no such parameter, only: {}",
-                    self.identity.kind,
-                    if names.is_empty() { "none".into() } else { names.join(", ") }
-                ));
-            }
+            (None, None) => return Err(self.describe_undeclared()),
         };
         let value = match declaration {
             Some(parameter) => {

@@ -18,6 +18,7 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::inbox::{Inbox, InboxItem};
 use crate::counter::SingleWriterCounter;
+use crate::data::DeclaredType;
 
 /// An input of this process.
 pub(crate) struct InputPort {
@@ -25,6 +26,7 @@ pub(crate) struct InputPort {
     pub required: bool,
     pub type_name: &'static str,
     pub schema: String,
+    pub schema_hash: u64,
     state: Mutex<InputState>,
     inbox: Mutex<Inbox>,
     /// Whether the inbox holds data. Only the reader adds some, so if it reads `false` while it is
@@ -63,6 +65,7 @@ impl InputPort {
             required,
             type_name: T::NAME,
             schema: T::schema().to_string(),
+            schema_hash: T::schema_hash(),
             state: Mutex::default(),
             inbox: Mutex::new(Inbox::new(Keep::Latest)),
             waiting: AtomicBool::new(false),
@@ -82,6 +85,11 @@ impl InputPort {
 
     pub(super) fn lock_inbox(&self) -> MutexGuard<'_, Inbox> {
         self.inbox.lock()
+    }
+
+    /// The type it was declared with.
+    pub fn declared(&self) -> DeclaredType<'_> {
+        DeclaredType { input: &self.id, name: self.type_name, schema_hash: self.schema_hash }
     }
 
     /// Sets what feeds this input, as the file specifies.

@@ -294,6 +294,7 @@ mod tests {
     use crate::identity::ProcessIdentity;
     use crate::messages::Flag;
     use crate::parameter::Value;
+    use crate::participant::Declarations;
     use crate::user_code::UserCode;
 
     /// Only a hang takes this long.
@@ -315,7 +316,8 @@ mod tests {
 
     fn reader() -> InputReader {
         let identity = ProcessIdentity { name: "sink".into(), kind: "sink".into(), instance: 1 };
-        let participant = Arc::new(Participant::new(identity, Vec::new(), false).unwrap());
+        let participant =
+            Arc::new(Participant::new(identity, Declarations::default(), false).unwrap());
         participant.ports.add_input::<Flag>("in", true).unwrap();
         let input = participant.ports.inputs().remove(0);
         let (keep, wake, transport) = (Keep::All, Wake::Sleep, Transport::Auto);

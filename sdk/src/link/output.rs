@@ -4,7 +4,7 @@ use std::any::TypeId;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_wire::codec::EncodeError;
+use armor_wire::codec::{self, EncodeError};
 use armor_wire::control::OutputStatus;
 use armor_wire::frame::DataHeader;
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
@@ -46,7 +46,7 @@ impl OutputPort {
         Self {
             id: id.into(),
             message: TypeId::of::<T>(),
-            schema_hash: schema::hash_text(&schema),
+            schema_hash: T::schema_hash(),
             entry: DataEntry { data: data.into(), type_name: T::NAME.into(), schema, latched },
             state: Mutex::default(),
         }
@@ -54,6 +54,21 @@ impl OutputPort {
 
     fn lock_state(&self) -> MutexGuard<'_, OutputState> {
         self.state.lock()
+    }
+
+    /// Hash of the schema that it was declared with.
+    pub fn schema_hash(&self) -> u64 {
+        self.schema_hash
+    }
+
+    /// Records every message from now on.
+    pub fn start_recording(&self) {
+        self.lock_state().record.get_or_insert_default();
+    }
+
+    /// The messages that were published since the recording began, encoded.
+    pub fn recorded(&self) -> Vec<Vec<u8>> {
+        self.lock_state().record.clone().unwrap_or_default()
     }
 
     /// Whether a subscriber's request can be served.
@@ -106,6 +121,9 @@ impl OutputPort {
             state.last = Some((sequence, frame));
         } else if !state.links.is_empty() && !state.publish_small(message, header, how)? {
             state.publish_large(message, header, how)?;
+        }
+        if let Some(record) = &mut state.record {
+            record.push(codec::encode(message)?);
         }
         // Counted only now: a message that cannot be encoded leaves no gap in the sequence.
         state.published += 1;

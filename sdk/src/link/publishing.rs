@@ -36,6 +36,8 @@ pub(super) struct OutputState {
     pub(super) buffer: Vec<u8>,
     /// The last value of a latched output, as a frame.
     pub(super) last: Option<(u64, Arc<Vec<u8>>)>,
+    /// Every message so far, encoded; `None` unless a test reads them.
+    pub(super) record: Option<Vec<Vec<u8>>>,
     /// Dropped on links that are gone.
     pub(super) dropped_before: u64,
 }

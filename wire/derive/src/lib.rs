@@ -2,6 +2,7 @@
 //!
 //! The layout is bincode's: fields in order, an enum's variant as a `u32` first.
 
+use armor_quantity::{Unit, explain_unknown};
 use proc_macro::TokenStream;
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
@@ -28,7 +29,7 @@ pub fn derive_message(input: TokenStream) -> TokenStream {
 #[derive(Default)]
 struct MessageAttributes {
     name: Option<String>,
-    unit: Option<String>,
+    unit: Option<LitStr>,
     text: bool,
     wire: Option<syn::Path>,
 }
@@ -45,7 +46,7 @@ fn read_attributes(attributes: &[Attribute]) -> Result<MessageAttributes> {
             if meta.path.is_ident("name") {
                 options.name = Some(value.value());
             } else if meta.path.is_ident("unit") {
-                options.unit = Some(value.value());
+                options.unit = Some(value);
             } else if meta.path.is_ident("wire") {
                 options.wire = Some(value.parse()?);
             } else {
@@ -69,13 +70,14 @@ fn field_unit(field: &Field) -> Result<Option<String>> {
     if name.is_some() || wire.is_some() {
         return Err(Error::new_spanned(field, "name and wire belong on the type"));
     }
-    let is_unit = |unit: &String| {
-        (1..=32).contains(&unit.len()) && unit.bytes().all(|b| b.is_ascii_graphic() && b != b')')
-    };
-    if unit.as_ref().is_some_and(|unit| !is_unit(unit)) {
-        return Err(Error::new_spanned(field, "a unit is 1 to 32 visible ASCII characters but )"));
-    }
-    Ok(unit)
+    let Some(unit) = unit else { return Ok(None) };
+    let text = unit.value();
+    let known = Unit::named(&text).ok_or_else(|| {
+        let why = format!("there is no unit `{text}`; {}", explain_unknown(&text));
+        Error::new_spanned(&unit, why)
+    })?;
+    // Schema text is ASCII.
+    Ok(Some(known.ascii_name().to_owned()))
 }
 
 /// The grammar of names in schema text; `docs/protocol.md`, "Schema text".
@@ -197,6 +199,13 @@ fn expand_message(input: &DeriveInput) -> Result<Tokens> {
         }
         impl #wire::Message for #ident {
             const NAME: &'static str = #name;
+            fn schema_hash() -> u64 {
+                static HASH: ::std::sync::OnceLock<u64> = ::std::sync::OnceLock::new();
+                *HASH.get_or_init(|| {
+                    let schema = <Self as #wire::WireType>::schema();
+                    #wire::schema::hash_text(&::std::string::ToString::to_string(&schema))
+                })
+            }
         }
     })
 }
@@ -249,4 +258,34 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
         }),
         min_len: quote!(4 + #wire::message::least(&[#(#lengths),*])),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use syn::parse_str;
+
+    use super::*;
+
+    fn refusal(source: &str) -> String {
+        let input = parse_str(source).expect("Rust");
+        expand_message(&input).expect_err(source).to_string()
+    }
+
+    #[test]
+    fn a_unit_that_does_not_exist_is_refused() {
+        let error = refusal(r#"struct Depth { #[message(unit = "furlong")] depth: f64 }"#);
+        assert!(error.starts_with("there is no unit `furlong`; the units are s ms"), "{error}");
+        let error = refusal(r#"struct Rate { #[message(unit = "hz")] rate: f64 }"#);
+        assert!(error.contains("did you mean Hz?"), "{error}");
+    }
+
+    #[test]
+    fn a_schema_has_the_ascii_spelling_of_a_unit() {
+        for unit in ["N·m", "N*m"] {
+            let source = format!(r#"struct Arm {{ #[message(unit = "{unit}")] torque: f64 }}"#);
+            let input = parse_str(&source).expect("Rust");
+            let code = expand_message(&input).expect("code").to_string();
+            assert!(code.contains("\"N*m\"") && !code.contains('·'), "{code}");
+        }
+    }
 }

@@ -1,107 +1,267 @@
-//! Checks what the JSON form of a manifest cannot express. The program that wrote it may
-//! have written it by hand.
+//! Checks what the JSON form of a manifest cannot express: for the SDK, which prints manifests, and
+//! for the launcher, which reads those of others. The derives check parameters by the same function.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
-use super::{MANIFEST_VERSION, Manifest, ParameterManifest, ParameterType, PortManifest};
+use super::{
+    EventManifest, EventValue, MANIFEST_VERSION, Manifest, ParameterManifest, ParameterType,
+    PortManifest,
+};
 use crate::name::is_name;
-use crate::quantity::Unit;
-use crate::schema;
+use crate::quantity::{self, Unit};
+use crate::schema::{self, Schema};
 
-impl Manifest {
-    /// Whether names are names and each there once, schemas are schemas with their hashes, and
-    /// every parameter has a unit that exists, a range that is not empty, and a default within it.
-    ///
-    /// # Errors
-    /// The first thing that is wrong, in words that name it.
-    pub fn validate(&self) -> Result<(), String> {
-        if self.armor_manifest != MANIFEST_VERSION {
-            let version = self.armor_manifest;
-            return Err(format!("it is of version {version}, not {MANIFEST_VERSION}"));
-        }
-        if !is_name(&self.kind) {
-            return Err(format!("the kind `{}` is not a name", self.kind));
-        }
-        one_line("the summary", &self.summary)?;
-        let ports = self.inputs.iter().chain(&self.outputs);
-        unique("port", ports.clone().map(|port| port.id.as_str()))?;
-        unique("parameter", self.parameters.iter().map(|parameter| parameter.name.as_str()))?;
-        for port in ports {
-            validate_port(port).map_err(|why| format!("the port {}: {why}", port.id))?;
-        }
-        for parameter in &self.parameters {
-            validate_parameter(parameter)
-                .map_err(|why| format!("the parameter {}: {why}", parameter.name))?;
+/// Names that reports have: no event may have them.
+pub const RESERVED_EVENTS: [&str; 2] = ["done", "failed"];
+
+/// One thing that is wrong with a manifest.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ManifestFault {
+    /// What it is about, such as `the parameter speed`.
+    pub subject: String,
+    /// The member that is wrong, such as `unit`.
+    pub member: &'static str,
+    /// What is wrong with it.
+    pub problem: String,
+    /// What to do; empty if the problem makes it obvious.
+    pub remedy: String,
+}
+
+impl fmt::Display for ManifestFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.subject, self.problem)?;
+        if self.remedy.is_empty() { Ok(()) } else { write!(f, "; {}", self.remedy) }
+    }
+}
+
+/// Everything that is wrong with a manifest; never empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ManifestFaults(pub Vec<ManifestFault>);
+
+impl fmt::Display for ManifestFaults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, fault) in self.0.iter().enumerate() {
+            let separator = if index == 0 { "" } else { ". " };
+            write!(f, "{separator}{fault}")?;
         }
         Ok(())
     }
 }
 
-/// Inputs and outputs share their names: a file names both as `component.port`.
-fn unique<'a>(noun: &str, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
+impl std::error::Error for ManifestFaults {}
+
+/// The faults of one subject.
+struct Faults<'a> {
+    subject: String,
+    found: &'a mut Vec<ManifestFault>,
+}
+
+impl Faults<'_> {
+    fn add(&mut self, member: &'static str, problem: impl Into<String>, remedy: impl Into<String>) {
+        let subject = self.subject.clone();
+        let (problem, remedy) = (problem.into(), remedy.into());
+        self.found.push(ManifestFault { subject, member, problem, remedy });
+    }
+
+    fn check_line(&mut self, member: &'static str, text: &str) {
+        if let Some(c) = text.chars().find(|c| c.is_control()) {
+            let problem = format!("its {member} is not one line: U+{:04X} is in it", u32::from(c));
+            self.add(member, problem, "write it as one line of text");
+        }
+    }
+}
+
+impl Manifest {
+    /// Whether names are names and each there once, schemas are schemas with their hashes and known
+    /// units, every parameter has a unit that exists, a range that is not empty and a default within
+    /// it, and every event can be waited for.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its remedy.
+    pub fn validate(&self) -> Result<(), ManifestFaults> {
+        let mut found = Vec::new();
+        let mut of_kind = Faults { subject: format!("the kind {}", self.kind), found: &mut found };
+        if self.armor_manifest != MANIFEST_VERSION {
+            let version = self.armor_manifest;
+            let problem = format!("its manifest is of version {version}, not {MANIFEST_VERSION}");
+            of_kind.add("armor_manifest", problem, "build it with this version's SDK");
+        }
+        if !is_name(&self.kind) {
+            of_kind.add("kind", format!("`{}` is not a name", self.kind), NAMES);
+        }
+        of_kind.check_line("summary", &self.summary);
+        let ports = self.inputs.iter().chain(&self.outputs);
+        // Inputs and outputs share their names: a file names both as `component.port`.
+        check_names("port", ports.clone().map(|port| port.id.as_str()), &mut found);
+        let parameters = self.parameters.iter().map(|parameter| parameter.name.as_str());
+        check_names("parameter", parameters, &mut found);
+        check_names("event", self.events.iter().map(|event| event.name.as_str()), &mut found);
+        for port in ports {
+            check_port(port, &mut found);
+        }
+        found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
+        found.extend(self.events.iter().flat_map(EventManifest::list_faults));
+        self.check_named_by(&mut found);
+        if found.is_empty() { Ok(()) } else { Err(ManifestFaults(found)) }
+    }
+}
+
+impl Manifest {
+    fn check_named_by(&self, found: &mut Vec<ManifestFault>) {
+        for event in self.events.iter().filter(|event| !event.named_by.is_empty()) {
+            let subject = format!("the event {}", event.name);
+            let mut faults = Faults { subject, found: &mut *found };
+            let name = event.named_by.as_str();
+            let names_it = |parameter: &ParameterManifest| {
+                parameter.name == name && parameter.kind == ParameterType::Text
+            };
+            if !self.parameters.iter().any(names_it) {
+                let problem = format!("it is named by `{name}`, which is no text parameter");
+                faults.add("named_by", problem, "declare that parameter, or name the event");
+            }
+        }
+    }
+}
+
+const NAMES: &str = "a name has letters, digits, _ and -, and begins with a letter";
+
+fn check_names<'a>(
+    noun: &str,
+    names: impl Iterator<Item = &'a str>,
+    found: &mut Vec<ManifestFault>,
+) {
     let mut seen = BTreeSet::new();
+    let mut repeated = BTreeSet::new();
     for name in names {
+        let mut faults = Faults { subject: format!("the {noun} {name}"), found: &mut *found };
         if !is_name(name) {
-            return Err(format!("`{name}` is not a name for a {noun}"));
+            faults.add("name", format!("`{name}` is not a name for a {noun}"), NAMES);
         }
-        if !seen.insert(name) {
-            return Err(format!("the {noun} {name} occurs twice"));
+        if !seen.insert(name) && repeated.insert(name) {
+            faults.add("name", format!("the {noun} {name} occurs twice"), "rename one of them");
         }
-    }
-    Ok(())
-}
-
-fn one_line(what: &str, text: &str) -> Result<(), String> {
-    match text.chars().find(|c| c.is_control()) {
-        None => Ok(()),
-        Some(c) => Err(format!("{what} is not one line: U+{:04X} is in it", u32::from(c))),
     }
 }
 
-fn validate_port(port: &PortManifest) -> Result<(), String> {
-    one_line("its text", &port.doc)?;
-    let schema = schema::parse(&port.schema).map_err(|why| format!("its schema: {why}"))?;
-    if let schema::Schema::Struct { name, .. } | schema::Schema::Enum { name, .. } = &schema
+fn check_port(port: &PortManifest, found: &mut Vec<ManifestFault>) {
+    let mut faults = Faults { subject: format!("the port {}", port.id), found };
+    faults.check_line("doc", &port.doc);
+    let schema = match schema::parse(&port.schema) {
+        Ok(schema) => schema,
+        Err(why) => {
+            return faults.add("schema", format!("its schema: {why}"), "see docs/protocol.md");
+        }
+    };
+    if let Schema::Struct { name, .. } | Schema::Enum { name, .. } = &schema
         && *name != port.type_name
     {
-        return Err(format!("its type is {}, but its schema is that of {name}", port.type_name));
+        let problem = format!("its type is {}, but its schema is that of {name}", port.type_name);
+        faults.add("type", problem, format!("write {name} as its type"));
     }
     let hash = schema::hash_text(&port.schema);
     if hash != port.schema_hash {
         let given = port.schema_hash;
-        return Err(format!("its schema_hash is {given:016x}, but {hash:016x} is its schema's"));
+        let problem = format!("its schema_hash is {given:016x}, but {hash:016x} is its schema's");
+        faults.add("schema_hash", problem, format!("write {hash:016x}"));
     }
-    Ok(())
+    let mut units = BTreeSet::new();
+    list_units(&schema, &mut units);
+    for unit in units.into_iter().filter(|unit| Unit::named(unit).is_none()) {
+        let problem = format!("a field of {} has the unknown unit `{unit}`", port.type_name);
+        faults.add("schema", problem, quantity::explain_unknown(unit));
+    }
 }
 
-fn validate_parameter(parameter: &ParameterManifest) -> Result<(), String> {
-    one_line("its text", &parameter.doc)?;
-    let numeric = matches!(parameter.kind, ParameterType::Number | ParameterType::Integer);
-    let unit = parameter.unit.as_str();
-    if !unit.is_empty() && parameter.kind != ParameterType::Number {
-        return Err(format!("it has the unit {unit}, but is no number"));
-    }
-    if !unit.is_empty() && Unit::named(unit).is_none() {
-        return Err(format!("there is no unit called `{unit}`"));
-    }
-    let (minimum, maximum) = (parameter.minimum, parameter.maximum);
-    if !numeric && (minimum.is_some() || maximum.is_some()) {
-        return Err("it has a range, but is no number".into());
-    }
-    if let (Some(minimum), Some(maximum)) = (minimum, maximum)
-        && minimum > maximum
-    {
-        return Err(format!("its range is empty: {minimum} to {maximum}"));
-    }
-    let choice = parameter.kind == ParameterType::Choice;
-    if choice == parameter.choices.is_empty() {
-        return Err(if choice { "it has no choices" } else { "it has choices, but is none" }.into());
-    }
-    match &parameter.default {
-        Some(default) => {
-            parameter.parse(default).map(|_| ()).map_err(|why| format!("its default: {why}"))
+/// The units of all fields of a type.
+fn list_units<'a>(schema: &'a Schema, units: &mut BTreeSet<&'a str>) {
+    let fields = match schema {
+        Schema::Struct { fields, .. } => fields.iter().collect::<Vec<_>>(),
+        Schema::Enum { variants, .. } => {
+            variants.iter().flat_map(|variant| &variant.fields).collect()
         }
-        None => Ok(()),
+        Schema::List(item) | Schema::Option(item) | Schema::Fixed(item, _) => {
+            return list_units(item, units);
+        }
+        _ => return,
+    };
+    for field in fields {
+        units.extend(field.unit.as_deref());
+        list_units(&field.schema, units);
+    }
+}
+
+impl ParameterManifest {
+    /// Everything that is wrong with it, apart from its name.
+    pub fn list_faults(&self) -> Vec<ManifestFault> {
+        let mut found = Vec::new();
+        let subject = format!("the parameter {}", self.name);
+        let mut faults = Faults { subject, found: &mut found };
+        faults.check_line("doc", &self.doc);
+        let is_number = self.kind == ParameterType::Number;
+        let unit = self.unit.as_str();
+        if !unit.is_empty() && !is_number {
+            let problem = format!("it has the unit {unit}, but is no number");
+            faults.add("unit", problem, "remove the unit, or declare it as a number");
+        } else if !unit.is_empty() && Unit::named(unit).is_none() {
+            let problem = format!("there is no unit called `{unit}`");
+            faults.add("unit", problem, quantity::explain_unknown(unit));
+        }
+        let (minimum, maximum) = (self.minimum, self.maximum);
+        let is_numeric = is_number || self.kind == ParameterType::Integer;
+        if !is_numeric && (minimum.is_some() || maximum.is_some()) {
+            faults.add("range", "it has a range, but is no number", "remove the range");
+        }
+        if let (Some(minimum), Some(maximum)) = (minimum, maximum)
+            && minimum > maximum
+        {
+            let problem = format!("its range is empty: {minimum} to {maximum}");
+            faults.add("range", problem, "write the smaller value first");
+        }
+        let is_choice = self.kind == ParameterType::Choice;
+        if is_choice == self.choices.is_empty() {
+            let problem =
+                if is_choice { "it has no choices" } else { "it has choices, but is none" };
+            faults.add("choices", problem, "give a choice its texts, and nothing else");
+        }
+        let choices = &self.choices;
+        let twice = choices.iter().enumerate().find(|(n, one)| choices[..*n].contains(one));
+        if let Some((_, choice)) = twice {
+            faults.add("choices", format!("the choice `{choice}` occurs twice"), "remove one");
+        }
+        // With a wrong unit, range or choices, the default would only repeat that.
+        if faults.found.iter().all(|fault| fault.member == "doc")
+            && let Some(Err(why)) = self.default.as_deref().map(|text| self.parse(text))
+        {
+            let remedy = match self.range_with_unit() {
+                range if range.is_empty() => "write it as a file would".into(),
+                range => format!("write it as a file would, {range}"),
+            };
+            faults.add("default", format!("its default: {why}"), remedy);
+        }
+        found
+    }
+}
+
+impl EventManifest {
+    /// Everything that is wrong with it, apart from being a name.
+    pub fn list_faults(&self) -> Vec<ManifestFault> {
+        let mut found = Vec::new();
+        let mut faults = Faults { subject: format!("the event {}", self.name), found: &mut found };
+        faults.check_line("doc", &self.doc);
+        if RESERVED_EVENTS.contains(&self.name.as_str()) {
+            let problem = "`done` and `failed` are reports of their own";
+            faults.add("name", problem, "return Outcome::Done or Outcome::Failed, or rename it");
+        }
+        let unit = self.unit.as_str();
+        if !unit.is_empty() && Unit::named(unit).is_none() {
+            let problem = format!("there is no unit called `{unit}`");
+            faults.add("unit", problem, quantity::explain_unknown(unit));
+        } else if !unit.is_empty() && self.value != Some(EventValue::Number) {
+            let problem = format!("it has the unit {unit}, but its value is no number");
+            faults.add("unit", problem, "remove the unit, or give it a number as its value");
+        }
+        found
     }
 }
 
@@ -133,6 +293,13 @@ mod tests {
             doc: "how fast".into(),
             live: true,
         };
+        let lap = EventManifest {
+            name: "lap".into(),
+            doc: "a lap is over".into(),
+            value: Some(EventValue::Number),
+            unit: "s".into(),
+            named_by: String::new(),
+        };
         Manifest {
             armor_manifest: MANIFEST_VERSION,
             kind: "mapper".into(),
@@ -140,13 +307,18 @@ mod tests {
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
+            events: vec![lap],
         }
+    }
+
+    fn set_schema(port: &mut PortManifest, schema: &str) {
+        (port.schema, port.schema_hash) = (schema.into(), schema::hash_text(schema));
     }
 
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 16] = [
+        let faults: [(&str, Fault); 25] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -155,24 +327,64 @@ mod tests {
             ("its schema", |m| m.inputs[0].schema = "Scan{".into()),
             ("that of Scan", |m| m.outputs[0].type_name = "Map".into()),
             ("schema_hash", |m| m.outputs[0].schema_hash = 1),
+            ("the port map: a field of Scan has the unknown unit `furlong`", |m| {
+                set_schema(&mut m.outputs[0], "Scan{hits:[Hit{at:f32(furlong)}]}");
+            }),
             ("no unit called `knots`", |m| m.parameters[0].unit = "knots".into()),
-            ("no number", |m| m.parameters[0].kind = ParameterType::Text),
+            ("no number", |m| {
+                m.parameters[0].kind = ParameterType::Text;
+                (m.parameters[0].minimum, m.parameters[0].maximum) = (None, None);
+            }),
             ("range is empty", |m| m.parameters[0].minimum = Some(2.0)),
             ("its default: `0.5` is out of range", |m| m.parameters[0].maximum = Some(0.1)),
             ("its default: `fast`", |m| m.parameters[0].default = Some("fast".into())),
+            ("its default: `1.5s` is not in m/s", |m| {
+                m.parameters[0].default = Some("1.5s".into())
+            }),
+            ("its default: `0.5` is not a whole number", |m| {
+                let parameter = &mut m.parameters[0];
+                (parameter.kind, parameter.unit) = (ParameterType::Integer, String::new());
+            }),
             ("choices, but is none", |m| m.parameters[0].choices = vec!["a".into()]),
             ("no choices", |m| {
                 let parameter = &mut m.parameters[0];
                 (parameter.kind, parameter.unit) = (ParameterType::Choice, String::new());
                 (parameter.minimum, parameter.maximum) = (None, None);
             }),
+            ("`a` occurs twice", |m| {
+                let parameter = &mut m.parameters[0];
+                (parameter.kind, parameter.unit) = (ParameterType::Choice, String::new());
+                (parameter.minimum, parameter.maximum) = (None, None);
+                parameter.choices = vec!["a".into(), "a".into()];
+            }),
             ("occurs twice", |m| m.parameters.push(m.parameters[0].clone())),
+            ("the event lap occurs twice", |m| m.events.push(m.events[0].clone())),
+            ("the event done: `done` and `failed`", |m| m.events[0].name = "done".into()),
+            ("the event lap: there is no unit called `knots`", |m| {
+                m.events[0].unit = "knots".into()
+            }),
+            ("named by `speed`, which is no text", |m| m.events[0].named_by = "speed".into()),
+            ("the event lap: it has the unit s", |m| m.events[0].value = None),
         ];
         for (expected, fault) in faults {
             let mut manifest = manifest();
             fault(&mut manifest);
             let why = manifest.validate().expect_err(expected);
-            assert!(why.contains(expected), "{why} instead of {expected}");
+            assert!(why.to_string().contains(expected), "{why} instead of {expected}");
+            assert_eq!(why.0.len(), 1, "{why}");
+            assert!(!why.0[0].remedy.is_empty(), "{why}");
         }
+    }
+
+    #[test]
+    fn all_faults_are_found_together() {
+        let mut manifest = manifest();
+        manifest.kind = "9x".into();
+        manifest.inputs[0].schema_hash = 1;
+        manifest.parameters[0].unit = "knots".into();
+        manifest.events[0].name = "failed".into();
+        let faults = manifest.validate().expect_err("four faults");
+        let members: Vec<_> = faults.0.iter().map(|fault| fault.member).collect();
+        assert_eq!(members, ["kind", "schema_hash", "unit", "name"]);
     }
 }

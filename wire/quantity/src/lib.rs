@@ -1,4 +1,5 @@
-//! Numbers with units as people write them: `10Hz`, `0.2s`, `30deg`, `1.5m`, `10min`.
+//! Numbers with units as people write them: `10Hz`, `0.2s`, `30deg`, `1.5m`, `10min`; and the table
+//! of units (`docs/units.md`).
 
 use thiserror::Error;
 
@@ -35,10 +36,56 @@ pub enum Dimension {
     Power,
     /// Degrees Celsius.
     Temperature,
+    /// Kelvin. Not convertible into degrees Celsius: a difference of temperatures is in kelvin, too.
+    AbsoluteTemperature,
+    /// Newtons.
+    Force,
+    /// Newton metres.
+    Torque,
+    /// Pascals.
+    Pressure,
+    /// Teslas.
+    MagneticFluxDensity,
+    /// Lux.
+    Illuminance,
+    /// Cubic metres.
+    Volume,
     /// Bytes.
     Information,
     /// A fraction of one.
     Ratio,
+}
+
+impl Dimension {
+    /// What it is called, such as `angular speed`.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Frequency => "frequency",
+            Self::Length => "length",
+            Self::Angle => "angle",
+            Self::Speed => "speed",
+            Self::AngularSpeed => "angular speed",
+            Self::Acceleration => "acceleration",
+            Self::AngularAcceleration => "angular acceleration",
+            Self::Mass => "mass",
+            Self::Voltage => "voltage",
+            Self::Current => "current",
+            Self::Charge => "charge",
+            Self::Energy => "energy",
+            Self::Power => "power",
+            Self::Temperature => "temperature in degrees Celsius",
+            Self::AbsoluteTemperature => "temperature in kelvin",
+            Self::Force => "force",
+            Self::Torque => "torque",
+            Self::Pressure => "pressure",
+            Self::MagneticFluxDensity => "magnetic flux density",
+            Self::Illuminance => "illuminance",
+            Self::Volume => "volume",
+            Self::Information => "amount of data",
+            Self::Ratio => "ratio",
+        }
+    }
 }
 
 /// A unit that may follow a number.
@@ -69,7 +116,7 @@ units! {
     "m" Length 1.0; "mm" Length 1e-3; "cm" Length 1e-2; "km" Length 1e3;
     "rad" Angle 1.0; "deg" Angle DEG;
     "m/s" Speed 1.0; "mm/s" Speed 1e-3; "cm/s" Speed 1e-2; "km/h" Speed 1.0 / 3.6;
-    "rad/s" AngularSpeed 1.0; "deg/s" AngularSpeed DEG;
+    "rad/s" AngularSpeed 1.0; "deg/s" AngularSpeed DEG; "rpm" AngularSpeed std::f64::consts::TAU / 60.0;
     "m/s2" Acceleration 1.0;
     "rad/s2" AngularAcceleration 1.0; "deg/s2" AngularAcceleration DEG;
     "kg" Mass 1.0; "g" Mass 1e-3;
@@ -79,14 +126,46 @@ units! {
     "J" Energy 1.0; "Wh" Energy 3600.0;
     "W" Power 1.0;
     "degC" Temperature 1.0;
+    "K" AbsoluteTemperature 1.0;
+    "N" Force 1.0;
+    "N·m" Torque 1.0;
+    "Pa" Pressure 1.0; "hPa" Pressure 100.0; "kPa" Pressure 1e3; "bar" Pressure 1e5;
+    "T" MagneticFluxDensity 1.0; "uT" MagneticFluxDensity 1e-6;
+    "lx" Illuminance 1.0;
+    "m3" Volume 1.0; "L" Volume 1e-3;
     "B" Information 1.0; "KiB" Information 1024.0; "MiB" Information 1_048_576.0;
-    "%" Ratio 0.01;
+    "%" Ratio 0.01; "ppm" Ratio 1e-6;
 }
+
+/// Other ways to write a unit: those that a keyboard and the schema of a message have.
+const SPELLINGS: &[(&str, &str)] = &[("N*m", "N·m")];
 
 impl Unit {
     /// The unit written `name`.
     pub fn named(name: &str) -> Option<&'static Self> {
+        let name = SPELLINGS.iter().find(|(other, _)| *other == name).map_or(name, |(_, own)| *own);
         UNITS.iter().find(|unit| unit.name == name)
+    }
+
+    /// As it is written in ASCII, such as in the schema of a message.
+    pub fn ascii_name(&self) -> &'static str {
+        let spelling = SPELLINGS.iter().find(|(_, own)| *own == self.name);
+        spelling.map_or(self.name, |(other, _)| *other)
+    }
+}
+
+/// Explains that `name` is no unit: the similar units, or all of them.
+pub fn explain_unknown(name: &str) -> String {
+    let is_similar = |unit: &&Unit| {
+        unit.name.eq_ignore_ascii_case(name)
+            || (unit.name.len() > 1 && name.starts_with(unit.name))
+            || (name.len() > 1 && unit.name.starts_with(name))
+    };
+    let similar: Vec<_> = UNITS.iter().filter(is_similar).map(|unit| unit.name).collect();
+    if similar.is_empty() {
+        format!("the units are {}", list_units())
+    } else {
+        format!("did you mean {}? `docs/units.md` lists all units", similar.join(" or "))
     }
 }
 
@@ -238,6 +317,14 @@ mod tests {
         check("+7", Ok((7.0, None)));
         check("1E-2", Ok((0.01, None)));
         check("50%", Ok((0.5, Some("%"))));
+        check("2.5N·m", Ok((2.5, Some("N·m"))));
+        check("2.5 N*m", Ok((2.5, Some("N·m"))));
+        check("60rpm", Ok((std::f64::consts::TAU, Some("rpm"))));
+        check("1.5bar", Ok((150_000.0, Some("bar"))));
+        check("300K", Ok((300.0, Some("K"))));
+        check("1e3lx", Ok((1000.0, Some("lx"))));
+        check("2L", Ok((0.002, Some("L"))));
+        check("400ppm", Ok((0.0004, Some("ppm"))));
     }
 
     #[test]
@@ -267,6 +354,59 @@ mod tests {
     fn every_unit_is_found_by_its_name() {
         for unit in UNITS {
             assert_eq!(Unit::named(unit.name), Some(unit));
+            assert!(unit.ascii_name().is_ascii());
+            assert_eq!(Unit::named(unit.ascii_name()), Some(unit));
         }
+    }
+
+    #[test]
+    fn an_unknown_unit_is_explained() {
+        assert!(explain_unknown("hz").starts_with("did you mean Hz?"));
+        assert!(
+            explain_unknown("meter").starts_with("the units are s ms"),
+            "{}",
+            explain_unknown("meter")
+        );
+        assert!(explain_unknown("mps").contains("s ms us"));
+    }
+
+    /// The rows of `docs/units.md`: one for each dimension.
+    fn table() -> String {
+        let mut dimensions: Vec<Dimension> = Vec::new();
+        for unit in UNITS {
+            if !dimensions.contains(&unit.dimension) {
+                dimensions.push(unit.dimension);
+            }
+        }
+        let mut rows =
+            String::from("| quantity | units, with their size in the first one |\n| --- | --- |\n");
+        for dimension in dimensions {
+            let units = UNITS.iter().filter(|unit| unit.dimension == dimension);
+            let cells: Vec<_> = units.map(cell).collect();
+            rows += &format!("| {} | {} |\n", dimension.label(), cells.join(", "));
+        }
+        rows
+    }
+
+    fn cell(unit: &Unit) -> String {
+        let spelled = match unit.ascii_name() {
+            other if other == unit.name => format!("`{other}`"),
+            other => format!("`{}` or `{other}`", unit.name),
+        };
+        let is_one = (unit.to_si - 1.0).abs() < f64::EPSILON;
+        if is_one { spelled } else { format!("{spelled} ({})", unit.to_si) }
+    }
+
+    #[test]
+    fn the_page_of_units_is_the_table() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/units.md");
+        let page = std::fs::read_to_string(&path).unwrap();
+        let (start, end) = (page.find("| quantity |").unwrap(), page.rfind("|\n").unwrap() + 2);
+        if std::env::var_os("ARMOR_BLESS").is_some() {
+            let page = format!("{}{}{}", &page[..start], table(), &page[end..]);
+            std::fs::write(&path, page).unwrap();
+            return;
+        }
+        assert_eq!(&page[start..end], table(), "run with ARMOR_BLESS=1");
     }
 }

@@ -1,0 +1,379 @@
+//! Tests of a component without a system: built from its type, called with time by hand, its outputs
+//! and reports read. No socket, no thread, no waiting.
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use armor_sdk::prelude::*;
+//! use armor_sdk::testing::TestedComponent;
+//!
+//! /// Publishes twice what it receives.
+//! struct Doubler(Armor);
+//!
+//! impl Component for Doubler {
+//!     const KIND: &'static str = "doubler";
+//!     const SUMMARY: &'static str = "Doubles numbers.";
+//!
+//!     fn new(armor: Armor) -> Result<Self, Fault> {
+//!         armor.subscribe::<Number>("half")?;
+//!         armor.provide::<Number>("whole")?;
+//!         Ok(Self(armor))
+//!     }
+//!
+//!     fn data_received(&mut self, _: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+//!         let Number { data: half } = data.decode()?;
+//!         self.0.send_data("whole", &Number { data: 2.0 * half })?;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let mut doubler = TestedComponent::build::<Doubler>(&[])?;
+//! doubler.start()?;
+//! doubler.send("half", &Number { data: 1.5 })?;
+//! doubler.tick_after(Duration::from_millis(100))?;
+//! assert_eq!(doubler.outputs::<Number>("whole")?, [Number { data: 3.0 }]);
+//! assert_eq!(doubler.reports(), []);
+//! # Ok::<(), armor_sdk::testing::TestError>(())
+//! ```
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use armor_wire::codec::{self, DecodeError, EncodeError};
+use armor_wire::config::{Assigned, InputSettings};
+use armor_wire::frame::DataHeader;
+use armor_wire::keep::{Keep, Wake};
+use armor_wire::message::Message;
+use armor_wire::transport::Transport;
+use thiserror::Error;
+
+pub use armor_wire::control::{ReportKind, RunState};
+
+use crate::armor::Armor;
+use crate::call::{Call, Fault};
+use crate::component::Component;
+use crate::describe::list_declarations;
+use crate::identity::ProcessIdentity;
+use crate::lifecycle::{ActivationOrder, LifecycleOrder};
+use crate::participant::Participant;
+use crate::running_component::RunningComponent;
+use crate::timeline::ClockReading;
+
+/// System time when a component is built.
+pub const START_S: f64 = 1000.0;
+/// Where the values come from, for messages about them.
+const ORIGIN: &str = "the test";
+
+/// Why a test cannot do what it asks for.
+#[derive(Debug, Error)]
+pub enum TestError {
+    /// The component cannot be built.
+    #[error("`{kind}` cannot be built: {fault}")]
+    NotBuilt {
+        /// The kind of component.
+        kind: &'static str,
+        /// Why.
+        fault: Fault,
+    },
+    /// The component has no port of that name.
+    #[error("`{kind}` has no {noun} `{id}`, only: {existing}")]
+    NoPort {
+        /// The kind of component.
+        kind: &'static str,
+        /// `input` or `output`.
+        noun: &'static str,
+        /// The name given.
+        id: String,
+        /// The names of those that it has.
+        existing: String,
+    },
+    /// The port has another type.
+    #[error("{noun} `{id}` is declared as {declared}, but the test uses it as {given}")]
+    OtherType {
+        /// `input` or `output`.
+        noun: &'static str,
+        /// The port.
+        id: String,
+        /// The type that it was declared with.
+        declared: String,
+        /// The type that the test gives or asks for.
+        given: &'static str,
+    },
+    /// The component is not active, so it gets no calls.
+    #[error("`{kind}` gets no calls: {why}")]
+    NotActive {
+        /// The kind of component.
+        kind: &'static str,
+        /// Its state, and what led to it.
+        why: String,
+    },
+    /// A parameter cannot be set.
+    #[error("parameter `{name}`: {problem}")]
+    Parameter {
+        /// The parameter.
+        name: String,
+        /// Why.
+        problem: String,
+    },
+    /// Nothing has been published.
+    #[error("nothing has been published on output `{0}`")]
+    NothingPublished(String),
+    /// The message is too large to be sent.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
+    /// What was published cannot be read as its type.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
+}
+
+/// A component under test. Time begins at [`START_S`] and passes only in
+/// [`tick_after`](Self::tick_after) and [`pass_time`](Self::pass_time).
+///
+/// Each input counts as fed, by data named `test.INPUT`.
+pub struct TestedComponent {
+    kind: &'static str,
+    participant: Arc<Participant>,
+    component: RunningComponent,
+    passed: Duration,
+    activations: u64,
+    reports: Vec<ReportKind>,
+    /// The number of messages sent to each input.
+    sent: Vec<u64>,
+}
+
+impl TestedComponent {
+    /// Builds a component of type `C`. `parameters` have their values as in a file, with units; the
+    /// others have their defaults. It is frozen until [`start`](Self::start).
+    ///
+    /// # Errors
+    /// If its constructor fails, or a parameter is not declared, malformed or missing.
+    pub fn build<C: Component>(parameters: &[(&str, &str)]) -> Result<Self, TestError> {
+        Self::try_build::<C>(parameters)
+            .map_err(|fault| TestError::NotBuilt { kind: C::KIND, fault })
+    }
+
+    fn try_build<C: Component>(parameters: &[(&str, &str)]) -> Result<Self, Fault> {
+        let identity = ProcessIdentity { name: C::KIND.into(), kind: C::KIND.into(), instance: 1 };
+        let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), false)?);
+        participant.clock.follow_readings();
+        participant.clock.apply_reading(ClockReading { stamp_s: START_S, instance: 1 });
+        participant.ports.start_recording();
+        let own = |(name, text): &(&str, &str)| ((*name).to_owned(), (*text).to_owned());
+        let values = parameters.iter().map(own).collect();
+        participant.parameters.answer_locally(values, ORIGIN)?;
+        let code = C::new(Armor { participant: Arc::clone(&participant) })?;
+        participant.parameters.wait_for_all(Duration::ZERO)?;
+        let inputs = participant.ports.inputs();
+        for input in &inputs {
+            input.connect(InputSettings {
+                id: input.id.clone(),
+                data: format!("test.{}", input.id),
+                keep: Keep::All,
+                wake: Wake::Sleep,
+                transport: Transport::Auto,
+            });
+        }
+        let mut component = RunningComponent::new(Box::new(code), Arc::clone(&participant), false);
+        component.deliver_parameters();
+        component.begin_life(false);
+        let mut tested = Self {
+            kind: C::KIND,
+            participant,
+            component,
+            passed: Duration::ZERO,
+            activations: 0,
+            reports: Vec::new(),
+            sent: vec![0; inputs.len()],
+        };
+        tested.take_reports();
+        Ok(tested)
+    }
+
+    /// Calls `exec` after each message from now on, as in a file that gives the component no rate.
+    pub fn execute_on_data(&mut self) {
+        self.component.set_executes_on_data(true);
+    }
+
+    /// Activates the component: `exec(Call::Started)`.
+    ///
+    /// # Errors
+    /// If it is active already.
+    pub fn start(&mut self) -> Result<(), TestError> {
+        if self.component.is_active() {
+            return Err(self.not_active("it is active already; stop it first"));
+        }
+        self.activations += 1;
+        let order = ActivationOrder { activation: self.activations, parameters: Vec::new() };
+        self.give_order(LifecycleOrder::Activate(order));
+        Ok(())
+    }
+
+    /// Freezes the component: `exec(Call::Stopping)`.
+    ///
+    /// # Errors
+    /// If it has not been started.
+    pub fn stop(&mut self) -> Result<(), TestError> {
+        if self.state() == RunState::Frozen {
+            return Err(self.not_active("it is frozen; start it first"));
+        }
+        self.give_order(LifecycleOrder::Freeze(self.activations));
+        Ok(())
+    }
+
+    fn give_order(&mut self, order: LifecycleOrder) {
+        self.participant.lifecycle.push_order(order);
+        self.component.obey_orders();
+        self.take_reports();
+    }
+
+    /// Lets time pass, then calls `exec(Call::Tick)`.
+    ///
+    /// # Errors
+    /// If the component is not active.
+    pub fn tick_after(&mut self, period: Duration) -> Result<(), TestError> {
+        self.check_active()?;
+        self.pass_time(period);
+        self.component.execute_call(Call::Tick);
+        self.take_reports();
+        Ok(())
+    }
+
+    /// Lets time pass without a call.
+    pub fn pass_time(&mut self, time: Duration) {
+        self.passed += time;
+        let stamp_s = START_S + self.passed.as_secs_f64();
+        self.participant.clock.apply_reading(ClockReading { stamp_s, instance: 1 });
+    }
+
+    /// System time, in seconds.
+    pub fn timestamp(&self) -> f64 {
+        self.participant.clock.timestamp()
+    }
+
+    /// Hands `message`, created now, to the component as data of `input`.
+    ///
+    /// # Errors
+    /// If there is no such input, it has another type, or the component is not active.
+    pub fn send<T: Message>(&mut self, input: &str, message: &T) -> Result<(), TestError> {
+        let inputs = self.participant.ports.inputs();
+        let Some(index) = inputs.iter().position(|port| port.id == input) else {
+            return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
+        };
+        let port = &inputs[index];
+        if port.schema_hash != T::schema_hash() {
+            return Err(other_type::<T>("input", input, port.type_name));
+        }
+        self.check_active()?;
+        let sequence = self.sent[index];
+        let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
+        self.sent[index] += 1;
+        self.component.deliver_data(index, header, 0, &codec::encode(message)?);
+        self.take_reports();
+        Ok(())
+    }
+
+    /// Changes a live parameter, as an edit of the file does in a running system.
+    ///
+    /// # Errors
+    /// If it is not declared, not live or not requested, or `text` is no value of it.
+    pub fn set_parameter(&mut self, name: &str, text: &str) -> Result<(), TestError> {
+        let parameters = &self.participant.parameters;
+        let fails = |problem: &str| {
+            Err(TestError::Parameter { name: name.into(), problem: problem.into() })
+        };
+        let Some(declared) = parameters.declaration(name) else {
+            return fails(&format!("`{}` declares no such parameter", self.kind));
+        };
+        if let Err(problem) = declared.parse(text) {
+            return fails(&problem);
+        }
+        if !declared.live {
+            return fails("it is not live: in a system it changes with the next start; build anew");
+        }
+        if parameters.list_unrequested().iter().any(|one| one.name == name) {
+            return fails("the component has not requested it; call `get_parameter` in `new`");
+        }
+        let assigned = Assigned { text: text.into(), base: String::new(), origin: ORIGIN.into() };
+        parameters.accept_answer(name, Some(&assigned));
+        self.component.deliver_parameters();
+        self.take_reports();
+        Ok(())
+    }
+
+    /// Returns all messages that have been published on `output`, in order.
+    ///
+    /// # Errors
+    /// If there is no such output, or it has another type.
+    pub fn outputs<T: Message>(&self, output: &str) -> Result<Vec<T>, TestError> {
+        let outputs = self.participant.ports.outputs();
+        let Some(port) = outputs.iter().find(|port| port.id == output) else {
+            let existing = outputs.iter().map(|port| port.id.as_str());
+            return Err(self.no_port("output", output, existing));
+        };
+        if port.schema_hash() != T::schema_hash() {
+            return Err(other_type::<T>("output", output, &port.entry.type_name));
+        }
+        let messages = port.recorded();
+        Ok(messages.iter().map(|bytes| codec::decode(bytes)).collect::<Result<_, _>>()?)
+    }
+
+    /// Returns the message that was published last on `output`.
+    ///
+    /// # Errors
+    /// As [`outputs`](Self::outputs), or if nothing was published.
+    pub fn last_output<T: Message>(&self, output: &str) -> Result<T, TestError> {
+        let last = self.outputs(output)?.pop();
+        last.ok_or_else(|| TestError::NothingPublished(output.into()))
+    }
+
+    /// Everything that the component has reported, in order.
+    pub fn reports(&self) -> &[ReportKind] {
+        &self.reports
+    }
+
+    /// The state that the component is in.
+    pub fn state(&self) -> RunState {
+        self.participant.lifecycle.state().state
+    }
+
+    fn take_reports(&mut self) {
+        let new = self.participant.reports.list_after(0);
+        if let Some(last) = new.last() {
+            self.participant.reports.remove_acknowledged(last.number);
+        }
+        self.reports.extend(new.into_iter().map(|report| report.outcome));
+    }
+
+    fn check_active(&self) -> Result<(), TestError> {
+        match (self.state(), self.reports.last()) {
+            (RunState::Active, _) => Ok(()),
+            (RunState::Failed, Some(ReportKind::Failed { reason })) => {
+                Err(self.not_active(&format!("it has failed: {reason}")))
+            }
+            (RunState::Done, _) => Err(self.not_active("it has reported that it is done")),
+            _ => Err(self.not_active("it is frozen; start it first")),
+        }
+    }
+
+    fn not_active(&self, why: &str) -> TestError {
+        TestError::NotActive { kind: self.kind, why: why.into() }
+    }
+
+    fn no_port<'a>(
+        &self,
+        noun: &'static str,
+        id: &str,
+        existing: impl Iterator<Item = &'a str>,
+    ) -> TestError {
+        let existing: Vec<_> = existing.collect();
+        let existing = if existing.is_empty() { "none".into() } else { existing.join(", ") };
+        TestError::NoPort { kind: self.kind, noun, id: id.into(), existing }
+    }
+}
+
+fn other_type<T: Message>(noun: &'static str, id: &str, declared: &str) -> TestError {
+    TestError::OtherType { noun, id: id.into(), declared: declared.into(), given: T::NAME }
+}
+
+#[cfg(test)]
+mod tests;
