@@ -1,5 +1,8 @@
 //! The command line without a running system: exit codes, streams and advice.
 
+use std::fs::File;
+use std::process::Stdio;
+
 use crate::fixture::{Folder, run_to_end};
 
 #[test]
@@ -190,7 +193,18 @@ fn every_kind_is_described() {
 #[test]
 fn tools_without_a_system_print_how_to_start_one() {
     let folder = Folder::new("no-system");
-    for tool in [&["ps"][..], &["graph"], &["echo", "a.b"], &["hz", "a.b"], &["mission", "show"]] {
+    for tool in [
+        &["ps"][..],
+        &["graph"],
+        &["echo", "a.b"],
+        &["hz", "a.b"],
+        &["data", "list"],
+        &["watch", "a"],
+        &["restart", "a"],
+        &["stop", "--all"],
+        &["log", "a", "debug"],
+        &["mission", "show"],
+    ] {
         let (code, out, err) = run_to_end(&mut folder.armor(tool));
         assert_eq!((code, out.as_str()), (1, ""), "{tool:?}: {err}");
         assert!(err.contains("armor run"), "{tool:?}: {err}");
@@ -205,4 +219,67 @@ fn shells_get_completions() {
         assert_eq!(code, 0);
         assert!(out.contains("describe"), "{shell}");
     }
+}
+
+#[test]
+fn a_closed_pipe_is_the_quiet_end_of_every_command() {
+    let folder = Folder::new("closed-pipe");
+    folder.script("arm", "exit");
+    folder.write("fine.xml", FINE);
+    folder.write("ugly.xml", &FINE.replace("  <system>", "<system>"));
+    folder.write("net.net", "net n\ntr t a -> b\npl a (1)\n");
+    for arguments in [
+        &["completions", "bash"][..],
+        &["--help"],
+        &["component", "--help"],
+        &["component", "driver", "--help"],
+        &["describe"],
+        &["describe", "simulator"],
+        &["describe", "--format", "json"],
+        &["explain"],
+        &["explain", "E0105"],
+        &["check", "fine.xml"],
+        &["check", "fine.xml", "--format", "json"],
+        &["fmt", "ugly.xml"],
+        &["net", "info", "net.net"],
+        &["net", "check", "net.net"],
+        &["param", "list", "--file", "fine.xml"],
+        &["new", "blinker"],
+        &["sdk", "copied"],
+    ] {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut command = folder.armor(arguments);
+        command.stdout(writer).stderr(Stdio::piped());
+        let ended = command.spawn().expect("armor starts").wait_with_output().expect("it ends");
+        let err = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!((ended.status.code(), err.as_ref()), (Some(0), ""), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_file_can_come_from_a_pipe() {
+    let folder = Folder::new("stdin");
+    folder.script("arm", "exit");
+    let from_stdin = |text: &str| {
+        let file = File::open(folder.write("piped", text)).expect("it exists");
+        run_to_end(folder.armor(&["check", "-"]).stdin(file))
+    };
+    let (code, out, err) = from_stdin(FINE);
+    assert_eq!((code, out.as_str()), (0, "<stdin> is fine\n"), "{err}");
+    let (code, _, err) = from_stdin(&FINE.replace("kind=\"arm\"", "kind=\"amr\""));
+    assert!(code == 1 && err.contains("<stdin>:3:") && err.contains("did you mean arm?"), "{err}");
+}
+
+#[test]
+fn an_unknown_kind_names_where_it_was_looked_for() {
+    let folder = Folder::new("unknown-kind");
+    folder.write("robot.xml", &FINE.replace("kind=\"arm\"", "kind=\"gripper\""));
+    let check = || run_to_end(&mut folder.armor(&["check", "robot.xml"])).2;
+    let err = check();
+    assert!(err.contains("/components, which does not exist"), "{err}");
+    std::fs::create_dir(folder.path().join("components")).expect("writable");
+    folder.write("components/gripper", "#!/bin/sh\n");
+    let err = check();
+    assert!(err.contains("/components/gripper exists, but is not executable: chmod +x"), "{err}");
 }

@@ -4,6 +4,7 @@ mod changes;
 mod checks;
 mod command;
 mod command_line;
+mod component_orders;
 mod dates;
 mod dice;
 mod evaluation;

@@ -53,6 +53,24 @@ fn a_users_own_component_runs_and_is_supervised() {
     mission(&folder);
 }
 
+#[test]
+fn a_copied_program_with_a_copy_of_the_sdk_creates_a_component_that_builds() {
+    let folder = Folder::new("copied-program");
+    let bin = folder.path().join("bin");
+    std::fs::create_dir_all(&bin).expect("writable");
+    let (code, out, err) = run_to_end(&mut folder.armor(&["sdk", "bin/sdk"]));
+    assert!(code == 0 && out.contains("a part of Armor's sources"), "{out}{err}");
+    let program = bin.join("armor");
+    std::fs::copy(env!("CARGO_BIN_EXE_armor"), &program).expect("copied");
+    let mut new = Command::new(&program);
+    let (code, out, err) = run_to_end(new.args(["new", "odd-counter"]).current_dir(folder.path()));
+    assert!(code == 0 && out.contains("a copy made by `armor sdk`"), "{out}{err}");
+    // Neither the program nor its copy of the SDK is needed any more.
+    std::fs::remove_dir_all(&bin).expect("removable");
+    let executable = build(&folder.path().join("odd-counter"));
+    crate::manifests::keeps_to_the_schema(&executable);
+}
+
 /// A mission with it resumes at the same marking after a kill of the executive, and exits with 0.
 fn mission(folder: &Folder) {
     let places = r#"

@@ -109,6 +109,7 @@ impl Component for Probe {
             "panic" => self.panic = u64::try_from(value.integer()?)?,
             "fail" => self.fail = u64::try_from(value.integer()?)?,
             "work" => self.work = Duration::from_secs_f64(value.number()?),
+            "mark" if value.text()? == "refused" => return Err("it is refused".into()),
             "mark" => self.trace.note(format_args!("mark {}", value.text()?))?,
             "ask" if !value.text()?.is_empty() => self.armor.get_parameter(value.text()?)?,
             _ => {}

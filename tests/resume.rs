@@ -55,8 +55,10 @@ fn a_mission_resumes_after_all_processes_have_died() {
     let mut system = relay("resumed");
     power_fails(&mut system.run);
     let folder = &system.folder;
+    let crashed = system.run.log();
     let mut again = folder.run("out", &["probes.xml", "--resume"]);
     is_in_second(folder, &again);
+    assert!(again.log().starts_with(&crashed), "the log continues\n{}", again.log());
     assert!(again.log().contains("continues mission relay, "), "{}", again.log());
     assert!(again.log().contains("continues where it stopped: second"), "{}", again.log());
     assert_eq!(system.trace("one").count("started"), 1, "its work was done before");
@@ -68,6 +70,8 @@ fn a_mission_resumes_after_all_processes_have_died() {
     fresh_run.wait_for_log("an unfinished mission was here and is kept", 1);
     assert!(fresh_run.log().contains("out/unfinished-1 --resume"), "{}", fresh_run.log());
     power_fails(&mut fresh_run);
+    let kept = std::fs::read_to_string(again.out().join("unfinished-1/logs/all.log"));
+    assert!(kept.expect("kept with its mission").starts_with(&crashed));
     let third = folder.run("out/unfinished-1", &["probes.xml", "--resume"]);
     is_in_second(folder, &third);
     assert_eq!(system.trace("one").count("started"), 2, "this one has gone on");

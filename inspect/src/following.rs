@@ -32,17 +32,18 @@ pub struct FollowingTap {
 }
 
 impl FollowingTap {
-    /// Links to `data`, which must be provided already. `report_end` is called with the reason
-    /// whenever a link ends, before waiting for the next provider.
+    /// Links to `data`; waits until `timeout` for a provider. `report_end` is called with the
+    /// reason whenever a link ends, before waiting for the next provider.
     ///
     /// # Errors
     /// If no component provides it, or the provider cannot be reached.
     pub fn begin(
         observed: ObservedSystem,
         data: &str,
+        timeout: Duration,
         report_end: impl Fn(&str) + 'static,
     ) -> Result<Self, TapError> {
-        let tap = observed.tap(data)?;
+        let tap = observed.tap_within(data, timeout)?;
         Ok(Self { observed, data: data.into(), tap, report_end: Box::new(report_end) })
     }
 

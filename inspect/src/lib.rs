@@ -14,6 +14,7 @@ mod observation;
 mod observed;
 mod orders;
 mod parameters;
+pub mod run_control;
 mod series;
 pub mod systems;
 mod values;

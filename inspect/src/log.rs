@@ -73,10 +73,13 @@ impl LogLine {
         }
     }
 
-    /// Parses a line of `logs/all.log`: time, name, level in five columns, text.
+    /// Parses a line of `logs/all.log`: date, time, name, level in five columns, text.
     pub fn of_file(text: &str) -> Self {
         let parts = || -> Option<Self> {
-            let (time, rest) = text.trim_start().split_once(' ')?;
+            let is_date = |word: &str| word.ends_with('Z') && word.contains('T');
+            let undated = text.split_once(' ').filter(|(word, _)| is_date(word));
+            let undated = undated.map_or(text, |(_, rest)| rest);
+            let (time, rest) = undated.trim_start().split_once(' ')?;
             let (name, rest) = rest.split_once(' ')?;
             let (level, text) = (rest.get(..5)?, rest.get(5..)?);
             let is_level = ["", "ERROR", "WARN", "INFO", "DEBUG", "TRACE"].contains(&level.trim());
@@ -260,6 +263,10 @@ mod tests {
     fn lines_are_read_as_armor_writes_them() {
         let check = |text: &str, expected: LogLine| assert_eq!(LogLine::of_file(text), expected);
         check("  12.346 laser  INFO up port=7", line(Some(12.346), "laser", "INFO", "up port=7"));
+        check(
+            "2026-11-21T14:30:05.120Z   12.346 laser  INFO up port=7",
+            line(Some(12.346), "laser", "INFO", "up port=7"),
+        );
         check("   0.100 laser ERROR no", line(Some(0.1), "laser", "ERROR", "no"));
         check("   0.100 laser       indented", line(Some(0.1), "laser", "", "indented"));
         check("7 lines were left out", line(None, "armor", "", "7 lines were left out"));

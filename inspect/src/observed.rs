@@ -83,12 +83,29 @@ impl ObservedSystem {
         Ok(sightings)
     }
 
+    /// Asks one component for its status.
+    ///
+    /// # Errors
+    /// In words, if it is not registered or does not answer.
+    pub fn ask_component(&self, name: &str) -> Result<Status, String> {
+        let entry = self.directory.component(name, STATUS_WITHIN);
+        self.ask_status(&entry.map_err(|error| error.to_string())?)
+    }
+
     /// Links to the data of one output.
     ///
     /// # Errors
     /// If no component provides it, or its provider cannot be reached.
     pub fn tap(&self, data: &str) -> Result<Tap, TapError> {
-        Tap::open(&self.directory, data, TAP_KEEP, REGISTRY_WITHIN)
+        self.tap_within(data, REGISTRY_WITHIN)
+    }
+
+    /// As [`Self::tap`]; waits until `timeout` for a provider.
+    ///
+    /// # Errors
+    /// If no component provides it, or its provider cannot be reached.
+    pub fn tap_within(&self, data: &str, timeout: Duration) -> Result<Tap, TapError> {
+        Tap::open(&self.directory, data, TAP_KEEP, timeout)
     }
 
     fn ask_status(&self, entry: &ComponentEntry) -> Result<Status, String> {

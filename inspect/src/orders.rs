@@ -224,8 +224,29 @@ fn order_text(order: &Order) -> String {
 
 /// Returns `user@host`, as far as it is known: the default author of orders.
 pub fn this_user() -> String {
-    let user = ["USER", "LOGNAME"].iter().find_map(|name| std::env::var(name).ok());
-    let user = user.filter(|user| !user.is_empty());
-    let user = user.unwrap_or_else(|| format!("user {}", rustix::process::getuid().as_raw()));
+    let mut named = ["USER", "LOGNAME"].iter().filter_map(|name| std::env::var(name).ok());
+    let user = named.find(|user| !user.is_empty());
+    let id = rustix::process::getuid().as_raw();
+    // A service or a container has no such variable.
+    let user = user.or_else(|| find_user(&std::fs::read_to_string("/etc/passwd").ok()?, id));
+    let user = user.unwrap_or_else(|| format!("user {id}"));
     format!("{user}@{}", rustix::system::uname().nodename().to_string_lossy())
+}
+
+/// Returns the name of a user in the text of `/etc/passwd`.
+fn find_user(passwd: &str, id: u32) -> Option<String> {
+    let is_it = |line: &&str| line.split(':').nth(2) == Some(id.to_string().as_str());
+    passwd.lines().find(is_it)?.split(':').next().map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_user_without_variables_has_the_name_of_the_account() {
+        let passwd = "root:x:0:0:root:/root:/bin/sh\nruth:x:1000:1000::/home/ruth:/bin/sh\n";
+        assert_eq!(find_user(passwd, 1000).as_deref(), Some("ruth"));
+        assert_eq!(find_user(passwd, 100), None);
+    }
 }

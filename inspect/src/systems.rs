@@ -154,6 +154,8 @@ pub fn list_running(directory: &Path) -> Result<Vec<RunRecord>, SystemsError> {
         let Ok(file) = File::open(&path) else { continue };
         if file.try_lock_shared().is_ok() {
             let _ = fs::remove_file(&path);
+            // The launcher's socket for requests, which a killed launcher leaves behind.
+            let _ = fs::remove_file(path.with_extension("sock"));
             continue;
         }
         if let Ok(record) = serde_json::from_reader(io::BufReader::new(file)) {

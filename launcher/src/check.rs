@@ -1,6 +1,6 @@
 //! `armor check FILE...`: proves a file, and prints all findings.
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -9,8 +9,8 @@ use anyhow::{Context, Result};
 use armor_executive::RunError;
 use armor_plan::{PLAYED, Plan};
 use armor_robotfile::{
-    Code, Colours, Configuration, Finding, Findings, NeededPath, Override, Reading, Severity,
-    needed_paths, passed_dates,
+    Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, NeededPath, Override, Reading,
+    Severity, needed_paths, passed_dates,
 };
 use clap::Args;
 
@@ -18,6 +18,7 @@ use crate::arguments::{KindFolders, OutputFormat};
 use crate::exit::CommandEnding;
 use crate::kinds::Catalogue;
 use crate::print;
+use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 
 /// Longest time to prove a mission. One that is drawn by hand takes milliseconds.
@@ -26,6 +27,9 @@ const PROOF_WITHIN: Duration = Duration::from_secs(5);
 /// a hang.
 const SHORT_PROOF_WITHIN: Duration = Duration::from_millis(500);
 
+/// The name of stdin in findings.
+const STDIN_NAME: &str = "<stdin>";
+
 /// A file with its findings.
 pub struct CheckedFile {
     reading: Reading,
@@ -33,10 +37,17 @@ pub struct CheckedFile {
     pub catalogue: Catalogue,
 }
 
+/// Stands for stdin where a file is expected.
+pub const STDIN: &str = "-";
+
 /// Check files and print all findings.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor check robot.xml
+  armor check --strict missions/*.xml    fail on warnings too
+  generate-robot | armor check -         from a pipe")]
 pub struct CheckArguments {
-    /// The system and mission files.
+    /// The system and mission files; - is stdin, as if it were a file in this folder.
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Fail on warnings too.
@@ -63,7 +74,14 @@ fn check_files(arguments: &CheckArguments, format: OutputFormat) -> Result<Comma
     let mut ending = CommandEnding::Fine;
     let mut gravest = None;
     for file in &arguments.files {
-        let checked = load_file(file, &arguments.overrides, &arguments.kinds)?;
+        let is_stdin = file.as_os_str() == STDIN;
+        let name = if is_stdin { Path::new(STDIN_NAME) } else { file };
+        let reading = if is_stdin {
+            read_stdin(std::io::stdin().lock())
+        } else {
+            armor_robotfile::load(file)
+        };
+        let checked = check_reading(reading, &arguments.overrides, &arguments.kinds)?;
         let findings = &checked.reading.findings;
         print_findings(&checked.shown(format), format);
         gravest =
@@ -72,12 +90,12 @@ fn check_files(arguments: &CheckArguments, format: OutputFormat) -> Result<Comma
         if checked.accepted().is_none() || (arguments.strict && warnings > 0) {
             ending = CommandEnding::Failed;
         } else if warnings == 0 && format != OutputFormat::Json {
-            println!("{} is fine", file.display());
+            end_printing(print_line(format_args!("{} is fine", name.display())))?;
         }
         if let Some(takes) = findings.iter().find(|finding| finding.code == Code::Takes)
             && format != OutputFormat::Json
         {
-            println!("{}: {}", file.display(), takes.message);
+            end_printing(print_line(format_args!("{}: {}", name.display(), takes.message)))?;
         }
     }
     print_hint(gravest, format);
@@ -89,8 +107,15 @@ fn check_files(arguments: &CheckArguments, format: OutputFormat) -> Result<Comma
 /// # Errors
 /// If the current folder is gone, or the kinds cannot be read. Faults of the file are findings.
 pub fn load_file(file: &Path, sets: &[String], kinds: &KindFolders) -> Result<CheckedFile> {
+    check_reading(armor_robotfile::load(file), sets, kinds)
+}
+
+fn check_reading(
+    mut reading: Reading,
+    sets: &[String],
+    kinds: &KindFolders,
+) -> Result<CheckedFile> {
     let folder = std::env::current_dir().context("the current folder is gone")?;
-    let mut reading = armor_robotfile::load(file);
     let (overrides, malformed) = parse_overrides(sets, &folder);
     reading.findings.extend(malformed);
     let files = reading.files.clone();
@@ -114,6 +139,17 @@ pub fn load_file(file: &Path, sets: &[String], kinds: &KindFolders) -> Result<Ch
     }
     reading.findings.sort();
     Ok(CheckedFile { reading, catalogue })
+}
+
+/// Reads a file that a pipe brings. Files that it names are read relative to the current folder.
+fn read_stdin(stdin: impl Read) -> Reading {
+    let mut bytes = Vec::new();
+    let limit = MAX_FILE_BYTES as u64 + 1;
+    let mut taken = Some(stdin.take(limit).read_to_end(&mut bytes).map(|_| bytes));
+    armor_robotfile::read(Path::new(STDIN_NAME), &mut |path| match taken.take() {
+        Some(bytes) => bytes,
+        None => armor_robotfile::read_bytes(path),
+    })
 }
 
 /// Returns what only the executive finds in a mission: that it cannot play it, or results of the

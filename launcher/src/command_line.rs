@@ -11,6 +11,7 @@ use crate::arguments::OutputFormat;
 use crate::check::CheckArguments;
 use crate::completions::CompletionsArguments;
 use crate::component_cli::ComponentArguments;
+use crate::component_orders::{LogArguments, RestartArguments, StopArguments, WatchArguments};
 use crate::daemon::configd::ConfigdArguments;
 use crate::daemon::executive::ExecutiveArguments;
 use crate::daemon::registry::RegistryArguments;
@@ -18,6 +19,7 @@ use crate::evaluate_cli::EvalArguments;
 use crate::explain::ExplainArguments;
 use crate::fmt::FmtArguments;
 use crate::guard::GuardArguments;
+use crate::inspect_cli::data::DataCommand;
 use crate::inspect_cli::describe::DescribeArguments;
 use crate::inspect_cli::echo::EchoArguments;
 use crate::inspect_cli::graph::GraphArguments;
@@ -25,6 +27,7 @@ use crate::inspect_cli::hz::HzArguments;
 use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::new::NewArguments;
+use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
 use crate::petri_cli::arguments::NetCommand;
 use crate::run::arguments::RunArguments;
@@ -73,15 +76,21 @@ commands! {
     Explain(ExplainArguments),
     Fmt(FmtArguments),
     Ps(PsArguments),
+    #[command(subcommand)] Data(DataCommand),
     Describe(DescribeArguments),
     Graph(GraphArguments),
     Echo(EchoArguments),
     Hz(HzArguments),
+    Watch(WatchArguments),
+    Restart(RestartArguments),
+    Stop(StopArguments),
+    Log(LogArguments),
     #[command(subcommand)] Mission(MissionCommand),
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
     #[command(subcommand)] Param(ParamCommand),
     New(NewArguments),
+    Sdk(SdkArguments),
     Completions(CompletionsArguments),
     Registry(RegistryArguments),
     Configd(ConfigdArguments),

@@ -8,7 +8,7 @@ use clap_complete::Shell;
 
 use crate::arguments::OutputFormat;
 use crate::command_line::CommandLine;
-use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_text};
 use crate::verb::Verb;
 
 /// Print a completion script for a shell.
@@ -21,7 +21,9 @@ pub struct CompletionsArguments {
 impl Verb for CompletionsArguments {
     fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
         let mut program = CommandLine::command();
-        clap_complete::generate(self.shell, &mut program, "armor", &mut std::io::stdout());
-        Ok(CommandEnding::Fine.into())
+        // Into memory first: the generator panics when stdout is closed.
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut program, "armor", &mut script);
+        Ok(end_printing(print_text(String::from_utf8_lossy(&script)))?.into())
     }
 }

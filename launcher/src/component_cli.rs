@@ -7,8 +7,8 @@ use anyhow::{Result, bail};
 use clap::{Args, Command};
 
 use crate::arguments::OutputFormat;
-use crate::exit::CommandEnding;
 use crate::kinds::stock::STOCK;
+use crate::print::{end_printing, print_text};
 use crate::verb::Verb;
 
 /// Run one stock component alone.
@@ -29,8 +29,8 @@ impl Verb for ComponentArguments {
         // The flags after a kind are the component's, so clap looks for none in this command.
         if ["--help", "-h"].contains(&kind.as_str()) {
             let command = Command::new("component").bin_name("armor component");
-            Self::augment_args(command).print_long_help()?;
-            return Ok(CommandEnding::Fine.into());
+            let help = Self::augment_args(command).render_long_help();
+            return Ok(end_printing(print_text(help))?.into());
         }
         let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {
             let known: Vec<_> = STOCK.iter().map(|stock| stock.kind).collect();

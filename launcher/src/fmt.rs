@@ -1,6 +1,6 @@
 //! `armor fmt FILE...`: formats files. Content and comments stay.
 
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -10,15 +10,18 @@ use clap::Args;
 use serde_json::json;
 
 use crate::arguments::OutputFormat;
+use crate::check::STDIN;
 use crate::exit::CommandEnding;
 use crate::print;
+use crate::print::StdoutClosed;
 use crate::verb::Verb;
 
-/// Stands for stdin where a file is expected.
-const STDIN: &str = "-";
-
-/// OutputFormat files: indentation, spaces, blank lines. The content does not change.
+/// Format files: indentation, spaces, blank lines. The content does not change.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor fmt robot.xml
+  armor fmt --check missions/*.xml    change nothing, fail if a file would change
+  armor fmt - < robot.xml             from stdin to stdout")]
 pub struct FmtArguments {
     /// The files; - is stdin, written to stdout.
     #[arg(required = true)]
@@ -40,11 +43,16 @@ impl Verb for FmtArguments {
 /// # Errors
 /// If stdout cannot be written, or stdin is formatted among other files.
 fn format_files(arguments: &FmtArguments, format: OutputFormat) -> Result<CommandEnding> {
-    let (mut out, mut err) = (std::io::stdout().lock(), std::io::stderr().lock());
+    let (mut out, mut err) = (io::stdout().lock(), io::stderr().lock());
     let colours = if print::wants_colours(&err) { Colours::Yes } else { Colours::No };
-    let stdin = &mut std::io::stdin().lock();
+    let stdin = &mut io::stdin().lock();
     let mut formatter = Formatter { stdin, out: &mut out, err: &mut err, format, colours };
-    formatter.all(&arguments.files, arguments.check)
+    let done = formatter.all(&arguments.files, arguments.check);
+    // Files are read and saved with findings of their own: only a stream can be a broken pipe here.
+    done.map_err(|error| match error.downcast_ref::<io::Error>() {
+        Some(io) if io.kind() == io::ErrorKind::BrokenPipe => StdoutClosed.into(),
+        _ => error,
+    })
 }
 
 struct Formatter<'a> {

@@ -13,6 +13,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -61,6 +62,10 @@ pub struct Catalogue {
     problems: Vec<Finding>,
     /// The executables among it, each with its kind of finding.
     broken: Vec<(PathBuf, Code)>,
+    /// Files of the component directories without execute permission.
+    not_executable: Vec<PathBuf>,
+    /// The component directories, and whether each exists.
+    searched: Vec<(PathBuf, bool)>,
 }
 
 impl Catalogue {
@@ -95,8 +100,10 @@ impl Catalogue {
             catalogue.add(manifest, Origin::Stock);
         }
         let ours = companions::list_programs(own);
-        let others = folders::executables(directories, files, &mut catalogue.problems);
-        let executables = once(ours.chain(others));
+        let found = folders::search_folders(directories, files, &mut catalogue.problems);
+        catalogue.not_executable = found.not_executable;
+        catalogue.searched = found.searched;
+        let executables = once(ours.chain(found.executables));
         for (path, answer) in ask::ask_executables(executables, cache) {
             match answer {
                 Ok(manifest) => catalogue.add(manifest, Origin::Executable(path)),
@@ -114,7 +121,7 @@ impl Catalogue {
         directories: &[PathBuf],
         files: impl IntoIterator<Item = &'a Path>,
     ) -> Vec<(PathBuf, Option<Identity>)> {
-        let others = folders::executables(directories, files, &mut Vec::new());
+        let others = folders::search_folders(directories, files, &mut Vec::new()).executables;
         let executables =
             once(companions::list_programs(companions::own_folder().as_deref()).chain(others));
         let identity = |path: &PathBuf| Identity::of(path).ok();
@@ -146,8 +153,8 @@ impl Catalogue {
         findings
     }
 
-    /// Adds a remedy to the finding of each unknown kind: the unusable executable of its name, or
-    /// how to build it.
+    /// Adds a remedy to the finding of each unknown kind: the unusable executable of its name, how
+    /// to build it, or where it was looked for.
     pub fn point_to_broken(&self, findings: &mut Findings) {
         for finding in findings.iter_mut().filter(|finding| finding.code == Code::UnknownKind) {
             let kind = finding.at.as_ref().map(|at| at.text());
@@ -162,8 +169,33 @@ impl Catalogue {
             if let Some((path, code)) = self.broken.iter().find(|(path, _)| is_it(path)) {
                 let (path, code) = (path.display(), code.as_str());
                 finding.remedy = format!("{path} exists, but did not describe itself ({code})");
+            } else if let Some(path) = self.not_executable.iter().find(|path| is_it(path)) {
+                let path = path.display();
+                finding.remedy = format!("{path} exists, but is not executable: chmod +x {path}");
+            } else if !finding.remedy.starts_with("did you mean")
+                && kind.and_then(companions::suggest_build).is_none()
+            {
+                finding.remedy += "; ";
+                finding.remedy += &self.describe_search();
             }
         }
+    }
+
+    /// Where kinds were looked for, and what there could have been one.
+    fn describe_search(&self) -> String {
+        let folders = self.searched.iter().map(|(folder, exists)| {
+            let missing = if *exists { "" } else { ", which does not exist" };
+            format!("{}{missing}", folder.display())
+        });
+        let places: Vec<_> = std::iter::once("armor itself".to_owned()).chain(folders).collect();
+        let scripts = self.not_executable.iter().filter(|path| is_script(path));
+        let scripts: Vec<_> = scripts.map(|path| path.display().to_string()).collect();
+        let scripts = match &scripts[..] {
+            [] => String::new(),
+            [one] => format!("; {one} is a script, but is not executable: chmod +x {one}"),
+            several => format!("; these are scripts, but not executable: {}", several.join(", ")),
+        };
+        format!("looked in {}{scripts}", places.join("; in "))
     }
 
     fn add(&mut self, manifest: Manifest, origin: Origin) {
@@ -174,6 +206,13 @@ impl Catalogue {
             Entry::Occupied(mut entry) => entry.get_mut().rivals.push(origin),
         }
     }
+}
+
+/// Returns whether a file begins as a script does.
+fn is_script(path: &Path) -> bool {
+    let mut first = [0; 2];
+    std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok()
+        && first == *b"#!"
 }
 
 /// Returns each executable once, even if several links lead to it.

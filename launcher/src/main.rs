@@ -4,12 +4,17 @@
 //! Start with [`command_line`] (the list of commands), then [`run`] and its `supervisor` (what
 //! keeps a system running).
 
+// `println!` panics when a pipe is closed; [`print`] ends the command quietly.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod arguments;
 mod check;
 mod command_line;
 mod completions;
 mod component_cli;
+mod component_orders;
 mod daemon;
+mod date;
 mod evaluate_cli;
 mod exit;
 mod explain;
@@ -36,6 +41,7 @@ use clap::{CommandFactory, FromArgMatches};
 use arguments::OutputFormat;
 use command_line::{ArmorCommand, CommandLine};
 use exit::CommandEnding;
+use print::{StdoutClosed, print_notice};
 
 fn main() -> ExitCode {
     let matches = ignore_empty_variables(CommandLine::command()).get_matches();
@@ -46,7 +52,10 @@ fn main() -> ExitCode {
         CommandLine::command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
     }
     command.run_command(format).unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        if error.is::<StdoutClosed>() {
+            return CommandEnding::Fine.into();
+        }
+        print_notice(format_args!("error: {error:#}"));
         CommandEnding::Failed.into()
     })
 }

@@ -1,7 +1,9 @@
 //! `armor new NAME`: the project of a component that builds and runs.
 
+pub mod sdk;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
@@ -11,10 +13,10 @@ use clap::Args;
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
 use crate::kinds::stock::STOCK;
+use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
+use sdk::{SdkSource, VENDORED};
 
-/// Where armor-sdk was when this program was built.
-const BUILT_WITH_SDK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../sdk");
 const MAIN: &str = include_str!("new/main.rs.txt");
 /// The files of a project, with `{{name}}`, `{{Type}}` and `{{sdk}}` to be filled in.
 const FILES: [(&str, &str); 4] = [
@@ -26,15 +28,23 @@ const FILES: [(&str, &str); 4] = [
 
 /// Create the project of a new component.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor new blinker                       uses the SDK next to this program, or Armor's sources
+  armor new blinker --vendor              with a copy of the SDK inside the project
+  armor new blinker --path parts/blinker --sdk ~/armor/sdk")]
 pub struct NewArguments {
     /// Name of the component: its kind, its folder and its package.
     pub name: String,
     /// Folder to write. Default: NAME in the current one.
     #[arg(long, value_name = "DIR")]
     pub path: Option<PathBuf>,
-    /// Folder of armor-sdk. Default: the one this program was built with.
+    /// Folder of armor-sdk. Default: a copy in the folder `sdk` next to this program, else the
+    /// sources that this program was built from.
     #[arg(long, value_name = "DIR")]
     pub sdk: Option<PathBuf>,
+    /// Copy armor-sdk into the project, which then needs no other folder.
+    #[arg(long)]
+    pub vendor: bool,
 }
 
 impl Verb for NewArguments {
@@ -58,11 +68,15 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
     if STOCK.iter().any(|stock| stock.kind == name) {
         bail!("{name} is a stock component's kind; give yours another name");
     }
-    let sdk = sdk(arguments.sdk.as_deref())?;
+    let source = SdkSource::find(arguments.sdk.as_deref())?;
     let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
     if folder.exists() {
         bail!("{} exists already; remove it or give another --path", folder.display());
     }
+    // A copy next to the program would move with it, so the project gets its own.
+    let is_copied =
+        arguments.vendor || (arguments.sdk.is_none() && matches!(source, SdkSource::Copy(_)));
+    let sdk = if is_copied { PathBuf::from(VENDORED).join("sdk") } else { source.crate_folder() };
     for (file, text) in FILES {
         let text = text
             .replace("{{name}}", name)
@@ -73,18 +87,17 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
             .and_then(|()| fs::write(&path, text));
         written.with_context(|| format!("{} cannot be written", path.display()))?;
     }
-    println!("{} is created. Next:", folder.display());
-    println!("  cd {} && cargo test && cargo run -- --describe", folder.display());
-    println!("and read its README.md.");
-    Ok(CommandEnding::Fine)
-}
-
-fn sdk(given: Option<&Path>) -> Result<PathBuf> {
-    let path = given.unwrap_or(Path::new(BUILT_WITH_SDK));
-    match path.canonicalize() {
-        Ok(path) if path.join("Cargo.toml").is_file() => Ok(path),
-        _ => bail!("armor-sdk is not in {}; specify it with --sdk DIR", path.display()),
-    }
+    let at = folder.display();
+    let origin = if is_copied {
+        source.copy_to(&folder.join(VENDORED))?;
+        format!("copied into {at}/{VENDORED} from {source}")
+    } else {
+        format!("used from {source}")
+    };
+    end_printing(print_line(format_args!(
+        "{at} is created; armor-sdk is {origin}. Next:\n  cd {at} && cargo test && cargo run -- --describe\nand read its \
+         README.md."
+    )))
 }
 
 /// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something
@@ -102,7 +115,12 @@ mod tests {
     use crate::scratch::ScratchFolder;
 
     fn new(name: &str, path: PathBuf) -> Result<CommandEnding> {
-        create_project(&NewArguments { name: name.into(), path: Some(path), sdk: None })
+        create_project(&NewArguments {
+            name: name.into(),
+            path: Some(path),
+            sdk: None,
+            vendor: false,
+        })
     }
 
     #[test]
@@ -118,6 +136,18 @@ mod tests {
         assert!(main.contains("struct LaserScanner"), "{main}");
         let error = new("laser-scanner", folder).expect_err("it exists already");
         assert!(error.to_string().contains("--path"), "{error}");
+    }
+
+    #[test]
+    fn a_project_with_its_own_copy_names_no_folder_outside() {
+        let scratch = ScratchFolder::new("new-vendored");
+        let folder = scratch.path().join("imu");
+        let (name, path) = ("imu".into(), Some(folder.clone()));
+        let arguments = NewArguments { name, path, sdk: None, vendor: true };
+        create_project(&arguments).expect("written");
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).expect("it exists");
+        assert!(manifest.contains("path = \"vendor/armor/sdk\""), "{manifest}");
+        assert!(folder.join("vendor/armor/sdk/src/lib.rs").is_file());
     }
 
     #[test]

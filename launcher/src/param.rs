@@ -14,8 +14,7 @@ use serde_json::json;
 
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
-use crate::print;
-use crate::print::{end_printing, print_line};
+use crate::print::{Table, end_printing, print_line, print_notice, terminal_width};
 use crate::verb::Verb;
 use arguments::{
     DiffArguments, GetArguments, ListArguments, ParamCommand, ParameterSource, SetArguments,
@@ -55,7 +54,8 @@ fn print_parameters(arguments: &ListArguments, format: OutputFormat) -> Result<(
     let rows: Vec<_> = found.parameters.iter().map(|one| format_row(one, with_places)).collect();
     let mut headings = vec!["PARAMETER", "VALUE", "UNIT", "RANGE", "LIVE", "FROM"];
     headings.extend(with_places.then_some("IN PLACES"));
-    print_line(print::format_table(&headings, &rows).trim_end())
+    let table = Table::new(&headings, rows).dispensable(&["LIVE", "UNIT"]);
+    print_line(table.format(terminal_width()).trim_end())
 }
 
 fn format_row(one: &ListedParameter, with_places: bool) -> Vec<String> {
@@ -74,11 +74,11 @@ fn quote_value(text: &str) -> String {
 
 fn warn_if_refused(found: &ParameterList) {
     if found.refused {
-        eprintln!(
+        print_notice(format_args!(
             "warning: the file on the disk is not valid; these are the values of version {}, which \
              is in force",
             found.version
-        );
+        ));
     }
 }
 

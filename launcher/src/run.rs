@@ -8,6 +8,7 @@ mod output_folder;
 mod plan;
 mod port;
 pub mod process;
+mod requests;
 mod status;
 mod supervise;
 mod supervisor;
@@ -24,13 +25,15 @@ use serde_json::json;
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 use arguments::RunArguments;
 use armor_inspect::systems::{self, RunFile, RunRecord};
-use logs::RunLog;
+use logs::{EarlierLogs, RunLog};
 use plan::ProcessPlan;
 use port::PortLease;
 use status::{StatusLine, StatusObserver, StatusSources};
+use supervise::RunIdentity;
 use supervisor::{LogLevel, RunVerdict};
 
 /// Variables that direct a process to a system on another host; all processes of a run would
@@ -84,8 +87,9 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let _run_file = RunFile::write(&systems::record_directory()?, &record)?;
 
     let line = StatusLine::for_stderr();
-    let (log, sinks) =
-        RunLog::start(&out.path().join("logs"), &plan.names(), format, line.clone())?;
+    let earlier = if arguments.resume { EarlierLogs::Append } else { EarlierLogs::Replace };
+    let logs = out.path().join(unfinished::LOGS);
+    let (log, sinks) = RunLog::start(&logs, earlier, &plan.names(), format, line.clone())?;
     let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());
     log.report(plan::LAUNCHER, LogLevel::Info, text);
     if let Some((level, text)) = past {
@@ -117,7 +121,8 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
         StatusObserver::start(sources, line)
     });
     let observer = observer.transpose()?;
-    let supervision = supervise::supervise(plan, arguments.time, &log, restarts);
+    let identity = RunIdentity { system: name.clone(), time: arguments.time };
+    let supervision = supervise::supervise(plan, identity, &log, restarts);
     let verdict = runtime.block_on(supervision);
     if let Some(observer) = observer {
         observer.finish();
@@ -131,7 +136,8 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let ending = ending_of(&verdict);
     if format == OutputFormat::Json {
         let code = ending.code();
-        println!("{}", json!({"event": "end", "how": format_verdict(&verdict), "code": code}));
+        let end = json!({"event": "end", "how": format_verdict(&verdict), "code": code});
+        end_printing(print_line(end))?;
     }
     Ok(ending)
 }

@@ -1,11 +1,15 @@
 //! Finds the running system that a command inspects.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpStream};
+use std::time::Duration;
 
 use anyhow::{Result, bail};
 
-use crate::arguments::RunningSystem;
+use crate::arguments::{RunningSystem, default_registry};
 use armor_inspect::systems::{self, RunRecord};
+
+/// Longest wait for a listener on this host.
+const REGISTRY_WITHIN: Duration = Duration::from_millis(200);
 
 /// Returns the address of the selected system's registry: the given one, that of the system with
 /// the given name, or that of the only one.
@@ -17,7 +21,7 @@ pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
         return Ok(registry);
     }
     let records = systems::list_running(&systems::record_directory()?)?;
-    choose_system(records, running.system.as_deref())
+    choose_system(records, running.system.as_deref(), hint_at_registry)
 }
 
 /// Returns the record of the selected system, if this user runs it on this host.
@@ -29,12 +33,16 @@ pub fn find_record(running: &RunningSystem) -> Result<RunRecord> {
     if let Some(registry) = running.registry {
         records.retain(|record| record.registry == registry);
     }
-    let registry = choose_system(records.clone(), running.system.as_deref())?;
+    let registry = choose_system(records.clone(), running.system.as_deref(), hint_at_registry)?;
     records.retain(|record| record.registry == registry);
     Ok(records.swap_remove(0))
 }
 
-fn choose_system(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<SocketAddr> {
+fn choose_system(
+    mut records: Vec<RunRecord>,
+    name: Option<&str>,
+    hint: impl Fn() -> String,
+) -> Result<SocketAddr> {
     let all: Vec<String> = records.iter().map(describe_system).collect();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
@@ -42,7 +50,10 @@ fn choose_system(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<Sock
     match (&records[..], name) {
         ([only], _) => Ok(only.registry),
         ([], _) if all.is_empty() => {
-            bail!("no system is running; start one with `armor run FILE`, or give --registry")
+            bail!(
+                "no system is running; start one with `armor run FILE`, or give --registry{}",
+                hint()
+            )
         }
         ([], name) => {
             bail!(
@@ -67,6 +78,14 @@ fn choose_system(mut records: Vec<RunRecord>, name: Option<&str>) -> Result<Sock
     }
 }
 
+/// Names the registry at the default address, if one answers there that no `armor run` of this user
+/// has started: components may have been started by hand.
+fn hint_at_registry() -> String {
+    let default = default_registry();
+    let answers = TcpStream::connect_timeout(&default, REGISTRY_WITHIN).is_ok();
+    if answers { format!(", such as {default}, where something listens") } else { String::new() }
+}
+
 fn describe_system(record: &RunRecord) -> String {
     let RunRecord { system, registry, pid, file, .. } = record;
     format!("  --system {system}  --registry {registry}  (process {pid}, {})", file.display())
@@ -89,7 +108,7 @@ mod tests {
 
     fn check(systems: &[(&str, u16)], name: Option<&str>, expected: Result<u16, &str>) {
         let records = systems.iter().map(|(system, port)| find_record(system, *port)).collect();
-        match (choose_system(records, name), expected) {
+        match (choose_system(records, name, || ", such as 7".into()), expected) {
             (Ok(address), Ok(port)) => assert_eq!(address.port(), port),
             (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{error}"),
             (got, expected) => panic!("{got:?} instead of {expected:?}"),
@@ -98,7 +117,7 @@ mod tests {
 
     #[test]
     fn the_only_one_or_the_named_one() {
-        check(&[], None, Err("armor run"));
+        check(&[], None, Err("give --registry, such as 7"));
         check(&[("rover", 1)], None, Ok(1));
         check(&[("rover", 1)], Some("rover"), Ok(1));
         check(&[("rover", 1)], Some("arm"), Err("--system rover"));

@@ -61,6 +61,7 @@ pub use page::PageExample;
 pub use read::{MAX_ELEMENTS, MAX_LINKS};
 pub use render::Colours;
 pub use source::{Location, Source, Span, Spanned};
+pub use suggestion::suggest_similar;
 pub use trace::{FiringTrace, MissionDuration};
 pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES, parse_tree};
 

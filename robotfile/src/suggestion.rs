@@ -11,7 +11,7 @@ const SHORT_NAME_LEN: usize = 4;
 /// Returns a remedy that names the candidate most similar to `name`, if one is similar enough to be
 /// a typing mistake. A letter that is inserted, removed or replaced counts as one slip, and so do
 /// two neighbours that are exchanged.
-pub(crate) fn suggest_similar<'a>(
+pub fn suggest_similar<'a>(
     name: &str,
     candidates: impl Iterator<Item = &'a str>,
 ) -> Option<String> {

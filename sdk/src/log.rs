@@ -1,11 +1,21 @@
 //! The log of a component's process: plain lines on stderr, to which the launcher adds time and
 //! name.
+//! A component logs with the macros of `tracing`; what is written is filtered by level and module, and
+//! the filter can be changed while the process runs.
 
 use std::io::IsTerminal;
+use std::sync::OnceLock;
 
+use tracing_subscriber::Registry;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::reload::{self, Handle};
 use tracing_subscriber::util::SubscriberInitExt;
+
+/// Longest filter that is accepted, in bytes.
+const MAX_FILTER_LEN: usize = 1 << 10;
+
+static FILTER: OnceLock<Handle<Targets, Registry>> = OnceLock::new();
 
 /// Logs to stderr; `ARMOR_LOG` filters, such as `debug` or `armor_sdk=trace,info`.
 ///
@@ -14,10 +24,54 @@ pub fn init() {
     let filter = std::env::var("ARMOR_LOG").unwrap_or_else(|_| "info".into());
     let targets: Targets =
         filter.parse().unwrap_or_else(|_| Targets::new().with_default(tracing::Level::INFO));
+    let (targets, handle) = reload::Layer::new(targets);
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time();
-    let _ = tracing_subscriber::registry().with(targets).with(lines).try_init();
+    if tracing_subscriber::registry().with(targets).with(lines).try_init().is_ok() {
+        let _ = FILTER.set(handle);
+    }
+}
+
+/// Replaces the filter of [`init`].
+///
+/// # Errors
+/// In words, if it is no filter, or the log of this process is not that of [`init`].
+pub(crate) fn set_filter(filter: &str) -> Result<(), String> {
+    let handle = FILTER.get().ok_or("the log of this process is not the SDK's")?;
+    handle.reload(parse_filter(filter)?).map_err(|error| error.to_string())
+}
+
+fn parse_filter(filter: &str) -> Result<Targets, String> {
+    let known = "write error, warn, info, debug, trace or off, or modules with their levels, such as \
+                 my_crate=debug,info";
+    if filter.trim().is_empty() || filter.len() > MAX_FILTER_LEN {
+        return Err(format!("this is no filter: {known}"));
+    }
+    let targets: Targets = filter.parse().map_err(|error| format!("{error}; {known}"))?;
+    // A word that is no level is read as a module of which everything is logged: a typing mistake.
+    let is_word = !filter.contains(['=', ',', ':']);
+    if is_word && targets.default_level().is_none() {
+        return Err(format!("`{filter}` is no level; {known}"));
+    }
+    Ok(targets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tracing_subscriber::filter::LevelFilter;
+
+    #[test]
+    fn a_filter_is_a_level_or_levels_of_modules() {
+        let level = |text: &str| parse_filter(text).map(|targets| targets.default_level());
+        assert_eq!(level("debug"), Ok(Some(LevelFilter::DEBUG)));
+        assert_eq!(level("off"), Ok(Some(LevelFilter::OFF)));
+        assert_eq!(level("my_crate=debug,warn"), Ok(Some(LevelFilter::WARN)));
+        for wrong in ["", "debgu", "my_crate=loud", &"a".repeat(2000)] {
+            assert!(parse_filter(wrong).is_err(), "{wrong}");
+        }
+    }
 }

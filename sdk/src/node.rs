@@ -11,13 +11,16 @@ use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 
 use crate::armor::Armor;
 use crate::call::Fault;
-use crate::directory::Directory;
+use crate::directory::{Directory, DirectoryError};
 use crate::following;
 use crate::identity::ProcessIdentity;
 use crate::orders::OrderEvent;
 use crate::participant::{Declarations, Participant};
 use crate::service;
 use crate::timeline::{ClockReading, Passage};
+
+/// Time without an answer of the registry after which a process reports that it waits for it.
+const NOTICE_AFTER: Duration = Duration::from_millis(1500);
 
 /// The name of a [`SystemNode`] and where it registers.
 #[derive(Clone, Debug)]
@@ -129,8 +132,29 @@ pub(crate) fn join_system(
     let directory = Directory::register(registry, entry, Arc::clone(&participant.clock));
     participant.set_directory(directory.clone());
     service::start_thread(participant, listeners)?;
-    directory.wait_connected(limit)?;
+    wait_for_registry(&directory, registry, limit)?;
     Ok(())
+}
+
+/// Waits, and reports soon what it waits for: a component that was started by hand often has no
+/// registry.
+fn wait_for_registry(
+    directory: &Directory,
+    registry: &str,
+    limit: Duration,
+) -> Result<(), DirectoryError> {
+    let soon = NOTICE_AFTER.min(limit);
+    match directory.wait_connected(soon) {
+        Err(DirectoryError::Timeout { problem, .. }) if soon < limit => {
+            tracing::warn!(
+                "no registry answers at {registry} ({problem}); waiting {} s for it; `armor run \
+                 FILE` or `armor registry` starts one, --registry names another",
+                limit.as_secs()
+            );
+            directory.wait_connected(limit - soon)
+        }
+        other => other,
+    }
 }
 
 /// Declares every output to the registry.

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use armor_wire::control::ReportKind;
 use parking_lot::Mutex;
@@ -32,12 +33,18 @@ struct WaitingReports {
 pub(crate) struct ReportQueue {
     waiting: Mutex<WaitingReports>,
     last_error: Mutex<String>,
+    errors: AtomicU64,
     wakers: Arc<Wakers>,
 }
 
 impl ReportQueue {
     pub fn new(wakers: Arc<Wakers>) -> Self {
-        Self { waiting: Mutex::default(), last_error: Mutex::default(), wakers }
+        Self {
+            waiting: Mutex::default(),
+            last_error: Mutex::default(),
+            errors: AtomicU64::new(0),
+            wakers,
+        }
     }
 
     /// Adds a report and wakes the service thread to send it.
@@ -89,6 +96,17 @@ impl ReportQueue {
     pub fn record_error(&self, reason: &str) {
         tracing::error!("{reason}");
         reason.clone_into(&mut self.last_error.lock());
+        self.errors.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The errors recorded so far.
+    pub fn count_errors(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
+    }
+
+    /// The number of the newest report; 0 if there was none.
+    pub fn last_number(&self) -> u64 {
+        self.waiting.lock().last_number
     }
 
     /// The error recorded last; empty if there was none.

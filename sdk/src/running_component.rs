@@ -1,6 +1,7 @@
 //! A component at work: its code, its state and its activation. Only the thread inside the call
 //! gate touches it.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use armor_wire::control::{ReportKind, RunState};
@@ -10,6 +11,7 @@ use crate::call::{Call, Outcome};
 use crate::data::{Data, Header};
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
+use crate::parameter::Value;
 use crate::participant::Participant;
 use crate::user_code::{UserCode, check_event, run_user_code};
 
@@ -30,6 +32,10 @@ pub(crate) struct RunningComponent {
     executes_on_data: bool,
     /// The activation that begins as soon as the time is known.
     awaits_time: Option<ActivationOrder>,
+    /// The last value of each parameter that the code has accepted.
+    accepted: BTreeMap<String, Value>,
+    /// Parameters of which the code has accepted no value yet, but refused one.
+    refused: BTreeSet<String>,
 }
 
 impl RunningComponent {
@@ -48,6 +54,8 @@ impl RunningComponent {
             activation: 0,
             executes_on_data,
             awaits_time: None,
+            accepted: BTreeMap::new(),
+            refused: BTreeSet::new(),
         }
     }
 
@@ -92,16 +100,56 @@ impl RunningComponent {
         self.report_result(result);
     }
 
-    /// Hands the parameters that have arrived to the component.
+    /// Hands the parameters that have arrived to the component. A value that the code refuses is
+    /// reported, and its last good value stays in force; without one the component has failed until
+    /// a good value arrives.
     pub fn deliver_parameters(&mut self) {
+        let was_refused = !self.refused.is_empty();
         while let Some((name, value)) = self.participant.parameters.take_arrived() {
-            let code = &mut self.code;
-            let result = run_user_code(&self.participant, || {
-                code.receive_parameter(&name, &value)
-                    .map(|()| Outcome::CarryOn)
-                    .map_err(|fault| format!("parameter `{name}`: {fault}").into())
-            });
-            self.report_result(result);
+            match self.hand_over(&name, &value) {
+                Ok(()) => {
+                    self.refused.remove(&name);
+                    self.accepted.insert(name, value);
+                }
+                Err(problem) => self.keep_last_value(name, problem),
+            }
+        }
+        let is_complete = was_refused && self.refused.is_empty();
+        if is_complete
+            && self.state == RunState::Failed
+            && self.participant.lifecycle.starts_active()
+        {
+            // Without an executive it is activated by no other process.
+            let order = ActivationOrder { activation: self.activation, parameters: Vec::new() };
+            self.awaits_time = Some(order);
+            self.activate_when_time_is_known();
+        }
+    }
+
+    fn hand_over(&mut self, name: &str, value: &Value) -> Result<(), String> {
+        let code = &mut self.code;
+        let result = run_user_code(&self.participant, || {
+            code.receive_parameter(name, value)
+                .map(|()| Outcome::CarryOn)
+                .map_err(|fault| format!("parameter `{name}`: {fault}").into())
+        });
+        result.map(|_| ())
+    }
+
+    fn keep_last_value(&mut self, name: String, problem: String) {
+        let last = self.accepted.get(&name).cloned();
+        let Some(last) = last.filter(|_| !self.participant.lifecycle.has_crashed()) else {
+            self.refused.insert(name);
+            return self.report_result(Err(problem));
+        };
+        self.participant
+            .reports
+            .record_error(&format!("{problem}; its last good value stays in force"));
+        // The code may have taken a part of the refused value.
+        if let Err(problem) = self.hand_over(&name, &last) {
+            self.accepted.remove(&name);
+            self.refused.insert(name);
+            self.report_result(Err(problem));
         }
     }
 
@@ -125,6 +173,11 @@ impl RunningComponent {
     /// Becomes active, or frozen, for the first time; an activation waits until the time is known.
     /// Returns whether it has begun.
     pub fn begin_life(&mut self, active: bool) -> bool {
+        if !self.refused.is_empty() {
+            // Reported when its parameters were handed over.
+            self.enter_state(RunState::Failed);
+            return true;
+        }
         if !active {
             self.enter_state(RunState::Frozen);
             return true;
@@ -182,7 +235,14 @@ impl RunningComponent {
         if let Err(problem) = given {
             self.report_result(Err(problem));
         }
+        let errors = self.participant.reports.count_errors();
         self.deliver_parameters();
+        if self.state != RunState::Failed
+            && (!self.refused.is_empty() || self.participant.reports.count_errors() > errors)
+        {
+            let why = "a parameter has no value that it can use for this activation";
+            self.report_result(Err(why.into()));
+        }
         if self.state == RunState::Failed {
             return;
         }

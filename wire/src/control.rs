@@ -86,6 +86,13 @@ pub enum Command {
         /// The order.
         order: Order,
     },
+    /// Changes what the process logs, until it ends. Answered by `Ordered`.
+    SetLogFilter {
+        /// Names the answer.
+        request: u64,
+        /// A level (`debug`), or levels by module (`my_crate=debug,info`).
+        filter: String,
+    },
 }
 
 /// A parameter's value for the duration of an activation; it has priority over configd's.
@@ -132,7 +139,7 @@ pub enum Answer {
         /// How long the running call of user code has taken, in seconds; 0 if none runs.
         call_s: f64,
     },
-    /// The result of an order.
+    /// The result of an order, or of a change of the log's filter.
     Ordered {
         /// The order. 0: not the answer to an order; the operator's command was taken over.
         request: u64,

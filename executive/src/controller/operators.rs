@@ -13,6 +13,7 @@ use crate::record::JournalEntry;
 use armor_petri::{FiringClass, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::mission::Autonomy;
+use armor_robotfile::suggest_similar;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -332,9 +333,20 @@ fn judge_answer(cx: &Context, name: &str) -> Result<(), String> {
 }
 
 fn transition_ordered(cx: &Context, name: &str) -> Result<TransitionId, String> {
-    cx.plan()
-        .transition_named(name)
-        .ok_or_else(|| format!("the mission has no transition called `{name}`"))
+    cx.plan().transition_named(name).ok_or_else(|| {
+        let known = cx.plan().net().transitions().iter().map(|it| it.name.as_str());
+        unknown_name("transition", name, known)
+    })
+}
+
+/// The refusal of an order that names a part of the mission that does not exist.
+pub(super) fn unknown_name<'a>(
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> String {
+    let advice = suggest_similar(name, known).map(|advice| format!("; {advice}"));
+    format!("the mission has no {what} called `{name}`{}", advice.unwrap_or_default())
 }
 
 /// Why a transition is not enabled, in words.

@@ -4,6 +4,7 @@
 //! order is answered after it.
 
 use super::context::Context;
+use super::operators::unknown_name;
 use crate::event::ControllerAction;
 use crate::incoming_order::IncomingOrder;
 use crate::judging::MoveQuestion;
@@ -144,7 +145,9 @@ pub(super) fn judge_moves(cx: &Context, moves: &[MovedTokens]) -> Result<String,
 /// Carries out one move in `marking`; returns the place it leads to.
 fn move_one(plan: &Plan, it: &MovedTokens, marking: &mut [u32]) -> Result<PlaceId, String> {
     let find = |name: &str| {
-        plan.place_named(name).ok_or_else(|| format!("the mission has no place called `{name}`"))
+        plan.place_named(name).ok_or_else(|| {
+            unknown_name("place", name, plan.net().places().iter().map(String::as_str))
+        })
     };
     let (from, to) = (find(&it.from)?, find(&it.to)?);
     if it.tokens == 0 || from == to {

@@ -26,6 +26,7 @@ use crate::arguments::{KindFolders, OutputFormat, default_registry};
 use crate::check;
 use crate::exit::CommandEnding;
 use crate::kinds::{Catalogue, Identity};
+use crate::print::print_notice;
 use crate::verb::Verb;
 
 /// Longest time of one attempt to register before the reason is logged; it is tried again
@@ -188,11 +189,11 @@ fn log_notice(notice: &Notice) {
 fn log_findings<'a>(findings: impl Iterator<Item = &'a Finding> + Clone) {
     for finding in findings.clone().take(MAX_LOGGED) {
         let text = finding.render(Colours::No);
-        eprintln!("{}", text.trim_end());
+        print_notice(text.trim_end());
     }
     let more = findings.count().saturating_sub(MAX_LOGGED);
     if more > 0 {
-        eprintln!("and {more} more findings; `armor check` shows all of them");
+        print_notice(format_args!("and {more} more findings; `armor check` shows all of them"));
     }
 }
 

@@ -1,5 +1,7 @@
 //! `armor describe [KIND]`: the kinds of components that a system can use.
 
+mod fields;
+
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -13,11 +15,17 @@ use crate::arguments::{KindFolders, OutputFormat};
 use crate::exit::CommandEnding;
 use crate::kinds::{Catalogue, ComponentKind};
 use crate::print;
-use crate::print::{end_printing, print_line};
+use crate::print::{Table, end_printing, print_line, print_notice, terminal_width, wrap_text};
 use crate::verb::Verb;
+use fields::list_fields;
 
-/// Show a kind of component: its ports and parameters. Without KIND: list all kinds.
+/// Show a kind of component: its ports, the fields of their messages with units, and its
+/// parameters. Without KIND: list all kinds.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor describe                  all kinds
+  armor describe simulator        its ports, messages and parameters
+  armor describe --format json simulator | jq .outputs")]
 pub struct DescribeArguments {
     /// The kind.
     pub kind: Option<String>,
@@ -43,7 +51,10 @@ fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result
     findings.extend(catalogue.findings(None));
     let stderr = std::io::stderr();
     let colours = if print::wants_colours(&stderr) { Colours::Yes } else { Colours::No };
-    eprint!("{}", findings.render(colours));
+    let problems = findings.render(colours);
+    if !problems.is_empty() {
+        print_notice(problems.trim_end());
+    }
     let ending = match &arguments.kind {
         None => end_printing(list_kinds(&catalogue, format)),
         Some(name) => {
@@ -71,7 +82,8 @@ fn list_kinds(catalogue: &Catalogue, format: OutputFormat) -> Result<()> {
             vec![kind.manifest.kind.clone(), kind.manifest.summary.clone(), format_origins(kind)]
         })
         .collect();
-    print_line(print::format_table(&["KIND", "SUMMARY", "ORIGIN"], &rows).trim_end())
+    let table = Table::new(&["KIND", "SUMMARY", "ORIGIN"], rows);
+    print_line(table.format(terminal_width()).trim_end())
 }
 
 fn format_origins(kind: &ComponentKind) -> String {
@@ -88,17 +100,39 @@ fn with_origin(kind: &ComponentKind) -> serde_json::Value {
 
 fn in_words(kind: &ComponentKind) -> String {
     let Manifest { kind: name, summary, inputs, outputs, parameters, events, .. } = &kind.manifest;
+    let width = terminal_width();
+    let summary = wrap_text(summary, width.unwrap_or(usize::MAX)).join("\n");
     let mut out = format!("{name} ({})\n{summary}\n", format_origins(kind));
     let ports = [("INPUT", inputs), ("OUTPUT", outputs)];
     for (heading, ports) in ports.into_iter().filter(|(_, ports)| !ports.is_empty()) {
         let rows: Vec<_> = ports.iter().map(format_port).collect();
         out += "\n";
-        out += &print::format_table(&[heading, "TYPE", "", ""], &rows);
+        out += &Table::new(&[heading, "TYPE", "", ""], rows).format(width);
     }
     if !parameters.is_empty() {
         let rows: Vec<_> = parameters.iter().map(format_parameter).collect();
         out += "\n";
-        out += &print::format_table(&["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""], &rows);
+        let headings = ["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""];
+        out += &Table::new(&headings, rows).format(width);
+    }
+    out += &describe_messages(inputs.iter().chain(outputs), width);
+    out
+}
+
+/// Returns the fields of each message type, once.
+fn describe_messages<'a>(
+    ports: impl Iterator<Item = &'a PortManifest>,
+    width: Option<usize>,
+) -> String {
+    let mut types: Vec<&PortManifest> = ports.collect();
+    types.sort_by_key(|port| &port.type_name);
+    types.dedup_by_key(|port| &port.type_name);
+    let mut out = String::new();
+    for port in types {
+        let rows = list_fields(&port.schema).into_iter().map(|(path, kind)| vec![path, kind]);
+        out += "\n";
+        out += &Table::new(&[&format!("MESSAGE {}", port.type_name), ""], rows.collect())
+            .format(width);
     }
     if !events.is_empty() {
         let rows: Vec<_> = events.iter().map(format_event).collect();

@@ -12,16 +12,21 @@ use clap::Args;
 
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print;
-use crate::print::{end_printing, print_line};
+use crate::print::{Table, end_printing, print_line, terminal_width};
 use crate::verb::Verb;
 
 /// Time between the two statuses from which rates are computed.
 const RATE_OVER: Duration = Duration::from_secs(1);
+/// Columns that a narrow terminal does without, the least important first.
+const DISPENSABLE: [&str; 5] = ["WAITING", "QUEUED", "KEEP", "TYPE", "RECEIVED"];
 
 /// Show the links of a running system, with counts of sent, dropped and lost data; `--format dot`
 /// for Graphviz.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor graph                                        a terminal shows what fits its width
+  armor graph | cat                                  all columns
+  armor graph --format dot | dot -Tsvg > graph.svg   a drawing")]
 pub struct GraphArguments {
     #[command(flatten)]
     running: RunningSystem,
@@ -58,7 +63,8 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
                 "QUEUED", "WAITING", "STATE",
             ];
             let rows: Vec<_> = edges.iter().map(format_row).collect();
-            print_line(print::format_table(&headings, &rows).trim_end())
+            let table = Table::new(&headings, rows).dispensable(&DISPENSABLE);
+            print_line(table.format(terminal_width()).trim_end())
         }
     })
 }

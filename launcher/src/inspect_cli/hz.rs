@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 
+use super::silence::{NOTICE_AFTER, SilenceReporter};
 use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
 use crate::exit::CommandEnding;
 use crate::print::{end_printing, print_line};
@@ -20,6 +21,8 @@ struct RateWindow {
     arrivals_s: Vec<f64>,
     /// The last arrival of the window before, from which the first period counts.
     before_s: Option<f64>,
+    /// The last period of all windows.
+    last_period_s: Option<f64>,
     lost: u64,
 }
 
@@ -32,10 +35,17 @@ struct Summary {
     period_std_s: Option<f64>,
     received: usize,
     lost: u64,
+    /// The last period, also of an earlier window: a rate below 1 Hz has windows without a period.
+    last_period_s: Option<f64>,
+    /// Time since the last arrival at the end of the window.
+    silent_s: Option<f64>,
 }
 
-/// Measure the rate at which data is published.
+/// Measure the rate at which data is published. Below 1 Hz the last interval is shown.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor hz simulator.scan              a line per second
+  armor hz simulator.scan --count 5    the next five seconds")]
 pub struct HzArguments {
     /// Unique name of the data, COMPONENT.OUTPUT.
     #[arg(value_parser = parse_data_name)]
@@ -58,8 +68,8 @@ impl Verb for HzArguments {
 /// # Errors
 /// If no component provides the data, or the system ends.
 fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandEnding> {
-    let observed = super::select_system(&arguments.running, "hz")?;
-    let mut following = super::follow_data(observed, &arguments.data)?;
+    let mut following = super::follow_named(&arguments.running, "hz", &arguments.data)?;
+    let mut silence = SilenceReporter::new(&arguments.running, "hz", &arguments.data);
     let start = Instant::now();
     let mut window = RateWindow::default();
     let mut windows = 0;
@@ -73,8 +83,11 @@ fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandE
                 }
                 continue;
             }
-            let summary = window.close();
+            let summary = window.close(start.elapsed().as_secs_f64());
             windows += 1;
+            if window.before_s.is_none() && start.elapsed() >= NOTICE_AFTER {
+                silence.report();
+            }
             match format {
                 OutputFormat::Json => print_line(serde_json::to_string(&summary)?)?,
                 _ => print_line(&summary)?,
@@ -92,11 +105,12 @@ impl RateWindow {
     }
 
     /// Sums up, and begins the next window.
-    fn close(&mut self) -> Summary {
+    fn close(&mut self, now_s: f64) -> Summary {
         let arrivals_s = std::mem::take(&mut self.arrivals_s);
         let times: Vec<f64> = self.before_s.iter().chain(&arrivals_s).copied().collect();
         let periods: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         self.before_s = times.last().copied();
+        self.last_period_s = periods.last().copied().or(self.last_period_s);
         let count = periods.len() as f64;
         let sum: f64 = periods.iter().sum();
         let mean = sum / count;
@@ -110,6 +124,8 @@ impl RateWindow {
             period_std_s: some(variance.sqrt()),
             received: arrivals_s.len(),
             lost: std::mem::take(&mut self.lost),
+            last_period_s: self.last_period_s,
+            silent_s: self.before_s.map(|before_s| now_s - before_s),
         }
     }
 }
@@ -119,6 +135,25 @@ impl std::fmt::Display for Summary {
         let ms = |seconds: Option<f64>| {
             seconds.map_or("      -".into(), |seconds| format!("{:7.2}", seconds * 1e3))
         };
+        if self.period_min_s.is_none() {
+            return match (self.last_period_s, self.silent_s) {
+                (Some(period_s), Some(silent_s)) => write!(
+                    f,
+                    "{:9.2} Hz   last interval {period_s:.2} s, {silent_s:.1} s since the last data   \
+                     {} received, {} lost",
+                    // A longer silence already disproves the last interval.
+                    1.0 / period_s.max(silent_s),
+                    self.received,
+                    self.lost
+                ),
+                (None, Some(silent_s)) => write!(
+                    f,
+                    "        - Hz   only one so far, {silent_s:.1} s ago   {} received, {} lost",
+                    self.received, self.lost
+                ),
+                _ => f.write_str("        - Hz   nothing so far"),
+            };
+        }
         write!(
             f,
             "{:9.2} Hz   period {} to {} ms, std {} ms   {} received, {} lost",
@@ -140,13 +175,28 @@ mod tests {
     fn the_rate_comes_from_periods_also_across_windows() {
         let mut window = RateWindow::default();
         window.add(0.5, 0);
-        let first = window.close();
+        let first = window.close(1.0);
         assert_eq!((first.rate_hz, first.period_min_s, first.received), (0.0, None, 1));
         window.add(1.0, 2);
         window.add(1.5, 0);
-        let second = window.close();
+        let second = window.close(2.0);
         assert_eq!((second.rate_hz, second.received, second.lost), (2.0, 2, 2));
         assert_eq!((second.period_min_s, second.period_std_s), (Some(0.5), Some(0.0)));
-        assert_eq!(window.close().received, 0, "each window begins empty");
+        assert_eq!(window.close(3.0).received, 0, "each window begins empty");
+    }
+
+    #[test]
+    fn a_rate_below_one_hertz_shows_its_last_interval() {
+        let mut window = RateWindow::default();
+        assert!(window.close(1.0).to_string().contains("nothing so far"));
+        window.add(1.5, 0);
+        let text = window.close(2.0).to_string();
+        assert!(text.contains("only one so far, 0.5 s ago"), "{text}");
+        window.add(5.5, 0);
+        window.close(6.0);
+        let text = window.close(7.0).to_string();
+        assert!(text.contains("0.25 Hz   last interval 4.00 s, 1.5 s since"), "{text}");
+        let text = window.close(15.5).to_string();
+        assert!(text.contains("0.10 Hz   last interval 4.00 s, 10.0 s since"), "{text}");
     }
 }

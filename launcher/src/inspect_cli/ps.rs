@@ -8,14 +8,17 @@ use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print;
-use crate::print::{end_printing, print_line};
+use crate::print::{Table, end_printing, print_line, terminal_width};
 use crate::verb::Verb;
 use armor_inspect::words::{format_duration, format_short_time};
 use armor_inspect::{CONFIGD, Sighting};
 
 /// Show the processes of a running system.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor ps
+  armor ps --system rover                                     if several systems run
+  armor ps --format json | jq -r 'select(.problem) | .name'   those that do not answer")]
 pub struct PsArguments {
     #[command(flatten)]
     running: RunningSystem,
@@ -38,7 +41,8 @@ fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<Comm
     } else {
         let rows: Vec<_> = sightings.iter().map(format_row).collect();
         let headings = ["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
-        print_line(print::format_table(&headings, &rows).trim_end())
+        let table = Table::new(&headings, rows).dispensable(&["CLOCK", "CALLS", "UPTIME"]);
+        print_line(table.format(terminal_width()).trim_end())
     })
 }
 

@@ -14,25 +14,37 @@ const NEXT_TO_FILE: &str = "components";
 /// More folders, separated by colons.
 const VARIABLE: &str = "ARMOR_COMPONENTS";
 
-/// The executables of all folders, in their order; twice, if two links lead to it.
-pub fn executables<'a>(
+/// The contents of the component directories.
+#[derive(Debug, Default)]
+pub struct FolderContents {
+    /// The executables of all folders, in their order; twice, if two links lead to it.
+    pub executables: Vec<PathBuf>,
+    /// Files without execute permission.
+    pub not_executable: Vec<PathBuf>,
+    /// The folders that were searched, and whether each exists.
+    pub searched: Vec<(PathBuf, bool)>,
+}
+
+/// Searches all folders; what cannot be used is added to `problems`.
+pub fn search_folders<'a>(
     asked: &[PathBuf],
     files: impl IntoIterator<Item = &'a Path>,
     problems: &mut Vec<Finding>,
-) -> Vec<PathBuf> {
+) -> FolderContents {
     let variable = std::env::var_os(VARIABLE).unwrap_or_default();
     let variable: Vec<_> =
         std::env::split_paths(&variable).filter(|path| !path.as_os_str().is_empty()).collect();
-    let mut found = Vec::new();
+    let mut found = FolderContents::default();
     let mut folders = BTreeSet::new();
     // One that cannot be resolved is found wanting where it is read.
     let mut is_new =
         |folder: &Path| folder.canonicalize().map_or(true, |folder| folders.insert(folder));
     for directory in asked.iter().chain(&variable) {
-        if is_new(directory)
-            && let Err(error) = look_into(directory, &mut found, problems)
-        {
-            problems.push(no_directory(directory, &error));
+        if is_new(directory) {
+            found.add_searched(directory);
+            if let Err(error) = look_into(directory, &mut found, problems) {
+                problems.push(no_directory(directory, &error));
+            }
         }
     }
     for file in files {
@@ -40,6 +52,7 @@ pub fn executables<'a>(
         if !is_new(&next_to) {
             continue;
         }
+        found.add_searched(&next_to);
         match look_into(&next_to, &mut found, problems) {
             // The user did not name this folder, so it is not an error if it does not exist.
             Err(error) if next_to.is_dir() => problems.push(no_directory(&next_to, &error)),
@@ -47,6 +60,17 @@ pub fn executables<'a>(
         }
     }
     found
+}
+
+impl FolderContents {
+    fn add_searched(&mut self, folder: &Path) {
+        let path = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        // Two files of one folder share its `components`, also if that does not exist.
+        if !self.searched.iter().any(|(known, _)| *known == path) {
+            let exists = path.is_dir();
+            self.searched.push((path, exists));
+        }
+    }
 }
 
 fn no_directory(directory: &Path, error: &io::Error) -> Finding {
@@ -58,7 +82,7 @@ fn no_directory(directory: &Path, error: &io::Error) -> Finding {
 
 fn look_into(
     directory: &Path,
-    found: &mut Vec<PathBuf>,
+    found: &mut FolderContents,
     problems: &mut Vec<Finding>,
 ) -> io::Result<()> {
     let mut paths = Vec::new();
@@ -72,7 +96,8 @@ fn look_into(
     paths.sort();
     for path in paths {
         match path.metadata().and_then(|metadata| find_executable(&path, &metadata)) {
-            Ok(Some(executable)) => found.push(executable),
+            Ok(Some(executable)) => found.executables.push(executable),
+            Ok(None) if path.is_file() => found.not_executable.push(path),
             Ok(None) => {}
             Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {}
             Err(error) => {

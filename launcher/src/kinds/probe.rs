@@ -108,6 +108,22 @@ fn start_executable(path: &Path, deadline: Instant) -> io::Result<Child> {
     }
 }
 
+/// Something else than a manifest on stdout, where only the manifest may be.
+fn foreign_output(line: &str, place: &str) -> ProbeProblem {
+    ProbeProblem {
+        code: Code::BrokenExecutable,
+        message: format!("--describe printed more than its manifest: {line:?} {place} it"),
+        remedy: "only the manifest may be on stdout: its constructor too must write to stderr \
+                 (eprintln!, tracing)",
+    }
+}
+
+fn knows_no_describe(message: String) -> ProbeProblem {
+    let remedy = "it seems to be no component: a component answers --describe with its manifest \
+                  (docs/manifest.md); the SDK does this";
+    ProbeProblem { code: Code::BrokenExecutable, message, remedy }
+}
+
 fn cannot_start(path: &Path, error: &io::Error) -> ProbeProblem {
     if error.raw_os_error() == Some(Errno::NOEXEC.raw_os_error()) {
         return ProbeProblem {
@@ -143,8 +159,13 @@ fn read_answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, ProbePro
     }
     let how = status.code().map_or("a signal".into(), |code| format!("code {code}"));
     // What it started may keep its stderr open for ever.
-    let last_words = complaint.recv_timeout(COMPLAINT_WITHIN).ok().and_then(Result::ok);
-    let last_words = last_words.map(|bytes| last_line(&bytes)).filter(|line| !line.is_empty());
+    let complaint = complaint.recv_timeout(COMPLAINT_WITHIN).ok().and_then(Result::ok);
+    let complaint = complaint.unwrap_or_default();
+    if let Some(line) = find_usage(&complaint).or_else(|| find_usage(&bytes)) {
+        let message = format!("it does not know --describe, and ended with {how}: {line:?}");
+        return Err(knows_no_describe(message));
+    }
+    let last_words = Some(last_line(&complaint)).filter(|line| !line.is_empty());
     let last_words = last_words.map(|line| format!(": {line}")).unwrap_or_default();
     Err(no_manifest(format!("--describe ended with {how}{last_words}")))
 }
@@ -167,7 +188,26 @@ fn read_in_background(
 fn last_line(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
-    line.chars().filter(|c| !c.is_control()).take(200).collect()
+    shown_line(line)
+}
+
+/// Returns a line of foreign output without control characters, and not too much of it.
+fn shown_line(line: &str) -> String {
+    line.trim().chars().filter(|c| !c.is_control()).take(200).collect()
+}
+
+/// Returns the line by which a program rejects `--describe`, or with which its usage begins.
+fn find_usage(bytes: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(bytes);
+    let rejects = |line: &&str| {
+        line.contains("--describe")
+            && ["unexpected", "unknown", "unrecogni", "invalid", "illegal", "no such option"]
+                .iter()
+                .any(|word| line.to_lowercase().contains(word))
+    };
+    let begins_usage = |line: &&str| line.trim_start().to_lowercase().starts_with("usage");
+    let line = text.lines().find(rejects).or_else(|| text.lines().find(begins_usage))?;
+    Some(shown_line(line))
 }
 
 fn check_exit(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
@@ -194,8 +234,18 @@ fn parse_manifest(bytes: &[u8]) -> Result<Manifest, ProbeProblem> {
     if text.trim().is_empty() {
         return Err(no_manifest("--describe printed nothing"));
     }
-    let wrong =
-        |error: serde_json::Error| no_manifest(format!("--describe printed no manifest: {error}"));
+    if let Some(problem) = find_foreign_output(text) {
+        return Err(problem);
+    }
+    let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let wrong = |error: serde_json::Error| {
+        let printed = if first.trim_start().starts_with('{') {
+            "a manifest that cannot be read".into()
+        } else {
+            format!("{:?}, which is no manifest", shown_line(first))
+        };
+        no_manifest(format!("--describe printed {printed}: {error}"))
+    };
     let ManifestVersion { armor_manifest: version } = serde_json::from_str(text).map_err(wrong)?;
     if version != MANIFEST_VERSION {
         return Err(ProbeProblem {
@@ -211,4 +261,27 @@ fn parse_manifest(bytes: &[u8]) -> Result<Manifest, ProbeProblem> {
     let manifest: Manifest = serde_json::from_str(text).map_err(wrong)?;
     manifest.validate().map_err(|why| no_manifest(format!("its manifest is wrong: {why}")))?;
     Ok(manifest)
+}
+
+/// Finds what is printed before or after a manifest, or in place of one.
+fn find_foreign_output(text: &str) -> Option<ProbeProblem> {
+    let is_manifest = |value: &serde_json::Value| value.get("armor_manifest").is_some();
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        if line.trim_start().starts_with('{') {
+            let mut values =
+                serde_json::Deserializer::from_str(&text[start..]).into_iter::<serde_json::Value>();
+            if values.next().and_then(Result::ok).is_some_and(|value| is_manifest(&value)) {
+                let end = start + values.byte_offset();
+                let foreign =
+                    |part: &str| part.lines().map(shown_line).find(|line| !line.is_empty());
+                let before = foreign(&text[..start]).map(|line| foreign_output(&line, "is before"));
+                let after = || foreign(&text[end..]).map(|line| foreign_output(&line, "is after"));
+                return before.or_else(after);
+            }
+        }
+        start += line.len();
+    }
+    let line = find_usage(text.as_bytes())?;
+    Some(knows_no_describe(format!("--describe printed its usage and no manifest: {line:?}")))
 }

@@ -55,7 +55,27 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
         ("hanging", "#!/bin/sh\nsleep 600 & sleep 600", "W0126", "within"),
         ("detached", "#!/bin/sh\nsetsid sleep 3 & exit 1", "W0119", "code 1"),
         ("endless", "#!/bin/sh\nexec yes", "W0119", "MiB"),
-        ("garbage", "#!/bin/sh\necho hello", "W0119", "no manifest"),
+        ("garbage", "#!/bin/sh\necho hello", "W0119", "printed \"hello\", which is no manifest"),
+        ("usage", "#!/bin/sh\necho 'Usage: usage FILE'", "W0119", "\"Usage: usage FILE\""),
+        (
+            "strict",
+            "#!/bin/sh\necho \"error: unexpected argument '--describe' found\" >&2\n\
+             echo 'For more information' >&2; exit 2",
+            "W0119",
+            "with code 2: \"error: unexpected argument '--describe' found\"",
+        ),
+        (
+            "chatty",
+            &format!("#!/bin/sh\necho 'opening /dev/x'\necho '{}'", manifest("y")),
+            "W0119",
+            "more than its manifest: \"opening /dev/x\" is before it",
+        ),
+        (
+            "late",
+            &format!("#!/bin/sh\necho '{}'\necho bye", manifest("y")),
+            "W0119",
+            "\"bye\" is after it",
+        ),
         ("bytes", "#!/bin/sh\nprintf '\\377\\376'", "W0119", "not UTF-8"),
         ("newer", &format!("#!/bin/sh\necho '{newer}'"), "W0127", "version 2"),
         ("twice", &format!("#!/bin/sh\necho '{twice}'"), "W0119", "a occurs twice"),
@@ -267,4 +287,36 @@ fn our_programs_with_a_window_are_found_or_their_build_is_suggested() {
     let broken = gathered(&empty, &[]);
     assert!(list_messages(&broken)[0].contains("code 3"), "{:#?}", list_messages(&broken));
     assert!(remedy(&broken).contains("did not describe itself"), "{}", remedy(&broken));
+}
+
+/// Returns the remedy for the unknown kind `arm` of the file `rover.xml` in the folder.
+fn remedy_for_arm(scratch: &ScratchFolder) -> String {
+    let file = scratch.path().join("rover.xml");
+    let text = br#"<armor version="1"><system><component name="a" kind="arm"/></system></armor>"#;
+    let reading = armor_robotfile::read(&file, &mut |_| Ok(text.to_vec()));
+    let catalogue = gathered(scratch, &[], &[&file]);
+    let mut reading = armor_robotfile::check(reading, &[], Some(&catalogue.manifests()));
+    catalogue.point_to_broken(&mut reading.findings);
+    let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
+    unknown.map(|finding| finding.remedy.clone()).unwrap_or_default()
+}
+
+#[test]
+fn an_unknown_kind_is_answered_with_where_it_was_looked_for() {
+    let scratch = ScratchFolder::new("looked");
+    let components = scratch.path().join("components");
+    let missing = format!("looked in armor itself; in {}, which does not", components.display());
+    let remedy = remedy_for_arm(&scratch);
+    assert!(remedy.contains(&missing), "{remedy}");
+    std::fs::create_dir_all(&components).expect("a folder");
+    std::fs::write(components.join("notes.md"), "text").expect("writable");
+    let remedy = remedy_for_arm(&scratch);
+    assert!(remedy.ends_with(&format!("in {}", components.display())), "{remedy}");
+    std::fs::write(components.join("gripper.py"), "#!/usr/bin/python3").expect("writable");
+    let remedy = remedy_for_arm(&scratch);
+    assert!(remedy.ends_with("gripper.py"), "{remedy}");
+    assert!(remedy.contains("is a script, but is not executable: chmod +x"), "{remedy}");
+    std::fs::write(components.join("arm.py"), "print()").expect("writable");
+    let remedy = remedy_for_arm(&scratch);
+    assert!(remedy.ends_with("arm.py") && remedy.contains("chmod +x"), "{remedy}");
 }

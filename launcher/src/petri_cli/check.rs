@@ -18,6 +18,7 @@ use super::net_facts::{NetFacts, load_net, name_all, option_of, run_within_budge
 use super::report::{self, NetReport};
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line, print_text};
 
 /// Prints the report; fails if the net is unbounded, cannot be decided, or breaks what was asked.
 ///
@@ -37,9 +38,9 @@ pub fn print_check(arguments: &NetCheckArguments, format: OutputFormat) -> Resul
         checking.run(&exclusive, arguments.invariants)
     });
     match format {
-        OutputFormat::Json => println!("{}", serde_json::to_string(&report)?),
-        _ => print!("{}", report.text()),
-    }
+        OutputFormat::Json => end_printing(print_line(serde_json::to_string(&report)?))?,
+        _ => end_printing(print_text(report.text()))?,
+    };
     Ok(if report.errors.is_empty() { CommandEnding::Fine } else { CommandEnding::Failed })
 }
 

@@ -1,5 +1,6 @@
 //! `armor net info`: how large a net's state space is, exactly, or which budget ran out.
 
+use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Result;
@@ -9,6 +10,7 @@ use super::arguments::ProofLimits;
 use super::net_facts::{NetFacts, format_sequence, load_net, option_of, run_within_budget};
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
+use crate::print::{end_printing, print_line, print_text};
 
 /// Known values are present; `null` is unbounded; missing values were not decided.
 #[derive(Debug, Default, Serialize)]
@@ -45,21 +47,20 @@ pub fn print_info(
         run_within_budget(budget, |budget| NetFacts::gather_facts(&file.net, false, budget));
     let info = info(&file.net, &facts);
     if format == OutputFormat::Json {
-        println!("{}", serde_json::to_string(&info)?);
-        return Ok(CommandEnding::Fine);
+        return end_printing(print_line(serde_json::to_string(&info)?));
     }
-    print!("{}", text(&info));
+    let mut shown = text(&info);
     if let Some(pumping) = &facts.pumping {
         let net = &file.net;
         let growing: Vec<_> = pumping.growing.iter().map(|place| net.place(*place)).collect();
-        println!("growing                {}", growing.join(" "));
-        println!("after                  {}", format_sequence(net, &pumping.prefix));
-        println!("again and again        {}", format_sequence(net, &pumping.cycle));
+        let _ = writeln!(shown, "growing                {}", growing.join(" "));
+        let _ = writeln!(shown, "after                  {}", format_sequence(net, &pumping.prefix));
+        let _ = writeln!(shown, "again and again        {}", format_sequence(net, &pumping.cycle));
     }
     if let (Some(_), Some(space)) = (facts.undecided, &facts.space) {
-        println!("states seen            {}", space.states());
+        let _ = writeln!(shown, "states seen            {}", space.states());
     }
-    Ok(CommandEnding::Fine)
+    end_printing(print_text(shown))
 }
 
 fn info(net: &armor_petri::Net, facts: &NetFacts) -> Info {

@@ -10,6 +10,11 @@ use crate::arguments::{KindFolders, parse_duration, parse_name};
 
 /// Start a system and its mission, watch it, and stop it in order.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor run robot.xml                             until its mission ends, or Ctrl-C
+  armor run robot.xml --set driver.speed=40cm/s   with another value than the file's
+  armor run robot.xml --headless --for 5min
+  armor run robot.xml --resume                    continue after a power failure")]
 pub struct RunArguments {
     /// The system or mission file.
     pub file: PathBuf,

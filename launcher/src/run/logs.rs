@@ -24,6 +24,7 @@ use super::status::StatusLine;
 use super::supervisor::LogLevel;
 use crate::arguments::OutputFormat;
 use budget::LineBudget;
+pub use files::EarlierLogs;
 pub use line::{LogLine, LogStream};
 use queue::LineQueue;
 use render::Renderer;
@@ -57,6 +58,7 @@ impl RunLog {
     /// If the folder or the file for all cannot be made.
     pub fn start(
         directory: &Path,
+        earlier: EarlierLogs,
         names: &[&str],
         format: OutputFormat,
         status: StatusLine,
@@ -66,7 +68,7 @@ impl RunLog {
             console: Arc::new(LineQueue::default()),
             files: Arc::new(LineQueue::default()),
         };
-        let files = files::LogFiles::create(directory)?;
+        let files = files::LogFiles::create(directory, earlier)?;
         let renderer = Renderer::for_stdout(names, format);
         let console = spawn_thread("log-console", {
             let queue = log.console.clone();

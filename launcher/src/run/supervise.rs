@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
+use armor_inspect::run_control::{RunReply, RunRequest};
+use armor_robotfile::suggest_similar;
 use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::ComponentEntry;
@@ -19,9 +21,10 @@ use super::group_killer::GroupKiller;
 use super::logs::RunLog;
 use super::plan::{LAUNCHER, ProcessPlan};
 use super::process::{ChildProcess, ProcessGroup};
+use super::requests::{ReceivedRequest, RequestSocket, refusal};
 use super::supervisor::{
-    ChildExit, ChildId, ChildRole, LogLevel, RunVerdict, StopRequest, Supervisor, SupervisorAction,
-    SupervisorEvent,
+    ChildExit, ChildId, ChildOrder, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, Supervisor,
+    SupervisorAction, SupervisorEvent,
 };
 
 /// Longest time between two ticks, so that the supervisor notices a suspended host.
@@ -31,6 +34,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(500);
 const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
 /// Inputs queued for the loop: several beats of two hundred components.
 const MAX_QUEUED: usize = 4096;
+/// Requests of operators queued for the loop.
+const MAX_REQUESTS: usize = 16;
 
 /// What threads and tasks send to the loop.
 enum LauncherInput {
@@ -39,6 +44,14 @@ enum LauncherInput {
     Heard(ChildId, ProcessGroup, Option<RunState>),
     Stuck(ChildId, ProcessGroup, Duration),
     Registry(DirectoryChange),
+}
+
+/// What distinguishes this run.
+pub struct RunIdentity {
+    /// Name of the system.
+    pub system: String,
+    /// The time after which it stops, if it is limited.
+    pub time: Option<Duration>,
 }
 
 /// A running process.
@@ -66,7 +79,7 @@ struct Launcher {
 /// If the host refuses what the launcher itself needs.
 pub async fn supervise(
     plan: ProcessPlan,
-    time: Option<Duration>,
+    identity: RunIdentity,
     log: &RunLog,
     restarts: Arc<AtomicU32>,
 ) -> Result<RunVerdict> {
@@ -85,7 +98,17 @@ pub async fn supervise(
         log: log.clone(),
     };
     let start = Instant::now() - log.elapsed();
-    let mut time_up = time.map(|time| start + time);
+    let mut time_up = identity.time.map(|time| start + time);
+    let (request_sender, mut requests) = mpsc::channel(MAX_REQUESTS);
+    // The system runs without it too, such as where its path would be too long for a socket.
+    let _socket = match RequestSocket::listen(&identity.system, request_sender) {
+        Ok(socket) => Some(socket),
+        Err(error) => {
+            let text = format!("armor restart and stop cannot reach this run: {error:#}");
+            log.report(LAUNCHER, LogLevel::Warn, text);
+            None
+        }
+    };
     let mut event = Some(SupervisorEvent::Tick);
     loop {
         let actions = event.take().map(|event| supervisor.handle(event, log.elapsed()));
@@ -110,6 +133,7 @@ pub async fn supervise(
                 Some(SupervisorEvent::Stop(StopRequest::Interrupt))
             }
             Some(input) = inputs.recv() => launcher.convert_input(input),
+            Some(request) = requests.recv() => launcher.convert_request(request),
         };
     }
 }
@@ -215,6 +239,65 @@ impl Launcher {
                 Some(SupervisorEvent::Vanished(self.find_child(&entry)?))
             }
         }
+    }
+
+    /// Answers a request, and returns what it orders.
+    fn convert_request(&self, received: ReceivedRequest) -> Option<SupervisorEvent> {
+        let ReceivedRequest { request, reply } = received;
+        let (event, answer) = match self.judge_request(&request) {
+            Ok((event, text)) => (Some(event), RunReply { accepted: true, text }),
+            Err(text) => (None, refusal(text)),
+        };
+        if answer.accepted {
+            self.log.report(LAUNCHER, LogLevel::Info, format!("an operator: {}", answer.text));
+        }
+        // A client that has left does not take back what it has asked for.
+        let _ = reply.send(answer);
+        event
+    }
+
+    fn judge_request(&self, request: &RunRequest) -> Result<(SupervisorEvent, String), String> {
+        let find = |name: &str| self.find_component(name);
+        match request {
+            RunRequest::Restart { component } => {
+                let id = find(component)?;
+                let event = SupervisorEvent::Order(id, ChildOrder::Restart);
+                Ok((event, format!("{component} is restarted")))
+            }
+            RunRequest::Stop { component } => {
+                let id = find(component)?;
+                if self.plan.duties.iter().any(|duty| duty.role == ChildRole::Executive) {
+                    return Err(format!(
+                        "a mission runs in this system, and needs {component} where its places name \
+                         it; `armor mission pause` freezes all components, `armor stop --all` ends \
+                         the system"
+                    ));
+                }
+                let event = SupervisorEvent::Order(id, ChildOrder::Stop);
+                Ok((
+                    event,
+                    format!("{component} is stopped; `armor restart {component}` starts it"),
+                ))
+            }
+            RunRequest::StopAll => {
+                let event = SupervisorEvent::Stop(StopRequest::Interrupt);
+                Ok((event, "the system stops".into()))
+            }
+        }
+    }
+
+    fn find_component(&self, name: &str) -> Result<ChildId, String> {
+        let is_it = |duty: &Duty| duty.role == ChildRole::Component && duty.name == name;
+        self.plan.duties.iter().position(is_it).ok_or_else(|| {
+            let components = self.plan.duties.iter().filter(|it| it.role == ChildRole::Component);
+            let names: Vec<&str> = components.map(|duty| duty.name.as_str()).collect();
+            let advice = suggest_similar(name, names.iter().copied());
+            let advice = advice.map(|advice| format!("; {advice}")).unwrap_or_default();
+            format!(
+                "this run has started no component called {name}{advice} (its components: {})",
+                names.join(", ")
+            )
+        })
     }
 
     fn find_registry(&self) -> Option<ChildId> {

@@ -15,8 +15,8 @@ use armor_robotfile::model::Restart;
 
 use child::{Child, ChildState};
 pub use event::{
-    ChildExit, ChildId, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, SupervisorAction,
-    SupervisorEvent,
+    ChildExit, ChildId, ChildOrder, ChildRole, Duty, LogLevel, RunVerdict, StopRequest,
+    SupervisorAction, SupervisorEvent,
 };
 
 /// How long a process has to end after it was asked to, before it is killed.
@@ -89,6 +89,7 @@ impl Supervisor {
             SupervisorEvent::Vanished(id) => self.children[id].record_absence(now),
             SupervisorEvent::Exited(id, exit) => self.exited(id, exit, now),
             SupervisorEvent::Stop(request) => self.asked_to_stop(request),
+            SupervisorEvent::Order(id, order) => self.obey_order(id, order, now),
         }
         self.advance(now);
         std::mem::take(&mut self.actions)
@@ -100,7 +101,24 @@ impl Supervisor {
         self.children.iter().filter_map(Child::deadline).filter(|at| *at > self.looked).min()
     }
 
+    /// While the system stops, nothing is started again and all processes end anyway.
+    fn obey_order(&mut self, id: ChildId, order: ChildOrder, now: Duration) {
+        if self.stage == RunStage::Running && self.children[id].obey(order, now) {
+            self.actions.push(SupervisorAction::Terminate(id));
+        }
+    }
+
     fn exited(&mut self, id: ChildId, exit: ChildExit, now: Duration) {
+        if self.stage == RunStage::Running
+            && let Some(order) = self.children[id].end_by_order(now)
+        {
+            let text = match order {
+                ChildOrder::Restart => format!("{exit}; an operator has restarted it"),
+                ChildOrder::Stop => format!("{exit}; an operator has stopped it"),
+            };
+            self.actions.push(SupervisorAction::Log(LogLevel::Info, id, text));
+            return;
+        }
         if matches!(self.children[id].state, ChildState::Ending { hung: false, .. }) {
             self.children[id].state = ChildState::Ended;
             return;

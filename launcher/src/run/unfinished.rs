@@ -19,6 +19,8 @@ use super::supervisor::LogLevel;
 pub const JOURNAL: &str = "executive.journal";
 /// The folder of the versions that configd keeps, next to the journal.
 pub const VERSIONS: &str = "configd";
+/// The folder of the log files, next to the journal.
+pub const LOGS: &str = "logs";
 /// Most unfinished missions that are kept in one folder.
 const MAX_KEPT: u32 = 10_000;
 
@@ -100,7 +102,7 @@ fn replay_plan(story: &Story) -> Result<Arc<Plan>> {
 
 fn keep_unfinished(arguments: &RunArguments, out: &Path) -> Result<(LogLevel, String)> {
     let kept = make_kept_folder(out)?;
-    for old in [JOURNAL, VERSIONS] {
+    for old in [JOURNAL, VERSIONS, LOGS] {
         match fs::rename(out.join(old), kept.join(old)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 let problem = || format!("{} cannot be kept in {}", old, kept.display());

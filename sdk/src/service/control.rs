@@ -15,6 +15,7 @@ use rustix::event::PollFd;
 use super::handshake::AdmittedControl;
 use crate::faults::PeerFault;
 use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
+use crate::log;
 use crate::orders::GivenOrder;
 use crate::participant::Participant;
 use crate::reports::PendingReport;
@@ -88,7 +89,11 @@ impl ControlServer {
             instance,
             liveness,
             unsent: Vec::new(),
-            reported: 0,
+            reported: if role == Role::Executive {
+                0
+            } else {
+                self.participant.reports.last_number()
+            },
             broken: false,
             babbles: false,
         };
@@ -178,6 +183,13 @@ impl ControlServer {
                     self.connections[index].queue_answer(&answer);
                 }
             }
+            (Command::SetLogFilter { request, filter }, Role::Operator | Role::Launcher) => {
+                let (accepted, text) = match log::set_filter(&filter) {
+                    Ok(()) => (true, format!("logs {filter} from now on")),
+                    Err(why) => (false, why),
+                };
+                connection.queue_answer(&Answer::Ordered { request, accepted, text });
+            }
             (Command::Beat, _) => {}
             (command, role) => {
                 connection.broken = true;
@@ -192,17 +204,18 @@ impl ControlServer {
         self.connections[index].queue_answer(&answer);
     }
 
-    /// Reports go before the state they led to, so that `done` is known when `Done` is seen.
+    /// Reports go before the state they led to, so that `done` is known when `Done` is seen. The
+    /// executive gets all that it has not acknowledged, an observer those since it connected.
     fn send_reports(&mut self) {
-        let Some(executive) = self.connections.iter_mut().find(|c| c.role == Role::Executive)
-        else {
-            return;
-        };
-        for PendingReport { number, activation, outcome } in
-            self.participant.reports.list_after(executive.reported)
-        {
-            executive.reported = number;
-            executive.queue_answer(&Answer::Report { report: number, activation, outcome });
+        let gets_reports =
+            |peer: &&mut ControlPeer| matches!(peer.role, Role::Executive | Role::Observer);
+        for peer in self.connections.iter_mut().filter(gets_reports) {
+            for PendingReport { number, activation, outcome } in
+                self.participant.reports.list_after(peer.reported)
+            {
+                peer.reported = number;
+                peer.queue_answer(&Answer::Report { report: number, activation, outcome });
+            }
         }
     }
 

@@ -17,7 +17,7 @@ use super::super::select_system;
 use super::arguments::OrderArguments;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, print_line, print_notice};
 use crate::system;
 
 /// Period of the check that the executive is still connected.
@@ -76,7 +76,7 @@ pub fn operate(by: &OrderArguments, format: OutputFormat) -> Result<CommandEndin
         if operator.is_connected() {
             commanded.away_since = None;
         } else if !commanded.come_back(&mut operator)? {
-            eprintln!("the system that was commanded has ended");
+            print_notice("the system that was commanded has ended");
             return Ok(ending);
         }
         if let Some(why) = operator.lost() {
@@ -96,7 +96,7 @@ fn carry_out(
     format: OutputFormat,
 ) -> Result<bool> {
     let Some(order) = read(line) else {
-        eprintln!("`{line}` is no order; there are: {WORDS}");
+        print_notice(format_args!("`{line}` is no order; there are: {WORDS}"));
         return Ok(false);
     };
     let verdict = operator.order(false, &order, by.within)?;
@@ -131,7 +131,7 @@ impl Commanded {
             Err(error) => {
                 if self.away_since.is_none() {
                     self.away_since = Some(Instant::now());
-                    eprintln!("no link to the executive: {error}; trying on");
+                    print_notice(format_args!("no link to the executive: {error}; trying on"));
                 }
             }
         }
@@ -169,7 +169,7 @@ fn report(verdict: &OrderVerdict, order: Option<&str>, format: OutputFormat) -> 
         _ if *accepted => print_line(text),
         _ => {
             let how = if text.ends_with("take it over") { " with --take" } else { "" };
-            eprintln!("refused: {text}{how}");
+            print_notice(format_args!("refused: {text}{how}"));
             Ok(())
         }
     }

@@ -1,19 +1,36 @@
-//! Lines into files: one per process, and `all.log`.
+//! Lines into files: one per process, and `all.log`. A file that grows too large is renamed to
+//! `NAME.log.1`, and the oldest of those is removed.
 
 use std::collections::HashMap;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
 
-use super::render::Plain;
+use super::render::Dated;
 use super::{LogLevel, RunLog};
+
+/// Length at which a file is renamed and another one begins, in bytes: what an editor still opens.
+const MAX_FILE_LEN: u64 = 32 << 20;
+/// Number of renamed files that are kept of each.
+const KEPT_FILES: u32 = 3;
+
+/// What happens to the files of an earlier run in the same folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EarlierLogs {
+    /// They are replaced: this is another run.
+    Replace,
+    /// They continue: this run continues the earlier one.
+    Append,
+}
 
 /// The files that are open.
 pub struct LogFiles {
     directory: PathBuf,
+    earlier: EarlierLogs,
     all: Target,
     of: HashMap<Arc<str>, Target>,
 }
@@ -22,6 +39,9 @@ pub struct LogFiles {
 struct Target {
     path: PathBuf,
     file: Option<BufWriter<File>>,
+    /// Its length, with what is not flushed yet.
+    len: u64,
+    max_len: u64,
     /// Its failure was reported; it is reported once.
     reported: bool,
 }
@@ -31,26 +51,29 @@ impl LogFiles {
     ///
     /// # Errors
     /// If either cannot be made.
-    pub fn create(directory: &Path) -> Result<Self> {
+    pub fn create(directory: &Path, earlier: EarlierLogs) -> Result<Self> {
         fs::create_dir_all(directory)
             .with_context(|| format!("the folder {} cannot be made", directory.display()))?;
         let all = directory.join("all.log");
-        let file = File::create(&all)
+        let all = Target::open(all.clone(), earlier, MAX_FILE_LEN)
             .with_context(|| format!("the file {} cannot be written", all.display()))?;
-        let all = Target { path: all, file: Some(BufWriter::new(file)), reported: false };
-        Ok(Self { directory: directory.into(), all, of: HashMap::new() })
+        Ok(Self { directory: directory.into(), earlier, all, of: HashMap::new() })
     }
 
     /// Writes what comes until the end; what waits is on disk before waiting for more.
     pub fn write_all(mut self, log: &RunLog) {
         while let Some((lines, left_out)) = log.files.take_lines() {
             for line in &lines {
-                let text = Plain(line, 0).to_string();
+                let text = Dated(line).to_string();
                 self.all.write(&text);
-                let directory = &self.directory;
+                let (directory, earlier) = (&self.directory, self.earlier);
                 self.of
                     .entry(line.name.clone())
-                    .or_insert_with(|| Target::open(directory.join(format!("{}.log", line.name))))
+                    .or_insert_with(|| {
+                        let path = directory.join(format!("{}.log", line.name));
+                        Target::open(path.clone(), earlier, MAX_FILE_LEN)
+                            .unwrap_or_else(|_| Target::unusable(path))
+                    })
                     .write(&text);
             }
             if left_out > 0 {
@@ -64,15 +87,50 @@ impl LogFiles {
 }
 
 impl Target {
-    fn open(path: PathBuf) -> Self {
-        let file = File::create(&path).ok().map(BufWriter::new);
-        Self { path, file, reported: false }
+    fn open(path: PathBuf, earlier: EarlierLogs, max_len: u64) -> io::Result<Self> {
+        let file = match earlier {
+            EarlierLogs::Replace => {
+                for number in 1..=KEPT_FILES {
+                    // Of an earlier run; there is rarely one.
+                    let _ = fs::remove_file(numbered(&path, number));
+                }
+                File::create(&path)?
+            }
+            EarlierLogs::Append => OpenOptions::new().create(true).append(true).open(&path)?,
+        };
+        let len = file.metadata()?.len();
+        Ok(Self { path, file: Some(BufWriter::new(file)), len, max_len, reported: false })
+    }
+
+    fn unusable(path: PathBuf) -> Self {
+        Self { path, file: None, len: 0, max_len: MAX_FILE_LEN, reported: false }
     }
 
     fn write(&mut self, line: &str) {
+        let len = line.len() as u64 + 1;
+        if self.len > 0 && self.len + len > self.max_len {
+            self.rotate();
+        }
         // An error stays in the file's state and shows at the flush.
         if let Some(file) = &mut self.file {
             let _ = writeln!(file, "{line}");
+            self.len += len;
+        }
+    }
+
+    /// Renames the file and begins another one. A file that cannot be renamed grows on.
+    fn rotate(&mut self) {
+        if let Some(file) = &mut self.file {
+            let _ = file.flush();
+        }
+        for number in (1..KEPT_FILES).rev() {
+            let _ = fs::rename(numbered(&self.path, number), numbered(&self.path, number + 1));
+        }
+        let begun =
+            fs::rename(&self.path, numbered(&self.path, 1)).and_then(|()| File::create(&self.path));
+        match begun {
+            Ok(file) => (self.file, self.len) = (Some(BufWriter::new(file)), 0),
+            Err(_) => self.max_len = u64::MAX,
         }
     }
 
@@ -87,5 +145,55 @@ impl Target {
             let text = format!("lines are lost: {}: {failure}", self.path.display());
             log.report("launcher", LogLevel::Error, text);
         }
+    }
+}
+
+/// Returns the path of a renamed file: `NAME.log.1`.
+fn numbered(path: &Path, number: u32) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(format!(".{number}"));
+    name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scratch::ScratchFolder;
+
+    fn read(path: &Path) -> String {
+        fs::read_to_string(path).unwrap_or_default()
+    }
+
+    #[test]
+    fn a_file_that_grows_is_renamed_and_the_oldest_is_removed() {
+        let scratch = ScratchFolder::new("rotation");
+        let path = scratch.path().join("laser.log");
+        let mut target = Target::open(path.clone(), EarlierLogs::Replace, 20).expect("a file");
+        for number in 0..11 {
+            target.write(&format!("line {number:03}"));
+        }
+        drop(target);
+        assert_eq!(read(&path), "line 010\n");
+        assert_eq!(read(&numbered(&path, 1)), "line 008\nline 009\n");
+        assert_eq!(read(&numbered(&path, 3)), "line 004\nline 005\n");
+        assert!(!numbered(&path, 4).exists());
+    }
+
+    #[test]
+    fn a_run_that_continues_appends_and_another_run_replaces() {
+        let scratch = ScratchFolder::new("append");
+        let path = scratch.path().join("all.log");
+        for (earlier, text) in [
+            (EarlierLogs::Replace, "first"),
+            (EarlierLogs::Append, "second"),
+            (EarlierLogs::Append, "third"),
+        ] {
+            Target::open(path.clone(), earlier, 1000).expect("a file").write(text);
+        }
+        assert_eq!(read(&path), "first\nsecond\nthird\n");
+        fs::write(numbered(&path, 1), "old").expect("writable");
+        Target::open(path.clone(), EarlierLogs::Replace, 1000).expect("a file").write("other");
+        assert_eq!(read(&path), "other\n");
+        assert!(!numbered(&path, 1).exists());
     }
 }

@@ -1,6 +1,7 @@
 //! One line of output: process, time, level, and its text made safe for a terminal.
 
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::LogLevel;
 
@@ -20,6 +21,8 @@ pub enum LogStream {
 pub struct LogLine {
     /// Seconds since the start of the run.
     pub time_s: f64,
+    /// Seconds since the beginning of 1970, by the wall clock.
+    pub date_s: f64,
     /// The process that wrote it, or that it is about.
     pub name: Arc<str>,
     /// Where it came from.
@@ -40,7 +43,8 @@ impl LogLine {
             LogLevel::Warn => "WARN",
             LogLevel::Info => "INFO",
         };
-        Self { time_s, name: name.into(), stream: LogStream::Launcher, level, text }
+        let stream = LogStream::Launcher;
+        Self { time_s, date_s: wall_clock_s(), name: name.into(), stream, level, text }
     }
 
     /// A line as a process wrote it: `LEVEL text`, or any text.
@@ -53,13 +57,18 @@ impl LogLine {
             },
             None => ("", text),
         };
-        Self { time_s, name, stream, level, text }
+        Self { time_s, date_s: wall_clock_s(), name, stream, level, text }
     }
 
     /// About how much memory it takes, in bytes.
     pub fn size(&self) -> usize {
         size_of::<Self>() + self.text.len()
     }
+}
+
+/// Read for every line: the wall clock of a robot may be set while it runs.
+fn wall_clock_s() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
 }
 
 /// Removes control characters: a component must not be able to recolour or rewrite the screen.

@@ -6,6 +6,7 @@ use serde_json::json;
 
 use super::{LogLine, LogStream};
 use crate::arguments::OutputFormat;
+use crate::date::format_date;
 use crate::print;
 
 /// Longest name that the others are lined up with.
@@ -71,6 +72,15 @@ impl std::fmt::Display for Plain<'_> {
     }
 }
 
+/// A line of a file: `2026-11-21T14:30:05.120Z   12.345 simulator  INFO message`.
+pub struct Dated<'a>(pub &'a LogLine);
+
+impl std::fmt::Display for Dated<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", format_date(self.0.date_s), Plain(self.0, 0))
+    }
+}
+
 fn line_to_json(line: &LogLine) -> serde_json::Value {
     let stream = match line.stream {
         LogStream::Out => "stdout",
@@ -80,6 +90,7 @@ fn line_to_json(line: &LogLine) -> serde_json::Value {
     json!({
         "event": "log",
         "time_s": (line.time_s * 1e3).round() / 1e3,
+        "date": format_date(line.date_s),
         "name": &*line.name,
         "stream": stream,
         "level": if line.level.is_empty() { None } else { Some(line.level) },
@@ -107,6 +118,11 @@ mod tests {
 
     fn check(format: OutputFormat, colours: bool, expected: &str) {
         let line = LogLine::read(12.3456, "laser".into(), LogStream::Err, b"INFO up port=7");
+        let line = LogLine { date_s: 1_795_357_805.12, ..line };
+        assert_eq!(
+            Dated(&line).to_string(),
+            "2026-11-22T14:30:05.120Z   12.346 laser  INFO up port=7"
+        );
         let mut out = String::new();
         Renderer::new(&["laser", "simulator"], format, colours).render(&line, &mut out);
         assert_eq!(out, expected);
@@ -119,7 +135,8 @@ mod tests {
             OutputFormat::Json,
             false,
             concat!(
-                r#"{"event":"log","level":"INFO","message":"up port=7","name":"laser","#,
+                r#"{"date":"2026-11-22T14:30:05.120Z","event":"log","level":"INFO","#,
+                r#""message":"up port=7","name":"laser","#,
                 r#""stream":"stderr","time_s":12.346}"#,
                 "\n"
             ),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use armor_wire::control::RunState;
 use armor_wire::liveness::SILENCE;
 
-use super::{ChildRole, Duty, GRACE};
+use super::{ChildOrder, ChildRole, Duty, GRACE};
 
 /// Wait before the first restart.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
@@ -35,6 +35,8 @@ pub(super) enum ChildState {
     Ending { kill_at: Option<Duration>, hung: bool },
     /// It ended and stays down.
     Ended,
+    /// An operator has stopped it; it stays down until it is restarted.
+    Stopped,
     /// It failed for good.
     Failed,
 }
@@ -65,6 +67,8 @@ pub(super) struct Child {
     pub has_failed: bool,
     deaths: VecDeque<Duration>,
     delay: Duration,
+    /// Carried out when its process has ended.
+    order: Option<ChildOrder>,
 }
 
 impl Child {
@@ -76,7 +80,39 @@ impl Child {
             has_failed: false,
             deaths: VecDeque::new(),
             delay: FIRST_DELAY,
+            order: None,
         }
+    }
+
+    /// Takes an operator's order, and returns whether the process must be asked to end.
+    pub fn obey(&mut self, order: ChildOrder, now: Duration) -> bool {
+        match (&self.state, order) {
+            (ChildState::Running { .. } | ChildState::Ending { .. }, _) => {
+                self.order = Some(order);
+                return self.ask_to_end(now);
+            }
+            (_, ChildOrder::Restart) => self.begin_again(now),
+            (ChildState::Waiting { .. }, ChildOrder::Stop) => self.state = ChildState::Stopped,
+            (_, ChildOrder::Stop) => {}
+        }
+        false
+    }
+
+    /// Its process has ended: carries out the order that waits for this, if there is one.
+    pub fn end_by_order(&mut self, now: Duration) -> Option<ChildOrder> {
+        let order = self.order.take()?;
+        match order {
+            ChildOrder::Restart => self.begin_again(now),
+            ChildOrder::Stop => self.state = ChildState::Stopped,
+        }
+        Some(order)
+    }
+
+    fn begin_again(&mut self, now: Duration) {
+        self.deaths.clear();
+        self.delay = FIRST_DELAY;
+        self.has_failed = false;
+        self.state = ChildState::Waiting { until: now };
     }
 
     pub fn is_alive(&self) -> bool {
@@ -213,7 +249,7 @@ impl Child {
             ChildState::Waiting { until } => Some(until),
             ChildState::Running { watch } => watch.deadline(),
             ChildState::Ending { kill_at, .. } => kill_at,
-            ChildState::Ended | ChildState::Failed => None,
+            ChildState::Ended | ChildState::Stopped | ChildState::Failed => None,
         }
     }
 }

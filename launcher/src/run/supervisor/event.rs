@@ -72,6 +72,17 @@ pub enum SupervisorEvent {
     Exited(ChildId, ChildExit),
     /// The run is to stop.
     Stop(StopRequest),
+    /// An operator orders one component.
+    Order(ChildId, ChildOrder),
+}
+
+/// What an operator orders for one component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChildOrder {
+    /// End it, if it runs, and start it again; its record of deaths is cleared.
+    Restart,
+    /// End it; it stays down until it is restarted.
+    Stop,
 }
 
 /// An action.

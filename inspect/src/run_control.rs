@@ -1,0 +1,90 @@
+//! Requests to the launcher of a running system: to start a component again, or to stop it. They go
+//! through a Unix socket next to the record of the run, in a folder that only this user can enter.
+//! One line of JSON each way.
+
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::systems::{RunRecord, SystemsError, record_directory};
+
+/// Longest request or reply, in bytes.
+pub const MAX_LINE_LEN: usize = 4 << 10;
+/// Time within which the launcher must answer.
+const ANSWER_WITHIN: Duration = Duration::from_secs(5);
+
+/// A request to the launcher.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RunRequest {
+    /// End the component's process, if it runs, and start it again.
+    Restart {
+        /// The component.
+        component: String,
+    },
+    /// End the component's process; it stays down until it is restarted.
+    Stop {
+        /// The component.
+        component: String,
+    },
+    /// Stop the whole system in order, as Ctrl-C does.
+    StopAll,
+}
+
+/// The launcher's reply.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunReply {
+    /// Whether the request is carried out.
+    pub accepted: bool,
+    /// The consequence, or why it is refused.
+    pub text: String,
+}
+
+/// Why the launcher has not answered.
+#[derive(Debug, Error)]
+pub enum RunControlError {
+    /// Its socket cannot be found.
+    #[error(transparent)]
+    Systems(#[from] SystemsError),
+    /// It cannot be reached, or has closed the connection.
+    #[error("the launcher (process {pid}) does not answer: {error}")]
+    Unreachable {
+        /// The launcher's process id.
+        pid: u32,
+        /// The cause.
+        error: io::Error,
+    },
+}
+
+/// Returns the path of the launcher's socket.
+///
+/// # Errors
+/// If the folder of the records cannot be used.
+pub fn socket_path(system: &str, pid: u32) -> Result<PathBuf, SystemsError> {
+    Ok(record_directory()?.join(format!("{system}-{pid}.sock")))
+}
+
+/// Sends a request to the launcher of a system, and returns its reply.
+///
+/// # Errors
+/// If the launcher does not answer.
+pub fn request(record: &RunRecord, request: &RunRequest) -> Result<RunReply, RunControlError> {
+    let path = socket_path(&record.system, record.pid)?;
+    let exchange = || -> io::Result<RunReply> {
+        let mut stream = UnixStream::connect(&path)?;
+        stream.set_read_timeout(Some(ANSWER_WITHIN))?;
+        stream.set_write_timeout(Some(ANSWER_WITHIN))?;
+        stream.write_all(format!("{}\n", serde_json::to_string(request)?).as_bytes())?;
+        let mut line = String::new();
+        BufReader::new(stream.take(MAX_LINE_LEN as u64)).read_line(&mut line)?;
+        if line.is_empty() {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(serde_json::from_str(&line)?)
+    };
+    exchange().map_err(|error| RunControlError::Unreachable { pid: record.pid, error })
+}

@@ -1,0 +1,141 @@
+//! `armor restart`, `armor stop`, `armor watch` and `armor log`: one component of a running system.
+
+mod log_level;
+mod watch;
+
+use std::process::ExitCode;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, bail};
+use armor_inspect::ObservedSystem;
+use armor_inspect::run_control::{self, RunReply, RunRequest};
+use armor_sdk::control::RunState;
+use armor_wire::registry::ComponentEntry;
+use clap::Args;
+use serde_json::json;
+
+use crate::arguments::{OutputFormat, RunningSystem, parse_duration, parse_name};
+use crate::exit::CommandEnding;
+use crate::inspect_cli::select_system;
+use crate::print::{end_printing, print_line, print_notice};
+use crate::system;
+use crate::verb::Verb;
+
+pub use log_level::LogArguments;
+pub use watch::WatchArguments;
+
+/// Time between two looks at whether a component is back.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// Start a component again: one that runs, has failed, has ended, was stopped or was given up.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor restart mapper                 end it in order, start it again, wait until it runs
+  armor restart mapper --within 60s    one that needs long to start
+
+The launcher of the system does it, so it works on the host and for the user of `armor run`.")]
+pub struct RestartArguments {
+    /// The component.
+    #[arg(value_parser = parse_name)]
+    pub component: String,
+    /// Longest time to wait until it runs again.
+    #[arg(long, value_name = "TIME", value_parser = parse_duration, default_value = "15s")]
+    pub within: Duration,
+    #[command(flatten)]
+    pub running: RunningSystem,
+}
+
+/// Stop a component, which stays down until `armor restart`, or the whole system.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor stop camera    end one component of a system without a mission
+  armor stop --all     end the system in order, as Ctrl-C does")]
+pub struct StopArguments {
+    /// The component.
+    #[arg(value_parser = parse_name, required_unless_present = "all")]
+    pub component: Option<String>,
+    /// Stop the whole system.
+    #[arg(long, conflicts_with = "component")]
+    pub all: bool,
+    #[command(flatten)]
+    pub running: RunningSystem,
+}
+
+impl Verb for RestartArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(restart(&self, format)?.into())
+    }
+}
+
+impl Verb for StopArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        let request = match self.component {
+            Some(component) => RunRequest::Stop { component },
+            None => RunRequest::StopAll,
+        };
+        Ok(send_request(&self.running, &request, format)?.into())
+    }
+}
+
+/// Has a component started again and waits until it runs.
+///
+/// # Errors
+/// If no system is found, its launcher does not answer, or the component does not run in time.
+fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let RestartArguments { component, within, running } = arguments;
+    let observed = select_system(running, "restart")?;
+    let before = find_entry(&observed, component).map(|entry| entry.instance);
+    let request = RunRequest::Restart { component: component.clone() };
+    let ending = send_request(running, &request, format)?;
+    if ending != CommandEnding::Fine {
+        return Ok(ending);
+    }
+    let deadline = Instant::now() + *within;
+    while Instant::now() < deadline {
+        let entry = find_entry(&observed, component).filter(|entry| Some(entry.instance) != before);
+        if let Some(entry) = entry
+            && let Ok(status) = observed.ask_component(component)
+            && status.state != RunState::Starting
+        {
+            let (pid, state) = (entry.pid, status.state);
+            return end_printing(match format {
+                OutputFormat::Json => {
+                    print_line(json!({"component": component, "pid": pid, "state": state}))
+                }
+                _ => print_line(format_args!("{component} runs: process {pid}, {state}")),
+            });
+        }
+        thread::sleep(LOOK_EVERY);
+    }
+    bail!(
+        "{component} does not run after {} s; `armor ps` shows its state, and its log in the folder \
+         of the run the reason",
+        within.as_secs_f64()
+    )
+}
+
+fn find_entry(observed: &ObservedSystem, component: &str) -> Option<ComponentEntry> {
+    let components = observed.list().ok()?.components;
+    components.into_iter().find(|entry| entry.name == component)
+}
+
+/// Sends a request to the launcher; fails if it is refused.
+fn send_request(
+    running: &RunningSystem,
+    request: &RunRequest,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
+    let RunReply { accepted, text } =
+        run_control::request(&system::find_record(running)?, request)?;
+    match format {
+        OutputFormat::Json => {
+            end_printing(print_line(json!({"accepted": accepted, "text": text})))?;
+        }
+        _ if accepted => {
+            end_printing(print_line(&text))?;
+        }
+        _ => print_notice(format_args!("refused: {text}")),
+    }
+    Ok(if accepted { CommandEnding::Fine } else { CommandEnding::Failed })
+}

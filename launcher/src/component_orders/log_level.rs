@@ -1,0 +1,90 @@
+//! `armor log NAME LEVEL`: what a running process logs.
+
+use std::process::ExitCode;
+use std::sync::mpsc;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role};
+use clap::Args;
+use serde_json::json;
+
+use crate::arguments::{OutputFormat, RunningSystem, parse_name};
+use crate::exit::CommandEnding;
+use crate::inspect_cli::select_system;
+use crate::print::{end_printing, print_line, print_notice};
+use crate::verb::Verb;
+
+/// Time within which the process must answer.
+const ANSWER_WITHIN: Duration = Duration::from_secs(3);
+/// Identifies the one request of the connection.
+const REQUEST: u64 = 1;
+
+/// Change what a running component or the executive logs, until its next start.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor log mapper debug                       more of one component
+  armor log mapper info                        as at its start
+  armor log mapper armor_sdk=trace,info        the SDK inside it
+  armor log executive debug
+
+ARMOR_LOG=debug armor run FILE sets it for all processes from their start.")]
+pub struct LogArguments {
+    /// The component, or executive.
+    #[arg(value_parser = parse_name)]
+    pub component: String,
+    /// error, warn, info, debug, trace or off; or a filter by modules, such as my_crate=debug,info.
+    #[arg(value_name = "LEVEL")]
+    pub filter: String,
+    #[command(flatten)]
+    pub running: RunningSystem,
+}
+
+impl Verb for LogArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(set_log_filter(&self, format)?.into())
+    }
+}
+
+/// Sends the filter and prints the answer; fails if it is refused.
+///
+/// # Errors
+/// If no system is found, or the process does not answer.
+fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let LogArguments { component, filter, running } = arguments;
+    let observed = select_system(running, "log")?;
+    let entry = observed.directory().component(component, ANSWER_WITHIN)?;
+    let (sender, answers) = mpsc::channel();
+    let sink = move |event| {
+        let answer = match event {
+            ControlEvent::Answer(Answer::Ordered { request: REQUEST, accepted, text }) => {
+                Ok((accepted, text))
+            }
+            ControlEvent::Closed(reason) => Err(reason),
+            ControlEvent::Answer(_) => return,
+        };
+        // The first answer is the one that is read.
+        let _ = sender.send(answer);
+    };
+    let connection = ControlConnection::connect(&entry, Role::Operator, "armor log", sink)
+        .with_context(|| format!("{component} cannot be reached"))?;
+    connection.send(&Command::SetLogFilter { request: REQUEST, filter: filter.clone() })?;
+    let (accepted, text) = match answers.recv_timeout(ANSWER_WITHIN) {
+        Ok(Ok(answer)) => answer,
+        Ok(Err(reason)) => bail!(
+            "{component} has closed the connection ({reason}); it may have been built with an older \
+             SDK, which cannot change its log"
+        ),
+        Err(_) => bail!("{component} has not answered within {} s", ANSWER_WITHIN.as_secs()),
+    };
+    match format {
+        OutputFormat::Json => {
+            end_printing(print_line(json!({"accepted": accepted, "text": text})))?;
+        }
+        _ if accepted => {
+            end_printing(print_line(format_args!("{component}: {text}")))?;
+        }
+        _ => print_notice(format_args!("refused: {text}")),
+    }
+    Ok(if accepted { CommandEnding::Fine } else { CommandEnding::Failed })
+}

@@ -1,0 +1,203 @@
+//! Why data that a tool waits for does not arrive: no such output, a frozen component, one that has
+//! not published.
+
+use std::time::Duration;
+
+use anyhow::{Error, anyhow};
+use armor_inspect::ObservedSystem;
+use armor_robotfile::suggest_similar;
+use armor_sdk::directory::{DirectoryError, Listing};
+use armor_sdk::tap::TapError;
+use armor_wire::control::{RunState, Status};
+
+use crate::arguments::RunningSystem;
+use crate::print::print_notice;
+
+/// How long no data arrives before the silence is explained.
+pub const NOTICE_AFTER: Duration = Duration::from_millis(1500);
+
+/// Reports on stderr why no data arrives, once per reason.
+pub struct SilenceReporter<'a> {
+    running: &'a RunningSystem,
+    tool: &'a str,
+    data: &'a str,
+    /// Made at the first silence.
+    observed: Option<ObservedSystem>,
+    reported: String,
+}
+
+impl<'a> SilenceReporter<'a> {
+    /// Nothing is reported yet.
+    pub fn new(running: &'a RunningSystem, tool: &'a str, data: &'a str) -> Self {
+        Self { running, tool, data, observed: None, reported: String::new() }
+    }
+
+    /// Reports why no data has arrived for [`NOTICE_AFTER`], unless that was the last report.
+    pub fn report(&mut self) {
+        if self.observed.is_none() {
+            self.observed = super::select_system(self.running, self.tool).ok();
+        }
+        let Some(observed) = &self.observed else { return };
+        let component = self.data.split('.').next().unwrap_or_default();
+        let reason = match observed.ask_component(component) {
+            Ok(status) => explain_silence(&status, self.data),
+            Err(problem) => format!("`{component}` does not answer: {problem}"),
+        };
+        if reason != self.reported {
+            print_notice(format_args!("no {} so far: {reason}; waiting", self.data));
+            self.reported = reason;
+        }
+    }
+}
+
+/// Returns why an output is silent although the link to it is up. The text is the same as long as
+/// the reason is.
+fn explain_silence(status: &Status, data: &str) -> String {
+    let Status { name, state, exec_calls, last_error, .. } = status;
+    let because = if last_error.is_empty() { String::new() } else { format!(" ({last_error})") };
+    let published = status.outputs.iter().find(|output| output.data == data);
+    let has_published = published.is_some_and(|output| output.published > 0);
+    match state {
+        RunState::Starting => format!(
+            "`{name}` is still starting: its constructor runs, or it waits for its parameters"
+        ),
+        RunState::Frozen if status.controllable => format!(
+            "`{name}` is frozen, and publishes again when the mission activates it (`armor mission \
+             show` shows the mission)"
+        ),
+        RunState::Frozen => format!("`{name}` is frozen"),
+        RunState::Done => format!("`{name}` has reported that it is done, and is not called again"),
+        RunState::Failed => format!(
+            "`{name}` has failed{because}; `armor restart {name}` starts it again, if no mission does"
+        ),
+        RunState::Active if has_published => {
+            format!("`{name}` is active and has published it before, but not in the last moments")
+        }
+        RunState::Active if *exec_calls == 0 => format!(
+            "`{name}` is active, but none of its code has been called: it has no rate, and no data \
+             arrives at its inputs (`armor graph` shows them)"
+        ),
+        RunState::Active => format!("`{name}` is active, but has never published it{because}"),
+    }
+}
+
+/// Replaces the error of a link to data that no component provides by what is known about it.
+pub fn explain_missing(error: Error, observed: &ObservedSystem, data: &str) -> Error {
+    match error.downcast_ref::<TapError>() {
+        Some(TapError::Directory(DirectoryError::Refused(_))) => match observed.list() {
+            Ok(listing) => anyhow!(describe_missing(&listing, data)),
+            Err(_) => error,
+        },
+        _ => error,
+    }
+}
+
+fn describe_missing(listing: &Listing, data: &str) -> String {
+    let component = data.split('.').next().unwrap_or_default();
+    let outputs = || listing.data.iter().map(|entry| entry.data.as_str());
+    let advice = suggest_similar(data, outputs());
+    let advice = advice.map(|advice| format!("; {advice}")).unwrap_or_default();
+    let own: Vec<&str> =
+        outputs().filter(|output| output.split('.').next() == Some(component)).collect();
+    let is_running = listing.components.iter().any(|entry| entry.name == component);
+    match (is_running, &own[..]) {
+        (true, []) => format!(
+            "{data} cannot be read: `{component}` is running, but has no outputs (yet): its \
+             constructor declares them"
+        ),
+        (true, own) => {
+            format!(
+                "`{component}` has no output called {data}{advice} (it has: {})",
+                own.join(", ")
+            )
+        }
+        (false, _) => {
+            let names = listing.components.iter().map(|entry| entry.name.as_str());
+            let advice = if advice.is_empty() {
+                let advice = suggest_similar(component, names);
+                advice.map(|advice| format!("; {advice}")).unwrap_or_default()
+            } else {
+                advice
+            };
+            format!(
+                "no component provides {data}: none called `{component}` is running{advice} \
+                 (`armor data list` lists all outputs)"
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use armor_wire::control::OutputStatus;
+    use armor_wire::registry::{ComponentEntry, DataEntry};
+
+    fn listing() -> Listing {
+        let component = |name: &str| ComponentEntry {
+            name: name.into(),
+            kind: "k".into(),
+            instance: 1,
+            pid: 1,
+            host: "h".into(),
+            endpoint: "e".into(),
+        };
+        let data = |data: &str| DataEntry {
+            data: data.into(),
+            type_name: "Number".into(),
+            schema: "f64".into(),
+            latched: false,
+        };
+        Listing {
+            components: vec![component("laser"), component("arm")],
+            data: vec![data("laser.scan"), data("laser.range")],
+        }
+    }
+
+    #[test]
+    fn a_name_that_does_not_exist_is_answered_with_one_that_does() {
+        let check = |data, part: &str| {
+            let text = describe_missing(&listing(), data);
+            assert!(text.contains(part), "{text}");
+        };
+        check("laser.scna", "`laser` has no output called laser.scna; did you mean laser.scan?");
+        check("laser.power", "(it has: laser.scan, laser.range)");
+        check("lasr.scan", "none called `lasr` is running; did you mean laser.scan?");
+        check("lasr.x", "did you mean laser?");
+        check("arm.angle", "has no outputs (yet)");
+        check("wheel.speed", "`armor data list`");
+    }
+
+    fn status(state: RunState, exec_calls: u64, published: u64) -> Status {
+        let (id, data, type_name) = ("scan".into(), "laser.scan".into(), "Scan".into());
+        Status {
+            name: "laser".into(),
+            kind: "laser".into(),
+            state,
+            activation: 0,
+            controllable: true,
+            uptime_s: 1.0,
+            exec_calls,
+            clock_offset_s: 0.0,
+            clock_error_s: None,
+            last_error: "no power".into(),
+            outputs: vec![OutputStatus { id, data, type_name, published, links: Vec::new() }],
+            inputs: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn silence_is_explained_by_what_the_component_does() {
+        let check = |status, part: &str| {
+            let text = explain_silence(&status, "laser.scan");
+            assert!(text.contains(part), "{text}");
+        };
+        check(status(RunState::Frozen, 7, 7), "is frozen");
+        check(status(RunState::Starting, 0, 0), "still starting");
+        check(status(RunState::Failed, 7, 7), "has failed (no power); `armor restart laser`");
+        check(status(RunState::Done, 7, 7), "is done");
+        check(status(RunState::Active, 7, 0), "has never published it (no power)");
+        check(status(RunState::Active, 0, 0), "none of its code has been called");
+        check(status(RunState::Active, 7, 7), "has published it before");
+    }
+}

@@ -1,0 +1,224 @@
+//! Tables that fit a terminal: columns without news are left out, long cells continue on the next
+//! line.
+
+/// Spaces between two columns.
+const GAP: usize = 2;
+/// A column of text is made no narrower than this.
+const MIN_TEXT_WIDTH: usize = 8;
+/// Where a word is divided if it is too long for its column; after these characters.
+const SEAMS: [char; 5] = ['.', '/', '_', '-', ','];
+
+/// Rows under headings; numbers stand to the right.
+#[derive(Clone, Debug)]
+pub struct Table<'a> {
+    headings: &'a [&'a str],
+    rows: Vec<Vec<String>>,
+    /// Headings of the columns that a narrow terminal can do without, the least important first.
+    dispensable: &'a [&'a str],
+}
+
+impl<'a> Table<'a> {
+    /// Makes a table; every row has a cell per heading.
+    pub fn new(headings: &'a [&'a str], rows: Vec<Vec<String>>) -> Self {
+        Self { headings, rows, dispensable: &[] }
+    }
+
+    /// Names the columns that a narrow terminal can do without, the least important first.
+    pub fn dispensable(self, headings: &'a [&'a str]) -> Self {
+        Self { dispensable: headings, ..self }
+    }
+
+    /// Returns the table as lines of at most `width` columns, if there is a width and the table can
+    /// be made as narrow.
+    pub fn format(&self, width: Option<usize>) -> String {
+        let mut columns: Vec<usize> = (0..self.headings.len()).collect();
+        let width = width.unwrap_or(usize::MAX);
+        let mut left_out = Vec::new();
+        for heading in self.dispensable {
+            let natural = columns.iter().map(|column| self.longest_cell(*column));
+            if natural.sum::<usize>() + gaps(columns.len()) <= width {
+                break;
+            }
+            columns.retain(|column| self.headings[*column] != *heading);
+            left_out.push(*heading);
+        }
+        let widths = self.fit_widths(&columns, width);
+        let mut out = String::new();
+        let headings: Vec<String> = self.headings.iter().map(ToString::to_string).collect();
+        for row in std::iter::once(&headings).chain(&self.rows) {
+            self.push_row(row, &columns, &widths, &mut out);
+        }
+        if !left_out.is_empty() {
+            left_out.sort_by_key(|heading| self.headings.iter().position(|it| it == heading));
+            out += &format!("(a wider terminal shows {} too)\n", left_out.join(", "));
+        }
+        out
+    }
+
+    fn longest_cell(&self, column: usize) -> usize {
+        let cells = self.rows.iter().filter_map(|row| row.get(column)).map(String::as_str);
+        cells.chain([self.headings[column]]).map(count_columns).max().unwrap_or(0)
+    }
+
+    fn is_numeric(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().filter_map(|row| row.get(column)).peekable();
+        cells.peek().is_some() && cells.all(|cell| is_number(cell))
+    }
+
+    /// Takes columns away from the widest column of text until the table fits.
+    fn fit_widths(&self, columns: &[usize], width: usize) -> Vec<usize> {
+        let mut widths: Vec<usize> =
+            columns.iter().map(|column| self.longest_cell(*column)).collect();
+        let least: Vec<usize> = columns
+            .iter()
+            .zip(&widths)
+            .map(|(column, natural)| {
+                let heading = count_columns(self.headings[*column]);
+                if self.is_numeric(*column) {
+                    *natural
+                } else {
+                    (*natural).min(heading.max(MIN_TEXT_WIDTH))
+                }
+            })
+            .collect();
+        while widths.iter().sum::<usize>() + gaps(columns.len()) > width {
+            let shrinkable = (0..widths.len()).filter(|index| widths[*index] > least[*index]);
+            let Some(widest) = shrinkable.max_by_key(|index| widths[*index]) else { break };
+            widths[widest] -= 1;
+        }
+        widths
+    }
+
+    fn push_row(&self, row: &[String], columns: &[usize], widths: &[usize], out: &mut String) {
+        let cells: Vec<Vec<String>> = columns
+            .iter()
+            .zip(widths)
+            .map(|(column, width)| wrap_text(row.get(*column).map_or("", String::as_str), *width))
+            .collect();
+        let height = cells.iter().map(Vec::len).max().unwrap_or(0);
+        for index in 0..height {
+            let mut line = String::new();
+            for ((cell, column), width) in cells.iter().zip(columns).zip(widths) {
+                let text = cell.get(index).map_or("", String::as_str);
+                let room = " ".repeat(width.saturating_sub(count_columns(text)));
+                if self.is_numeric(*column) {
+                    line += &room;
+                    line += text;
+                } else {
+                    line += text;
+                    line += &room;
+                }
+                line += "  ";
+            }
+            out.push_str(line.trim_end());
+            out.push('\n');
+        }
+    }
+}
+
+fn gaps(columns: usize) -> usize {
+    columns.saturating_sub(1) * GAP
+}
+
+fn count_columns(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// Divides `text` into lines of at most `width` columns: between words, and inside a word that is
+/// longer than a line.
+pub fn wrap_text(text: &str, width: usize) -> Vec<String> {
+    let width = width.max(1);
+    if count_columns(text) <= width {
+        return vec![text.to_owned()];
+    }
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let mut rest: Vec<char> = word.chars().collect();
+        let used = lines.last().map_or(0, |line| count_columns(line));
+        if used > 0 && used + 1 + rest.len() <= width {
+            if let Some(line) = lines.last_mut() {
+                line.push(' ');
+                line.extend(rest);
+            }
+            continue;
+        }
+        if used > 0 {
+            lines.push(String::new());
+        }
+        while rest.len() > width {
+            let seam = rest[..width].iter().rposition(|c| SEAMS.contains(c));
+            let part: String = rest.drain(..seam.map_or(width, |seam| seam + 1)).collect();
+            if let Some(line) = lines.last_mut() {
+                *line = part;
+            }
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.extend(rest);
+        }
+    }
+    lines
+}
+
+/// Returns whether a cell is a number, with or without a unit, or empty.
+fn is_number(cell: &str) -> bool {
+    cell == "-" || cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(rows: &[&[&str]]) -> Vec<Vec<String>> {
+        rows.iter().map(|row| row.iter().map(ToString::to_string).collect()).collect()
+    }
+
+    #[test]
+    fn columns_line_up_and_numbers_stand_to_the_right() {
+        let rows = rows(&[&["laser", "7"], &["größe", "1234"]]);
+        let expected = "NAME   PID\nlaser     7\ngröße  1234\n".replace("PID\n", " PID\n");
+        assert_eq!(Table::new(&["NAME", "PID"], rows).format(None), expected);
+    }
+
+    #[test]
+    fn a_narrow_terminal_wraps_text_and_never_numbers() {
+        let rows = rows(&[&["simulator.odometry", "123456", "is not connected to anything"]]);
+        let table = Table::new(&["FROM", "SENT", "STATE"], rows);
+        assert_eq!(
+            table.format(Some(34)),
+            "FROM          SENT  STATE\n\
+             simulator.  123456  is not\n\
+             odometry            connected to\n\
+             \x20                   anything\n"
+        );
+        for width in [30, 40, 60] {
+            let text = table.format(Some(width));
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
+        }
+        assert_eq!(table.format(Some(200)), table.format(None));
+    }
+
+    #[test]
+    fn dispensable_columns_leave_first_and_are_named() {
+        let rows = rows(&[&["laser.scan", "LaserScan", "latest", "up"]]);
+        let headings = ["FROM", "TYPE", "KEEP", "STATE"];
+        let table = Table::new(&headings, rows).dispensable(&["KEEP", "TYPE"]);
+        let text = table.format(Some(29));
+        assert_eq!(
+            text,
+            "FROM        TYPE       STATE\nlaser.scan  LaserScan  up\n\
+             (a wider terminal shows KEEP too)\n"
+        );
+        let text = table.format(Some(20));
+        assert!(text.ends_with("(a wider terminal shows TYPE, KEEP too)\n"), "{text}");
+        assert!(table.format(None).contains("KEEP"), "a pipe gets all of it");
+    }
+
+    #[test]
+    fn words_longer_than_a_line_are_divided_at_their_seams() {
+        assert_eq!(wrap_text("a bb ccc", 4), ["a bb", "ccc"]);
+        assert_eq!(wrap_text("simulator.odometry", 12), ["simulator.", "odometry"]);
+        assert_eq!(wrap_text("abcdefgh", 3), ["abc", "def", "gh"]);
+        assert_eq!(wrap_text("", 3), [""]);
+    }
+}
