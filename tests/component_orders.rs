@@ -89,7 +89,7 @@ fn a_watch_shows_states_and_reports_through_a_restart() {
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["watch", "worker", "--registry", &registry]);
     let watch = Dialogue::start(&mut command);
-    let mut await_line = |part: &str| while !watch.read_line().contains(part) {};
+    let await_line = |part: &str| while !watch.read_line().contains(part) {};
     await_line("  worker  active");
     armor_ok(&system, &["restart", "worker"]);
     await_line("  worker  gone: ");
@@ -153,7 +153,7 @@ fn data_are_listed_and_printed_by_field_and_as_a_table() {
         .link("north", "sink.a", "latest");
     let system = draft.run(Folder::new("data"));
     system.traced("sink", "data", |trace| (trace.got("a").len() > 5).then_some(()));
-    let listed = system.told(&["data", "list"]);
+    let listed = system.read_json(&["data", "list"]);
     let find = |data: &str| listed.iter().find(|output| output["data"] == data);
     let north = find("north.numbers").expect("it is listed");
     assert_eq!((&north["type"], &north["links"]), (&"Numbered".into(), &vec!["sink"].into()));

@@ -88,7 +88,7 @@ impl ObservedSystem {
     /// # Errors
     /// In words, if it is not registered or does not answer.
     pub fn ask_component(&self, name: &str) -> Result<Status, String> {
-        let entry = self.directory.component(name, STATUS_WITHIN);
+        let entry = self.directory.find_process(name, STATUS_WITHIN);
         self.ask_status(&entry.map_err(|error| error.to_string())?)
     }
 

@@ -53,7 +53,7 @@ impl Verb for LogArguments {
 fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<CommandEnding> {
     let LogArguments { component, filter, running } = arguments;
     let observed = select_system(running, "log")?;
-    let entry = observed.directory().component(component, ANSWER_WITHIN)?;
+    let entry = observed.directory().find_process(component, ANSWER_WITHIN)?;
     let (sender, answers) = mpsc::channel();
     let sink = move |event| {
         let answer = match event {

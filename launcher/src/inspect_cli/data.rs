@@ -167,6 +167,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),
+            dropped_reports: 0,
             outputs: vec![output],
             inputs: Vec::new(),
         }

@@ -115,6 +115,11 @@ fn in_words(kind: &ComponentKind) -> String {
         let headings = ["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""];
         out += &Table::new(&headings, rows).format(width);
     }
+    if !events.is_empty() {
+        let rows: Vec<_> = events.iter().map(format_event).collect();
+        out += "\n";
+        out += &Table::new(&["EVENT", "VALUE", ""], rows).format(width);
+    }
     out += &describe_messages(inputs.iter().chain(outputs), width);
     out
 }
@@ -133,11 +138,6 @@ fn describe_messages<'a>(
         out += "\n";
         out += &Table::new(&[&format!("MESSAGE {}", port.type_name), ""], rows.collect())
             .format(width);
-    }
-    if !events.is_empty() {
-        let rows: Vec<_> = events.iter().map(format_event).collect();
-        out += "\n";
-        out += &print::format_table(&["EVENT", "VALUE", ""], &rows);
     }
     out
 }
