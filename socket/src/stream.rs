@@ -70,7 +70,7 @@ impl Stream {
         }
     }
 
-    /// ServerLimits how long [`receive`](Self::receive) and [`Read::read`] wait; `None` sets no limit.
+    /// Limits how long [`receive`](Self::receive) and [`Read::read`] wait; `None` sets no limit.
     ///
     /// # Errors
     /// If `timeout` is zero.
@@ -81,7 +81,7 @@ impl Stream {
         }
     }
 
-    /// ServerLimits how long [`Write::write`] waits; `None` sets no limit.
+    /// Limits how long [`Write::write`] waits; `None` sets no limit.
     ///
     /// # Errors
     /// If `timeout` is zero.
