@@ -1,6 +1,6 @@
 //! The command line: the list of all commands, in the order of `armor --help`. A command's
-//! arguments, help and code are in the file of its type; a new command is that file and a line
-//! here.
+//! arguments, help and code are in the file of its type; a new command is that file, its `mod` line,
+//! and its import and its entry here.
 
 use std::process::ExitCode;
 

@@ -185,6 +185,22 @@ pub enum Transport {
     Udp,
 }
 
+impl Transport {
+    /// Each transport with the word that the file uses for it.
+    pub const NAMED: [(&str, Self); 4] =
+        [("auto", Self::Auto), ("tcp", Self::Tcp), ("shm", Self::Shm), ("udp", Self::Udp)];
+
+    /// Returns the word that the file uses for this transport.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Tcp => "tcp",
+            Self::Shm => "shm",
+            Self::Udp => "udp",
+        }
+    }
+}
+
 /// A `<block>` of a layout, as written: a file may contain any layout.
 #[derive(Clone, Debug)]
 pub(crate) struct LayoutBlock {

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use armor_robotfile::model::Transport;
 use armor_robotfile::{SCHEMA, check, read};
 
 /// Codes of what a schema can say. The others (references, limits, DOCTYPE) it cannot.
@@ -148,4 +149,15 @@ fn the_schema_refuses_the_same_structures() {
         differences.join("\n---\n")
     );
     println!("{refused} of {} slips are structural, and both refuse them", slips.len());
+}
+
+#[test]
+fn schema_and_format_name_every_transport() {
+    let document = include_str!("../../docs/file-format.md");
+    let row = document.lines().find(|line| line.starts_with("| `transport` |")).unwrap();
+    for (name, transport) in Transport::NAMED {
+        assert_eq!(transport.name(), name);
+        assert!(SCHEMA.contains(&format!("<xs:enumeration value=\"{name}\"/>")), "{name}");
+        assert!(row.contains(&format!("`{name}`")), "{name}: {row}");
+    }
 }

@@ -70,7 +70,7 @@ impl Stream {
         }
     }
 
-    /// ServerLimits how long [`receive`](Self::receive) and [`Read::read`] wait; `None` sets no
+    /// Limits how long [`receive`](Self::receive) and [`Read::read`] wait; `None` sets no
     /// limit.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Stream {
         }
     }
 
-    /// ServerLimits how long [`Write::write`] waits; `None` sets no limit.
+    /// Limits how long [`Write::write`] waits; `None` sets no limit.
     ///
     /// # Errors
     /// If `timeout` is zero.

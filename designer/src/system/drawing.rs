@@ -315,11 +315,8 @@ fn unusual(link: &Link) -> Vec<String> {
     if link.wake == Wake::Spin {
         words.push("spin".into());
     }
-    match link.transport {
-        Transport::Auto => {}
-        Transport::Tcp => words.push("tcp".into()),
-        Transport::Shm => words.push("shm".into()),
-        Transport::Udp => words.push("udp".into()),
+    if link.transport != Transport::default() {
+        words.push(link.transport.name().into());
     }
     words
 }

@@ -4,7 +4,7 @@
 use super::Subject;
 use crate::date::Date;
 use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Place, Transition, Variable};
-use crate::model::{Component, Configuration, Link, LinkMode, Parameter, Restart, Transport};
+use crate::model::{Component, Configuration, Link, LinkMode, Parameter, Restart};
 use crate::source::Spanned;
 
 /// One thing of a configuration.
@@ -94,20 +94,14 @@ fn quoted_if_needed(text: &str) -> String {
 }
 
 fn of_link(link: &Link) -> ComparedItem {
-    let transport = match link.transport {
-        Transport::Auto => "",
-        Transport::Tcp => "tcp",
-        Transport::Shm => "shm",
-        Transport::Udp => "udp",
-    };
     let changed_from =
         |value: String, default: &str| if value == default { String::new() } else { value };
     let aspects = vec![
         plain_aspect("mode", if link.mode == LinkMode::Pull { "pull" } else { "" }),
         plain_aspect("keep", changed_from(link.keep.to_string(), "latest")),
         plain_aspect("wake", changed_from(link.wake.to_string(), "sleep")),
-        plain_aspect("transport", transport),
-        plain_aspect("history", changed_from(link.history.to_string(), "0")),
+        plain_aspect("transport", changed_from(link.transport.name().into(), "auto")),
+        plain_aspect("history", changed_from(link.history.to_string(), "1")),
     ];
     let name = format!("{} -> {}", link.from.data(), link.to.data());
     ComparedItem::new(Subject::Link, name, aspects)

@@ -70,6 +70,18 @@ fn a_removed_component_includes_its_parameters() {
 }
 
 #[test]
+fn an_added_link_is_described_without_its_defaults() {
+    let without = FILE.replace("<link from=\"slam.map\" to=\"view.map\"/>", "");
+    let found = differences(&configuration(&without), &configuration(FILE));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0].to_string(), "link slam.map -> view.map added");
+    check(
+        &[(" keep=\"10\"", " keep=\"10\" transport=\"tcp\"")],
+        &["link laser.scan -> slam.scan: transport (none) → tcp"],
+    );
+}
+
+#[test]
 fn equal_meaning_is_no_difference() {
     check(&[("<system", "<!-- new -->\n\n<system")], &[]);
     check(&[("timeout=\"90s\"", "timeout=\"1.5min\"")], &[]);

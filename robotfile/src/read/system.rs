@@ -113,15 +113,7 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let mode = fields.choice("mode", &[("push", LinkMode::Push), ("pull", LinkMode::Pull)]);
     let keep = fields.converted("keep", parse_keep);
     let wake = fields.parsed("wake");
-    let transport = fields.choice(
-        "transport",
-        &[
-            ("auto", Transport::Auto),
-            ("tcp", Transport::Tcp),
-            ("shm", Transport::Shm),
-            ("udp", Transport::Udp),
-        ],
-    );
+    let transport = fields.choice("transport", &Transport::NAMED);
     let history = fields.count("history", 1);
     let mut unusual = Vec::new();
     unusual.extend(mode.as_ref().filter(|mode| mode.value == LinkMode::Pull).map(at));

@@ -1,6 +1,6 @@
 //! A link: its output, its input, and what a slow subscriber receives.
 
-use armor_robotfile::model::{LinkMode, Transport};
+use armor_robotfile::model::LinkMode;
 use armor_wire::keep::{Keep, Wake};
 use eframe::egui::{self, ComboBox};
 
@@ -47,12 +47,7 @@ impl SystemView {
         self.keep(ui, &item, link.keep, unread("keep"));
         let mode = if link.mode == LinkMode::Pull { "pull" } else { "push" };
         let wake = if link.wake == Wake::Spin { "spin" } else { "sleep" };
-        let transport = match link.transport {
-            Transport::Auto => "auto",
-            Transport::Tcp => "tcp",
-            Transport::Shm => "shm",
-            Transport::Udp => "udp",
-        };
+        let transport = link.transport.name();
         let choices: [(Choice<'_>, &str); 3] = [
             (
                 (
