@@ -50,8 +50,8 @@ impl Proof<'_> {
         let verb = if names.len() == 1 { "is" } else { "are" };
         let transition = &self.plan.net().transition(why.transition).name;
         let message = format!(
-            "{} {verb} not followed in the proof: {transition} tells {} combinations of their \
-             values apart",
+            "{} {verb} not followed in the proof: {transition} depends on {} combinations of \
+             their values",
             names.join(" and "),
             why.combinations
         );
