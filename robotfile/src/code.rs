@@ -185,7 +185,7 @@ codes! {
         UnknownField = "E0232", "an unknown field of data";
         GuardType = "E0233", "values of different types in a guard";
         GuardUnit = "E0234", "numbers in a guard that do not fit together";
-        FieldNotSaid = "E0235", "a field of data is not a single value";
+        FieldNotSingle = "E0235", "a field of data is not a single value";
         GuardConstant = "W0236", "a guard that never changes";
         UnusedVariable = "W0237", "a variable that is not used";
         CountSyntax = "E0238", "a value that a variable cannot be set to";

@@ -271,7 +271,7 @@ impl Findings {
             self.left_out += 1;
             self.make_room(finding);
         }
-        self.say_left_out();
+        self.add_left_out();
     }
 
     /// Replaces a finding that is not an error by an error.
@@ -284,7 +284,7 @@ impl Findings {
         }
     }
 
-    fn say_left_out(&mut self) {
+    fn add_left_out(&mut self) {
         if self.is_finished && self.left_out > 0 {
             self.list.push(Finding::left_out(self.left_out));
         }
@@ -395,7 +395,7 @@ impl Findings {
         self.list.retain(|finding| finding.code != Code::More);
         self.sort();
         self.is_finished = true;
-        self.say_left_out();
+        self.add_left_out();
         self
     }
 }

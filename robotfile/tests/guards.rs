@@ -200,14 +200,14 @@ fn set_values_are_whole_numbers_in_the_domain() {
     check("E0239", &format!("{data}{guard}{sets}"));
     let unknown = r#"<set variable="[[m]]" value="2"/></transition>"#;
     check("E0231", &format!("{domain}{guard}{one}{unknown}"));
-    let nobody = r#"<variable name="[[n]]" min="0" max="3"/>"#;
-    check("W0224", &format!("{nobody}{guard}</transition>"));
+    let unset = r#"<variable name="[[n]]" min="0" max="3"/>"#;
+    check("W0224", &format!("{unset}{guard}</transition>"));
     let none = r#"<variable name="[[n]]" min="0"/>"#;
     check("E0239", &format!("{none}{guard}{one}</transition>"));
     let unread = r#"<variable name="[[n]]" min="0" max="3"/>
         <transition name="t" from="a" to="b" timeout="1s"><set variable="n" value="n + 1"/></transition>"#;
     check("W0237", unread);
-    // A check speaks of it as well as a guard does.
+    // A check may use it as a guard may.
     let claimed = unread.replace("[[n]]", "n") + "<check>always n &lt;= 3</check>";
     check("", &claimed);
     check("E0203", &(claimed + "<check>always [[m]] &lt;= 3</check>"));

@@ -8,7 +8,8 @@ use std::process::Command;
 use armor_robotfile::model::Transport;
 use armor_robotfile::{SCHEMA, check, read};
 
-/// Codes of what a schema can say. The others (references, limits, DOCTYPE) it cannot.
+/// Codes of the rules that a schema can express. It cannot express the others (references, limits,
+/// DOCTYPE).
 const STRUCTURAL: &[&str] = &[
     "E0004", "E0009", "E0010", "E0011", "E0012", "E0013", "E0014", "E0015", "E0016", "E0017",
     "E0018", "E0020", "E0101", "E0102", "E0104", "E0201", "E0202", "E0210",

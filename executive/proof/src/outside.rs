@@ -50,7 +50,7 @@ impl Proof<'_> {
         let verb = if names.len() == 1 { "is" } else { "are" };
         let transition = &self.plan.net().transition(why.transition).name;
         let message = format!(
-            "{} {verb} not followed in the proof: {transition} distinguishes {} combinations of \
+            "{} {verb} not followed in the proof: {transition} depends on {} combinations of \
              their values",
             names.join(" and "),
             why.combinations

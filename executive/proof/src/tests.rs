@@ -97,6 +97,69 @@ fn a_transition_whose_places_are_never_marked_together_is_dead() {
 }
 
 #[test]
+fn of_a_chain_that_is_never_entered_only_the_first_transition_is_reported() {
+    let net = "<place name='x' initial='true'/><place name='y'/><place name='z'/><place name='w'/>
+        <transition name='t' from='x' to='over' timeout='1s'/>
+        <transition name='u' from='x over' to='y'/><transition name='v' from='y' to='z'/>
+        <transition name='w' from='z' to='w'/>";
+    let findings = proven(&mission(net));
+    let [finding] = &findings.iter().collect::<Vec<_>>()[..] else { panic!("{findings:?}") };
+    assert!(finding.message.starts_with("u never fires"), "{}", finding.message);
+}
+
+#[test]
+fn a_mission_that_is_over_at_its_start_has_one_finding() {
+    let net = "<place name='x'/><place name='y' components='a'/>
+        <transition name='t' from='x' to='y'/><transition name='u' from='y' to='over' on='a.done'/>
+        <transition name='v' from='y' to='hold' timeout='1s'/>
+        <transition name='w' from='over hold' to='x'/>";
+    let over = |place: &str| {
+        let initial = format!("<place name='{place}' initial='true'/>");
+        mission(net).replace(&format!("<place name='{place}'/>"), &initial)
+    };
+    for (place, code) in [("over", "W0262"), ("hold", "E0241")] {
+        let findings = proven(&over(place));
+        let [finding] = &findings.iter().collect::<Vec<_>>()[..] else { panic!("{findings:?}") };
+        assert_eq!(finding.code.as_str(), code);
+        assert!(finding.message.contains("over at its start"), "{}", finding.message);
+        assert_eq!(finding.at.as_ref().map(|at| at.text()), Some(place));
+    }
+    let endless = over("hold").replace(" goal='over'", "");
+    let findings = proven(&endless);
+    assert_eq!(findings.iter().map(|it| it.code.as_str()).collect::<Vec<_>>(), ["W0262"]);
+}
+
+#[test]
+fn a_transition_without_from_hides_its_consequences() {
+    let net = "<place name='x' initial='true' components='a'/><place name='y' components='b'/>
+        <exclusive components='a b'/><transition name='t' from='x' to='y' on='a.done'/>
+        <transition name='u' from='y' to='over' on='b.done'/>
+        <transition name='late' FROM to='y' timeout='5s'/>
+        <check>always x + y &lt;= 1</check>";
+    let found = |from: &str| {
+        let file = mission(&net.replace("FROM", from));
+        let reading = read("robot.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
+        let reading = check(reading, &[], None);
+        let configuration = reading.configuration.expect("a mission");
+        let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
+        let proven = prove(&configuration, &plan, &|| false);
+        let all = reading.findings.into_iter().chain(proven);
+        all.map(|finding| finding.code.as_str()).filter(|code| *code != "N0247").collect::<Vec<_>>()
+    };
+    assert_eq!(found("from='x'"), [""; 0]);
+    // The check that it refutes is an error, and stays one.
+    assert_eq!(found(""), ["W0261", "E0252"]);
+}
+
+#[test]
+fn an_emergency_exit_is_proven() {
+    let net = "<place name='x' initial='true' components='a'/>
+        <transition name='t' from='x' to='over' on='a.done'/>
+        <transition name='stop' to='hold' class='safety' operator='true'/>";
+    assert_eq!(codes(net), [""; 0]);
+}
+
+#[test]
 fn the_end_ends_it_whatever_could_still_fire() {
     // The mission ends when `over` is marked, so no place can grow afterwards.
     let net = "<place name='x' initial='true'/>

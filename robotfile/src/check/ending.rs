@@ -1,5 +1,5 @@
 //! A mission without a goal that stops somewhere: the place in which it stops was probably meant to
-//! be the goal. A mission without a goal that goes round until it fails or is stopped is in order.
+//! be the goal. A mission without a goal that repeats its places until it fails or is stopped needs no goal.
 
 use std::collections::BTreeSet;
 
@@ -29,7 +29,7 @@ fn find_last_place(mission: &Mission) -> Option<&crate::source::Spanned<String>>
     let left: BTreeSet<&str> =
         left.chain(entered).chain(&mission.safe).map(|place| place.value.as_str()).collect();
     let is_last = |place: &str| !left.contains(place);
-    // Where a transition also puts a token into a place that is left, the mission goes on there.
+    // Where a transition also puts a token into a place that is left, the mission continues there.
     let ends = mission.transitions.iter().filter(|transition| {
         transition.inputs().next().is_some()
             && transition.outputs().next().is_some()

@@ -2,6 +2,7 @@
 //! a link whose producer is frozen whenever its consumer is active. Only what the arcs exclude is a
 //! finding: where two places might be marked together, both checks are silent.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::concurrency::PlaceConcurrency;
@@ -12,6 +13,9 @@ use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Name};
 use crate::mission::{ArcKind, Mission, Place, Transition};
 use crate::model::{Link, LinkMode, System};
+
+/// Pairs of places that are looked at, so that the checks take milliseconds for any file.
+const MAX_PAIRS: usize = 2_000_000;
 
 /// Checks the mission, which contains its sub-missions.
 pub(super) fn check(
@@ -27,7 +31,7 @@ pub(super) fn check(
             active_in.entry(&component.value).or_default().push(&place.name.value);
         }
     }
-    let activity = Activity { mission, together, active_in };
+    let activity = Activity { mission, together, active_in, pairs: Cell::new(0) };
     let mut found = Findings::default();
     for transition in &mission.transitions {
         activity.check_guard(transition, &mut found);
@@ -57,6 +61,8 @@ struct Activity<'a> {
     together: PlaceConcurrency<'a>,
     /// The places of each component that the mission controls.
     active_in: BTreeMap<&'a str, Vec<&'a str>>,
+    /// The pairs of places that were looked at.
+    pairs: Cell<usize>,
 }
 
 impl Activity<'_> {
@@ -99,9 +105,10 @@ impl Activity<'_> {
     }
 
     /// Whether the component may be active while all of these places are marked; none if the mission
-    /// does not control it.
+    /// does not control it, or if too much was looked at.
     fn may_be_active(&self, component: &str, places: &BTreeSet<&str>) -> Option<bool> {
         let active = self.active_in.get(component)?;
+        self.count_pairs(active.len() * places.len())?;
         let may =
             |active: &&str| places.iter().all(|place| self.together.may_be_together(active, place));
         Some(active.iter().any(may))
@@ -115,6 +122,9 @@ impl Activity<'_> {
             Some(reached.collect::<Vec<_>>()).filter(|reached| !reached.is_empty())
         };
         let (Some(producing), Some(consuming)) = (places(from), places(to)) else { return };
+        if self.count_pairs(producing.len() * consuming.len()).is_none() {
+            return;
+        }
         let meets = |producing: &&str| {
             consuming.iter().any(|place| self.together.may_be_together(producing, place))
         };
@@ -128,6 +138,12 @@ impl Activity<'_> {
         findings.push(finding.remedy(format!(
             "activate both in one place, or take {from} out of all places: then it is always active"
         )));
+    }
+
+    /// Counts pairs that are to be looked at; none if they are too many.
+    fn count_pairs(&self, more: usize) -> Option<()> {
+        self.pairs.set(self.pairs.get().saturating_add(more));
+        (self.pairs.get() <= MAX_PAIRS).then_some(())
     }
 
     fn place(&self, name: &str) -> Option<&Place> {

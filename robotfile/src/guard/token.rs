@@ -188,21 +188,21 @@ impl<'a> Lexer<'a> {
     /// Reads the longest unit that the text continues with.
     fn read_unit(&mut self) -> Result<Option<&'static Unit>, GuardError> {
         let rest = self.rest();
-        let goes_on = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let continues = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let ends = |unit: &&Unit| {
             rest.strip_prefix(unit.name)
-                .is_some_and(|after| unit.name == "%" || !after.starts_with(goes_on))
+                .is_some_and(|after| unit.name == "%" || !after.starts_with(continues))
         };
         let longest = UNITS.iter().filter(ends).max_by_key(|unit| unit.name.len());
         if let Some(unit) = longest {
             self.at += unit.name.len();
             return Ok(Some(unit));
         }
-        if !rest.starts_with(goes_on) {
+        if !rest.starts_with(continues) {
             return Ok(None);
         }
         let start = self.at;
-        let word = self.take_while(goes_on);
+        let word = self.take_while(continues);
         let known = || UNITS.iter().map(|unit| unit.name);
         let list = || format!("known are {}", known().collect::<Vec<_>>().join(" "));
         Err(GuardError {

@@ -1,4 +1,4 @@
-//! Systems against what their kinds say of themselves.
+//! Systems against the manifests of their kinds.
 
 use armor_robotfile::{Colours, Manifests};
 use armor_wire::manifest::Manifest;

@@ -213,7 +213,7 @@ fn a_mission_that_stops_somewhere_has_a_goal() {
     let unmarked = |file: String| file.replace("[[", "").replace("]]", "");
     one("W0260", &with(r#"safe="hold""#, ""));
     none(&unmarked(with(r#"safe="hold" goal="b""#, "")));
-    // A mission that goes round, and one that always ends in its safe place, need none.
+    // A mission that repeats its places, and one that always ends in its safe place, need none.
     let back = r#"<transition name="u" from="b" to="a" on="go.done"/>"#;
     none(&unmarked(with(r#"safe="hold""#, back)));
     none(&unmarked(with(

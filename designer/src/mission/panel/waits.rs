@@ -106,7 +106,7 @@ fn is_of_guard(code: armor_robotfile::Code) -> bool {
             | Code::GuardUnit
             | Code::UnknownVariable
             | Code::UnknownField
-            | Code::FieldNotSaid
+            | Code::FieldNotSingle
     )
 }
 

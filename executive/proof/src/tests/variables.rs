@@ -92,7 +92,8 @@ fn too_many_values_are_left_open_and_named() {
         <check>never n > 3</check><check>never hold</check><check>reachable(over)</check>";
     let findings = proven(&mission(net));
     let found: Vec<_> = findings.iter().map(|it| (it.code.as_str(), it.message.as_str())).collect();
-    let open = "n and m are not followed in the proof: t distinguishes 251001 combinations of their values";
+    let open =
+        "n and m are not followed in the proof: t depends on 251001 combinations of their values";
     assert!(found.contains(&("W0249", open)), "{found:?}");
     let undecided = found.iter().filter(|it| it.0 == "W0253").count();
     assert_eq!((undecided, found.len()), (2, 3), "{found:?}");

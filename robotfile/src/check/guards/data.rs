@@ -137,7 +137,7 @@ fn wrong_field(
         }
         FieldError::NotOne { known } => {
             let message = format!("{name} is a {type_name}, which is not a single value");
-            let finding = Finding::new(Code::FieldNotSaid, whole, message);
+            let finding = Finding::new(Code::FieldNotSingle, whole, message);
             let remedy = match known.as_slice() {
                 [] => "name a field that is a number, a boolean or a text; `armor describe` lists \
                        them"
@@ -152,7 +152,7 @@ fn wrong_field(
         }
         FieldError::List => {
             let message = format!("{name} is a list");
-            let finding = Finding::new(Code::FieldNotSaid, whole, message);
+            let finding = Finding::new(Code::FieldNotSingle, whole, message);
             let remedy = "guards use single values: publish the one that matters from a component";
             findings.push(finding.remedy(remedy));
         }
