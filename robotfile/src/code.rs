@@ -168,6 +168,8 @@ codes! {
         ReportMisspelt = "W0221", "a report that is probably misspelt";
         EndlessLoop = "W0222", "transitions that fire forever in no time";
         DatePassed = "W0223", "a date that has passed";
+        UnknownEvent = "E0225", "an unknown event";
+        EventsUndeclared = "N0226", "an event of a kind that declares none";
     }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";
