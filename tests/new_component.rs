@@ -25,6 +25,19 @@ fn build(project: &Path) -> std::path::PathBuf {
     target.join("debug/odd-counter")
 }
 
+/// The tests that the project begins with pass.
+fn run_own_tests(project: &Path) {
+    let tested = Command::new(env!("CARGO"))
+        .args(["test", "--offline", "--quiet"])
+        .current_dir(project)
+        .env("CARGO_TARGET_DIR", Path::new(REPOSITORY).join("target/new-component"))
+        .output()
+        .expect("cargo starts");
+    let out = String::from_utf8_lossy(&tested.stdout);
+    assert!(tested.status.success(), "{out}{}", String::from_utf8_lossy(&tested.stderr));
+    assert!(out.contains("3 passed"), "{out}");
+}
+
 #[test]
 fn a_users_own_component_runs_and_is_supervised() {
     let folder = Folder::new("new");
@@ -32,6 +45,7 @@ fn a_users_own_component_runs_and_is_supervised() {
     assert_eq!(code, 0, "{err}");
     let executable = build(&folder.path().join("odd-counter"));
     crate::manifests::keeps_to_the_schema(&executable);
+    run_own_tests(&folder.path().join("odd-counter"));
 
     folder.script("bystander", "echo here; exec sleep 600");
     let components = folder.path().join("components");

@@ -39,11 +39,13 @@ fn set_location(at: &Location, record: &mut config::FindingRecord) {
 }
 
 /// Returns the first [`MAX_RECORDS`] changes between two versions with their effects, and the
-/// number of further ones.
+/// number of further ones. `is_unrequested`: whether a component runs and has not requested a live
+/// parameter.
 pub(crate) fn change_records(
     before: &Configuration,
     after: &Configuration,
     rules: &VersionRules,
+    is_unrequested: &dyn Fn(&str, &str) -> bool,
 ) -> (Vec<config::ChangeRecord>, u32) {
     let differences = differences(before, after);
     let records = differences.iter().take(MAX_RECORDS).map(|difference| {
@@ -62,7 +64,7 @@ pub(crate) fn change_records(
             before: cut_text(before),
             after: cut_text(after_it),
             text: cut_text(difference.to_string()),
-            effect: cut_text(describe_effect(difference, after, rules)),
+            effect: cut_text(describe_effect(difference, after, rules, is_unrequested)),
         }
     });
     (records.collect(), left_out(differences.len()))
@@ -98,7 +100,12 @@ fn left_out(len: usize) -> u32 {
 /// Describes when a change takes effect. A component requests its parameters, rate and links when
 /// it starts; the launcher reads the file once; the executive decides itself when to take a new
 /// mission.
-fn describe_effect(difference: &Difference, after: &Configuration, rules: &VersionRules) -> String {
+fn describe_effect(
+    difference: &Difference,
+    after: &Configuration,
+    rules: &VersionRules,
+    is_unrequested: &dyn Fn(&str, &str) -> bool,
+) -> String {
     let at_next_start = |component: &str| format!("takes effect when {component} is started again");
     let name = difference.name.as_str();
     match (difference.subject, &difference.change) {
@@ -107,10 +114,15 @@ fn describe_effect(difference: &Difference, after: &Configuration, rules: &Versi
             let kind = after.system.component(component).map(|found| found.kind.value.as_str());
             if rules.is_overridden(component, parameter) {
                 format!("has no effect: --set gives {name} its value")
-            } else if kind.is_some_and(|kind| rules.is_live(kind, parameter)) {
-                format!("reaches {component} immediately")
-            } else {
+            } else if !kind.is_some_and(|kind| rules.is_live(kind, parameter)) {
                 at_next_start(component)
+            } else if is_unrequested(component, parameter) {
+                format!(
+                    "reaches {component} only when {component} requests {parameter}, which it \
+                     declares but has not requested"
+                )
+            } else {
+                format!("reaches {component} immediately")
             }
         }
         (Subject::Component, Change::Changed { aspect, .. })

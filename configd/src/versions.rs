@@ -116,8 +116,8 @@ pub struct Versions {
 /// One component's or tool's connection.
 struct ConfigdClient {
     component: String,
-    /// The live parameters it asked for: their changes are sent to it.
-    live: BTreeSet<String>,
+    /// The parameters it asked for: changes of those that are live are sent to it.
+    asked: BTreeSet<String>,
 }
 
 impl Versions {
@@ -265,7 +265,7 @@ impl Versions {
         }
         // A component that is not in the file yet may be in its next version.
         self.clients
-            .insert(peer, ConfigdClient { component: hello.from.clone(), live: BTreeSet::new() });
+            .insert(peer, ConfigdClient { component: hello.from.clone(), asked: BTreeSet::new() });
         let welcome =
             Welcome { name: "configd".into(), instance: self.instance, schema: String::new() };
         ConfigdAction::Peer(armor_wire::peer::PeerAction::Welcome { peer, welcome })
@@ -277,7 +277,7 @@ impl Versions {
                 (&message, self.clients.get_mut(&peer))
             {
                 // It may be live: a component that runs already then gets it with the next version.
-                client.live.insert(name.clone());
+                client.asked.insert(name.clone());
             }
             return self
                 .no_version(&message)
@@ -355,9 +355,7 @@ impl Versions {
             return Some(ConfigReply::Refused { request, refusal });
         }
         let assigned = answers::assigned_value(component, &parameter, &self.rules.root);
-        if self.rules.is_live(&component.kind.value, &parameter) {
-            client.live.insert(parameter.clone());
-        }
+        client.asked.insert(parameter.clone());
         Some(ConfigReply::Parameter { request, name: parameter, assigned })
     }
 
@@ -428,8 +426,8 @@ impl Versions {
             let (old, Some(new)) = (component(before), component(&self.in_force)) else {
                 continue;
             };
-            let live = client.live.iter();
-            for name in live.filter(|name| self.rules.is_live(&new.kind.value, name)) {
+            let asked = client.asked.iter();
+            for name in asked.filter(|name| self.rules.is_live(&new.kind.value, name)) {
                 let was = old.as_ref();
                 let was = was.map(|old| answers::assigned_value(old, name, &self.rules.root));
                 let is = answers::assigned_value(&new, name, &self.rules.root);

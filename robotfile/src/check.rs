@@ -18,6 +18,7 @@ mod order;
 mod paths;
 mod ports;
 mod reach;
+mod reports;
 mod system;
 mod transition;
 mod unused;
@@ -45,6 +46,7 @@ pub fn check(
         findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
         system::keep_first(&mut configuration.system, &mut found);
         by_itself(configuration, &mut found);
+        reports::check(configuration, manifests, &mut found);
         guards::check(configuration, manifests, &mut found);
         claims::check(configuration, &mut found);
         overrides::apply(configuration, overrides, &mut found);

@@ -178,6 +178,8 @@ codes! {
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";
         FrozenProducer = "W0266", "a link whose producer is frozen while its consumer is active";
+        UnknownEvent = "E0225", "an unknown event";
+        EventsUndeclared = "N0226", "an event of a kind that declares none";
     }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";

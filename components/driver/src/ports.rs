@@ -194,3 +194,64 @@ fn as_scan(scan: &LaserScan, robot_from_laser: Pose2) -> DriverScan {
         ranges_m: scan.ranges.iter().map(range_m).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use armor_sdk::testing::{ReportKind, TestError, TestedComponent};
+
+    use super::*;
+
+    const TICK: Duration = Duration::from_millis(100);
+
+    #[test]
+    fn manual_velocities_reach_the_base_until_they_are_old_or_stop_is_ordered()
+    -> Result<(), TestError> {
+        let parameters = [("guarded", "false"), ("acceleration", "20m/s2"), ("speed", "50cm/s")];
+        let mut driver = TestedComponent::build::<Driver>(&parameters)?;
+        driver.start()?;
+        let tick = |driver: &mut TestedComponent| -> Result<f64, TestError> {
+            driver.tick_after(TICK)?;
+            Ok(driver.last_output::<Twist>("velocity")?.linear.x)
+        };
+        assert_eq!(tick(&mut driver)?, 0.0, "nothing is ordered");
+        driver.send("manual", &Twist::planar(0.4, 0.0))?;
+        assert_eq!(tick(&mut driver)?, 0.4);
+        driver.send("manual", &Twist::planar(3.0, 0.0))?;
+        assert_eq!(tick(&mut driver)?, 0.5, "its fastest speed");
+        driver.send("stop", &Flag { data: true })?;
+        assert_eq!(tick(&mut driver)?, 0.0);
+        driver.send("stop", &Flag { data: false })?;
+        assert_eq!(tick(&mut driver)?, 0.5, "the order is still fresh");
+        driver.pass_time(Duration::from_millis(500));
+        assert_eq!(tick(&mut driver)?, 0.0, "the order is old");
+        Ok(())
+    }
+
+    #[test]
+    fn the_base_is_brought_to_rest_at_the_end() -> Result<(), TestError> {
+        let mut driver = TestedComponent::build::<Driver>(&[("guarded", "false")])?;
+        driver.start()?;
+        driver.send("manual", &Twist::planar(0.3, 0.0))?;
+        driver.tick_after(TICK)?;
+        assert!(driver.last_output::<Twist>("velocity")?.linear.x > 0.0);
+        driver.stop()?;
+        assert_eq!(driver.last_output::<Twist>("velocity")?, Twist::default());
+        Ok(())
+    }
+
+    #[test]
+    fn a_map_of_the_wrong_size_is_a_failure() -> Result<(), TestError> {
+        let mut driver = TestedComponent::build::<Driver>(&[])?;
+        driver.start()?;
+        let mut map = OccupancyGrid::default();
+        (map.info.width, map.info.height, map.info.resolution) = (3, 2, 0.1);
+        driver.send("map", &map)?;
+        let [ReportKind::Failed { reason }] = driver.reports() else {
+            panic!("{:?}", driver.reports());
+        };
+        assert!(reason.contains("the map's cells"), "{reason}");
+        Ok(())
+    }
+}

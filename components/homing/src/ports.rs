@@ -102,3 +102,38 @@ impl Component for Homing {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use armor_convert::build_pose;
+    use armor_sdk::testing::{ReportKind, TestError, TestedComponent};
+
+    use super::*;
+
+    const TICK: Duration = Duration::from_millis(100);
+
+    fn seen_at(x_m: f64, y_m: f64) -> PoseWithCovarianceStamped {
+        let mut seen = PoseWithCovarianceStamped::default();
+        seen.pose.pose = build_pose(Pose2::new(x_m, y_m, 0.0));
+        seen
+    }
+
+    #[test]
+    fn the_goal_is_home_until_the_robot_has_stayed_there() -> Result<(), TestError> {
+        let mut homing = TestedComponent::build::<Homing>(&[("x", "2m"), ("y", "50cm")])?;
+        homing.start()?;
+        homing.send("pose", &seen_at(0.0, 0.0))?;
+        homing.tick_after(TICK)?;
+        let goal = homing.last_output::<PoseStamped>("goal")?;
+        assert_eq!((goal.pose.position.x, goal.pose.position.y), (2.0, 0.5));
+        assert_eq!((goal.stamp, goal.frame.as_str()), (homing.timestamp(), "map"));
+        homing.send("pose", &seen_at(2.1, 0.4))?;
+        homing.tick_after(TICK)?;
+        assert_eq!(homing.reports(), [], "it may only be driving past");
+        homing.tick_after(TICK * 10)?;
+        assert_eq!(homing.reports(), [ReportKind::Done]);
+        Ok(())
+    }
+}

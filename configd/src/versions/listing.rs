@@ -1,9 +1,10 @@
 //! Answers to tools: the list of parameters, the changes between versions, and the state notice.
 
+use armor_robotfile::Configuration;
 use armor_wire::config::{ChangeRecord, ConfigReply, ConfigurationState, MAX_RECORDS};
 use armor_wire::hello::{Refusal, RefusalCode};
 
-use super::{ConfigdAction, Notice, Versions};
+use super::{ConfigdAction, ConfigdClient, Notice, Versions};
 use crate::{answers, records};
 
 impl Versions {
@@ -47,15 +48,28 @@ impl Versions {
             let refusal = Refusal::new(RefusalCode::UnknownData, text);
             return ConfigReply::Refused { request, refusal };
         };
-        let (changes, left_out) = records::change_records(&before, &after, &self.rules);
+        let (changes, left_out) = self.change_records(&before, &after);
         ConfigReply::Differences { request, from, to, changes, left_out }
     }
 
     /// Returns what changed with a version; nothing if the version before it is not kept.
+    fn change_records(
+        &self,
+        before: &Configuration,
+        after: &Configuration,
+    ) -> (Vec<ChangeRecord>, u32) {
+        let is_unrequested = |component: &str, parameter: &str| {
+            let runs = |client: &&ConfigdClient| client.component == component;
+            let mut running = self.clients.values().filter(runs).peekable();
+            running.peek().is_some() && !running.any(|client| client.asked.contains(parameter))
+        };
+        records::change_records(before, after, &self.rules, &is_unrequested)
+    }
+
     pub(super) fn changes_of(&self, version: u64) -> (Vec<ChangeRecord>, u32) {
         let one = |number| self.history.configuration(number);
         match (one(version.saturating_sub(1)), one(version)) {
-            (Some(before), Some(after)) => records::change_records(&before, &after, &self.rules),
+            (Some(before), Some(after)) => self.change_records(&before, &after),
             _ => (Vec::new(), 0),
         }
     }

@@ -143,6 +143,15 @@ fn what_a_transition_waits_for_is_edited_in_its_panel() {
 }
 
 #[test]
+fn the_events_that_a_kind_declares_are_offered() {
+    let mut window = mission(SURVEY);
+    window.click("transition late");
+    window.choose("report of", "arm");
+    window.click("packed");
+    check(&mut window, r#"on="arm.packed""#);
+}
+
+#[test]
 fn a_mistake_in_a_guard_is_shown_below_it_while_it_is_typed() {
     let mut window = mission(SURVEY);
     window.click("transition late");

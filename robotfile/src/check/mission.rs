@@ -9,7 +9,6 @@ use crate::finding::{Finding, Findings};
 use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
-use crate::suggestion::suggest_similar;
 
 pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     let system = &configuration.system;
@@ -212,7 +211,6 @@ impl<'a> MissionNames<'a> {
         if !self.expect_component(reporter, findings) {
             return;
         }
-        misspelt_report(&on.event, findings);
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
         let takes = transition.arcs.iter().any(|arc| arc.kind != ArcKind::Put);
@@ -226,24 +224,6 @@ impl<'a> MissionNames<'a> {
             let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
             findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
         }
-    }
-}
-
-/// A component may send reports of any name, but a name that differs from `done` or `failed` by one
-/// or two letters is probably a mistake.
-fn misspelt_report(event: &Spanned<String>, findings: &mut Findings) {
-    const SENT: [&str; 2] = ["done", "failed"];
-    let name = event.value.to_ascii_lowercase();
-    if SENT.contains(&event.value.as_str()) {
-        return;
-    }
-    if let Some(guess) = suggest_similar(&name, SENT.into_iter()) {
-        let message = format!(
-            "the report {} is probably misspelt: the usual ones are done and failed",
-            event.value
-        );
-        let finding = Finding::new(Code::ReportMisspelt, &event.at, message);
-        findings.push(finding.remedy(guess));
     }
 }
 

@@ -159,3 +159,73 @@ fn a_link_that_never_delivers_a_message() {
         assert!(reading.findings.is_empty(), "{fine}\n{}", reading.findings.render(Colours::No));
     }
 }
+
+#[test]
+fn the_reports_a_mission_waits_for_are_those_that_its_components_declare() {
+    let kind = |kind: &str, events: &str| -> Manifest {
+        let text = format!(
+            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"","inputs":[],"outputs":[],
+                "parameters":[{{"name":"buttons","type":"text","default":"start"}}],
+                "events":[{events}]}}"#
+        );
+        serde_json::from_str(&text).unwrap()
+    };
+    let patrol = kind("patrol", r#"{"name":"lap"},{"name":"dome"}"#);
+    let view = kind("view", r#"{"name":"button","named_by":"buttons"}"#);
+    let manifests = Manifests::from([
+        ("patrol".into(), patrol),
+        ("view".into(), view),
+        ("quiet".into(), kind("quiet", "")),
+    ]);
+    let found = |on: &str, parameter: &str, in_place: &str| {
+        let file = format!(
+            r#"<armor version="1"><system>
+            <component name="a" kind="patrol"/><component name="b" kind="view">{parameter}</component>
+            <component name="c" kind="quiet"/></system>
+            <mission goal="home" safe="hold"><place name="go" initial="true" components="a b c">{in_place}</place>
+            <place name="home"/><place name="hold"/>
+            <transition name="t" from="go" to="home" on="{on}"/>
+            <transition name="u" from="go" to="hold" timeout="10min"/></mission></armor>"#
+        );
+        let (reading, _) = reading(&file, Some(&manifests));
+        let of =
+            |f: &&armor_robotfile::Finding| ["E0225", "N0226", "W0221"].contains(&f.code.as_str());
+        let found = reading.findings.iter().filter(of);
+        found
+            .map(|f| format!("{} {} ({})", f.code.as_str(), f.message, f.remedy))
+            .collect::<Vec<_>>()
+    };
+    let home = r#"<parameter name="buttons" value="home  explore"/>"#;
+    let given = r#"<parameter component="b" name="buttons" value="stop"/>"#;
+    let none: [&str; 0] = [];
+    for (on, parameter, in_place) in [
+        ("a.done", "", ""),
+        ("a.failed", "", ""),
+        ("a.lap", "", ""),
+        ("a.dome", "", ""), // like `done`, but declared
+        ("b.start", "", ""),
+        ("b.explore", home, ""),
+        ("b.stop", home, given),
+    ] {
+        assert_eq!(found(on, parameter, in_place), none, "{on}");
+    }
+    assert_eq!(
+        found("a.lapp", "", ""),
+        ["E0225 a reports no event called lapp (did you mean lap?)"]
+    );
+    assert_eq!(
+        found("a.dnoe", "", ""),
+        ["E0225 a reports no event called dnoe (did you mean done?)"],
+        "not W0221 as well"
+    );
+    assert_eq!(
+        found("b.start", home, ""),
+        ["E0225 b reports no event called start (it reports: explore, home, done, failed)"]
+    );
+    assert_eq!(found("c.dnoe", "", "").len(), 1, "W0221 alone");
+    let undeclared = found("c.seen", "", "");
+    assert!(
+        undeclared.len() == 1 && undeclared[0].starts_with("N0226 the kind quiet"),
+        "{undeclared:?}"
+    );
+}

@@ -55,6 +55,24 @@ fn a_change_states_when_it_takes_effect() {
 }
 
 #[test]
+fn a_parameter_that_a_running_component_has_not_requested_is_named() {
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
+    let mut versions = versions_under(rules);
+    connect(&mut versions, 1, "player", Purpose::Config);
+    ask(&mut versions, 1, ConfigRequest::Parameter { request: 1, name: "file".into() });
+    let edited = FILE.replace("value=\"2\"", "value=\"3\"").replace("a.log", "c.log");
+    let taken = state(&versions.handle(saved(&edited)));
+    let effects: Vec<_> = taken.changes.iter().map(|change| change.effect.as_str()).collect();
+    let unrequested =
+        "reaches player only when player requests speed, which it declares but has not requested";
+    let expected = ["takes effect when player is started again", unrequested];
+    assert_eq!(effects, expected, "{taken:?}");
+    ask(&mut versions, 1, ConfigRequest::Parameter { request: 2, name: "speed".into() });
+    let taken = state(&versions.handle(saved(&edited.replace("value=\"3\"", "value=\"4\""))));
+    assert_eq!(taken.changes[0].effect, "reaches player immediately");
+}
+
+#[test]
 fn what_changed_between_versions_can_be_asked() {
     let mut versions = versions();
     connect(&mut versions, 1, "param-7", Purpose::Config);

@@ -58,9 +58,18 @@ fn reporters(shown: &PanelSource<'_>, transition: &Transition) -> (Vec<String>, 
     })
 }
 
-/// Reports that a component is known to send: the two that all send, and those others wait for.
+/// Reports that a component is known to send: the two that all send, the events that its kind declares,
+/// and those that other transitions wait for.
 fn events(shown: &PanelSource<'_>, component: &str) -> Vec<String> {
     let mut known = vec!["done".to_owned(), "failed".to_owned()];
+    let system = &shown.configuration.system;
+    let found = system.components.iter().find(|one| one.name.value == component);
+    if let Some(found) = found
+        && let Some(manifest) = shown.kinds.find(&found.kind.value)
+    {
+        let value = |name: &str| found.parameter(name).map(|given| given.value.value.as_str());
+        known.extend(manifest.event_names(value).into_iter().map(str::to_owned));
+    }
     for on in shown.mission.transitions.iter().filter_map(|transition| transition.on.as_ref()) {
         if on.component.value == component && !known.contains(&on.event.value) {
             known.push(on.event.value.clone());

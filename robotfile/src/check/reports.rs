@@ -1,0 +1,105 @@
+//! The reports that transitions wait for, against the events that the components' kinds declare.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use armor_wire::manifest::{Manifest, RESERVED_EVENTS};
+
+use crate::check::manifests::Manifests;
+use crate::check::names::listed;
+use crate::code::Code;
+use crate::finding::{Finding, Findings, short};
+use crate::mission::ReportRef;
+use crate::model::{Component, Configuration};
+use crate::source::Spanned;
+use crate::suggestion::suggest_similar;
+
+pub(super) fn check(
+    configuration: &Configuration,
+    manifests: Option<&Manifests>,
+    findings: &mut Findings,
+) {
+    let components = configuration.system.components.iter();
+    let components: BTreeMap<&str, &Component> =
+        components.map(|component| (component.name.value.as_str(), component)).collect();
+    let transitions = configuration.missions().flat_map(|mission| &mission.transitions);
+    let mut unknown = BTreeSet::new();
+    for on in transitions.filter_map(|transition| transition.on.as_ref()) {
+        // An unknown component is a finding already.
+        let Some(component) = components.get(on.component.value.as_str()) else { continue };
+        if RESERVED_EVENTS.contains(&on.event.value.as_str()) {
+            continue;
+        }
+        match manifests.and_then(|manifests| manifests.get(&component.kind.value)) {
+            Some(manifest) if !manifest.events.is_empty() => {
+                check_declared(on, component, manifest, configuration, findings);
+            }
+            manifest => {
+                let is_misspelt = report_misspelt(&on.event, findings);
+                let is_new = unknown.insert((&on.component.value, &on.event.value));
+                if manifest.is_some() && !is_misspelt && is_new {
+                    report_unknown(on, component, findings);
+                }
+            }
+        }
+    }
+}
+
+/// A component that declares events reports no others.
+fn check_declared(
+    on: &ReportRef,
+    component: &Component,
+    manifest: &Manifest,
+    configuration: &Configuration,
+    findings: &mut Findings,
+) {
+    let name = on.event.value.as_str();
+    let assigned = |parameter: &str| {
+        let value = component.parameter(parameter);
+        value.map(|parameter| parameter.value.value.as_str())
+    };
+    let mut known = manifest.event_names(assigned);
+    // A place may assign another value for the duration of an activation.
+    let places = configuration.missions().flat_map(|mission| &mission.places);
+    for given in places.flat_map(|place| &place.parameters) {
+        let names = |parameter: &str| {
+            (parameter == given.parameter.name.value)
+                .then_some(given.parameter.value.value.as_str())
+        };
+        if given.component.value == on.component.value {
+            known.extend(manifest.event_names(names));
+        }
+    }
+    if known.contains(name) {
+        return;
+    }
+    let message = format!("{} reports no event called {}", on.component.value, short(name));
+    let known: Vec<_> = known.into_iter().chain(RESERVED_EVENTS).collect();
+    let known = || known.iter().copied();
+    let guess = if findings.is_full() { None } else { suggest_similar(name, known()) };
+    let remedy = guess.unwrap_or_else(|| format!("it reports: {}", listed(known())));
+    findings.push(Finding::new(Code::UnknownEvent, &on.event.at, message).remedy(remedy));
+}
+
+/// A name that differs from `done` or `failed` by one or two letters is probably a mistake. Returns
+/// whether it does.
+fn report_misspelt(event: &Spanned<String>, findings: &mut Findings) -> bool {
+    let name = event.value.to_ascii_lowercase();
+    let Some(guess) = suggest_similar(&name, RESERVED_EVENTS.into_iter()) else { return false };
+    let message = format!(
+        "the report {} is probably misspelt: the usual ones are done and failed",
+        event.value
+    );
+    findings.push(Finding::new(Code::ReportMisspelt, &event.at, message).remedy(guess));
+    true
+}
+
+fn report_unknown(on: &ReportRef, component: &Component, findings: &mut Findings) {
+    let message = format!(
+        "the kind {} declares no events, so it is not known whether {} reports {}",
+        short(&component.kind.value),
+        on.component.value,
+        short(&on.event.value)
+    );
+    let finding = Finding::new(Code::EventsUndeclared, &on.event.at, message);
+    findings.push(finding.remedy("declare its events in its EVENTS, or ignore this note"));
+}
