@@ -172,14 +172,14 @@ codes! {
         ReportMisspelt = "W0221", "a report that is probably misspelt";
         EndlessLoop = "W0222", "transitions that fire forever in no time";
         DatePassed = "W0223", "a date that has passed";
+        UnknownEvent = "E0225", "an unknown event";
+        EventsUndeclared = "N0226", "an event of a kind that declares none";
         NoGoal = "W0260", "no goal";
         NoInput = "W0261", "a transition that takes tokens from no place";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";
         FrozenProducer = "W0266", "a link whose producer is frozen while its consumer is active";
-        UnknownEvent = "E0225", "an unknown event";
-        EventsUndeclared = "N0226", "an event of a kind that declares none";
     }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";
