@@ -215,8 +215,12 @@ impl<'a> MissionNames<'a> {
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
         let takes = transition.arcs.iter().any(|arc| arc.kind != ArcKind::Put);
         let is_frozen = self.active_in.contains_key(reporter.value.as_str()) && !heard;
-        // Without a place that it starts from, that is its finding.
-        if is_frozen && takes && !transition.is_doubtful {
+        // A missing or unknown place is a finding of its own.
+        let are_known = transition
+            .arcs
+            .iter()
+            .all(|arc| self.places.known.contains_key(arc.place.value.as_str()));
+        if is_frozen && takes && are_known && !transition.is_doubtful {
             let message = format!(
                 "{} is frozen in every place that {} starts from",
                 reporter.value, name.value

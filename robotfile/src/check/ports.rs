@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::clock::Clock;
 use armor_wire::manifest::{Manifest, PortManifest};
+use armor_wire::name::is_name;
 use armor_wire::schema::difference;
 use armor_wire::{Message, WireType};
 
@@ -216,6 +217,10 @@ pub(super) fn required_inputs(
     findings: &mut Findings,
 ) {
     let name = &component.name;
+    if !is_name(&name.value) {
+        // Links may name it as it was meant; that it is malformed is a finding already.
+        return;
+    }
     let inputs = manifest.inputs.iter().filter(|input| input.required);
     for input in inputs.filter(|input| !fed.is_fed(&name.value, &input.id)) {
         let message =

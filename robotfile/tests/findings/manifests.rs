@@ -66,6 +66,13 @@ fn systems_against_manifests() {
     with("E0113", r#"<parameter name="colour" value="[[green]]"/>"#, fed);
     let exchanged = r#"<component name="b" kind="k"><parameter name="file" value="x"/></component><link from="[[b.in]]" to="a.out"/>"#;
     with("E0107", "", &format!("{fed}{exchanged}"));
+    one_with(
+        "E0018",
+        &system(
+            r#"<component name="[[a b]]" kind="k"><parameter name="file" value="x"/></component><link from="ab.out" to="ab.in"/>"#,
+        ),
+        Some(&manifests),
+    );
     // A slip in a name, and not also that what it meant is missing.
     with("E0106", "", r#"<link from="a.out" to="a.[[inn]]"/>"#);
     with("E0103", "", r#"<link from="a.out" to="[[aa]].in"/>"#);

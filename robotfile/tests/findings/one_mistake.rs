@@ -83,7 +83,7 @@ fn a_malformed_name_is_one_finding() {
     one(
         "E0018",
         &mission(
-            r#"<place name="[[rou nds]]"/><transition name="in" from="a" to="rounds"/><transition name="out" from="rounds" to="over" timeout="5s"/>"#,
+            r#"<place name="[[rou nds]]"/><transition name="in" from="a" to="rounds"/><transition name="out" from="rounds" to="over" on="go.done"/><place name="c" components="go"/><transition name="d" from="rounds" to="c" timeout="5s"/>"#,
         ),
     );
 }
