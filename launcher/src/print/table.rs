@@ -50,7 +50,8 @@ impl<'a> Table<'a> {
         }
         if !left_out.is_empty() {
             left_out.sort_by_key(|heading| self.headings.iter().position(|it| it == heading));
-            out += &format!("(a wider terminal shows {} too)\n", left_out.join(", "));
+            let note = format!("(a wider terminal shows {} too)", left_out.join(", "));
+            out += &(wrap_text(&note, width).join("\n") + "\n");
         }
         out
     }
@@ -186,10 +187,10 @@ mod tests {
         let table = Table::new(&["FROM", "SENT", "STATE"], rows);
         assert_eq!(
             table.format(Some(34)),
-            "FROM          SENT  STATE\n\
-             simulator.  123456  is not\n\
-             odometry            connected to\n\
-             \x20                   anything\n"
+            "FROM            SENT  STATE\n\
+             simulator.    123456  is not\n\
+             odometry              connected to\n\
+             \x20                     anything\n"
         );
         for width in [30, 40, 60] {
             let text = table.format(Some(width));
@@ -207,10 +208,10 @@ mod tests {
         assert_eq!(
             text,
             "FROM        TYPE       STATE\nlaser.scan  LaserScan  up\n\
-             (a wider terminal shows KEEP too)\n"
+             (a wider terminal shows KEEP\ntoo)\n"
         );
         let text = table.format(Some(20));
-        assert!(text.ends_with("(a wider terminal shows TYPE, KEEP too)\n"), "{text}");
+        assert!(text.ends_with("(a wider terminal\nshows TYPE, KEEP\ntoo)\n"), "{text}");
         assert!(table.format(None).contains("KEEP"), "a pipe gets all of it");
     }
 
