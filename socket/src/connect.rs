@@ -11,6 +11,7 @@ use socket2::{Domain, Socket, Type};
 
 use crate::identity::host_name;
 use crate::listener::unix_address;
+use crate::owner::{OwnerError, check_server};
 use crate::proxy;
 use crate::stream::Stream;
 
@@ -21,7 +22,11 @@ use crate::stream::Stream;
 pub fn connect(endpoint: &Endpoint, limit: Duration) -> io::Result<Stream> {
     match endpoint {
         Endpoint::Tcp(address) => connect_tcp(address, limit),
-        Endpoint::Unix(instance) => connect_unix(*instance, limit),
+        Endpoint::Unix(instance) => {
+            let stream = connect_unix(*instance, limit)?;
+            reject_stranger(&stream)?;
+            Ok(stream)
+        }
     }
 }
 
@@ -60,12 +65,24 @@ fn connect_tcp(address: &str, limit: Duration) -> io::Result<Stream> {
     let Some(proxy) = proxy::proxy_address() else {
         let stream = TcpStream::connect_timeout(&resolve_address(address)?, limit)?;
         reject_self_connection(&stream)?;
-        return Ok(Stream::Tcp(stream));
+        let stream = Stream::Tcp(stream);
+        reject_stranger(&stream)?;
+        return Ok(stream);
     };
     let stream =
         TcpStream::connect_timeout(&resolve_address(&proxy)?, limit).map_err(proxy::name_proxy)?;
+    let stream = Stream::Tcp(stream);
+    reject_stranger(&stream).map_err(proxy::name_proxy)?;
     proxy::connect_through(&stream, address, limit)?;
-    Ok(Stream::Tcp(stream))
+    Ok(stream)
+}
+
+/// Refuses a server of another user, who may have taken the port of a process that has died.
+fn reject_stranger(stream: &Stream) -> io::Result<()> {
+    check_server(stream).map_err(|error| match error {
+        OwnerError::Closed => io::ErrorKind::ConnectionRefused.into(),
+        error => io::Error::new(io::ErrorKind::PermissionDenied, error),
+    })
 }
 
 /// Refuses a connection whose two ends are the same socket: connecting to a port of the ephemeral

@@ -2,8 +2,9 @@
 //! (RFC 1928), such as `ssh -D` opens. The host at its far end resolves the addresses.
 
 use std::io::{self, Read, Write};
-use std::net::TcpStream;
 use std::time::Duration;
+
+use crate::stream::Stream;
 
 /// `host:port` of the proxy through which this process makes every connection.
 const PROXY_VARIABLE: &str = "ARMOR_VIA";
@@ -40,11 +41,7 @@ pub(crate) fn fixed_port() -> io::Result<Option<u16>> {
 
 /// Asks the proxy at the other end of `stream` to connect to `address`, within `limit` for each of
 /// its answers. Afterwards the stream is a connection to that address.
-pub(crate) fn connect_through(
-    stream: &TcpStream,
-    address: &str,
-    limit: Duration,
-) -> io::Result<()> {
+pub(crate) fn connect_through(stream: &Stream, address: &str, limit: Duration) -> io::Result<()> {
     stream.set_read_timeout(Some(limit))?;
     stream.set_write_timeout(Some(limit))?;
     request_connection(stream, address)?;

@@ -117,6 +117,9 @@ pub enum CloseReason {
     /// An answer does not fit into a frame.
     #[error("the answer cannot be sent: {0}")]
     Unsendable(#[source] FrameError),
+    /// The peer belongs to another user of the host.
+    #[error("{0}")]
+    OtherUser(String),
     /// There are too many connections already.
     #[error("too many connections")]
     Crowded,
@@ -141,6 +144,7 @@ impl CloseReason {
             Self::Hello(_) => "malformed hello",
             Self::Body(_) => "malformed request",
             Self::Unsendable(_) => "unsendable answer",
+            Self::OtherUser(_) => "another user",
             Self::Crowded => "too many connections",
         })
     }

@@ -24,6 +24,8 @@ pub enum RefusalCode {
     WrongPurpose,
     /// A name or another part of the request is malformed.
     Malformed,
+    /// The process that asks belongs to another user of the host.
+    OtherUser,
 }
 
 /// Refuses a hello or a request, with the reason.

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use armor_inspect::run_control::{MAX_LINE_LEN, RunReply, RunRequest, socket_path};
+use armor_socket::check_unix;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::{Semaphore, mpsc, oneshot};
@@ -45,7 +46,7 @@ impl RequestSocket {
             let seats = Arc::new(Semaphore::new(AT_ONCE));
             while let Ok(seat) = seats.clone().acquire_owned().await {
                 match listener.accept().await {
-                    Ok((stream, _)) => {
+                    Ok((stream, _)) if check_unix(&stream).is_ok() => {
                         let requests = requests.clone();
                         tokio::spawn(async move {
                             // A client that leaves or sends no request gets no reply.
@@ -55,6 +56,7 @@ impl RequestSocket {
                             drop(seat);
                         });
                     }
+                    Ok(_) => {}
                     Err(_) => tokio::time::sleep(ACCEPT_REST).await,
                 }
             }

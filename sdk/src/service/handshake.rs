@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_socket::{Stream, is_temporary};
+use armor_socket::{OwnerError, Stream, check_client, is_temporary};
 use armor_wire::codec::MAX_HELLO_LEN;
 use armor_wire::control::Role;
 use armor_wire::frame::{self, FrameKind, FrameReader};
@@ -68,6 +68,14 @@ impl Handshakes {
     pub fn add_connection(&mut self, stream: Stream) {
         // A peer that has gone already needs no answer.
         let Ok(peer) = stream.peer_address() else { return };
+        match check_client(&stream) {
+            Ok(()) => {}
+            Err(OwnerError::Closed) => return,
+            Err(error) => {
+                let refusal = Refusal::new(RefusalCode::OtherUser, error.to_string());
+                return self.send_refusal(&stream, peer, &refusal);
+            }
+        }
         if self.pending.len() >= MAX_PENDING {
             // The oldest has had its chance.
             let oldest = self.pending.remove(0);
@@ -86,7 +94,9 @@ impl Handshakes {
             match pending.read_hello() {
                 HandshakeStep::Wait => self.pending.push(pending),
                 HandshakeStep::Close(fault, reason) => self.log_fault(pending.peer, fault, &reason),
-                HandshakeStep::Refuse(refusal) => self.send_refusal(pending, &refusal),
+                HandshakeStep::Refuse(refusal) => {
+                    self.send_refusal(&pending.stream, pending.peer, &refusal);
+                }
                 HandshakeStep::Hello(hello) => match self.admit_peer(*hello, &pending) {
                     Ok(Some((role, from, instance))) => {
                         let PendingHandshake { stream, mut reader, peer, .. } = pending;
@@ -99,7 +109,7 @@ impl Handshakes {
                         admitted.push(AdmittedControl { stream, reader, role, from, instance });
                     }
                     Ok(None) => {}
-                    Err(refusal) => self.send_refusal(pending, &refusal),
+                    Err(refusal) => self.send_refusal(&pending.stream, pending.peer, &refusal),
                 },
             }
         }
@@ -193,10 +203,11 @@ impl Handshakes {
         stream.write_all(&bytes).map_err(|e| failed(e.to_string()))
     }
 
-    fn send_refusal(&self, pending: PendingHandshake, refusal: &Refusal) {
-        self.log_fault(pending.peer, refusal.code.into(), &refusal.text);
+    /// Sends the reason, as far as that is possible without waiting.
+    fn send_refusal(&self, stream: &Stream, peer: SocketAddr, refusal: &Refusal) {
+        self.log_fault(peer, refusal.code.into(), &refusal.text);
         if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, refusal) {
-            let _ = (&pending.stream).write(&bytes);
+            let _ = stream.try_send(&bytes);
         }
     }
 

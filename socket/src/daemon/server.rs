@@ -37,6 +37,7 @@ use crate::daemon::outgoing::Outgoing;
 use crate::daemon::seats::{Seat, Seats};
 use crate::daemon::stream::{AsyncListener, AsyncStream};
 use crate::listener::Listener;
+use crate::owner::{OwnerError, check_client};
 use crate::stream::Stream;
 use crate::tuning::tune;
 use armor_wire::peer::{CloseReason, PeerAction, PeerEvent, PeerId};
@@ -182,9 +183,17 @@ impl<Q: WireType + Send> Acceptor<Q> {
     fn admit_connection(&mut self, stream: Stream) {
         // A peer that is gone already needs no answer.
         let Ok(address) = stream.peer_address() else { return };
+        // Before it takes a seat, so that other users cannot occupy any.
+        if let Err(error) = check_client(&stream) {
+            if !matches!(error, OwnerError::Closed) {
+                self.faults.log_close(address, &CloseReason::OtherUser(error.to_string()));
+                turn_away(&stream, RefusalCode::OtherUser, error.to_string());
+            }
+            return;
+        }
         let Some(seat) = self.seats.take_seat(address.ip()) else {
             self.faults.log_close(address, &CloseReason::Crowded);
-            turn_away(&stream);
+            turn_away(&stream, RefusalCode::Limit, "there are too many connections already");
             return;
         };
         if tune(&stream).is_err() {
@@ -208,8 +217,8 @@ impl<Q: WireType + Send> Acceptor<Q> {
 }
 
 /// Sends the reason, as far as that is possible without waiting.
-fn turn_away(stream: &Stream) {
-    let refusal = Refusal::new(RefusalCode::Limit, "there are too many connections already");
+fn turn_away(stream: &Stream, code: RefusalCode, reason: impl Into<String>) {
+    let refusal = Refusal::new(code, reason);
     if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, &refusal) {
         // A new socket has room for it.
         let _ = stream.try_send(&bytes);
