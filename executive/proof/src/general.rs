@@ -186,7 +186,7 @@ impl Proof<'_> {
                 continue;
             }
             let name = &self.plan.net().transition(source).name;
-            let message = format!("{name} never fires: no sequence of firings enables it");
+            let message = format!("{name} never fires: no sequence of firings contains it");
             let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
             findings.push(finding.remedy("add transitions that lead to its places, or remove it"));
         }

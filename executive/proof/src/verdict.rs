@@ -282,7 +282,7 @@ impl Proof<'_> {
         match self.firing_of(transition) {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
-                let reason = "no sequence of firings enables it, whatever is reported and when";
+                let reason = "no sequence of firings contains it, whatever is reported and when";
                 ClaimVerdict::Fails(
                     reason.into(),
                     "add transitions that lead to its places, or remove it".into(),

@@ -63,7 +63,7 @@ fn times_exclude_what_tokens_alone_allow() {
     holds(race, "never y");
     holds(race, "dead(too-late)");
     fails(race, "reachable(y)", "no sequence of firings leads there", "");
-    fails(race, "fires(too-late)", "no sequence of firings enables it", "");
+    fails(race, "fires(too-late)", "no sequence of firings contains it", "");
     holds(race, "fires(soon)");
     fails(race, "dead(soon)", "it fires: soon", "soon");
 }
