@@ -39,7 +39,7 @@ fn a_satisfied_check_is_silent_and_the_mission_duration_is_reported() {
     let notes = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON Lines"));
     let takes = notes.into_iter().find(|note| note["code"] == "N0247").expect("a note");
     assert_eq!(takes["takes"]["longest_s"], 300.0, "{takes}");
-    assert_eq!(takes["takes"]["longest_way"], serde_json::json!(["late"]), "{takes}");
+    assert_eq!(takes["takes"]["longest_trace"], serde_json::json!(["late"]), "{takes}");
 }
 
 #[test]
@@ -50,8 +50,8 @@ fn a_violated_check_shows_firings_that_can_be_replayed() {
     let found = out.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON Lines"));
     let found = found.into_iter().find(|finding| finding["code"] == "E0252").expect("an error");
     assert_eq!((&found["line"], &found["text"]), (&11.into(), &"always reachable(full)".into()));
-    let way: Vec<_> = found["way"].as_array().expect("a way").iter().collect();
-    let fire: Vec<_> = way.iter().map(|name| name.as_str().expect("a name")).collect();
+    let trace: Vec<_> = found["trace"].as_array().expect("a trace").iter().collect();
+    let fire: Vec<_> = trace.iter().map(|name| name.as_str().expect("a name")).collect();
     let (code, out, err) = run_to_end(&mut folder.armor(&[
         "mission",
         "replay",

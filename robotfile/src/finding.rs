@@ -50,7 +50,7 @@ pub struct Finding {
     /// Other locations that belong to it, each with a label ("first fed here").
     pub related: Vec<(Location, String)>,
     /// The firings that show it, if there are any.
-    pub way: Option<FiringTrace>,
+    pub trace: Option<FiringTrace>,
     /// The duration of the mission, for the finding that reports it.
     pub takes: Option<MissionDuration>,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
@@ -73,7 +73,7 @@ impl Finding {
             file: None,
             remedy: String::new(),
             related: Vec::new(),
-            way: None,
+            trace: None,
             takes: None,
             more: 0,
         }
@@ -100,8 +100,8 @@ impl Finding {
 
     /// Sets the firings that show it.
     #[must_use]
-    pub fn way(mut self, way: FiringTrace) -> Self {
-        self.way = Some(way);
+    pub fn trace(mut self, trace: FiringTrace) -> Self {
+        self.trace = Some(trace);
         self
     }
 
@@ -189,7 +189,7 @@ impl fmt::Display for Finding {
 
 /// The JSON form: severity, code, message, remedy; file, line, column, end_line, end_column
 /// (from 1, the end exclusive) and text, absent for findings about no text, which have a file at most; related;
-/// way, circle and takes where there are some.
+/// trace, circle and takes where there are some.
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut out = serializer.serialize_struct("Finding", 15)?;
@@ -205,8 +205,8 @@ impl Serialize for Finding {
         let related: Vec<_> =
             self.related.iter().map(|(at, label)| Related { at, label }).collect();
         out.serialize_field("related", &related)?;
-        if let Some(FiringTrace { firings, circle, is_late }) = &self.way {
-            out.serialize_field("way", firings)?;
+        if let Some(FiringTrace { firings, circle, is_late }) = &self.trace {
+            out.serialize_field("trace", firings)?;
             if *is_late {
                 out.serialize_field("late", is_late)?;
             }

@@ -23,13 +23,13 @@ pub struct MissionDuration {
     /// The shortest time to the goal, in seconds.
     pub shortest_s: f64,
     /// Firings that take the shortest time.
-    pub shortest_way: Vec<String>,
+    pub shortest_trace: Vec<String>,
     /// The longest time until the goal or the safe place is marked, in seconds; none if there is no
     /// upper bound.
     pub longest_s: Option<f64>,
     /// Firings that take the longest time; without a bound, the firings before the endless part.
-    pub longest_way: Vec<String>,
-    /// Without a bound, the firings that can repeat forever after `longest_way`.
+    pub longest_trace: Vec<String>,
+    /// Without a bound, the firings that can repeat forever after `longest_trace`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub longest_circle: Vec<String>,
     /// Whether the mission can only end at the goal.

@@ -5,7 +5,7 @@ use std::path::Path;
 use armor_robotfile::{Colours, Manifests, check, read};
 use armor_wire::manifest::{MANIFEST_VERSION, Manifest, PortManifest};
 
-const STATE: &str = "State{stamp:f64(s),level:f32,charge:f32(Ah),tilt:f64(deg),fan:u8(rpm),\
+const STATE: &str = "State{stamp:f64(s),level:f32,charge:f32(Ah),tilt:f64(deg),fan:u8(steps),\
                      inner:Inner{volts:?f32(V)},mode:Mode<Off,On>,label:string,cells:[f32]}";
 
 fn manifests() -> Manifests {

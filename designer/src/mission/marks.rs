@@ -76,7 +76,7 @@ fn word(code: Code) -> Option<&'static str> {
     Some(match code {
         Code::NeverFires => "dead",
         Code::Standstill => "deadlock",
-        Code::GoalLost => "no way out",
+        Code::GoalLost => "goal lost",
         Code::GoalNeverReached => "never reached",
         Code::FillsWithoutEnd => "fills",
         Code::TwoTokens | Code::TooManyTokens => "two tokens",
@@ -126,9 +126,9 @@ mod tests {
     fn a_time_without_end_is_shown_as_such() {
         let takes = |longest_s, always_goal| MissionDuration {
             shortest_s: 5.0,
-            shortest_way: Vec::new(),
+            shortest_trace: Vec::new(),
             longest_s,
-            longest_way: Vec::new(),
+            longest_trace: Vec::new(),
             longest_circle: Vec::new(),
             always_goal,
         };

@@ -35,7 +35,7 @@ impl MissionView {
         for request in requests {
             match request {
                 PanelRequest::Show(item) => workspace.shown = Some(item),
-                PanelRequest::Play(way) => self.play_way(&way, workspace),
+                PanelRequest::Play(trace) => self.play_trace(&trace, workspace),
             }
         }
     }

@@ -65,7 +65,7 @@ impl PathChoice {
     /// Shows the choice; `verb` is the text of its button.
     pub fn show(&mut self, ui: &mut Ui, verb: &str) -> Chosen {
         self.list();
-        self.way(ui);
+        self.show_parent_folders(ui);
         let clicked = self.rows(ui);
         let entered = self.field(ui);
         if let Some(trouble) = &self.trouble {
@@ -101,7 +101,7 @@ impl PathChoice {
     }
 
     /// The folders above, each a button.
-    fn way(&mut self, ui: &mut Ui) {
+    fn show_parent_folders(&mut self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 2.0;
             let mut above: Vec<PathBuf> = self.folder.ancestors().map(Into::into).collect();

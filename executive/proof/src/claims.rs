@@ -37,7 +37,7 @@ fn finding(text: &Spanned<String>, verdict: ClaimVerdict) -> Option<Finding> {
         ClaimVerdict::Fails(reason, remedy, path) => {
             let message = format!("this check does not hold: {reason}");
             let mut finding = Finding::new(Code::CheckFails, &text.at, message).remedy(remedy);
-            finding.way = path;
+            finding.trace = path;
             Some(finding)
         }
         ClaimVerdict::Undecided(why) => {

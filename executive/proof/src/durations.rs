@@ -77,9 +77,9 @@ impl Proof<'_> {
         };
         MissionDuration {
             shortest_s: least.time.as_secs_f64(),
-            shortest_way: self.all_names(&least.sequence),
+            shortest_trace: self.all_names(&least.sequence),
             longest_s,
-            longest_way: self.all_names(path),
+            longest_trace: self.all_names(path),
             longest_circle: self.all_names(circle),
             always_goal,
         }

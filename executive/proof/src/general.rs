@@ -66,7 +66,7 @@ impl Proof<'_> {
                 format!("; {} there is a token in {held}", self.after_firings(&seen.path))
             });
             let message = format!(
-                "no way leads to {name}: the mission can never reach its goal{}",
+                "no sequence of firings leads to {name}: the mission can never reach its goal{}",
                 stands.unwrap_or_default()
             );
             (
@@ -129,7 +129,7 @@ impl Proof<'_> {
             self.net.place(place),
         );
         Finding::new(Code::FillsWithoutEnd, self.at(place), message)
-            .way(self.trace_of(&pumping.prefix, &pumping.cycle))
+            .trace(self.trace_of(&pumping.prefix, &pumping.cycle))
             .remedy("take as many tokens as are put, or stop it with <inhibitor place=\"…\" weight=\"…\"/>")
     }
 
@@ -163,7 +163,7 @@ impl Proof<'_> {
             Finding::new(Code::GoalLost, at, format!("{message}; tokens are in {held}"))
                 .remedy("add a transition that leads out, such as one with a timeout")
         };
-        finding.way(self.trace_of(&seen.path, &[]))
+        finding.trace(self.trace_of(&seen.path, &[]))
     }
 
     fn dead_transitions(&self, findings: &mut Findings) {
@@ -186,13 +186,13 @@ impl Proof<'_> {
                 continue;
             }
             let name = &self.plan.net().transition(source).name;
-            let message = format!("{name} never fires: no way leads to all that it needs");
+            let message = format!("{name} never fires: no sequence of firings contains it");
             let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
-            findings.push(finding.remedy("add a way to its places, or remove it"));
+            findings.push(finding.remedy("add transitions that lead to its places, or remove it"));
         }
     }
 
-    /// A place is active or not: a second token in it means that two ways run into each other.
+    /// A place is active or not: a second token in it means that two branches meet there without a join.
     pub(super) fn tokens_of_active_places(&self, findings: &mut Findings) {
         for id in self.plan.place_ids() {
             let is_active = !self.plan.place(id).components.is_empty();
@@ -205,8 +205,8 @@ impl Proof<'_> {
             let (after, place) = (self.after_firings(&seen.path), self.net.place(id));
             let message = format!("{after} {place} holds more than one token");
             let finding = Finding::new(Code::TwoTokens, self.at(id), message);
-            findings.push(finding.way(self.trace_of(&seen.path, &[])).remedy(
-                "join the ways before it, or keep the second token out with <inhibitor place=\"…\"/>",
+            findings.push(finding.trace(self.trace_of(&seen.path, &[])).remedy(
+                "join the branches that lead to it, or keep the second token out with <inhibitor place=\"…\"/>",
             ));
         }
     }
@@ -255,7 +255,7 @@ impl Proof<'_> {
         let finding = Finding::new(Code::MarkedTogether, self.at(place), message);
         Some(
             finding
-                .way(self.trace_of(&seen.path, &[]))
+                .trace(self.trace_of(&seen.path, &[]))
                 .related(self.at(second), "together with this one")
                 .remedy("let one transition leave the one place and enter the other"),
         )

@@ -28,7 +28,7 @@ impl Proof<'_> {
             let message = format!("{} {why}", self.after_firings(&seen.path));
             let finding = Finding::new(Code::ValueOutside, self.at_set(source, set), message);
             let path = [&seen.path[..], &[copy]].concat();
-            findings.push(finding.way(self.trace_of(&path, &[])).remedy(
+            findings.push(finding.trace(self.trace_of(&path, &[])).remedy(
                 "keep it from firing there with when=\"…\", or widen the domain of the variable",
             ));
         }

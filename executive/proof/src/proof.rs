@@ -128,7 +128,7 @@ impl<'a> Proof<'a> {
         }
     }
 
-    /// Whether tokens alone would let places fill without end in a way that times do not allow.
+    /// Whether tokens alone would let places fill without end, by firings that times do not allow.
     pub(crate) fn grows_untimed_alone(&self) -> bool {
         *self.untimed_alone.get_or_init(|| {
             let ExplorationEnd::Unbounded(pumping) = &self.exploration.ending else { return false };

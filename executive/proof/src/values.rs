@@ -29,7 +29,7 @@ impl Proof<'_> {
         let finding = Finding::new(Code::ValuesContradict, self.at(*place), message);
         Some(
             finding
-                .way(self.trace_of(&seen.path, &[]))
+                .trace(self.trace_of(&seen.path, &[]))
                 .related(self.at(*second), "together with this one")
                 .remedy("give both the same value, or let one transition leave the one place and enter the other"),
         )

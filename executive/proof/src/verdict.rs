@@ -85,10 +85,10 @@ impl Proof<'_> {
         match self.decide_possibly(wanted) {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
-                let reason = "no way leads there, whatever is reported and when";
+                let reason = "no sequence of firings leads there, whatever is reported and when";
                 ClaimVerdict::Fails(
                     reason.into(),
-                    "add a way there, or remove the check".into(),
+                    "add transitions that lead there, or remove the check".into(),
                     None,
                 )
             }
@@ -105,7 +105,10 @@ impl Proof<'_> {
         match found {
             Ok(None) => ClaimVerdict::Holds,
             Ok(Some(seen)) => {
-                let reason = format!("{}, and no way leads on to it", self.comes_to(&seen));
+                let reason = format!(
+                    "{}, and no sequence of firings leads from there to it",
+                    self.comes_to(&seen)
+                );
                 ClaimVerdict::Fails(
                     reason,
                     self.or_the_end(&seen.marking),
@@ -212,10 +215,10 @@ impl Proof<'_> {
         match found {
             Err(why) => self.undecided(why),
             Ok(None) => {
-                let reason = "it never comes to that: no way leads there";
+                let reason = "it never happens: no sequence of firings leads there";
                 ClaimVerdict::Fails(
                     reason.into(),
-                    "add a way there, or remove the check".into(),
+                    "add transitions that lead there, or remove the check".into(),
                     None,
                 )
             }
@@ -262,7 +265,7 @@ impl Proof<'_> {
         ClaimVerdict::Fails(reason, remedy.into(), Some(self.trace_of(path, &[])))
     }
 
-    /// The last firing of a way may be waited for without end.
+    /// The last firing of a path may be waited for without end.
     pub(super) fn waits(&self, path: &[TransitionId]) -> String {
         let Some((last, before)) = path.split_last() else { return "nothing has to fire".into() };
         let name = self.name(*last);
@@ -279,10 +282,10 @@ impl Proof<'_> {
         match self.firing_of(transition) {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
-                let reason = "no way leads to its firing, whatever is reported and when";
+                let reason = "no sequence of firings contains it, whatever is reported and when";
                 ClaimVerdict::Fails(
                     reason.into(),
-                    "add a way to its places, or remove it".into(),
+                    "add transitions that lead to its places, or remove it".into(),
                     None,
                 )
             }

@@ -8,7 +8,7 @@ use armor_robotfile::FiringTrace;
 
 use crate::proof::{Proof, Witness};
 
-/// Firings of a way that are named in a message; as data it is whole.
+/// Firings of a path that a message names; the finding's data has all of them.
 const MAX_NAMED: usize = 12;
 
 impl Proof<'_> {

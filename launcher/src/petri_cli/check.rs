@@ -90,7 +90,7 @@ impl Checking<'_> {
         let dead: Vec<_> = space.dead_transitions().collect();
         self.report.dead_transitions = Some(name_all(self.net, &dead));
         self.report.deadlocks = Some(space.deadlocks());
-        self.report.deadlock = space.first_deadlock().map(|state| self.way(space, state));
+        self.report.deadlock = space.first_deadlock().map(|state| self.sequence_to(space, state));
     }
 
     /// Where the net can end up, and whether the goal stays within reach.
@@ -105,7 +105,7 @@ impl Checking<'_> {
         self.report.reversible = Some(found.is_reversible());
         self.report.home_states = Some(found.home_states());
         if let Some(goal) = goal {
-            let lost = found.lost().map(|state| self.way(space, state));
+            let lost = found.lost().map(|state| self.sequence_to(space, state));
             if lost.is_some() {
                 self.error("the goal cannot be reached from everywhere");
             }
@@ -157,9 +157,10 @@ impl Checking<'_> {
             (false, Some(found)) => (Some(found.is_none()), Some("states")),
             (false, None) => (None, None),
         };
-        let way = together.flatten().zip(space).map(|(state, space)| self.way(space, state));
+        let seen =
+            together.flatten().zip(space).map(|(state, space)| self.sequence_to(space, state));
         let places = [one, other].map(|place| self.net.place(place).to_owned());
-        report::ExclusiveReport { places, holds, by, together: way }
+        report::ExclusiveReport { places, holds, by, together: seen }
     }
 
     /// The timed net.
@@ -177,7 +178,7 @@ impl Checking<'_> {
             dead_transitions: name_all(self.net, &dead),
             deadlocks: found.deadlocks().count() as u64,
             deadlock: deadlock
-                .map(|class| self.way_with(&found.path_to(class), found.marking(class))),
+                .map(|class| self.with_marking(&found.path_to(class), found.marking(class))),
             ..report::ClassReport::default()
         };
         if let Some(goal) = self.goal
@@ -207,31 +208,37 @@ impl Checking<'_> {
         };
         match longest_time(self.net, found, asked, self.budget)? {
             Latest::At(latest) => report.longest = Some(timed(latest)),
-            Latest::WithoutEnd(way) => {
-                report.no_longest =
-                    Some(without("the last may be waited for without end", &way, &[]));
+            Latest::WithoutEnd(path) => {
+                report.no_longest = Some(without(
+                    "no upper bound: the last firing can be waited for without end",
+                    &path,
+                    &[],
+                ));
             }
-            Latest::Circle(way, circle) => {
-                report.no_longest =
-                    Some(without("it need not come: round and round", &way, &circle));
+            Latest::Circle(path, circle) => {
+                report.no_longest = Some(without(
+                    "it may never be marked: some firings can repeat forever",
+                    &path,
+                    &circle,
+                ));
             }
-            Latest::DeadEnd(way) => {
+            Latest::DeadEnd(path) => {
                 report.no_longest =
-                    Some(without("it may never be marked: there is a deadlock", &way, &[]));
+                    Some(without("it may never be marked: there is a deadlock", &path, &[]));
             }
         }
         Ok(())
     }
 
-    fn way(&self, space: &Space, state: u32) -> report::FiringSequence {
-        let way = space.path_to(state).expect("the exploration was asked to remember ways");
-        self.way_with(&way, &space.marking(state))
+    fn sequence_to(&self, space: &Space, state: u32) -> report::FiringSequence {
+        let path = space.path_to(state).expect("the exploration was asked to remember paths");
+        self.with_marking(&path, &space.marking(state))
     }
 
-    fn way_with(&self, way: &[TransitionId], marking: &[u32]) -> report::FiringSequence {
+    fn with_marking(&self, path: &[TransitionId], marking: &[u32]) -> report::FiringSequence {
         let marked = self.net.places().iter().cloned().zip(marking.iter().copied());
         report::FiringSequence {
-            sequence: name_all(self.net, way),
+            sequence: name_all(self.net, path),
             marking: marked.filter(|(_, tokens)| *tokens > 0).collect(),
         }
     }
@@ -264,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_can_be_lost_is_shown_with_the_way_to_losing_it() {
+    fn a_goal_that_can_be_lost_is_shown_with_the_firings_that_lose_it() {
         let report = report("tr a p -> goal\ntr b p -> trap\npl p (1)", Some(1), &[]);
         let goal = report.goal.expect("it was asked for");
         assert_eq!(goal.lost.expect("b loses it").sequence, ["b"]);
@@ -272,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn exclusion_is_proven_by_a_sum_or_refuted_by_a_way() {
+    fn exclusion_is_proven_by_a_sum_or_refuted_by_a_firing_sequence() {
         let safe = report("tr a p -> q\npl p (1)", None, &[0, 1]);
         assert_eq!((safe.exclusive[0].by, safe.errors.len()), (Some("invariant"), 0));
         let unsafe_ = report("tr a p -> q\npl p (2)", None, &[0, 1]);

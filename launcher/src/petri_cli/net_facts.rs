@@ -51,14 +51,14 @@ pub struct NetFacts {
 impl NetFacts {
     /// Computes bounds from invariants, searches for growth on a few walks, and then explores all
     /// states.
-    pub fn gather_facts(net: &Net, with_ways: bool, budget: &AnalysisBudget<'_>) -> Self {
+    pub fn gather_facts(net: &Net, with_paths: bool, budget: &AnalysisBudget<'_>) -> Self {
         let bounds = PlaceBounds::of_net(net, budget.stop);
         if !bounds.is_bounded()
             && let Some(pumping) = pumping_on_walks(net)
         {
             return Self { bounds, pumping: Some(pumping), space: None, undecided: None };
         }
-        let found = explore_states(net, &bounds, with_ways, budget);
+        let found = explore_states(net, &bounds, with_paths, budget);
         let (pumping, undecided) = match found.ending {
             Explored::Complete => (None, None),
             Explored::Unbounded(pumping) => (Some(pumping), None),

@@ -152,7 +152,7 @@ impl NetReport {
         if let Some(deadlocks) = self.deadlocks {
             row(out, "deadlocks", deadlocks);
         }
-        way(out, self.deadlock.as_ref());
+        write_sequence(out, self.deadlock.as_ref());
         if let (Some(reversible), Some(home)) = (self.reversible, self.home_states) {
             row(out, "reversible", yes(reversible));
             row(out, "home states", home);
@@ -160,7 +160,7 @@ impl NetReport {
         if let Some(goal) = &self.goal {
             let reachable = if goal.always_reachable { "always" } else { "not always" };
             row(out, "goal reachable", format!("{}: {reachable}", goal.place));
-            way(out, goal.lost.as_ref());
+            write_sequence(out, goal.lost.as_ref());
         }
         for exclusive in &self.exclusive {
             let [one, other] = &exclusive.places;
@@ -170,7 +170,7 @@ impl NetReport {
                 _ => "not decided".into(),
             };
             row(out, "exclusive", format!("{one} {other}: {verdict}"));
-            way(out, exclusive.together.as_ref());
+            write_sequence(out, exclusive.together.as_ref());
         }
     }
 }
@@ -181,7 +181,7 @@ impl ClassReport {
         row(out, "timed markings", self.markings);
         row(out, "timed dead", listed(&self.dead_transitions));
         row(out, "timed deadlocks", self.deadlocks);
-        way(out, self.deadlock.as_ref());
+        write_sequence(out, self.deadlock.as_ref());
         for (name, timed) in [("shortest", &self.shortest), ("longest", &self.longest)] {
             if let Some(timed) = timed {
                 let fired = sequence(&timed.sequence);
@@ -222,10 +222,10 @@ fn row(out: &mut String, name: &str, value: impl std::fmt::Display) {
     let _ = writeln!(out, "{name:20} {value}");
 }
 
-fn way(out: &mut String, way: Option<&FiringSequence>) {
-    if let Some(way) = way {
-        row(out, "  after", sequence(&way.sequence));
-        let places: Vec<_> = way
+fn write_sequence(out: &mut String, found: Option<&FiringSequence>) {
+    if let Some(found) = found {
+        row(out, "  after", sequence(&found.sequence));
+        let places: Vec<_> = found
             .marking
             .iter()
             .map(

@@ -31,7 +31,8 @@ impl<'a> Table<'a> {
     /// Returns the table as lines of at most `width` columns, if there is a width and the table can
     /// be made as narrow.
     pub fn format(&self, width: Option<usize>) -> String {
-        let mut columns: Vec<usize> = (0..self.headings.len()).collect();
+        let all = 0..self.headings.len();
+        let mut columns: Vec<usize> = all.filter(|column| self.longest_cell(*column) > 0).collect();
         let width = width.unwrap_or(usize::MAX);
         let mut left_out = Vec::new();
         for heading in self.dispensable {
@@ -172,6 +173,12 @@ mod tests {
 
     fn rows(rows: &[&[&str]]) -> Vec<Vec<String>> {
         rows.iter().map(|row| row.iter().map(ToString::to_string).collect()).collect()
+    }
+
+    #[test]
+    fn a_column_without_heading_and_cells_takes_no_room() {
+        let rows = vec![vec!["a".into(), String::new(), "why".into()]];
+        assert_eq!(Table::new(&["NAME", "", ""], rows).format(None), "NAME\na     why\n");
     }
 
     #[test]

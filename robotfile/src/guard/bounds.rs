@@ -4,7 +4,7 @@
 use crate::code::Code;
 use crate::guard::contradiction::deciding_name;
 use crate::guard::count::Count;
-use crate::guard::judge::{GuardProblem, Meaning};
+use crate::guard::meaning::{GuardProblem, Meaning};
 use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 
 /// Returns a finding for each comparison that is always true or always false; or for the whole

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::guard::judge::Meaning;
+use crate::guard::meaning::Meaning;
 use crate::guard::node::{GuardNode, GuardNodeKind, GuardOperator};
 
 /// Returns the name whose conditions decide an `and` or an `or`, as its index in the guard: the

@@ -2,7 +2,7 @@
 //! exactly that number.
 
 use crate::code::Code;
-use crate::guard::judge::{GuardProblem, Meaning};
+use crate::guard::meaning::{GuardProblem, Meaning};
 use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 
 /// Returns a finding for each such comparison. An end of the domain is exact: what is outside is

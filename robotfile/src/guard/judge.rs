@@ -1,46 +1,14 @@
 //! Whether the parts of a guard fit together: truths, numbers and texts, and the units of numbers.
 //! An unknown type, such as that of data of a missing component, matches everything.
 
-use std::ops::Range;
-
 use armor_wire::quantity::Dimension;
 
 use super::{bounds, exactness};
 use crate::code::Code;
+use crate::guard::meaning::{GuardProblem, Meaning, Type};
 use crate::guard::measure::{Measure, by, in_words, times};
 use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 use crate::suggestion::suggest_similar;
-
-/// The type of a value.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Type {
-    Any,
-    Truth,
-    /// With the only texts that it can be, if they are known.
-    Text(Option<Vec<String>>),
-    Number(Measure),
-}
-
-/// The type and the domain of a name.
-#[derive(Clone, Debug)]
-pub(crate) struct Meaning {
-    pub(crate) is: Type,
-    /// Least and greatest value, in SI; only of a variable that has them.
-    pub(crate) within: (f64, f64),
-    /// Them in words, as written in the file.
-    pub(crate) domain: String,
-    /// Whether it is a field of data, or follows one.
-    pub(crate) is_measured: bool,
-}
-
-/// Something wrong at a place in the guard's text.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct GuardProblem {
-    pub(crate) code: Code,
-    pub(crate) at: Range<usize>,
-    pub(crate) message: String,
-    pub(crate) remedy: String,
-}
 
 /// All that is wrong with a guard whose names mean this.
 pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<GuardProblem> {

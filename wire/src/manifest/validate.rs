@@ -339,7 +339,7 @@ mod tests {
             ("its default: `0.5` is out of range", |m| m.parameters[0].maximum = Some(0.1)),
             ("its default: `fast`", |m| m.parameters[0].default = Some("fast".into())),
             ("its default: `1.5s` is not in m/s", |m| {
-                m.parameters[0].default = Some("1.5s".into())
+                m.parameters[0].default = Some("1.5s".into());
             }),
             ("its default: `0.5` is not a whole number", |m| {
                 let parameter = &mut m.parameters[0];
@@ -361,7 +361,7 @@ mod tests {
             ("the event lap occurs twice", |m| m.events.push(m.events[0].clone())),
             ("the event done: `done` and `failed`", |m| m.events[0].name = "done".into()),
             ("the event lap: there is no unit called `knots`", |m| {
-                m.events[0].unit = "knots".into()
+                m.events[0].unit = "knots".into();
             }),
             ("named by `speed`, which is no text", |m| m.events[0].named_by = "speed".into()),
             ("the event lap: it has the unit s", |m| m.events[0].value = None),

@@ -4,7 +4,7 @@ use crate::trial::Report;
 
 /// The head of the table that [`row`] makes rows of, as Markdown.
 pub const HEAD: &str = "\
-| world | runs | explored after, s | home after, s | way, m | seen at least, % | walls right, % | nearest to a wall, m | collisions | pose off at the end at most, m |
+| world | runs | explored after, s | home after, s | distance driven, m | seen, minimum, % | walls right, % | nearest to a wall, m | collisions | final pose error, maximum, m |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 /// One run.

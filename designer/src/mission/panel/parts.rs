@@ -65,13 +65,13 @@ pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<Pan
     if !finding.remedy.is_empty() {
         ui.label(RichText::new(&finding.remedy).weak().small());
     }
-    if let Some(way) = &finding.way {
-        let text = match way.firings.len() + way.circle.len() {
+    if let Some(trace) = &finding.trace {
+        let text = match trace.firings.len() + trace.circle.len() {
             1 => "Play its firing".to_owned(),
             count => format!("Play its {count} firings"),
         };
-        if ui.button(text).on_hover_text(way.firings.join(", ")).clicked() {
-            requests.push(PanelRequest::Play(way.clone()));
+        if ui.button(text).on_hover_text(trace.firings.join(", ")).clicked() {
+            requests.push(PanelRequest::Play(trace.clone()));
         }
     }
 }

@@ -94,8 +94,8 @@ fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, requests: &mut Vec<PanelReq
         (None, None) => ("proven: no problems".to_owned(), colours.good),
     };
     ui.label(RichText::new(verdict).color(colour));
-    let with_ways = shown.marks.all().iter().filter(|found| found.way.is_some());
-    for finding in with_ways.filter(|found| found.code != armor_robotfile::Code::CheckFails) {
+    let with_traces = shown.marks.all().iter().filter(|found| found.trace.is_some());
+    for finding in with_traces.filter(|found| found.code != armor_robotfile::Code::CheckFails) {
         show_finding(ui, finding, requests);
     }
     if let Some(takes) = shown.marks.takes() {
@@ -115,8 +115,8 @@ fn durations(ui: &mut egui::Ui, takes: &MissionDuration, requests: &mut Vec<Pane
     ui.horizontal(|ui| {
         ui.label(format!("Shortest: {}", seconds(takes.shortest_s)));
         let button = ui.small_button("play").accessible_name("Play the shortest run");
-        if button.on_hover_text(takes.shortest_way.join(", ")).clicked() {
-            requests.push(play(&takes.shortest_way, &[], false));
+        if button.on_hover_text(takes.shortest_trace.join(", ")).clicked() {
+            requests.push(play(&takes.shortest_trace, &[], false));
         }
     });
     ui.horizontal(|ui| {
@@ -125,8 +125,8 @@ fn durations(ui: &mut egui::Ui, takes: &MissionDuration, requests: &mut Vec<Pane
             None => ui.label("Longest: unbounded"),
         };
         let button = ui.small_button("play").accessible_name("Play the longest run");
-        if button.on_hover_text(takes.longest_way.join(", ")).clicked() {
-            requests.push(play(&takes.longest_way, &takes.longest_circle, true));
+        if button.on_hover_text(takes.longest_trace.join(", ")).clicked() {
+            requests.push(play(&takes.longest_trace, &takes.longest_circle, true));
         }
     });
     let end = if takes.always_goal {

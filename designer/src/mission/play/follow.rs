@@ -1,5 +1,5 @@
 //! A firing sequence played firing by firing: the counterexample of a proof, or the shortest and
-//! the longest way.
+//! the longest trace.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -34,18 +34,18 @@ pub struct Leg {
 }
 
 impl Course {
-    /// The course of a finding's way.
+    /// The course of a finding's trace.
     ///
     /// # Errors
     /// The name of a firing that this mission does not have (it has changed since).
-    pub fn of(stage: &Stage, way: &FiringTrace) -> Result<Self, String> {
-        let names: Vec<_> = way.firings.iter().chain(&way.circle).collect();
+    pub fn of(stage: &Stage, trace: &FiringTrace) -> Result<Self, String> {
+        let names: Vec<_> = trace.firings.iter().chain(&trace.circle).collect();
         let ids: Result<Vec<_>, _> = names
             .iter()
             .map(|name| stage.transition(name).ok_or_else(|| (*name).clone()))
             .collect();
         let ids = ids?;
-        let pace = if way.is_late { Pace::Latest } else { Pace::Earliest };
+        let pace = if trace.is_late { Pace::Latest } else { Pace::Earliest };
         let moments = schedule(&stage.net, &ids, pace);
         let leg = |(n, name): (usize, &&String)| Leg {
             name: (*name).clone(),
@@ -53,7 +53,7 @@ impl Course {
             at: moments.as_ref().map(|moments| moments[n]),
         };
         let legs = names.iter().enumerate().map(leg).collect();
-        Ok(Self { legs, circle: way.firings.len(), done: 0, is_timed: moments.is_some() })
+        Ok(Self { legs, circle: trace.firings.len(), done: 0, is_timed: moments.is_some() })
     }
 
     /// All of it.
@@ -86,8 +86,8 @@ impl Play {
     ///
     /// # Errors
     /// The name of a firing that this mission does not have.
-    pub fn follow(&mut self, way: &FiringTrace) -> Result<(), String> {
-        let course = Course::of(&self.stage, way)?;
+    pub fn follow(&mut self, trace: &FiringTrace) -> Result<(), String> {
+        let course = Course::of(&self.stage, trace)?;
         *self = Self::new(Arc::clone(&self.stage));
         self.course = Some(course);
         Ok(())

@@ -44,12 +44,12 @@ impl MissionView {
     }
 
     /// Plays the firings of a finding from the start.
-    pub(super) fn play_way(&mut self, way: &FiringTrace, workspace: &mut Workspace) {
+    pub(super) fn play_trace(&mut self, trace: &FiringTrace, workspace: &mut Workspace) {
         if self.simulator.is_none() {
             self.toggle_simulation(workspace);
         }
         if let Some(simulator) = &mut self.simulator
-            && let Err(why) = simulator.follow(way)
+            && let Err(why) = simulator.follow(trace)
         {
             workspace.messages.warn(why);
         }

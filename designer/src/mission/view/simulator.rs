@@ -196,9 +196,9 @@ impl MissionSimulator {
     }
 
     /// Follows a firing sequence from the start.
-    pub(super) fn follow(&mut self, way: &FiringTrace) -> Result<(), String> {
+    pub(super) fn follow(&mut self, trace: &FiringTrace) -> Result<(), String> {
         self.play
-            .follow(way)
+            .follow(trace)
             .map_err(|name| format!("The mission has changed: {name} no longer exists"))?;
         self.is_running = false;
         self.status.clear();

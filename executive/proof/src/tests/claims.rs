@@ -37,13 +37,13 @@ fn fails(net: &str, check: &str, message: &str, path: &str) {
     assert!(found.message.contains(message), "{check}: {}", found.message);
     let at = found.at.as_ref().expect("it has a place");
     assert_eq!(at.text().replace("&lt;", "<"), check);
-    let shown = found.way.unwrap_or_default();
+    let shown = found.trace.unwrap_or_default();
     assert_eq!(shown.firings.join(" "), path, "{check}: {}", found.message);
     assert!(!found.remedy.is_empty(), "{check}");
 }
 
 #[test]
-fn invariants_hold_or_are_refuted_with_a_way() {
+fn invariants_hold_or_are_refuted_with_a_trace() {
     holds(PATROL, "never explore and rounds");
     holds(PATROL, "always explore + rounds + over + hold == 1");
     holds(PATROL, "always (on or off) and not (on and off)");
@@ -62,8 +62,8 @@ fn times_exclude_what_tokens_alone_allow() {
         <transition name='on' from='y' to='over' timeout='1s'/>";
     holds(race, "never y");
     holds(race, "dead(too-late)");
-    fails(race, "reachable(y)", "no way leads there", "");
-    fails(race, "fires(too-late)", "no way leads to its firing", "");
+    fails(race, "reachable(y)", "no sequence of firings leads there", "");
+    fails(race, "fires(too-late)", "no sequence of firings contains it", "");
     holds(race, "fires(soon)");
     fails(race, "dead(soon)", "it fires: soon", "soon");
 }
@@ -71,7 +71,7 @@ fn times_exclude_what_tokens_alone_allow() {
 #[test]
 fn reachability_is_of_some_run_and_from_everywhere() {
     holds(PATROL, "reachable(over and on)");
-    fails(PATROL, "reachable(over and hold)", "no way", "");
+    fails(PATROL, "reachable(over and hold)", "no sequence of firings", "");
     holds(PATROL, "always reachable(over or hold)");
     fails(PATROL, "always reachable(over)", "hold", "explored stuck");
     let found = found(PATROL, "always reachable(over)", ProofEffort::default()).expect("it fails");
@@ -96,7 +96,7 @@ fn every_run_comes_to_it_unless_a_circle_or_a_dead_end_avoids_it() {
     holds(turns, "x leads to y");
     fails(turns, "y leads to z", "can continue forever without it", "go");
     let found = found(turns, "y leads to z", ProofEffort::default()).expect("it fails");
-    assert_eq!(found.way.expect("a way").circle.join(" "), "back go");
+    assert_eq!(found.trace.expect("a trace").circle.join(" "), "back go");
     let trap = "<place name='x' initial='true'/><place name='y'/>
         <transition name='t' from='x' to='y' timeout='1s'/>
         <transition name='u' from='x' to='over' on='a.done'/>";
@@ -115,7 +115,7 @@ fn durations_are_of_the_shortest_and_the_longest_run() {
     holds(timed, "duration(over) >= 10s");
     fails(timed, "duration(over) > 10s", "10 s are enough for done, walk", "done walk");
     holds(timed, "duration(x) <= 0s");
-    fails(timed, "duration(hold) >= 1s", "never comes to that", "");
+    fails(timed, "duration(hold) >= 1s", "it never happens", "");
     fails(timed, "duration(hold) <= 1h", "nothing fires any more", "done walk");
     // The lamp blinks without end, but each blink takes time, so the patrol still ends.
     holds(PATROL, "duration(over or hold) <= 150s");
@@ -220,7 +220,7 @@ fn a_check_may_speak_of_places_of_sub_missions_and_theirs_are_proven_of_themselv
     let findings = prove(&configuration, &plan, &|| false);
     let failed = findings.iter().filter(|finding| finding.code == Code::CheckFails);
     let place_and_trace = |finding: &Finding| {
-        let path = finding.way.clone().unwrap_or_default().firings.join(" ");
+        let path = finding.trace.clone().unwrap_or_default().firings.join(" ");
         format!("{} {path}", finding.at.as_ref().expect("a place"))
     };
     let found: Vec<_> = failed.map(place_and_trace).collect();
@@ -249,7 +249,7 @@ fn the_mission_s_durations_are_reported_where_they_can_be_found() {
     assert_eq!(sure.message, "over comes after 10 s to 20 min");
     let takes = sure.takes.expect("as data");
     assert_eq!((takes.shortest_s, takes.longest_s), (10.0, Some(1200.0)));
-    assert!(takes.always_goal && takes.longest_way == ["t"]);
+    assert!(takes.always_goal && takes.longest_trace == ["t"]);
     let fail = "<transition name='u' from='x' to='hold' timeout='30s'/>";
     let either = takes_finding(&format!("{both} interval='[10s,20min]'/>{fail}"));
     assert_eq!(

@@ -60,7 +60,7 @@ fn a_standstill_far_beyond_the_budget_is_found_by_stubborn_sets() {
     let effort = few(1000, 10);
     let findings = all_proven(&mission(&(lamps + end)), effort);
     let found = findings.iter().find(|f| f.code == Code::Standstill).expect("all on, x lost");
-    let path = &found.way.as_ref().expect("the way").firings;
+    let path = &found.trace.as_ref().expect("the trace").firings;
     assert!(path.contains(&"lose".to_owned()) && path.len() == 21, "{path:?}");
 }
 
@@ -87,8 +87,8 @@ fn what_is_found_is_shown_as_firings() {
     );
     let findings = proven(&file);
     let found = findings.iter().find(|f| f.code == Code::FillsWithoutEnd).expect("n fills");
-    let path = found.way.clone().expect("a way");
+    let path = found.trace.clone().expect("a trace");
     assert_eq!((path.firings.join(" "), path.circle.join(" ")), ("t".into(), "u".into()));
     let json = serde_json::to_value(found).expect("JSON");
-    assert_eq!((&json["way"][0], &json["circle"][0]), (&"t".into(), &"u".into()));
+    assert_eq!((&json["trace"][0], &json["circle"][0]), (&"t".into(), &"u".into()));
 }

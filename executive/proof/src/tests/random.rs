@@ -144,7 +144,7 @@ fn claims_of_random_missions_are_judged_as_plain_enumeration_does() {
             open += u64::from(code == "W0253");
             judged += 1;
             failed += u64::from(!expected);
-            if let Some(path) = finding.and_then(|finding| finding.way) {
+            if let Some(path) = finding.and_then(|finding| finding.trace) {
                 truth.assert_plays(&path, &format!("seed {seed}, {text}\n{net}\n{path:?}"));
             }
         }

@@ -52,7 +52,7 @@ fn a_value_outside_is_reported_with_the_firings_that_lead_there() {
     let message = "after again, again again would set round to 7, and it is 0 to 3";
     assert_eq!((finding.code, finding.message.as_str()), (Code::ValueOutside, message));
     assert_eq!(finding.at.as_ref().map(|at| at.text()), Some("2 * round + 1"));
-    let path = finding.way.as_ref().expect("a way");
+    let path = finding.trace.as_ref().expect("a trace");
     assert_eq!(path.firings, ["again", "again", "again/outside"]);
 }
 

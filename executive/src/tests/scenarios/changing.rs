@@ -188,7 +188,7 @@ fn the_components_of_a_marked_place_stay_until_it_is_left() {
 }
 
 #[test]
-fn what_is_unsafe_from_where_the_mission_stands_is_refused_with_a_way_there() {
+fn what_is_unsafe_from_where_the_mission_stands_is_refused_with_a_trace_to_it() {
     let mut bench = begun(&office(""));
     let both = r#"<place name="scout" components="explorer"/>
         <transition name="both" from="explore"><arc to="return"/><arc to="scout"/></transition>

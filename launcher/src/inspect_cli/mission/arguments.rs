@@ -97,7 +97,7 @@ pub struct ReplayArguments {
     #[arg(conflicts_with = "fire")]
     pub file: Option<PathBuf>,
     /// Fire these transitions of the mission file, one after the other, and show the marking after
-    /// each; no component runs. Names as in the `way` of a finding, separated by spaces or commas.
+    /// each; no component runs. Names as in the `trace` of a finding, separated by spaces or commas.
     #[arg(long, value_name = "TRANSITIONS")]
     pub fire: Option<String>,
     /// Override the value of a parameter in the file.

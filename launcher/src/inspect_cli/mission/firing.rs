@@ -21,7 +21,7 @@ use crate::print::{end_printing, print_line};
 /// At a transition that the mission does not have, or that is not enabled there.
 pub fn play(
     plan: &Plan,
-    way: &str,
+    trace: &str,
     is_stepped: bool,
     format: OutputFormat,
 ) -> Result<CommandEnding> {
@@ -29,7 +29,7 @@ pub fn play(
     let net = &analysed.net;
     let ends = [plan.goal(), plan.safe()];
     let separators = |c: char| c.is_whitespace() || c == ',';
-    let names: Vec<_> = way.split(separators).filter(|name| !name.is_empty()).collect();
+    let names: Vec<_> = trace.split(separators).filter(|name| !name.is_empty()).collect();
     let walk =
         FiringWalk { analysed: &analysed, rules: FiringRules::new(net), ends, is_stepped, format };
     let marking = net.initial().to_vec();

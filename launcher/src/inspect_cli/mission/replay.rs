@@ -26,10 +26,10 @@ use crate::print::{end_printing, print_line};
 /// # Errors
 /// If the journal or the file cannot be used, or do not belong together.
 pub fn run(arguments: &ReplayArguments, format: OutputFormat) -> Result<CommandEnding> {
-    if let Some(way) = &arguments.fire {
+    if let Some(trace) = &arguments.fire {
         // There is no journal: the mission file comes first.
         let plan = of_file(&arguments.journal, arguments)?;
-        return firing::play(&plan, way, arguments.step, format);
+        return firing::play(&plan, trace, arguments.step, format);
     }
     let story = read(&arguments.journal)?;
     let plan = Arc::new(plan(arguments, &story.records)?);

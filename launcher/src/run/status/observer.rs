@@ -10,7 +10,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use armor_inspect::{MissionWatch, SystemWatch, WakeCallback, WatchedValues};
+use armor_inspect::{MissionWatch, ObservedLink, SystemWatch, WakeCallback, WatchedValues};
 use armor_marking::{Marking, MissionComponentState};
 use armor_sdk::directory::Directory;
 use armor_sdk::messages::Progress;
@@ -127,7 +127,7 @@ impl Collector {
         let marking = self.mission.as_ref().and_then(|mission| mission.look().marking);
         if self.measured.elapsed() >= RATES_EVERY {
             self.measured = Instant::now();
-            self.fallen_rates = self.measure_rates();
+            self.fallen_rates = self.measure_rates(marking.as_deref());
         }
         RunStatus {
             elapsed_s: self.sources.start.elapsed().as_secs_f64(),
@@ -138,12 +138,18 @@ impl Collector {
         }
     }
 
-    fn measure_rates(&mut self) -> Vec<FallenRate> {
+    fn measure_rates(&mut self, marking: Option<&Marking>) -> Vec<FallenRate> {
         let Some(watch) = &self.watch else { return Vec::new() };
         let picture = watch.picture();
+        // What a component published before it was frozen is still a rate for a while, then zero.
+        let has_active_ends = |edge: &&ObservedLink| {
+            let mut ends = [&edge.from, &edge.to].into_iter().filter_map(|end| end.split_once('.'));
+            ends.all(|(component, _)| is_active(component, marking))
+        };
         let up = picture.links.iter().filter(|edge| edge.connected && !edge.paused);
-        let rates =
-            up.filter_map(|edge| Some((format!("{} -> {}", edge.from, edge.to), edge.rate_hz?)));
+        let rates = up
+            .filter(has_active_ends)
+            .filter_map(|edge| Some((format!("{} -> {}", edge.from, edge.to), edge.rate_hz?)));
         self.history.update(rates)
     }
 
