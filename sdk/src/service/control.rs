@@ -20,8 +20,15 @@ use crate::orders::GivenOrder;
 use crate::participant::Participant;
 use crate::reports::PendingReport;
 
-/// Most control connections: the executive, the launcher, and plenty of observers.
-const MAX_CONNECTIONS: usize = 64;
+/// Most connections of observers. Further ones are refused.
+const MAX_OBSERVERS: usize = 48;
+/// Most connections of operators. A further one takes the place of the operator who has sent no
+/// command for the longest time: an order to pause or to stop always gets through.
+const MAX_OPERATORS: usize = 16;
+/// Most connections of launchers: the system's own, and that of a run that takes over.
+const MAX_LAUNCHERS: usize = 2;
+/// Only one executive commands; an older connection belongs to one that has died.
+const MAX_EXECUTIVES: usize = 1;
 /// Unsent bytes after which an observer that does not read is cut off.
 const MAX_UNSENT_LEN: usize = 4 << 20;
 
@@ -34,6 +41,8 @@ struct ControlPeer {
     from: String,
     instance: u64,
     liveness: Liveness,
+    /// When its last command arrived; at first, when it connected.
+    last_command: Instant,
     unsent: Vec<u8>,
     /// Reports up to this number were sent on this connection.
     reported: u64,
@@ -68,16 +77,12 @@ impl ControlServer {
     }
 
     pub fn add_peer(&mut self, admitted: AdmittedControl) {
-        if self.connections.len() >= MAX_CONNECTIONS {
-            let why = format!("{MAX_CONNECTIONS} control connections are open");
+        if !self.make_room(admitted.role) {
+            let why = format!("{MAX_OBSERVERS} observers are connected already");
             report_fault(&self.participant, &admitted.stream, PeerFault::Crowded, &why);
             return;
         }
         let AdmittedControl { stream, reader, role, from, instance } = admitted;
-        if role == Role::Executive {
-            // Only one executive commands; an older connection belongs to one that has died.
-            self.connections.retain(|connection| connection.role != Role::Executive);
-        }
         let liveness = Liveness::new(self.participant.clock.monotonic());
         self.count += 1;
         let mut connection = ControlPeer {
@@ -88,6 +93,7 @@ impl ControlServer {
             from,
             instance,
             liveness,
+            last_command: Instant::now(),
             unsent: Vec::new(),
             reported: if role == Role::Executive {
                 0
@@ -102,6 +108,30 @@ impl ControlServer {
         self.connections.push(connection);
     }
 
+    /// Makes room for one more connection of `role`. Each role has places of its own, so that a crowd
+    /// of observers keeps out neither the executive nor an operator's order to stop.
+    fn make_room(&mut self, role: Role) -> bool {
+        let most = match role {
+            Role::Executive => MAX_EXECUTIVES,
+            Role::Launcher => MAX_LAUNCHERS,
+            Role::Observer => MAX_OBSERVERS,
+            Role::Operator => MAX_OPERATORS,
+        };
+        let of_role = |peer: &&mut ControlPeer| peer.role == role && !peer.broken;
+        if self.connections.iter_mut().filter(of_role).count() < most {
+            return true;
+        }
+        let longest_idle =
+            self.connections.iter_mut().filter(of_role).min_by_key(|peer| peer.last_command);
+        match longest_idle {
+            Some(peer) if role != Role::Observer => {
+                peer.broken = true;
+                true
+            }
+            _ => false,
+        }
+    }
+
     fn state_answer(&self, EnteredState { state, activation }: EnteredState) -> Answer {
         Answer::State {
             state,
@@ -113,6 +143,10 @@ impl ControlServer {
     pub fn serve_peers(&mut self) {
         let now = self.participant.clock.monotonic();
         for index in 0..self.connections.len() {
+            if self.connections[index].broken {
+                // It has given its place to another.
+                continue;
+            }
             let commands = self.connections[index].read_commands(now);
             if self.connections[index].babbles {
                 let connection = &self.connections[index];
@@ -149,6 +183,9 @@ impl ControlServer {
 
     fn obey_command(&mut self, index: usize, command: Command) {
         let connection = &mut self.connections[index];
+        if command != Command::Beat {
+            connection.last_command = Instant::now();
+        }
         match (command, connection.role) {
             (Command::Activate { activation, parameters }, Role::Executive) => {
                 if self.participant.lifecycle.is_controllable() {

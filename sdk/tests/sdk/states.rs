@@ -69,6 +69,26 @@ fn a_frozen_component_gets_no_calls_and_its_link_no_data() {
 }
 
 #[test]
+fn crowds_keep_out_neither_the_executive_nor_a_further_operator() {
+    let mut system = System::start();
+    system.run("sink", &[], None, |_, _| Ok(Outcome::CarryOn));
+    let connect =
+        |role, count| -> Vec<_> { (0..count).map(|_| system.control("sink", role)).collect() };
+    let observers = connect(Role::Observer, 100);
+    let operators = connect(Role::Operator, 100);
+    operators.last().unwrap().0.status(DEADLINE).expect("the last operator is served");
+    let (control, events) = system.control("sink", Role::Executive);
+    control.send(&Command::Freeze { activation: 1 }).unwrap();
+    state(&events, RunState::Frozen);
+    // The operator who has been idle for the longest time has given its place.
+    let mut first = operators[0].1.iter();
+    assert!(first.any(|event| matches!(event, ControlEvent::Closed(_))));
+    observers[0].0.status(DEADLINE).expect("the first observers keep their places");
+    let mut last = observers[99].1.iter();
+    assert!(last.any(|event| matches!(event, ControlEvent::Closed(_))));
+}
+
+#[test]
 fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all");

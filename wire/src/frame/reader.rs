@@ -7,9 +7,9 @@ use super::{Frame, FrameError, FrameKind, PREFIX_LEN, read_prefix};
 pub const READ_LEN: usize = 64 << 10;
 /// Most bytes of the first read: most connections begin with a short handshake.
 const FIRST_READ_LEN: usize = 4 << 10;
-/// First size of a large frame's buffer, which doubles as it fills: a peer that announces a length
-/// and sends nothing costs no more than this.
-const FIRST_LARGE_LEN: usize = 1 << 20;
+/// First size of a large frame's buffer, which doubles as it fills: memory follows the bytes that
+/// have arrived, not the length that was announced.
+const FIRST_LARGE_LEN: usize = 16 << 10;
 /// A large frame's buffer above this is given back after use instead of being kept.
 const KEPT_LARGE_LEN: usize = 16 << 20;
 
@@ -148,7 +148,7 @@ impl FrameReader {
     fn move_to_large(&mut self, kind: FrameKind, flags: u8, total: usize) {
         let have = &self.small[self.start..self.end];
         if self.large.len() < have.len() {
-            self.large.resize(FIRST_LARGE_LEN.min(total), 0);
+            self.large.resize(FIRST_LARGE_LEN.max(have.len()).min(total), 0);
         }
         self.large[..have.len()].copy_from_slice(have);
         self.arriving = Some(Arriving { kind, flags, total, filled: have.len() });
