@@ -8,7 +8,7 @@
 //! the new one, whole.
 
 use crate::record::{JournalEntry, JournalRecord};
-use armor_files::{Durability, PendingFile, SaveError};
+use armor_files::{Durability, PendingFile, SaveError, open_own_file};
 use armor_plan::Version;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
@@ -161,13 +161,8 @@ impl Journal {
     /// If it cannot be read or written, or is not a journal.
     pub fn open(path: &Path) -> Result<(Self, Story), JournalError> {
         let failed = |error| JournalError::Io { path: path.to_owned(), error };
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)
-            .map_err(failed)?;
+        let mut file =
+            open_own_file(path, OpenOptions::new().read(true).write(true)).map_err(failed)?;
         if file.metadata().map_err(failed)?.len() > MAX_LEN {
             return Err(JournalError::TooLong(path.to_owned()));
         }

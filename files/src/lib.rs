@@ -13,6 +13,7 @@
 mod folder;
 mod leftovers;
 mod pending;
+mod private;
 
 use std::fs::File;
 use std::io;
@@ -20,6 +21,7 @@ use std::path::{Path, PathBuf};
 
 pub use folder::save_folder_atomically;
 pub use pending::{Durability, PendingFile};
+pub use private::{create_own_folder, open_own_file};
 
 /// Why a file was not saved. Unless the last step failed, the old file is unchanged.
 #[derive(Debug, thiserror::Error)]

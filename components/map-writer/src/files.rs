@@ -4,7 +4,7 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use armor_files::save_atomically;
+use armor_files::{open_own_file, save_atomically};
 
 /// A file that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +24,7 @@ pub(crate) fn replace_file(path: &Path, content: &[u8]) -> Result<(), WriteError
 
 /// Adds to the end of a file, which is made if it does not exist; all of it or nothing.
 pub(crate) fn append_to_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
-    let opened = OpenOptions::new().append(true).create(true).open(path);
+    let opened = open_own_file(path, OpenOptions::new().append(true));
     let written = opened.and_then(|mut file| {
         let length = file.metadata()?.len();
         // On a full disk half a line may get in; it would stand twice after the next try.

@@ -1,9 +1,10 @@
 //! The folder for what a run produces, for one run at a time.
 
-use std::fs::{self, File};
+use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use armor_files::{create_own_folder, open_own_file};
 
 /// Most runs of one system that may write at the same time.
 const MAX_PARALLEL_RUNS: u32 = 100;
@@ -53,9 +54,10 @@ impl OutputFolder {
 
     fn lock(path: &Path) -> Result<Option<Self>> {
         let problem = || format!("the output folder {} cannot be used", path.display());
-        fs::create_dir_all(path).with_context(problem)?;
+        create_own_folder(path).with_context(problem)?;
         let path = path.canonicalize().with_context(problem)?;
-        let lock = File::create(path.join(".lock")).with_context(problem)?;
+        let lock = open_own_file(&path.join(".lock"), OpenOptions::new().write(true))
+            .with_context(problem)?;
         Ok(lock.try_lock().is_ok().then_some(Self { path, _lock: lock }))
     }
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use armor_files::open_own_file;
 
 use super::render::Dated;
 use super::{LogLevel, RunLog};
@@ -86,6 +87,11 @@ impl LogFiles {
     }
 }
 
+/// Creates a log in place of the one there.
+fn create_log(path: &Path) -> io::Result<File> {
+    open_own_file(path, OpenOptions::new().write(true).truncate(true))
+}
+
 impl Target {
     fn open(path: PathBuf, earlier: EarlierLogs, max_len: u64) -> io::Result<Self> {
         let file = match earlier {
@@ -94,9 +100,9 @@ impl Target {
                     // Of an earlier run; there is rarely one.
                     let _ = fs::remove_file(numbered(&path, number));
                 }
-                File::create(&path)?
+                create_log(&path)?
             }
-            EarlierLogs::Append => OpenOptions::new().create(true).append(true).open(&path)?,
+            EarlierLogs::Append => open_own_file(&path, OpenOptions::new().append(true))?,
         };
         let len = file.metadata()?.len();
         Ok(Self { path, file: Some(BufWriter::new(file)), len, max_len, reported: false })
@@ -127,7 +133,7 @@ impl Target {
             let _ = fs::rename(numbered(&self.path, number), numbered(&self.path, number + 1));
         }
         let begun =
-            fs::rename(&self.path, numbered(&self.path, 1)).and_then(|()| File::create(&self.path));
+            fs::rename(&self.path, numbered(&self.path, 1)).and_then(|()| create_log(&self.path));
         match begun {
             Ok(file) => (self.file, self.len) = (Some(BufWriter::new(file)), 0),
             Err(_) => self.max_len = u64::MAX,

@@ -1,0 +1,89 @@
+//! Files and folders that no other user can redirect.
+
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::Path;
+
+use rustix::fs::OFlags;
+use rustix::process::geteuid;
+
+/// Every user may write.
+const WORLD_WRITABLE: u32 = 0o002;
+
+/// Creates the folder `path` with those above it, if they do not exist, and checks that it is this
+/// user's alone to change: another user who could place a link in it would choose what this process
+/// overwrites.
+///
+/// # Errors
+/// If it cannot be created, belongs to another user, or can be written by all users.
+pub fn create_own_folder(path: &Path) -> io::Result<()> {
+    fs::create_dir_all(path)?;
+    let metadata = fs::metadata(path)?;
+    let own = geteuid().as_raw();
+    if metadata.uid() != own {
+        return Err(io::Error::other(format!(
+            "it belongs to user {}, and this process to user {own}: choose another folder",
+            metadata.uid()
+        )));
+    }
+    if metadata.mode() & WORLD_WRITABLE != 0 {
+        return Err(io::Error::other(format!(
+            "all users may write to it: chmod o-w {}",
+            path.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Opens the file at `path` as `options` say, with those to write added, and creates it if it does
+/// not exist. A symbolic link there is an error: it could lead anywhere.
+///
+/// # Errors
+/// If it is a symbolic link, or the system refuses.
+pub fn open_own_file(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
+    let flags = OFlags::NOFOLLOW.bits().cast_signed();
+    options.create(true).custom_flags(flags).open(path).map_err(|error| {
+        if path.is_symlink() {
+            io::Error::new(error.kind(), "it is a symbolic link, which is not followed")
+        } else {
+            error
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    use super::*;
+
+    #[test]
+    fn a_symbolic_link_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (precious, log) = (folder.path().join("precious"), folder.path().join("log"));
+        fs::write(&precious, "kept").unwrap();
+        symlink(&precious, &log).unwrap();
+        for options in
+            [OpenOptions::new().write(true).truncate(true), OpenOptions::new().append(true)]
+        {
+            let error = open_own_file(&log, options).unwrap_err();
+            assert!(error.to_string().contains("symbolic link"), "{error}");
+        }
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "kept");
+        fs::remove_file(&log).unwrap();
+        open_own_file(&log, OpenOptions::new().append(true)).unwrap().write_all(b"new").unwrap();
+        assert_eq!(fs::read_to_string(&log).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_folder_that_all_users_may_write_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a/b");
+        create_own_folder(&path).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o777)).unwrap();
+        let error = create_own_folder(&path).unwrap_err().to_string();
+        assert!(error.contains("chmod o-w"), "{error}");
+    }
+}
