@@ -10,6 +10,7 @@ use armor_inspect::{ObservedLink, Sighting, combine_links, pair_reports};
 use armor_wire::control::Status;
 use clap::Args;
 
+use super::ps::describe_dropped_reports;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, terminal_width};
@@ -64,7 +65,11 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
             ];
             let rows: Vec<_> = edges.iter().map(format_row).collect();
             let table = Table::new(&headings, rows).dispensable(&DISPENSABLE);
-            print_line(table.format(terminal_width()).trim_end())
+            let dropped = statuses.iter().filter_map(|status| {
+                Some(format!("{}: {}\n", status.name, describe_dropped_reports(status)?))
+            });
+            let text = table.format(terminal_width()) + &dropped.collect::<String>();
+            print_line(text.trim_end())
         }
     })
 }
@@ -98,8 +103,11 @@ fn format_row(edge: &ObservedLink) -> Vec<String> {
 
 fn format_dot(statuses: &[Status], edges: &[ObservedLink]) -> String {
     let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
-    for Status { name, kind, .. } in statuses {
-        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}\"];");
+    for status in statuses {
+        let Status { name, kind, .. } = status;
+        let dropped = describe_dropped_reports(status).map(|text| format!("\\n{text}"));
+        let dropped = dropped.unwrap_or_default();
+        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}{dropped}\"];");
     }
     for ObservedLink { from, to, keep, connected, .. } in edges {
         let component = |port: &str| port.split('.').next().unwrap_or_default().to_owned();
@@ -164,6 +172,13 @@ mod tests {
         assert_eq!(cells[7..], ["7", "2", "1", "5", "up"]);
         let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")]);
         assert!(drawn.contains("\"laser\" -> \"slam\""), "{drawn}");
+    }
+
+    #[test]
+    fn reports_that_no_executive_takes_are_part_of_the_drawing() {
+        let heater = Status { dropped_reports: 12, ..status("heater") };
+        let drawn = format_dot(&[heater], &[]);
+        assert!(drawn.contains("simulator\\n12 reports dropped: no executive"), "{drawn}");
     }
 
     #[test]

@@ -69,12 +69,20 @@ fn list_problems(status: &armor_wire::control::Status) -> String {
     let inputs = status.inputs.iter().filter(|input| !input.problem.is_empty());
     let inputs = inputs.map(|input| format!("{}: {}", input.id, input.problem));
     let own = Some(status.last_error.clone()).filter(|error| !error.is_empty());
-    let dropped = match status.dropped_reports {
+    own.into_iter()
+        .chain(describe_dropped_reports(status))
+        .chain(inputs)
+        .collect::<Vec<_>>()
+        .join("; ")
+}
+
+/// Returns how many reports of a component were dropped, in words, if any was.
+pub(super) fn describe_dropped_reports(status: &armor_wire::control::Status) -> Option<String> {
+    match status.dropped_reports {
         0 => None,
         1 => Some("1 report dropped: no executive takes them".to_owned()),
         count => Some(format!("{count} reports dropped: no executive takes them")),
-    };
-    own.into_iter().chain(dropped).chain(inputs).collect::<Vec<_>>().join("; ")
+    }
 }
 
 fn json_of(sighting: &Sighting) -> serde_json::Value {
