@@ -87,7 +87,9 @@ fn shake_hands(stream: Stream, address: &str, hello: &Hello) -> Result<Dialled, 
     }
     stream.set_read_timeout(Some(HANDSHAKE_LIMIT)).map_err(unreachable)?;
     let bytes = frame::to_bytes(FrameKind::Hello, hello).map_err(|error| failed(error.into()))?;
-    (&stream).write_all(&bytes).map_err(unreachable)?;
+    // A server that refuses before it reads the hello may have closed its end already; the reason
+    // is there to be read all the same.
+    let written = (&stream).write_all(&bytes);
     let mut reader = FrameReader::new();
     loop {
         if let Some(frame) = reader.next_frame().map_err(|error| failed(error.into()))? {
@@ -95,7 +97,10 @@ fn shake_hands(stream: Stream, address: &str, hello: &Hello) -> Result<Dialled, 
             return Ok(Dialled { stream, reader, welcome });
         }
         match stream.receive(reader.space()) {
-            Ok(0) => return Err(unreachable(io::ErrorKind::UnexpectedEof.into())),
+            Ok(0) => {
+                written.map_err(unreachable)?;
+                return Err(unreachable(io::ErrorKind::UnexpectedEof.into()));
+            }
             Ok(len) => reader.filled(len),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => return Err(unreachable(error)),

@@ -7,3 +7,4 @@ mod bench_system;
 mod links;
 mod simulated_time;
 mod states;
+mod strangers;
