@@ -78,7 +78,7 @@ fn a_false_registry_of_another_user_is_not_believed() {
     let (mut stream, _) = listener.accept().unwrap();
     let mut heard = Vec::new();
     std::io::Read::read_to_end(&mut stream, &mut heard).unwrap();
-    assert_eq!(heard, [], "it is not even greeted");
+    assert!(heard.is_empty(), "it is not even greeted: {heard:?}");
 }
 
 /// Connects as every process of the system does, and returns why not.
