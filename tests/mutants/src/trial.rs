@@ -159,7 +159,8 @@ fn look_at_links(system: &ObservedSystem, outcome: &mut Outcome) {
     let statuses: Vec<_> = sightings.into_iter().filter_map(|it| it.status.ok()).collect();
     let looks: Vec<_> = statuses.iter().map(|now| Looks { before: None, now }).collect();
     for link in combine_links(&looks) {
-        if !link.to.starts_with("executive") {
+        // What has no dot is a tool or the executive, not an input.
+        if link.to.contains('.') {
             *outcome.links.entry(format!("{} -> {}", link.from, link.to)).or_default() |=
                 link.received > 0;
         }
