@@ -20,9 +20,10 @@ const FROZEN_COST: usize = 1 << 20;
 /// Checks each component whose report the mission waits for.
 pub(super) fn check(activity: &Activity<'_>, system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| component.name.value.as_str());
-    let links = system.links.iter().map(|link| {
-        (link.from.component.value.as_str(), link.to.component.value.as_str(), ())
-    });
+    let links = system
+        .links
+        .iter()
+        .map(|link| (link.from.component.value.as_str(), link.to.component.value.as_str(), ()));
     let loops = Loops { activity, graph: CheckGraph::new(names, links) };
     let mut steps = 0;
     for (component, waiting) in awaited_components(activity) {
@@ -82,8 +83,7 @@ impl<'a> Loops<'a> {
     /// component with the fewest of them; none if it is on no circle.
     fn frozen_in(&self, component: &'a str, place: &str) -> Option<Vec<&'a str>> {
         let place = BTreeSet::from([place]);
-        let is_frozen =
-            |name: &&str| self.activity.may_be_active(name, &place) == Some(false);
+        let is_frozen = |name: &&str| self.activity.may_be_active(name, &place) == Some(false);
         let cost = |name: &str| if is_frozen(&name) { FROZEN_COST } else { 1 };
         let circle = self.graph.cheapest_circle(component, cost)?;
         Some(circle.into_iter().filter(is_frozen).collect())

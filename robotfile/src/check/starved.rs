@@ -34,7 +34,9 @@ pub(super) fn check(
             }
             let marked = BTreeSet::from([place.name.value.as_str()]);
             let is_frozen = |name: &str| activity.may_be_active(name, &marked) == Some(false);
-            let Some(link) = frozen_source(name, &supplies, is_frozen, &mut steps) else { continue };
+            let Some(link) = frozen_source(name, &supplies, is_frozen, &mut steps) else {
+                continue;
+            };
             // That it never delivers is the graver finding.
             if findings.iter().any(|it| is_about(it, Code::FrozenProducer, &link.from.at)) {
                 continue;
@@ -61,7 +63,10 @@ pub(super) fn check(
 /// Returns whether a finding is of this code and about the text at `at`.
 pub(super) fn is_about(finding: &Finding, code: Code, at: &Location) -> bool {
     finding.code == code
-        && finding.at.as_ref().is_some_and(|it| it.span == at.span && it.source.path() == at.source.path())
+        && finding
+            .at
+            .as_ref()
+            .is_some_and(|it| it.span == at.span && it.source.path() == at.source.path())
 }
 
 /// The links into required inputs that deliver only while their source is active, by the component

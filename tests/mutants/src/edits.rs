@@ -45,8 +45,8 @@ pub fn move_element(example: &Example, random: &mut Rng) -> Option<Edit> {
     let moved = &example.elements[element];
     let siblings_only = random.bool();
     let outside = |other: &&KnownElement| {
-        let is_inside = other.span.start() >= moved.span.start()
-            && other.span.end() <= moved.span.end();
+        let is_inside =
+            other.span.start() >= moved.span.start() && other.span.end() <= moved.span.end();
         let is_sibling = other.parent == moved.parent;
         !is_inside && other.parent.is_some() && (!siblings_only || is_sibling)
     };
@@ -60,8 +60,7 @@ pub fn move_element(example: &Example, random: &mut Rng) -> Option<Edit> {
 }
 
 pub fn rename_once(example: &Example, random: &mut Rng) -> Option<Edit> {
-    let (element, attribute) =
-        pick_attribute(example, random, |it| it.sort != ValueSort::Other)?;
+    let (element, attribute) = pick_attribute(example, random, |it| it.sort != ValueSort::Other)?;
     let words = words_in(&attribute.value);
     let word = random.choice(words)?;
     let name = &attribute.value[word.clone()];
@@ -94,11 +93,7 @@ pub fn swap_values(example: &Example, random: &mut Rng) -> Option<Edit> {
     let second = random.choice(others)?;
     let (one, other) = (example.piece(first.value_span), example.piece(second.value_span));
     let what = format!("swapped {one} of {} with {other}", example.tag_line(element));
-    Some(
-        Edit::described(what)
-            .replacing(first.value_span, other)
-            .replacing(second.value_span, one),
-    )
+    Some(Edit::described(what).replacing(first.value_span, other).replacing(second.value_span, one))
 }
 
 pub fn replace_reference(example: &Example, random: &mut Rng) -> Option<Edit> {
@@ -155,7 +150,8 @@ pub fn change_number(example: &Example, random: &mut Rng) -> Option<Edit> {
 pub fn change_unit(example: &Example, random: &mut Rng) -> Option<Edit> {
     let (element, span) = pick_text_with_numbers(example, random)?;
     let text = example.piece(span);
-    let units: Vec<_> = numbers_in(text).into_iter().filter_map(|it| unit_after(text, &it)).collect();
+    let units: Vec<_> =
+        numbers_in(text).into_iter().filter_map(|it| unit_after(text, &it)).collect();
     let unit = random.choice(units)?;
     let old = &text[unit.clone()];
     let own = UNITS.iter().find(|family| family.contains(&old));
@@ -272,7 +268,8 @@ fn numbers_in(text: &str) -> Vec<Range<usize>> {
             at += 1;
             continue;
         }
-        let end = bytes[at..].iter().position(|byte| !is_part(*byte)).map_or(bytes.len(), |it| at + it);
+        let end =
+            bytes[at..].iter().position(|byte| !is_part(*byte)).map_or(bytes.len(), |it| at + it);
         found.push(at..end);
         at = end;
     }

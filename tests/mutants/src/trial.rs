@@ -183,9 +183,10 @@ fn quicken(path: &Path, text: String) -> Result<String> {
     let value_of = |element: &crate::example::KnownElement, name: &str| {
         element.attributes.iter().find(|it| it.name == name).map(|it| it.value.clone())
     };
-    let simulator = example.elements.iter().find(|it| {
-        it.name == "component" && value_of(it, "kind").as_deref() == Some("simulator")
-    });
+    let simulator = example
+        .elements
+        .iter()
+        .find(|it| it.name == "component" && value_of(it, "kind").as_deref() == Some("simulator"));
     let (Some(system), Some(simulator)) = (system, simulator) else { return Ok(example.text) };
     let name = value_of(simulator, "name").unwrap_or_default();
     let mut text = example.text.clone();
