@@ -57,7 +57,7 @@ fn a_loop_is_interrupted_where_none_of_its_places_activates_all_of_it() {
     // Where it is whole, what was prepared is carried out.
     has_no_finding(&mission(LOOP, "guide wheels", "guide", DONE), &all);
     // Nothing waits for its report.
-    has_no_finding(&broken.replace("[[guide]]", "guide").replace(DONE, r#"timeout="1s""#), &all);
+    has_no_finding(&broken.replace("[[guide]]", "guide").replace(DONE, r#"operator="true""#), &all);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn what_a_component_requires_comes_from_a_frozen_one() {
     one_with("W0270", &starved, Some(&manifests("")));
     let starved = starved.replace("[[guide]]", "guide");
     has_no_finding(&starved, &manifests(r#","latched":true"#));
-    has_no_finding(&starved.replace(DONE, r#"timeout="1s""#), &manifests(""));
+    has_no_finding(&starved.replace(DONE, r#"operator="true""#), &manifests(""));
     has_no_finding(&mission(LOOP, "guide wheels", "guide wheels", DONE), &manifests(""));
 }
 
