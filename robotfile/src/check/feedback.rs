@@ -28,35 +28,41 @@ pub(super) fn check(activity: &Activity<'_>, system: &System, findings: &mut Fin
     let mut steps = 0;
     for (component, waiting) in awaited_components(activity) {
         let Some(places) = activity.places_of(component) else { continue };
-        let mut broken = Vec::new();
+        let (mut whole, mut broken) = (Vec::new(), Vec::new());
         for place in places {
             steps += system.components.len() + system.links.len();
+            if steps > MAX_STEPS {
+                return;
+            }
             match loops.frozen_in(component, place) {
-                _ if steps > MAX_STEPS => return,
-                // It has no loop, or works elsewhere in a whole one: there it carries out what it
-                // prepares here.
-                None => broken.clear(),
-                Some(frozen) if frozen.is_empty() => broken.clear(),
-                Some(frozen) => {
-                    broken.push((*place, frozen));
-                    continue;
-                }
+                None => break,
+                Some(frozen) if frozen.is_empty() => whole.push(*place),
+                Some(frozen) => broken.push((*place, frozen)),
             }
-            break;
         }
-        let waits_in = |place: &str| waiting.iter().any(|it| needed_places(it).contains(place));
-        for (place, frozen) in broken.iter().filter(|(place, _)| waits_in(place)) {
-            let joins = |link: &&Link| {
-                let ends = [link.from.component.value.as_str(), link.to.component.value.as_str()];
-                ends.contains(&component) && frozen.iter().any(|it| ends.contains(it))
-            };
-            // That a link of it never delivers is the graver finding.
-            let is_known = system.links.iter().filter(joins).any(|link| {
-                findings.iter().any(|it| is_about(it, Code::FrozenProducer, &link.from.at))
-            });
-            if let Some(place) = activity.place(place).filter(|_| !is_known) {
-                report_loop(component, place, frozen, findings);
-            }
+        let events = |place: &str| -> BTreeSet<&str> {
+            let of_place = waiting.iter().filter(|it| needed_places(it).contains(place));
+            of_place.filter_map(|it| Some(it.on.as_ref()?.event.value.as_str())).collect()
+        };
+        // What it reports in whole loops is done there; another report may be one that it has
+        // prepared what is carried out there.
+        let of_whole: BTreeSet<_> = whole.iter().flat_map(|place| events(place)).collect();
+        broken.retain(|(place, _)| {
+            let awaited = events(place);
+            !awaited.is_empty() && (whole.is_empty() || !awaited.is_disjoint(&of_whole))
+        });
+        let Some((_, frozen)) = broken.first() else { continue };
+        let joins = |link: &&Link| {
+            let ends = [link.from.component.value.as_str(), link.to.component.value.as_str()];
+            ends.contains(&component) && frozen.iter().any(|it| ends.contains(it))
+        };
+        // That a link of it never delivers is the graver finding.
+        let is_known = system.links.iter().filter(joins).any(|link| {
+            findings.iter().any(|it| is_about(it, Code::FrozenProducer, &link.from.at))
+        });
+        if !is_known {
+            let places = broken.iter().filter_map(|(place, _)| activity.place(place)).collect();
+            report_loop(component, places, frozen, findings);
         }
     }
 }
@@ -90,19 +96,26 @@ impl<'a> Loops<'a> {
     }
 }
 
-fn report_loop(component: &str, place: &Place, frozen: &[&str], findings: &mut Findings) {
-    let Some(named) = place.components.iter().find(|it| it.value == component) else { return };
-    if findings.iter().any(|it| is_about(it, Code::Starved, &named.at)) {
-        return;
-    }
+fn report_loop(component: &str, places: Vec<&Place>, frozen: &[&str], findings: &mut Findings) {
+    let named = places.into_iter().filter_map(|place| {
+        let named = place.components.iter().find(|it| it.value == component)?;
+        Some((place.name.value.as_str(), named))
+    });
+    let mut named = named
+        .filter(|(_, named)| !findings.iter().any(|it| is_about(it, Code::Starved, &named.at)))
+        .collect::<Vec<_>>()
+        .into_iter();
+    let Some((place, first)) = named.next() else { return };
     let (frozen, are) = match frozen {
         [one] => ((*one).to_owned(), "is"),
         several => (several.join(" and "), "are"),
     };
-    let place = &place.name.value;
     let message = format!(
         "{component} is active in {place} and the mission waits for its report, but {frozen}, through which its data come back to it, {are} frozen there"
     );
-    let finding = Finding::new(Code::LoopInterrupted, &named.at, message);
+    let mut finding = Finding::new(Code::LoopInterrupted, &first.at, message);
+    for (_, other) in named {
+        finding = finding.related(&other.at, "and here");
+    }
     findings.push(finding.remedy(format!("activate {frozen} in {place} too")));
 }
