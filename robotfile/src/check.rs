@@ -1,11 +1,13 @@
 //! Checks a file as a whole: its parts against each other, and against the manifests of its
 //! components. One pass finds everything; no check stops at the first finding.
 
+mod activity;
 mod claims;
 mod concurrency;
 mod dates;
 mod ending;
 mod endless;
+mod feedback;
 mod frozen;
 mod graph;
 mod guards;
@@ -19,10 +21,12 @@ mod paths;
 mod ports;
 mod reach;
 mod reports;
+mod starved;
 mod system;
 mod transition;
 mod unused;
 
+use crate::check::activity::Activity;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::load::Reading;
@@ -111,7 +115,13 @@ fn without_errors(
             reach::check(mission, &whole, is_main, findings);
         }
     }
-    if let Ok(Some(whole)) = configuration.flattened() {
-        frozen::check(&whole, &configuration.system, manifests, findings);
+    if let Ok(Some(whole)) = configuration.flattened()
+        && let Some(activity) = Activity::of(&whole)
+    {
+        frozen::check(&activity, &configuration.system, manifests, findings);
+        if let Some(manifests) = manifests {
+            starved::check(&activity, &configuration.system, manifests, findings);
+        }
+        feedback::check(&activity, &configuration.system, findings);
     }
 }

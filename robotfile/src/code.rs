@@ -137,6 +137,7 @@ codes! {
         RateTooHigh = "W0132", "a rate that is too high";
         WatchdogTooShort = "W0133", "a watchdog that is too short";
         BadBlock = "N0134", "a block of the layout that shows nothing";
+        WorkUnused = "W0135", "an active component whose outputs nothing uses";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -180,6 +181,8 @@ codes! {
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";
         FrozenProducer = "W0266", "a link whose producer is frozen while its consumer is active";
+        Starved = "W0270", "a component that waits for data of a frozen component";
+        LoopInterrupted = "W0269", "a loop of links that a frozen component interrupts";
     }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";

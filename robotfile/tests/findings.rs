@@ -7,6 +7,7 @@ mod one_mistake;
 mod submissions;
 mod systems;
 mod together;
+mod waiting;
 
 use std::path::Path;
 

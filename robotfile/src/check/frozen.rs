@@ -2,38 +2,24 @@
 //! a link whose producer is frozen whenever its consumer is active. Only what the arcs exclude is a
 //! finding: where two places might be marked together, both checks are silent.
 
-use std::cell::Cell;
-use std::collections::{BTreeMap, BTreeSet};
-
-use crate::check::concurrency::PlaceConcurrency;
+use crate::check::activity::{Activity, needed_places};
 use crate::check::guards::within;
 use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Name};
-use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::mission::Transition;
 use crate::model::{Link, LinkMode, System};
 
-/// Pairs of places that are looked at, so that the checks take milliseconds for any file.
-const MAX_PAIRS: usize = 2_000_000;
-
-/// Checks the mission, which contains its sub-missions.
+/// Checks the guards of a mission and the links of its system.
 pub(super) fn check(
-    mission: &Mission,
+    activity: &Activity<'_>,
     system: &System,
     manifests: Option<&Manifests>,
     findings: &mut Findings,
 ) {
-    let Some(together) = PlaceConcurrency::of(mission) else { return };
-    let mut active_in: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    for place in &mission.places {
-        for component in &place.components {
-            active_in.entry(&component.value).or_default().push(&place.name.value);
-        }
-    }
-    let activity = Activity { mission, together, active_in, pairs: Cell::new(0) };
     let mut found = Findings::default();
-    for transition in &mission.transitions {
+    for transition in &activity.mission.transitions {
         activity.check_guard(transition, &mut found);
     }
     // A sub-mission that is included twice is checked twice, with the same result.
@@ -53,16 +39,6 @@ fn is_sent_once(link: &Link, system: &System, manifests: Option<&Manifests>) -> 
     let outputs = &manifests?.get(&producer.kind.value)?.outputs;
     let output = outputs.iter().find(|output| output.id == link.from.port.value)?;
     Some(!output.latched && link.mode == LinkMode::Push)
-}
-
-/// When the components of a mission are active.
-struct Activity<'a> {
-    mission: &'a Mission,
-    together: PlaceConcurrency<'a>,
-    /// The places of each component that the mission controls.
-    active_in: BTreeMap<&'a str, Vec<&'a str>>,
-    /// The pairs of places that were looked at.
-    pairs: Cell<usize>,
 }
 
 impl Activity<'_> {
@@ -104,20 +80,10 @@ impl Activity<'_> {
         Some((component.to_owned(), format!("{name} follows {source}")))
     }
 
-    /// Whether the component may be active while all of these places are marked; none if the mission
-    /// does not control it, or if too much was looked at.
-    fn may_be_active(&self, component: &str, places: &BTreeSet<&str>) -> Option<bool> {
-        let active = self.active_in.get(component)?;
-        self.count_pairs(active.len() * places.len())?;
-        let may =
-            |active: &&str| places.iter().all(|place| self.together.may_be_together(active, place));
-        Some(active.iter().any(may))
-    }
-
     fn check_link(&self, link: &Link, findings: &mut Findings) {
         let (from, to) = (&link.from.component.value, &link.to.component.value);
         let places = |name: &str| {
-            let places = self.active_in.get(name)?.iter().copied();
+            let places = self.places_of(name)?.iter().copied();
             let reached = places.filter(|place| self.together.may_be_together(place, place));
             Some(reached.collect::<Vec<_>>()).filter(|reached| !reached.is_empty())
         };
@@ -139,20 +105,4 @@ impl Activity<'_> {
             "activate both in one place, or take {from} out of all places: then it is always active"
         )));
     }
-
-    /// Counts pairs that are to be looked at; none if they are too many.
-    fn count_pairs(&self, more: usize) -> Option<()> {
-        self.pairs.set(self.pairs.get().saturating_add(more));
-        (self.pairs.get() <= MAX_PAIRS).then_some(())
-    }
-
-    fn place(&self, name: &str) -> Option<&Place> {
-        self.mission.place(name)
-    }
-}
-
-fn needed_places(transition: &Transition) -> BTreeSet<&str> {
-    let arcs = transition.arcs.iter();
-    let needed = arcs.filter(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Read));
-    needed.map(|arc| arc.place.value.as_str()).collect()
 }

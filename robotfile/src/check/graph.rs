@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::algo::{astar, kosaraju_scc};
-use petgraph::graph::{DiGraph, NodeIndex};
+use petgraph::graph::{DiGraph, EdgeReference, NodeIndex};
 use petgraph::visit::{Dfs, EdgeRef};
 
 /// A graph of nodes `N`, joined by edges that each carry an `E`.
@@ -59,6 +59,16 @@ impl<N: Copy + Ord, E: Copy> CheckGraph<N, E> {
             }
         }
         false
+    }
+
+    /// Returns the nodes of the cheapest circle through `start`, which is the first of them; none if
+    /// it is on no circle. Each node costs what `cost` says.
+    pub(super) fn cheapest_circle(&self, start: N, cost: impl Fn(N) -> usize) -> Option<Vec<N>> {
+        let start = *self.indices.get(&start)?;
+        let closes = |node| self.graph.contains_edge(node, start);
+        let cost = |edge: EdgeReference<'_, E>| cost(self.graph[edge.target()]);
+        let (_, nodes) = astar(&self.graph, start, closes, cost, |_| 0)?;
+        Some(nodes.into_iter().map(|node| self.graph[node]).collect())
     }
 
     /// Returns the sets of nodes that reach each other.

@@ -1,24 +1,67 @@
 //! Unused parts: outputs that no link uses, components that nothing refers to.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::Message;
 use armor_wire::clock::Clock;
-use armor_wire::manifest::Manifest;
+use armor_wire::manifest::{Manifest, PortManifest};
 
 use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Name};
-use crate::model::{Component, Configuration};
+use crate::model::{Component, Configuration, System};
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
     let used = Used::of(configuration);
+    let mut free = free_inputs(&configuration.system, manifests);
+    // That a component has no link at all is a finding of its own.
+    free.values_mut().for_each(|inputs| inputs.retain(|it| used.components.contains(it.component)));
     for component in &configuration.system.components {
         if let Some(manifest) = manifests.get(&component.kind.value) {
-            used.check_component(component, manifest, findings);
+            used.check_component(component, manifest, &free, findings);
         }
     }
+}
+
+/// The inputs that no link feeds, by the hash of the schema that they take.
+type FreeInputs<'a> = BTreeMap<u64, Vec<FreeInput<'a>>>;
+
+/// An input that no link feeds.
+struct FreeInput<'a> {
+    component: &'a str,
+    input: &'a str,
+}
+
+fn free_inputs<'a>(system: &'a System, manifests: &'a Manifests) -> FreeInputs<'a> {
+    let fed: BTreeSet<_> = system
+        .links
+        .iter()
+        .map(|link| (link.to.component.value.as_str(), link.to.port.value.as_str()))
+        .collect();
+    let mut free: FreeInputs<'a> = BTreeMap::new();
+    for component in &system.components {
+        let name = component.name.value.as_str();
+        let inputs = manifests.get(&component.kind.value).into_iter().flat_map(|it| &it.inputs);
+        for input in inputs.filter(|input| !fed.contains(&(name, input.id.as_str()))) {
+            let of_schema = free.entry(input.schema_hash).or_default();
+            of_schema.push(FreeInput { component: name, input: &input.id });
+        }
+    }
+    free
+}
+
+/// Returns one of the outputs, and an input of another component that takes its data.
+fn fitting_input(
+    component: &str,
+    outputs: &[&PortManifest],
+    free: &FreeInputs<'_>,
+) -> Option<(String, String)> {
+    outputs.iter().find_map(|output| {
+        let mut inputs = free.get(&output.schema_hash)?.iter();
+        let input = inputs.find(|input| input.component != component)?;
+        Some((output.id.clone(), format!("{}.{}", input.component, input.input)))
+    })
 }
 
 /// The parts of the system that the file refers to.
@@ -29,6 +72,8 @@ struct Used<'a> {
     outputs: BTreeSet<(&'a str, &'a str)>,
     /// The outputs that guards and variables use, as `component.output`.
     watched: BTreeSet<String>,
+    /// The components that the mission activates.
+    activated: BTreeSet<&'a str>,
     /// Whether the system has one component only.
     is_alone: bool,
 }
@@ -52,14 +97,21 @@ impl<'a> Used<'a> {
                 used.watched.extend(data.map(str::to_owned));
             }
             let in_places = mission.places.iter().flat_map(|place| &place.components);
-            used.components.extend(in_places.map(|name| name.value.as_str()));
+            used.activated.extend(in_places.map(|name| name.value.as_str()));
             let reporters = mission.transitions.iter().filter_map(|t| t.on.as_ref());
             used.components.extend(reporters.map(|on| on.component.value.as_str()));
         }
+        used.components.extend(&used.activated);
         used
     }
 
-    fn check_component(&self, component: &Component, manifest: &Manifest, findings: &mut Findings) {
+    fn check_component(
+        &self,
+        component: &Component,
+        manifest: &Manifest,
+        free: &FreeInputs<'_>,
+        findings: &mut Findings,
+    ) {
         let name = component.name.value.as_str();
         let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
         // A required input without a link is an error already.
@@ -73,15 +125,26 @@ impl<'a> Used<'a> {
             findings.push(finding.remedy("link it, or remove it"));
             return;
         }
-        let unused = |output: &&str| {
+        let unused = |output: &str| {
             !self.outputs.contains(&(name, output))
                 && !self.watched.contains(&format!("{name}.{output}"))
         };
         // A clock is used by `<clock>`, not by a link.
         let outputs = manifest.outputs.iter().filter(|output| output.type_name != Clock::NAME);
-        let outputs = outputs.map(|output| output.id.as_str());
-        let unused: Vec<_> =
-            outputs.filter(unused).map(|output| format!("{name}.{output}")).collect();
+        let unused: Vec<_> = outputs.clone().filter(|it| unused(&it.id)).collect();
+        if unused.len() == outputs.count()
+            && self.activated.contains(name)
+            && let Some((output, input)) = fitting_input(name, &unused, free)
+        {
+            let output = format!("{name}.{output}");
+            let message =
+                format!("{name} is activated by the mission, but no link uses an output of it");
+            let finding = Finding::new(Code::WorkUnused, &component.name.at, message);
+            let remedy = format!("<link from=\"{output}\" to=\"{input}\"/>, which nothing feeds");
+            findings.push(finding.remedy(format!("add a link, such as {remedy}")));
+            return;
+        }
+        let unused: Vec<_> = unused.iter().map(|output| format!("{name}.{}", output.id)).collect();
         if !unused.is_empty() {
             let message = format!("no link uses {}", unused.join(", "));
             let finding = Finding::new(Code::UnusedOutput, &component.name.at, message);

@@ -1,0 +1,98 @@
+//! A component that the mission activates or waits for, and that cannot do what is expected of it.
+
+use armor_robotfile::Manifests;
+use armor_wire::manifest::Manifest;
+
+use super::{one_with, reading};
+
+fn port(id: &str, properties: &str) -> String {
+    format!(
+        r#"{{"id":"{id}","type":"S","schema":"S{{}}","schema_hash":"0000000000000001"{properties}}}"#
+    )
+}
+
+/// A guide that requires a pose, wheels that take a way, and a base that may take a speed.
+fn manifests(pose: &str) -> Manifests {
+    let required = r#","required":true"#;
+    let kind = |kind: &str, input: String, output: String| -> (String, Manifest) {
+        let text = format!(
+            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"","inputs":[{input}],"outputs":[{output}],"parameters":[]}}"#
+        );
+        (kind.to_owned(), serde_json::from_str(&text).unwrap())
+    };
+    Manifests::from([
+        kind("guide", port("pose", required), port("goal", "")),
+        kind("wheels", port("goal", required), port("speed", "")),
+        kind("base", port("speed", ""), port("pose", pose)),
+    ])
+}
+
+const LOOP: &str = r#"<link from="guide.goal" to="wheels.goal"/><link from="wheels.speed" to="base.speed"/><link from="base.pose" to="guide.pose"/>"#;
+
+/// A mission that goes out and back; each place activates some components.
+fn mission(links: &str, out: &str, back: &str, on: &str) -> String {
+    format!(
+        r#"<armor version="1"><system><component name="guide" kind="guide"/><component name="wheels" kind="wheels" rate="10Hz"/><component name="base" kind="base" rate="10Hz"/>{links}</system>
+        <mission goal="home" safe="hold"><place name="out" initial="true" components="{out}"/><place name="back" components="{back}"/><place name="home"/><place name="hold"/>
+        <transition name="there" from="out" to="back" timeout="5s"/><transition name="here" from="back" to="home" {on}/>
+        <transition name="late" from="back" to="hold" timeout="9s"/></mission></armor>"#
+    )
+}
+
+const DONE: &str = r#"on="guide.done""#;
+
+fn has_no_finding(file: &str, manifests: &Manifests) {
+    let (reading, _) = reading(file, Some(manifests));
+    let problems = reading.findings.without_notes();
+    assert!(problems.is_empty(), "{file}\n{}", problems.render(armor_robotfile::Colours::No));
+}
+
+#[test]
+fn a_loop_is_interrupted_where_none_of_its_places_activates_all_of_it() {
+    let all = manifests("");
+    let broken = mission(LOOP, "wheels", "[[guide]]", DONE)
+        .replace(r#"to="wheels.goal"/>"#, r#"to="wheels.goal" mode="pull"/>"#);
+    one_with("W0269", &broken, Some(&all));
+    has_no_finding(&mission(LOOP, "wheels", "guide wheels", DONE), &all);
+    // Where it is whole, what was prepared may be carried out.
+    let whole_first = mission(LOOP, "guide wheels", "guide", DONE);
+    has_no_finding(&whole_first, &all);
+    // Not if it reports there that it is done with the same.
+    let same =
+        r#"to="back" on="guide.done"/><transition name="slow" from="out" to="hold" timeout="5s"/>"#;
+    let same = whole_first.replace(r#"to="back" timeout="5s"/>"#, same);
+    one_with(
+        "W0269",
+        &same.replace(r#"name="back" components="guide""#, r#"name="back" components="[[guide]]""#),
+        Some(&all),
+    );
+    // Nothing waits for its report.
+    has_no_finding(&broken.replace("[[guide]]", "guide").replace(DONE, r#"operator="true""#), &all);
+}
+
+#[test]
+fn what_a_component_requires_comes_from_a_frozen_one() {
+    let starved = mission(LOOP, "guide wheels base", "[[guide]] wheels", DONE);
+    one_with("W0270", &starved, Some(&manifests("")));
+    let starved = starved.replace("[[guide]]", "guide");
+    has_no_finding(&starved, &manifests(r#","latched":true"#));
+    has_no_finding(&starved.replace(DONE, r#"operator="true""#), &manifests(""));
+    has_no_finding(&mission(LOOP, "guide wheels", "guide wheels", DONE), &manifests(""));
+}
+
+#[test]
+fn the_work_of_an_active_component_is_unused_if_an_input_waits_for_it() {
+    let links = LOOP.replace(r#"<link from="wheels.speed" to="base.speed"/>"#, "");
+    let unused = mission(&links, "guide wheels", "guide wheels", DONE)
+        .replace(r#"name="wheels""#, r#"name="[[wheels]]""#);
+    one_with("W0135", &unused, Some(&manifests("")));
+    // A component in no place may be there to be looked at.
+    has_no_finding(&mission(&links, "guide", "guide", DONE), &manifests(""));
+    // No other input takes its data.
+    let without_base = manifests("").into_iter().map(|(name, mut manifest)| {
+        manifest.inputs.retain(|input| input.id != "speed");
+        (name, manifest)
+    });
+    let file = unused.replace("[[wheels]]", "wheels");
+    has_no_finding(&file, &without_base.collect());
+}
