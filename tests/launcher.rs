@@ -55,6 +55,34 @@ fn an_interrupt_stops_in_order_and_a_second_one_kills() {
 }
 
 #[test]
+fn a_process_gets_the_variables_that_the_file_names_and_no_secrets() {
+    let folder = Folder::new("environment");
+    folder.script(
+        "open",
+        "echo \"<$MAP_TOKEN> <$SECRET> <$LC_NOTHING>\"; while :; do sleep 0.05; done",
+    );
+    let file = folder.system("environment", &["a open env=\"MAP_TOKEN ABSENT\"", "b open"]);
+    let mut run = folder.armor(&["run", &file, "--for", "2s"]);
+    let set = [("MAP_TOKEN", "m"), ("SECRET", "s"), ("LC_NOTHING", "l")];
+    let (code, out, err) = run_to_end(run.envs(set).env_remove("ABSENT"));
+    let log = out + &err;
+    assert_eq!(code, 0, "{log}");
+    assert!(log.contains("<m> <> <l>") && log.contains("<> <> <l>"), "{log}");
+    assert!(log.contains("environment.xml:3:"), "where it stands: {log}");
+    assert!(log.contains("the variable ABSENT is not set here, so a does not get it"), "{log}");
+
+    folder.write(
+        "bad.xml",
+        &format!(
+            "<armor version=\"1\"><system>{}</system></armor>",
+            "<component name=\"a\" kind=\"open\" env=\"MAP-TOKEN\"/>"
+        ),
+    );
+    let (code, _, err) = run_to_end(&mut folder.armor(&["check", "bad.xml"]));
+    assert!(code == 1 && err.contains("names of environment variables"), "{err}");
+}
+
+#[test]
 fn a_component_that_keeps_dying_is_given_up_and_the_others_continue() {
     let folder = Folder::new("dying");
     folder.script("dying", "echo born; exit 7");

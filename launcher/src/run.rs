@@ -2,6 +2,7 @@
 
 pub mod arguments;
 mod component_link;
+mod environment;
 pub mod group_killer;
 mod logs;
 mod output_folder;
@@ -92,6 +93,9 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let (log, sinks) = RunLog::start(&logs, earlier, &plan.names(), format, line.clone())?;
     let text = format!("{name}: registry {}, output {}", lease.address, out.path().display());
     log.report(plan::LAUNCHER, LogLevel::Info, text);
+    for warning in &plan.warnings {
+        log.report(plan::LAUNCHER, LogLevel::Warn, warning);
+    }
     if let Some((level, text)) = past {
         log.report(plan::LAUNCHER, level, text);
     }

@@ -76,6 +76,9 @@ pub struct Component {
     pub watchdog: Option<Spanned<Duration>>,
     /// Whether the mission may freeze it.
     pub controllable: bool,
+    /// Names of environment variables that its process gets of the launcher's, in addition to those
+    /// that every process gets.
+    pub variables: Option<Spanned<Vec<String>>>,
     /// The assigned parameters, in the order of the file.
     pub parameters: Vec<Parameter>,
 }

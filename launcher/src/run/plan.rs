@@ -12,6 +12,7 @@ use armor_wire::Message;
 use armor_wire::name::is_name;
 
 use super::arguments::RunArguments;
+use super::environment::select_variables;
 use super::process::{ProcessStart, own_program};
 use super::supervisor::{ChildRole, Duty};
 use super::unfinished;
@@ -34,6 +35,8 @@ pub struct ProcessPlan {
     pub starts: Vec<ProcessStart>,
     /// Where the registry listens.
     pub registry: SocketAddr,
+    /// What the log begins with: variables that the file names and that are not set.
+    pub warnings: Vec<String>,
 }
 
 /// The name of a run: the mission's, the system's, or the file's.
@@ -69,7 +72,8 @@ impl ProcessPlan {
         registry: SocketAddr,
         out: &Path,
     ) -> Result<Self> {
-        let mut plan = Self { duties: Vec::new(), starts: Vec::new(), registry };
+        let mut plan =
+            Self { duties: Vec::new(), starts: Vec::new(), registry, warnings: Vec::new() };
         let file = arguments.file.as_os_str();
         let at = registry.to_string();
         let sets = arguments.overrides.iter().flat_map(|set| ["--set".into(), set.into()]);
@@ -110,14 +114,14 @@ impl ProcessPlan {
             plan.add_daemon("executive", ChildRole::Executive, executive);
         }
         let mut environment = vec![
-            ("ARMOR_REGISTRY".to_owned(), OsString::from(&at)),
-            ("ARMOR_OUT".to_owned(), out.as_os_str().to_owned()),
+            ("ARMOR_REGISTRY".into(), OsString::from(&at)),
+            ("ARMOR_OUT".into(), out.as_os_str().to_owned()),
         ];
         if arguments.headless {
-            environment.push(("ARMOR_HEADLESS".to_owned(), "1".into()));
+            environment.push(("ARMOR_HEADLESS".into(), "1".into()));
         }
         for start in &mut plan.starts {
-            start.environment.clone_from(&environment);
+            start.environment.extend(environment.iter().cloned());
         }
         Ok(plan)
     }
@@ -153,6 +157,14 @@ impl ProcessPlan {
             Origin::Executable(path) => path.clone(),
         };
         self.add(name, ChildRole::Component, component.restart, program, arguments);
+        if let (Some(start), Some(named)) = (self.starts.last_mut(), &component.variables) {
+            let unset = named.value.iter().filter(|name| std::env::var_os(name).is_none());
+            self.warnings.extend(unset.map(|name| {
+                let (at, component) = (&named.at, &component.name.value);
+                format!("{at}: the variable {name} is not set here, so {component} does not get it")
+            }));
+            start.environment = select_variables(std::env::vars_os(), &named.value);
+        }
         if let Some(duty) = self.duties.last_mut() {
             duty.watchdog = component.watchdog.as_ref().map(|watchdog| watchdog.value);
         }
@@ -168,7 +180,7 @@ impl ProcessPlan {
         arguments: Vec<OsString>,
     ) {
         self.duties.push(Duty { name: name.into(), role, restart, watchdog: None });
-        let environment = Vec::new();
+        let environment = select_variables(std::env::vars_os(), &[]);
         self.starts.push(ProcessStart { name: name.into(), program, arguments, environment });
     }
 }

@@ -24,8 +24,8 @@ pub struct ProcessStart {
     pub program: PathBuf,
     /// Its arguments.
     pub arguments: Vec<OsString>,
-    /// Variables added to the launcher's own.
-    pub environment: Vec<(String, OsString)>,
+    /// All its variables.
+    pub environment: Vec<(OsString, OsString)>,
 }
 
 /// A process that was started.
@@ -50,6 +50,7 @@ impl ChildProcess {
         let program = start.program.clone().into_os_string();
         let mut child = Command::new(own_program())
             .args(guard::list_arguments(std::process::id(), &program, &start.arguments))
+            .env_clear()
             .envs(start.environment.iter().map(|(name, value)| (name, value)))
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

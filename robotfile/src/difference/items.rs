@@ -75,6 +75,10 @@ fn of_component(component: &Component) -> ComparedItem {
             new_aspect("watchdog", format!("{:?}", watchdog.value), watchdog.at.text())
         }),
         plain_aspect("controllable", if component.controllable { "" } else { "false" }),
+        component
+            .variables
+            .as_ref()
+            .map(|variables| new_aspect("env", variables.value.join(" "), variables.at.text())),
     ];
     ComparedItem::new(Subject::Component, &*component.name.value, aspects)
 }

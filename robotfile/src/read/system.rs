@@ -75,6 +75,7 @@ fn read_component(
     );
     let watchdog = fields.longer_than_nothing("watchdog");
     let controllable = fields.flag("controllable", true);
+    let variables = fields.converted("env", parse_variables);
     let children = fields.finish(&["parameter"]);
     let parameters =
         children.iter().filter_map(|child| read_parameter(child, source, findings)).collect();
@@ -85,6 +86,7 @@ fn read_component(
         restart: restart.map(|restart| restart.value).unwrap_or_default(),
         watchdog,
         controllable,
+        variables,
         parameters,
     })
 }
@@ -151,6 +153,19 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
 
 fn at<T>(value: &Spanned<T>) -> crate::source::Location {
     value.at.clone()
+}
+
+/// Reads names of environment variables with spaces between them.
+fn parse_variables(text: &str) -> Result<Vec<String>, String> {
+    let is_name = |name: &str| {
+        name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    };
+    if text.split_whitespace().all(is_name) && !text.trim().is_empty() {
+        Ok(text.split_whitespace().map(str::to_owned).collect())
+    } else {
+        Err("names of environment variables, such as \"MAP_TOKEN CUDA_VISIBLE_DEVICES\"".into())
+    }
 }
 
 fn parse_keep(text: &str) -> Result<Keep, String> {

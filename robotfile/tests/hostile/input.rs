@@ -212,6 +212,7 @@ const ATTRIBUTES: &[&str] = &[
     "x",
     "y",
     "watchdog",
+    "env",
     "on-stop-fail",
     "on-start-fail",
     "answer-within",

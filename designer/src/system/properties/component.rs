@@ -109,6 +109,12 @@ impl SystemView {
                 check_quantity(text, is_rate)
             });
         }
+        ui.label("Environment").on_hover_text(
+            "Names of further environment variables that its process gets, such as MAP_TOKEN.",
+        );
+        let form = Form { name: "component env", hint: "as every process", width: 0.0, rows: 1 };
+        let value = written("env").unwrap_or_default();
+        self.drafts.text(ui, &Field::Attribute(item, "env"), &value, form, &|_| Ok(()));
         ui.label("Restart").on_hover_text("What happens when its process ends by itself.");
         let restarts = [
             (Restart::OnFailure, "", "unless it ended well"),
