@@ -288,7 +288,9 @@ impl TestedComponent {
             return fails(&problem);
         }
         if !declared.live {
-            return fails("it is not live: in a system it changes with the next start; build anew");
+            return fails(
+                "it is not live: in a system it changes with the next start; build it again",
+            );
         }
         if parameters.list_unrequested().iter().any(|one| one.name == name) {
             return fails("the component has not requested it; call `get_parameter` in `new`");

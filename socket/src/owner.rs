@@ -1,9 +1,9 @@
 //! The user whose process is at the other end of a connection, as the kernel reports it.
 //!
-//! Without keys a system belongs to one user of one host. Whoever can open a socket could otherwise
-//! read its data and command it: a port on loopback and a socket in Linux's abstract namespace are
-//! open to every user of the host. Both ends check each other, so that no stranger listens in the
-//! place of a daemon that has died either.
+//! Without keys a system belongs to one user of one host. A port on loopback and a socket in Linux's
+//! abstract namespace are open to every user of the host, who could otherwise read its data and
+//! command it. Both ends check each other, so that no stranger listens in the place of a daemon that
+//! has died either.
 //!
 //! A Unix socket has the credentials of its peer (unix(7), `SO_PEERCRED`). For TCP the kernel is
 //! asked for the peer's own socket, which is on this host too (sock_diag(7)).

@@ -62,7 +62,7 @@ impl<N: Copy + Ord, E: Copy> CheckGraph<N, E> {
     }
 
     /// Returns the nodes of the cheapest circle through `start`, which is the first of them; none if
-    /// it is on no circle. Each node costs what `cost` says.
+    /// it is on no circle. Each node costs what `cost` returns.
     pub(super) fn cheapest_circle(&self, start: N, cost: impl Fn(N) -> usize) -> Option<Vec<N>> {
         let start = *self.indices.get(&start)?;
         let closes = |node| self.graph.contains_edge(node, start);

@@ -1,4 +1,4 @@
-//! What `armor check --strict` says of a mutant, and whether it means the same as its example.
+//! What `armor check --strict` finds in a mutant, and whether it means the same as its example.
 
 use std::path::Path;
 use std::process::Command;
