@@ -1,5 +1,6 @@
 //! Findings and changes as the records of the protocol, and when a change takes effect.
 
+use armor_robotfile::mission::Place;
 use armor_robotfile::{
     Change, Configuration, Difference, Findings, Location, Severity, Subject, differences,
 };
@@ -97,6 +98,21 @@ fn left_out(len: usize) -> u32 {
     u32::try_from(len.saturating_sub(MAX_RECORDS)).unwrap_or(u32::MAX)
 }
 
+/// Returns the places whose value of the parameter has priority while they are marked.
+fn list_places_that_set<'a>(
+    configuration: &'a Configuration,
+    component: &str,
+    parameter: &str,
+) -> Vec<&'a str> {
+    let places = configuration.mission.iter().flat_map(|mission| &mission.places);
+    let sets_it = |place: &&Place| {
+        place.parameters.iter().any(|given| {
+            given.component.value == component && given.parameter.name.value == parameter
+        })
+    };
+    places.filter(sets_it).map(|place| place.name.value.as_str()).collect()
+}
+
 /// Describes when a change takes effect. A component requests its parameters, rate and links when
 /// it starts; the launcher reads the file once; the executive decides itself when to take a new
 /// mission.
@@ -122,7 +138,16 @@ fn describe_effect(
                      declares but has not requested"
                 )
             } else {
-                format!("reaches {component} immediately")
+                let places = list_places_that_set(after, component, parameter);
+                if places.is_empty() {
+                    format!("reaches {component} immediately")
+                } else {
+                    format!(
+                        "reaches {component} immediately, but not while one of these places is \
+                         marked, which set it themselves: {}",
+                        places.join(", ")
+                    )
+                }
             }
         }
         (Subject::Component, Change::Changed { aspect, .. })

@@ -33,6 +33,8 @@ pub enum RunRequest {
     },
     /// Stop the whole system in order, as Ctrl-C does.
     StopAll,
+    /// List the components whose processes do not run.
+    List,
 }
 
 /// The launcher's reply.
@@ -42,6 +44,45 @@ pub struct RunReply {
     pub accepted: bool,
     /// The consequence, or why it is refused.
     pub text: String,
+    /// The components whose processes do not run, if they were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<AbsentComponent>,
+}
+
+/// A component whose process does not run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AbsentComponent {
+    /// The component.
+    pub component: String,
+    /// What becomes of it.
+    pub state: AbsentState,
+    /// How its last process ended, in words; empty if none has run.
+    pub reason: String,
+}
+
+/// What becomes of a component whose process does not run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AbsentState {
+    /// It is started, now or after a delay.
+    Starting,
+    /// It has ended and stays down.
+    Ended,
+    /// An operator has stopped it.
+    Stopped,
+    /// It has died too often and stays down.
+    GivenUp,
+}
+
+impl std::fmt::Display for AbsentState {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Starting => "starting",
+            Self::Ended => "ended",
+            Self::Stopped => "stopped",
+            Self::GivenUp => "given up",
+        })
+    }
 }
 
 /// Why the launcher has not answered.

@@ -126,7 +126,7 @@ fn send_request(
     request: &RunRequest,
     format: OutputFormat,
 ) -> Result<CommandEnding> {
-    let RunReply { accepted, text } =
+    let RunReply { accepted, text, .. } =
         run_control::request(&system::find_record(running)?, request)?;
     match format {
         OutputFormat::Json => {

@@ -68,6 +68,9 @@ fn a_component_that_dies_too_often_is_given_up_and_reported_to_the_executive() {
         }
     }
     system.run.wait_for_log("it is given up", 1);
+    let (code, shown, _) = run_to_end(&mut system.folder.armor(&["ps"]));
+    let row = shown.lines().find(|line| line.starts_with("worker ")).unwrap_or_default();
+    assert!(code == 0 && row.contains("given up") && row.contains("SIGKILL"), "{shown}");
     let got = system.trace("sink").got("a").len();
     system.traced("sink", "more data", |trace| (trace.got("a").len() > got + 50).then_some(()));
     assert_eq!(system.run.code(), Some(1), "{}", system.run.log());

@@ -9,7 +9,9 @@ use serde_json::json;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, terminal_width};
+use crate::system;
 use crate::verb::Verb;
+use armor_inspect::run_control::{self, AbsentComponent, RunRequest};
 use armor_inspect::words::{format_duration, format_short_time};
 use armor_inspect::{CONFIGD, Sighting};
 
@@ -36,14 +38,47 @@ impl Verb for PsArguments {
 /// If no system is found or its registry does not answer.
 fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
     let sightings = super::select_system(running, "ps")?.ask_statuses()?;
+    let mut absent = list_absent(running);
+    absent.retain(|it| sightings.iter().all(|sighting| sighting.entry.name != it.component));
     end_printing(if format == OutputFormat::Json {
-        sightings.iter().try_for_each(|sighting| print_line(json_of(sighting)))
+        let present = sightings.iter().map(json_of);
+        present.chain(absent.iter().map(json_of_absent)).try_for_each(print_line)
     } else {
-        let rows: Vec<_> = sightings.iter().map(format_row).collect();
+        let rows = sightings.iter().map(format_row).chain(absent.iter().map(format_absent));
+        let rows: Vec<_> = rows.collect();
         let headings = ["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
         let table = Table::new(&headings, rows).dispensable(&["CLOCK", "CALLS", "UPTIME"]);
         print_line(table.format(terminal_width()).trim_end())
     })
+}
+
+/// Returns the components whose processes do not run. Only the launcher knows them, so there are
+/// none if it is of another user or on another host.
+fn list_absent(running: &RunningSystem) -> Vec<AbsentComponent> {
+    let reply = system::find_record(running)
+        .ok()
+        .and_then(|record| run_control::request(&record, &RunRequest::List).ok());
+    reply.map(|reply| reply.absent).unwrap_or_default()
+}
+
+fn format_absent(absent: &AbsentComponent) -> Vec<String> {
+    let none = || "-".to_owned();
+    let AbsentComponent { component, state, reason } = absent;
+    vec![
+        component.clone(),
+        none(),
+        state.to_string(),
+        none(),
+        none(),
+        none(),
+        none(),
+        reason.clone(),
+    ]
+}
+
+fn json_of_absent(absent: &AbsentComponent) -> serde_json::Value {
+    let AbsentComponent { component, state, reason } = absent;
+    json!({"name": component, "state": state, "problem": reason})
 }
 
 fn format_row(sighting: &Sighting) -> Vec<String> {

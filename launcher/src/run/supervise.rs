@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use armor_inspect::run_control::{RunReply, RunRequest};
+use armor_inspect::run_control::{AbsentComponent, RunReply, RunRequest};
 use armor_robotfile::suggest_similar;
 use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
@@ -133,7 +133,9 @@ pub async fn supervise(
                 Some(SupervisorEvent::Stop(StopRequest::Interrupt))
             }
             Some(input) = inputs.recv() => launcher.convert_input(input),
-            Some(request) = requests.recv() => launcher.convert_request(request),
+            Some(request) = requests.recv() => {
+                launcher.convert_request(request, supervisor.list_absent())
+            }
         };
     }
 }
@@ -242,27 +244,39 @@ impl Launcher {
     }
 
     /// Answers a request, and returns what it orders.
-    fn convert_request(&self, received: ReceivedRequest) -> Option<SupervisorEvent> {
+    fn convert_request(
+        &self,
+        received: ReceivedRequest,
+        absent: Vec<AbsentComponent>,
+    ) -> Option<SupervisorEvent> {
         let ReceivedRequest { request, reply } = received;
-        let (event, answer) = match self.judge_request(&request) {
-            Ok((event, text)) => (Some(event), RunReply { accepted: true, text }),
-            Err(text) => (None, refusal(text)),
+        let (event, text) = match self.judge_request(&request) {
+            Ok((event, text)) => (event, text),
+            Err(text) => {
+                let _ = reply.send(refusal(text));
+                return None;
+            }
         };
-        if answer.accepted {
-            self.log.report(LAUNCHER, LogLevel::Info, format!("an operator: {}", answer.text));
+        if event.is_some() {
+            self.log.report(LAUNCHER, LogLevel::Info, format!("an operator: {text}"));
         }
+        let answer = RunReply { accepted: true, text, absent };
         // A client that has left does not take back what it has asked for.
         let _ = reply.send(answer);
         event
     }
 
-    fn judge_request(&self, request: &RunRequest) -> Result<(SupervisorEvent, String), String> {
+    /// Returns what a request orders, if anything, and the reply; or why it is refused.
+    fn judge_request(
+        &self,
+        request: &RunRequest,
+    ) -> Result<(Option<SupervisorEvent>, String), String> {
         let find = |name: &str| self.find_component(name);
         match request {
             RunRequest::Restart { component } => {
                 let id = find(component)?;
                 let event = SupervisorEvent::Order(id, ChildOrder::Restart);
-                Ok((event, format!("{component} is restarted")))
+                Ok((Some(event), format!("{component} is restarted")))
             }
             RunRequest::Stop { component } => {
                 let id = find(component)?;
@@ -275,14 +289,15 @@ impl Launcher {
                 }
                 let event = SupervisorEvent::Order(id, ChildOrder::Stop);
                 Ok((
-                    event,
+                    Some(event),
                     format!("{component} is stopped; `armor restart {component}` starts it"),
                 ))
             }
             RunRequest::StopAll => {
                 let event = SupervisorEvent::Stop(StopRequest::Interrupt);
-                Ok((event, "the system stops".into()))
+                Ok((Some(event), "the system stops".into()))
             }
+            RunRequest::List => Ok((None, String::new())),
         }
     }
 

@@ -11,6 +11,7 @@ mod tests;
 
 use std::time::Duration;
 
+use armor_inspect::run_control::AbsentComponent;
 use armor_robotfile::model::Restart;
 
 use child::{Child, ChildState};
@@ -24,6 +25,8 @@ pub const GRACE: Duration = Duration::from_secs(5);
 /// A gap between two ticks after which silent processes are not suspected: the launcher itself was
 /// stopped, or the host suspended.
 const NAP: Duration = Duration::from_secs(1);
+/// Most absent components that are listed; a reply is one line of bounded length.
+const MAX_LISTED: usize = 20;
 
 /// How far the run is.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,6 +111,18 @@ impl Supervisor {
         }
     }
 
+    /// Returns the components whose processes do not run.
+    pub fn list_absent(&self) -> Vec<AbsentComponent> {
+        let components =
+            self.children.iter().filter(|child| child.duty.role == ChildRole::Component);
+        let absent = components.filter_map(|child| {
+            let state = child.absence()?;
+            let component = child.duty.name.clone();
+            Some(AbsentComponent { component, state, reason: child.last_end.clone() })
+        });
+        absent.take(MAX_LISTED).collect()
+    }
+
     fn exited(&mut self, id: ChildId, exit: ChildExit, now: Duration) {
         if self.stage == RunStage::Running
             && let Some(order) = self.children[id].end_by_order(now)
@@ -116,6 +131,7 @@ impl Supervisor {
                 ChildOrder::Restart => format!("{exit}; an operator has restarted it"),
                 ChildOrder::Stop => format!("{exit}; an operator has stopped it"),
             };
+            self.children[id].last_end.clone_from(&text);
             self.actions.push(SupervisorAction::Log(LogLevel::Info, id, text));
             return;
         }
@@ -155,16 +171,15 @@ impl Supervisor {
         if !restarts {
             child.state = if in_order { ChildState::Ended } else { ChildState::Failed };
             let level = if in_order { LogLevel::Info } else { LogLevel::Error };
-            self.actions.push(SupervisorAction::Log(
-                level,
-                id,
-                format!("{how}; it is not started again"),
-            ));
+            let text = format!("{how}; it is not started again");
+            child.last_end.clone_from(&text);
+            self.actions.push(SupervisorAction::Log(level, id, text));
             return;
         }
         match child.after_death(now) {
             Some(delay) => {
                 let text = format!("{how}; it starts again in {:.1} s", delay.as_secs_f64());
+                child.last_end.clone_from(&text);
                 self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, text));
             }
             None => {
@@ -173,6 +188,7 @@ impl Supervisor {
                     child::MAX_DEATHS,
                     child::DEATHS_WITHIN.as_secs()
                 );
+                child.last_end.clone_from(&text);
                 self.actions.push(SupervisorAction::Log(LogLevel::Error, id, text));
                 if !component {
                     let name = self.children[id].duty.name.clone();

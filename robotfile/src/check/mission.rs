@@ -214,7 +214,7 @@ impl<'a> MissionNames<'a> {
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
         let takes = transition.arcs.iter().any(|arc| arc.kind != ArcKind::Put);
-        let is_frozen = self.active_in.contains_key(reporter.value.as_str()) && !heard;
+        let is_frozen = self.controlled.contains(reporter.value.as_str()) && !heard;
         // A missing or unknown place is a finding of its own.
         let are_known = transition
             .arcs

@@ -48,6 +48,18 @@ fn a_change_states_when_it_takes_effect() {
     };
     assert_eq!(effect("value=\"2\"", "value=\"3\""), "reaches player immediately");
     assert_eq!(effect("a.log", "c.log"), "has no effect: --set gives player.file its value");
+    let place = "components=\"player\"><parameter component=\"player\" name=\"speed\" value=\"9\"/></place>";
+    let with_place = FILE.replace("components=\"player\"/>", place);
+    versions.handle(saved(&with_place));
+    let taken = state(&versions.handle(saved(&with_place.replace("value=\"2\"", "value=\"3\""))));
+    let limited = "reaches player immediately, but not while one of these places is marked, which \
+                   set it themselves: play";
+    assert_eq!(taken.changes[0].effect, limited);
+    let mut effect = |old: &str, new: &str| {
+        versions.handle(saved(FILE));
+        let taken = state(&versions.handle(saved(&FILE.replace(old, new))));
+        taken.changes.into_iter().map(|change| change.effect).collect::<Vec<_>>().join("; ")
+    };
     let again = "takes effect when the system is run again";
     assert_eq!(effect("kind=\"view\"", "kind=\"mapper\""), again);
     let judged = "takes effect once the executive finds it safe from where the mission stands";

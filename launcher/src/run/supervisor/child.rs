@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use armor_inspect::run_control::AbsentState;
 use armor_wire::control::RunState;
 use armor_wire::liveness::SILENCE;
 
@@ -65,6 +66,8 @@ pub(super) struct Child {
     pub was_ready: bool,
     /// Its component has reported a failure, and is in no other state since.
     pub has_failed: bool,
+    /// How its last process ended, in words.
+    pub last_end: String,
     deaths: VecDeque<Duration>,
     delay: Duration,
     /// Carried out when its process has ended.
@@ -78,6 +81,7 @@ impl Child {
             state: ChildState::Waiting { until: Duration::ZERO },
             was_ready: false,
             has_failed: false,
+            last_end: String::new(),
             deaths: VecDeque::new(),
             delay: FIRST_DELAY,
             order: None,
@@ -113,6 +117,17 @@ impl Child {
         self.delay = FIRST_DELAY;
         self.has_failed = false;
         self.state = ChildState::Waiting { until: now };
+    }
+
+    /// What becomes of it, if its process does not run.
+    pub fn absence(&self) -> Option<AbsentState> {
+        match self.state {
+            ChildState::Running { .. } | ChildState::Ending { .. } => None,
+            ChildState::Waiting { .. } => Some(AbsentState::Starting),
+            ChildState::Ended => Some(AbsentState::Ended),
+            ChildState::Stopped => Some(AbsentState::Stopped),
+            ChildState::Failed => Some(AbsentState::GivenUp),
+        }
     }
 
     pub fn is_alive(&self) -> bool {
