@@ -66,6 +66,19 @@ fn a_place_that_is_not_reached_is_found_also_next_to_a_sub_mission() {
 }
 
 #[test]
+fn a_report_of_a_component_that_only_a_sub_mission_activates_is_found() {
+    let robot = r#"<armor version="1"><system><component name="go" kind="k"/></system>
+        <mission goal="over" safe="hold"><place name="a" initial="true"/><place name="b"/>
+        <place name="over"/><place name="hold"/><submission ref="dock.xml" in="a" out="b"/>
+        <transition name="t" from="b" to="over" on="go.done"/></mission></armor>"#;
+    let dock = r#"<armor version="1"><mission goal="y" safe="z"><place name="x" initial="true" components="go"/><place name="y"/>
+        <place name="z"/><transition name="t" from="x" to="y" on="go.done"/></mission></armor>"#;
+    let found = codes_of(&[("robot.xml", robot), ("dock.xml", dock)]);
+    let of_robot = found.iter().any(|one| one.contains("W0214") && one.contains("robot.xml:4:"));
+    assert!(of_robot, "{found:?}");
+}
+
+#[test]
 fn a_missing_system_file_is_one_finding() {
     let robot = r#"<armor version="1"><mission system="gone.xml" goal="over" safe="hold"><place name="a" initial="true"/>
         <place name="over"/><place name="hold"/><submission ref="dock.xml" in="a" out="over"/></mission></armor>"#;
