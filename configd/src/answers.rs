@@ -4,7 +4,7 @@ use std::path::Path;
 
 use armor_robotfile::mission::PlaceParameter;
 use armor_robotfile::model::{self, Component};
-use armor_robotfile::{Configuration, Manifests, Mission};
+use armor_robotfile::{Configuration, Manifests, Mission, suggest_similar};
 use armor_wire::config::{
     Assigned, ComponentSettings, InputSettings, ListedParameter, ListedType, cut_text,
 };
@@ -79,12 +79,19 @@ pub(crate) fn no_component(name: &str, configuration: &Configuration) -> Refusal
     if components.len() > MAX_LISTED {
         names.push("…");
     }
-    let file = configuration.sources.last().map(|source| source.path().display().to_string());
-    let text = format!(
-        "{} has no component called `{name}`; it has: {}",
-        file.as_deref().unwrap_or("the system"),
-        names.join(", ")
-    );
+    // The first is the file that was opened; its system may be in another one.
+    let main = configuration.sources.first().map(|source| source.path().display().to_string());
+    let owner = match (main, configuration.sources.len()) {
+        (None, _) => "the system".into(),
+        (Some(main), 1) => main,
+        (Some(main), _) => format!("the system of {main}"),
+    };
+    let known = components.iter().map(|component| component.name.value.as_str());
+    let listed = match suggest_similar(name, known) {
+        Some(advice) => format!("{advice} It has"),
+        None => "it has".into(),
+    };
+    let text = format!("{owner} has no component called `{name}`; {listed}: {}", names.join(", "));
     Refusal::new(RefusalCode::UnknownData, text)
 }
 
@@ -168,4 +175,27 @@ fn given_by_places(component: &str, parameter: &str, mission: Option<&Mission>) 
         Some(format!("{}={}", place.name.value, found.parameter.value.value))
     });
     given.collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_component_is_answered_with_the_main_file_and_a_similar_name() {
+        let mission = r#"<armor version="1"><mission system="robots/rover.xml" safe="a"><place name="a" initial="true" components="tank"/></mission></armor>"#;
+        let system =
+            r#"<armor version="1"><system><component name="tank" kind="tank"/></system></armor>"#;
+        let reading = armor_robotfile::read(Path::new("m/survey.xml"), &mut |path| {
+            Ok(if path.ends_with("rover.xml") { system } else { mission }.into())
+        });
+        let configuration = reading.configuration.expect("two valid files");
+        let text = |name| no_component(name, &configuration).text;
+        assert_eq!(
+            text("tnak"),
+            "the system of m/survey.xml has no component called `tnak`; did you mean tank? It has: \
+             tank"
+        );
+        assert!(text("camera").ends_with("called `camera`; it has: tank"), "{}", text("camera"));
+    }
 }

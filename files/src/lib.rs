@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 pub use folder::save_folder_atomically;
 pub use pending::{Durability, PendingFile};
-pub use private::{create_own_folder, open_own_file};
+pub use private::{create_own_folder, create_unlinked_folder, open_own_file};
 
 /// Why a file was not saved. Unless the last step failed, the old file is unchanged.
 #[derive(Debug, thiserror::Error)]

@@ -36,6 +36,20 @@ pub fn create_own_folder(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
+/// Does the same as [`create_own_folder`] for a folder that nobody but this program places: a
+/// symbolic link there is an error, because it could lead anywhere.
+///
+/// # Errors
+/// If it is a symbolic link, or as [`create_own_folder`].
+pub fn create_unlinked_folder(path: &Path) -> io::Result<()> {
+    if path.is_symlink() {
+        return Err(io::Error::other(
+            "it is a symbolic link, which is not followed: remove the link, or choose another folder",
+        ));
+    }
+    create_own_folder(path)
+}
+
 /// Opens the file at `path` as `options` say, with those to write added, and creates it if it does
 /// not exist. A symbolic link there is an error: it could lead anywhere.
 ///
@@ -75,6 +89,21 @@ mod tests {
         fs::remove_file(&log).unwrap();
         open_own_file(&log, OpenOptions::new().append(true)).unwrap().write_all(b"new").unwrap();
         assert_eq!(fs::read_to_string(&log).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_folder_behind_a_symbolic_link_is_used_only_where_links_are_meant() {
+        let folder = tempfile::tempdir().unwrap();
+        let (there, link) = (folder.path().join("there"), folder.path().join("link"));
+        for target in ["there", "nothing"] {
+            create_unlinked_folder(&there).unwrap();
+            symlink(folder.path().join(target), &link).unwrap();
+            let error = create_unlinked_folder(&link).unwrap_err().to_string();
+            assert!(error.contains("symbolic link") && error.contains("remove"), "{error}");
+            assert_eq!(create_own_folder(&link).is_ok(), target == "there");
+            fs::remove_file(&link).unwrap();
+        }
+        assert!(!folder.path().join("nothing").exists());
     }
 
     #[test]

@@ -39,7 +39,7 @@ fn print_explanation(code: Option<&str>, format: OutputFormat) -> Result<Command
         }));
     };
     let Some(code) = Code::named(text) else {
-        bail!("no finding has the code {text}; `armor explain` lists them all");
+        bail!("{}", describe_unknown(text));
     };
     let bold = print::wants_colours(&std::io::stdout());
     end_printing(match format {
@@ -49,6 +49,26 @@ fn print_explanation(code: Option<&str>, format: OutputFormat) -> Result<Command
         }
         _ => print_line(code.page().trim_end()),
     })
+}
+
+fn describe_unknown(text: &str) -> String {
+    let advice = find_meant(text).map(|code| format!("; did you mean {}?", code.as_str()));
+    let advice = advice.unwrap_or_default();
+    format!("no finding has the code {text}{advice} (`armor explain` lists all codes)")
+}
+
+/// Returns the code with the same letter and number, such as E0103 for `e103`; with another letter
+/// if there is none with that one, or with any if none is written.
+fn find_meant(text: &str) -> Option<Code> {
+    let text = text.trim().to_ascii_uppercase();
+    let digits = text.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    let letters = text.strip_suffix(digits)?;
+    let number: u16 = digits.parse().ok()?;
+    let same = || {
+        let number_of = |code: &Code| code.as_str().get(1..)?.parse::<u16>().ok();
+        Code::ALL.iter().copied().filter(move |code| number_of(code) == Some(number))
+    };
+    same().find(|code| code.as_str().starts_with(letters)).or_else(|| same().next())
 }
 
 fn describe_code(code: Code) -> serde_json::Value {
@@ -112,6 +132,19 @@ mod tests {
         let plain = "E1: a\n\nSee E2, [a-z] `[2s,5s]`.\n\n    # <a>\nWhat\n";
         assert_eq!(for_terminal(page, false), plain);
         assert!(for_terminal(page, true).starts_with("\x1b[1mE1: a\x1b[0m\n"));
+    }
+
+    #[test]
+    fn a_code_without_its_zero_or_letter_is_answered_with_the_one_meant() {
+        for text in ["E103", "e103", "E00103", "103", "0103", "W0103", "E-0103"] {
+            let told = describe_unknown(text);
+            let expects = text != "E-0103";
+            assert_eq!(told.contains("; did you mean E0103? ("), expects, "{told}");
+            assert!(told.contains(text) && told.contains("armor explain"), "{told}");
+        }
+        for text in ["", "E", "E9999", "é103", "E99999999"] {
+            assert!(find_meant(text).is_none(), "{text}");
+        }
     }
 
     #[test]

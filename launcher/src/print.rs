@@ -10,7 +10,7 @@ use anyhow::Result;
 use thiserror::Error;
 
 use crate::exit::CommandEnding;
-pub use table::{Table, wrap_text};
+pub use table::{Table, flatten_text, wrap_text};
 
 /// Columns of a terminal that does not report its size.
 const USUAL_WIDTH: usize = 80;

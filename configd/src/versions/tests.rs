@@ -141,7 +141,8 @@ fn a_component_is_refused_until_it_is_in_the_file() {
         ConfigReply::Refused { request: 5, refusal } => {
             assert_eq!(
                 refusal.text,
-                "m/a.xml has no component called `plaier`; it has: player, mapper, view"
+                "m/a.xml has no component called `plaier`; did you mean player? It has: player, \
+                 mapper, view"
             );
         }
         other => panic!("{other:?}"),

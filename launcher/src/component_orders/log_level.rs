@@ -5,6 +5,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
+use armor_inspect::{CONFIGD, CONFIGURATION};
 use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role};
 use clap::Args;
 use serde_json::json;
@@ -20,17 +21,18 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(3);
 /// Identifies the one request of the connection.
 const REQUEST: u64 = 1;
 
-/// Change what a running component or the executive logs, until its next start.
+/// Change what a running component, the executive or configd logs, until its next start.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor log mapper debug                       more of one component
   armor log mapper info                        as at its start
   armor log mapper armor_sdk=trace,info        the SDK inside it
   armor log executive debug
+  armor log configd debug
 
 ARMOR_LOG=debug armor run FILE sets it for all processes from their start.")]
 pub struct LogArguments {
-    /// The component, or executive.
+    /// The component, executive or configd.
     #[arg(value_parser = parse_name)]
     pub component: String,
     /// error, warn, info, debug, trace or off; or a filter by modules, such as my_crate=debug,info.
@@ -46,6 +48,22 @@ impl Verb for LogArguments {
     }
 }
 
+/// Returns the name under which a process takes orders.
+///
+/// # Errors
+/// If it takes none.
+fn find_commanded(name: &str) -> Result<&str> {
+    match name {
+        // The same process: it serves configuration under one name and takes orders under the other.
+        CONFIGD => Ok(CONFIGURATION),
+        "registry" => bail!(
+            "the log level of the registry cannot be changed while it runs; ARMOR_LOG sets it at \
+             the start: `ARMOR_LOG=debug armor run FILE`, or `ARMOR_LOG=debug armor registry`"
+        ),
+        name => Ok(name),
+    }
+}
+
 /// Sends the filter and prints the answer; fails if it is refused.
 ///
 /// # Errors
@@ -53,7 +71,8 @@ impl Verb for LogArguments {
 fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<CommandEnding> {
     let LogArguments { component, filter, running } = arguments;
     let observed = select_system(running, "log")?;
-    let entry = observed.directory().find_process(component, ANSWER_WITHIN)?;
+    let process = find_commanded(component)?;
+    let entry = observed.directory().find_process(process, ANSWER_WITHIN)?;
     let (sender, answers) = mpsc::channel();
     let sink = move |event| {
         let answer = match event {
@@ -87,4 +106,17 @@ fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<Comm
         _ => print_notice(format_args!("refused: {text}")),
     }
     Ok(if accepted { CommandEnding::Fine } else { CommandEnding::Failed })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn configd_takes_orders_as_configuration_and_the_registry_none() {
+        assert_eq!(find_commanded("configd").ok(), Some("configuration"));
+        assert_eq!(find_commanded("mapper").ok(), Some("mapper"));
+        let error = find_commanded("registry").expect_err("no orders").to_string();
+        assert!(error.contains("`ARMOR_LOG=debug armor run FILE`"), "{error}");
+    }
 }

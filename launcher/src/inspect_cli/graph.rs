@@ -13,7 +13,7 @@ use clap::Args;
 use super::ps::describe_dropped_reports;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print::{Table, end_printing, print_line, terminal_width};
+use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
 use crate::verb::Verb;
 
 /// Time between the two statuses from which rates are computed.
@@ -65,10 +65,7 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
             ];
             let rows: Vec<_> = edges.iter().map(format_row).collect();
             let table = Table::new(&headings, rows).dispensable(&DISPENSABLE);
-            let dropped = statuses.iter().filter_map(|status| {
-                Some(format!("{}: {}\n", status.name, describe_dropped_reports(status)?))
-            });
-            let text = table.format(terminal_width()) + &dropped.collect::<String>();
+            let text = table.format(terminal_width()) + &list_dropped_reports(&statuses);
             print_line(text.trim_end())
         }
     })
@@ -76,6 +73,15 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
 
 fn keep_statuses(sightings: Vec<Sighting>) -> Vec<Status> {
     sightings.into_iter().filter_map(|sighting| sighting.status.ok()).collect()
+}
+
+/// Returns a line for each component whose reports were dropped.
+fn list_dropped_reports(statuses: &[Status]) -> String {
+    let dropped = statuses.iter().filter_map(|status| {
+        let line = format!("{}: {}", status.name, describe_dropped_reports(status)?);
+        Some(flatten_text(&line) + "\n")
+    });
+    dropped.collect()
 }
 
 fn format_row(edge: &ObservedLink) -> Vec<String> {
@@ -179,6 +185,13 @@ mod tests {
         let heater = Status { dropped_reports: 12, ..status("heater") };
         let drawn = format_dot(&[heater], &[]);
         assert!(drawn.contains("simulator\\n12 reports dropped: no executive"), "{drawn}");
+    }
+
+    #[test]
+    fn a_line_below_the_table_stays_one_line() {
+        let heater = Status { dropped_reports: 1, ..status("hea\nter") };
+        let text = list_dropped_reports(&[heater, status("laser")]);
+        assert_eq!(text, "hea ter: 1 report dropped: no executive takes them\n");
     }
 
     #[test]

@@ -165,7 +165,7 @@ fn read_answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, ProbePro
         let message = format!("it does not know --describe, and ended with {how}: {line:?}");
         return Err(knows_no_describe(message));
     }
-    let last_words = Some(last_line(&complaint)).filter(|line| !line.is_empty());
+    let last_words = Some(find_last_words(&complaint)).filter(|line| !line.is_empty());
     let last_words = last_words.map(|line| format!(": {line}")).unwrap_or_default();
     Err(no_manifest(format!("--describe ended with {how}{last_words}")))
 }
@@ -184,11 +184,23 @@ fn read_in_background(
     receiver
 }
 
-/// Returns the last line: there Python names its exception, and a shell the missing program.
-fn last_line(bytes: &[u8]) -> String {
+/// Returns the first panic of Rust, place and message; if there is none, the last line: there
+/// Python names its exception, and a shell the missing program.
+fn find_last_words(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
-    let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
-    shown_line(line)
+    let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let begins_panic = |line: &&str| line.starts_with("thread '") && line.contains(" panicked at ");
+    let is_note = |line: &&str| line.starts_with("note:");
+    let ends_panic = |line: &&str| is_note(line) || *line == "stack backtrace:";
+    let panic: Vec<&str> = lines()
+        .skip_while(|line| !begins_panic(line))
+        .take_while(|line| !ends_panic(line))
+        .collect();
+    if !panic.is_empty() {
+        return shown_line(&panic.join(" "));
+    }
+    let last = lines().rev().find(|line| !is_note(line)).or_else(|| lines().next_back());
+    shown_line(last.unwrap_or_default())
 }
 
 /// Returns a line of foreign output without control characters, and not too much of it.
@@ -284,4 +296,29 @@ fn find_foreign_output(text: &str) -> Option<ProbeProblem> {
     }
     let line = find_usage(text.as_bytes())?;
     Some(knows_no_describe(format!("--describe printed its usage and no manifest: {line:?}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_shown_by_its_own_lines() {
+        let panic = "thread 'main' panicked at src/main.rs:12:5:";
+        let shown = "thread 'main' panicked at src/main.rs:12:5: no port";
+        let hint = "note: run with `RUST_BACKTRACE=1` environment variable to display a backtrace";
+        let omitted = "note: Some details are omitted, run with `RUST_BACKTRACE=full`";
+        for (text, expected) in [
+            (format!("opening\n\n{panic}\nno port\n{hint}\n"), shown),
+            (format!("{panic}\nno port\nstack backtrace:\n   0: start\n{omitted}\n"), shown),
+            (format!("{panic}\nno port\n{hint}\nthread 'b' panicked at b.rs:1:1:\nx"), shown),
+            (format!("{panic}\nno port\n"), shown),
+            ("Traceback:\n  a\nKeyError: 'x'\n".into(), "KeyError: 'x'"),
+            (format!("error: no port\n{hint}\n"), "error: no port"),
+            ("note: a\nnote: b\n".into(), "note: b"),
+            (String::new(), ""),
+        ] {
+            assert_eq!(find_last_words(text.as_bytes()), expected, "{text}");
+        }
+    }
 }

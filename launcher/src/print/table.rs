@@ -18,8 +18,11 @@ pub struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Makes a table; every row has a cell per heading.
-    pub fn new(headings: &'a [&'a str], rows: Vec<Vec<String>>) -> Self {
+    /// Makes a table; every row has a cell per heading. A cell is one line: see [`flatten_text`].
+    pub fn new(headings: &'a [&'a str], mut rows: Vec<Vec<String>>) -> Self {
+        for cell in rows.iter_mut().flatten() {
+            *cell = flatten_text(cell);
+        }
         Self { headings, rows, dispensable: &[] }
     }
 
@@ -126,6 +129,13 @@ fn count_columns(text: &str) -> usize {
     text.chars().count()
 }
 
+/// Returns `text` as one line: line breaks and control characters, which would break a table or
+/// steer the terminal, become spaces.
+pub fn flatten_text(text: &str) -> String {
+    let breaks = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
+    text.replace("\r\n", " ").replace(breaks, " ")
+}
+
 /// Divides `text` into lines of at most `width` columns: between words, and inside a word that is
 /// longer than a line.
 pub fn wrap_text(text: &str, width: usize) -> Vec<String> {
@@ -179,6 +189,13 @@ mod tests {
     fn a_column_without_heading_and_cells_takes_no_room() {
         let rows = vec![vec!["a".into(), String::new(), "why".into()]];
         assert_eq!(Table::new(&["NAME", "", ""], rows).format(None), "NAME\na     why\n");
+    }
+
+    #[test]
+    fn a_cell_with_line_breaks_stays_one_row() {
+        let rows = rows(&[&["arm", "no power\r\non\nbus\t1\x1b[2J"], &["leg", "\u{85}a\u{2028}b"]]);
+        let expected = "NAME  PROBLEM\narm   no power on bus 1 [2J\nleg    a b\n";
+        assert_eq!(Table::new(&["NAME", "PROBLEM"], rows).format(None), expected);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use armor_files::open_own_file;
+use armor_files::{create_unlinked_folder, open_own_file};
 
 use super::render::Dated;
 use super::{LogLevel, RunLog};
@@ -51,10 +51,11 @@ impl LogFiles {
     /// Makes the folder and `all.log`.
     ///
     /// # Errors
-    /// If either cannot be made.
+    /// If either cannot be made, or the folder is a symbolic link.
     pub fn create(directory: &Path, earlier: EarlierLogs) -> Result<Self> {
-        fs::create_dir_all(directory)
-            .with_context(|| format!("the folder {} cannot be made", directory.display()))?;
+        create_unlinked_folder(directory).with_context(|| {
+            format!("the folder {} cannot be used for logs", directory.display())
+        })?;
         let all = directory.join("all.log");
         let all = Target::open(all.clone(), earlier, MAX_FILE_LEN)
             .with_context(|| format!("the file {} cannot be written", all.display()))?;
@@ -168,6 +169,21 @@ mod tests {
 
     fn read(path: &Path) -> String {
         fs::read_to_string(path).unwrap_or_default()
+    }
+
+    #[test]
+    fn logs_are_not_written_into_a_linked_folder() {
+        let scratch = ScratchFolder::new("linked-logs");
+        let (logs, there) = (scratch.path().join("logs"), scratch.path().join("there"));
+        fs::create_dir(&there).expect("writable");
+        std::os::unix::fs::symlink(&there, &logs).expect("a link");
+        let error = LogFiles::create(&logs, EarlierLogs::Replace).err().expect("refused");
+        let text = format!("{error:#}");
+        assert!(text.contains("logs cannot be used") && text.contains("remove the link"), "{text}");
+        assert_eq!(fs::read_dir(&there).expect("readable").count(), 0);
+        fs::remove_file(&logs).expect("removable");
+        assert!(LogFiles::create(&logs, EarlierLogs::Replace).is_ok());
+        assert!(logs.join("all.log").is_file());
     }
 
     #[test]
