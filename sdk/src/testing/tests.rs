@@ -129,6 +129,30 @@ fn live_parameters_change_and_all_others_are_refused() {
     }
 }
 
+/// Requests its parameters and forgets to receive them.
+struct Deaf;
+
+impl Component for Deaf {
+    const KIND: &'static str = "deaf";
+    const SUMMARY: &'static str = "Ignores its file.";
+    const PARAMETERS: &'static [Parameter] = CounterParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        CounterParameters::request(&armor)?;
+        Ok(Self)
+    }
+}
+
+#[test]
+fn parameters_that_nothing_receives_are_a_failure() {
+    let deaf = TestedComponent::build::<Deaf>(&[]).expect("it is built");
+    assert_eq!(deaf.state(), RunState::Failed);
+    let expected = "parameter `step`: its value has arrived, but `deaf` does not implement \
+                    `parameter_received`; implement it, with";
+    let is_named = |report: &ReportKind| matches!(report, ReportKind::Failed { reason } if reason.starts_with(expected));
+    assert!(deaf.reports().iter().any(is_named), "{:?}", deaf.reports());
+}
+
 #[test]
 fn what_a_test_does_wrong_is_named() {
     let error = |parameters| {
