@@ -92,21 +92,18 @@ fn unitless_value(of: &Type) -> Option<&'static str> {
     let path = match of {
         Type::Path(path) => path,
         Type::Array(array) => return unitless_value(&array.elem),
-        Type::Tuple(tuple) => {
-            let mut all = tuple.elems.iter().map(unitless_value);
-            let first = all.next()??;
-            return all.all(|value| value.is_some()).then_some(first);
-        }
         _ => return None,
     };
     let last = path.path.segments.last()?;
     match (last.ident.to_string().as_str(), &last.arguments) {
         ("String", PathArguments::None) => Some("text"),
         ("bool", PathArguments::None) => Some("true or false"),
-        ("Vec" | "Option", PathArguments::AngleBracketed(inner)) => match inner.args.first()? {
-            GenericArgument::Type(inner) => unitless_value(inner),
-            _ => None,
-        },
+        ("Vec" | "Array" | "Box" | "Option", PathArguments::AngleBracketed(inner)) => {
+            match inner.args.first()? {
+                GenericArgument::Type(inner) => unitless_value(inner),
+                _ => None,
+            }
+        }
         _ => None,
     }
 }
@@ -318,6 +315,7 @@ mod tests {
             ("String", "text"),
             ("Vec<std::string::String>", "text"),
             ("[bool; 3]", "true or false"),
+            ("Array<bool>", "true or false"),
             ("Option<bool>", "true or false"),
         ] {
             let error = refusal(&depth(kind));
@@ -326,7 +324,7 @@ mod tests {
         }
         let error = refusal(r#"struct Depth { #[message(unit = "m", text)] depth: Fathoms }"#);
         assert!(error.contains("this field is text"), "{error}");
-        for kind in ["f32", "Vec<f64>", "[u16; 3]", "Option<i8>", "Fathoms", "(f64, f64)"] {
+        for kind in ["f32", "Vec<f64>", "[u16; 3]", "Option<i8>", "Fathoms"] {
             expand_message(&parse_str(&depth(kind)).expect("Rust")).expect(kind);
         }
     }
