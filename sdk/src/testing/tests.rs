@@ -153,6 +153,36 @@ fn parameters_that_nothing_receives_are_a_failure() {
     assert!(deaf.reports().iter().any(is_named), "{:?}", deaf.reports());
 }
 
+#[derive(Parameters)]
+struct NarrowParameters {
+    /// its range is wider than its type
+    #[parameter(default = 1, range = 0.0..=300.0)]
+    width: u8,
+}
+
+struct Narrow(NarrowParameters);
+
+impl Component for Narrow {
+    const KIND: &'static str = "narrow";
+    const SUMMARY: &'static str = "Has a small type.";
+    const PARAMETERS: &'static [Parameter] = NarrowParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        Ok(Self(NarrowParameters::request(&armor)?))
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        Ok(self.0.set(name, value)?)
+    }
+}
+
+#[test]
+fn a_value_that_its_type_cannot_hold_is_named_once() {
+    let narrow = TestedComponent::build::<Narrow>(&[("width", "256")]).expect("it is built");
+    let reason = "parameter `width`: `256` is out of range for u8, 0 to 255".to_owned();
+    assert_eq!(narrow.reports(), [ReportKind::Failed { reason }]);
+}
+
 #[test]
 fn what_a_test_does_wrong_is_named() {
     let error = |parameters| {
