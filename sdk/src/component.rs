@@ -30,13 +30,20 @@ pub trait Component: Sized + Send + 'static {
     /// Any; the process then logs it and ends.
     fn new(armor: Armor) -> Result<Self, Fault>;
 
-    /// A parameter that was asked for has arrived, or a live one has changed.
+    /// A parameter that was asked for has arrived, or a live one has changed. A component that asks
+    /// for parameters implements it; without that, each value is refused.
     ///
     /// # Errors
     /// Any; reported as a failure of the component.
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        let _ = (name, value);
-        Ok(())
+        let _ = value;
+        Err(format!(
+            "its value has arrived, but `{}` does not implement `parameter_received`; implement it, \
+             with `Ok(self.parameters.set(name, value)?)` if its parameters are derived; otherwise \
+             do not request `{name}`",
+            Self::KIND
+        )
+        .into())
     }
 
     /// Data of an input has arrived. Data of one input arrive in order, each at most once.

@@ -138,7 +138,12 @@ macro_rules! from_whole_number {
     ($($integer:ty),*) => {$(
         impl FromValue for $integer {
             fn from_value(value: &Value) -> Result<Self, Fault> {
-                Ok(Self::try_from(value.integer()?)?)
+                let number = value.integer()?;
+                Self::try_from(number).map_err(|_| {
+                    let (low, high) = (Self::MIN, Self::MAX);
+                    let name = stringify!($integer);
+                    format!("`{number}` is out of range for {name}, {low} to {high}").into()
+                })
             }
         }
     )*};
@@ -273,7 +278,11 @@ mod tests {
         let mut given = Everything::defaults();
         for (name, wrong, why) in [
             ("reach", ParameterValue::Flag(true), "parameter `reach`: "),
-            ("count", ParameterValue::Integer(256), "parameter `count`: "),
+            (
+                "count",
+                ParameterValue::Integer(256),
+                "parameter `count`: `256` is out of range for u8, 0 to 255",
+            ),
             ("side", ParameterValue::Text("up".into()), "`up` is none of its choices"),
             ("pair", ParameterValue::Text("7".into()), "parameter `pair`: no `-`"),
             ("volume", ParameterValue::Flag(true), "there is no parameter `volume`"),

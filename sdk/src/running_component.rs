@@ -129,9 +129,12 @@ impl RunningComponent {
     fn hand_over(&mut self, name: &str, value: &Value) -> Result<(), String> {
         let code = &mut self.code;
         let result = run_user_code(&self.participant, || {
-            code.receive_parameter(name, value)
-                .map(|()| Outcome::CarryOn)
-                .map_err(|fault| format!("parameter `{name}`: {fault}").into())
+            code.receive_parameter(name, value).map(|()| Outcome::CarryOn).map_err(|fault| {
+                let (subject, why) = (format!("parameter `{name}`: "), fault.to_string());
+                // The fault of a derived struct begins with it already.
+                let why = why.strip_prefix(&subject).unwrap_or(&why);
+                format!("{subject}{why}").into()
+            })
         });
         result.map(|_| ())
     }

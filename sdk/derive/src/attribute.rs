@@ -11,6 +11,8 @@ use syn::{
     PathArguments, RangeLimits, Result, Token, Type, parenthesized,
 };
 
+use crate::integer::IntegerType;
+
 /// The type of the parameter, as the manifest has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ValueKind {
@@ -67,9 +69,13 @@ impl ParameterField {
         };
         let stated = Stated::read(&field.attrs)?;
         let kind = stated.value_kind(&field.ty)?;
+        let integer = IntegerType::of(&field.ty).filter(|_| kind == ValueKind::Integer);
         let default = stated.default.as_ref().map(|default| stated.default_text(default, kind));
         let default = default.transpose()?;
         stated.check_range(kind)?;
+        if let (Some(integer), Some(default)) = (&integer, &stated.default) {
+            integer.check_default(default)?;
+        }
         let name = stated.parameter_name(&ident)?;
         stated.check_as_manifest(&ident, &name, kind, default.as_deref())?;
         let Stated { unit, range, choices, parse, is_live, .. } = stated;
@@ -78,7 +84,10 @@ impl ParameterField {
             (None, Some(function)) => Conversion::Parsed(function),
             (None, None) => Conversion::Typed,
         };
-        let range = range.map(|(_, low, high)| (low, high));
+        let range = match range {
+            Some((_, low, high)) => Some((low, high)),
+            None => integer.and_then(|integer| integer.declared_range()),
+        };
         let doc = read_doc(&field.attrs);
         Ok(Self { ident, name, kind, unit, default, range, conversion, doc, is_live })
     }
@@ -153,11 +162,7 @@ impl Stated {
             (Lit::Float(number), ValueKind::Number) if self.unit.is_none() => {
                 number.base10_digits().to_owned()
             }
-            _ => {
-                let why =
-                    "write the default as the file would: a text, with its unit if it has one";
-                return Err(Error::new_spanned(default, why));
-            }
+            _ => return Err(Error::new_spanned(default, literal_wanted(kind))),
         };
         let is_right = match kind {
             ValueKind::Flag => text == "true" || text == "false",
@@ -248,6 +253,20 @@ pub(crate) fn combine_errors<T>(results: impl Iterator<Item = Result<T>>) -> Res
         }
     }
     all.map_or(Ok(fine), Err)
+}
+
+/// Which literal a default is, in words.
+fn literal_wanted(kind: ValueKind) -> &'static str {
+    match kind {
+        ValueKind::Integer => "the default of a whole number is a whole number, such as 3",
+        ValueKind::Flag => "the default of a bool is true or false",
+        ValueKind::Number => {
+            "write the default as the file would: a text, with its unit if it has one"
+        }
+        ValueKind::Text | ValueKind::Path | ValueKind::Choice | ValueKind::Colour => {
+            "write the default as the file would: a text"
+        }
+    }
 }
 
 const UNKNOWN: &str = "expected name, unit, default, range, choices, parse, colour or live";

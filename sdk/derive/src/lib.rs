@@ -5,6 +5,7 @@
 mod attribute;
 mod event;
 mod expansion;
+mod integer;
 #[cfg(test)]
 mod tests;
 

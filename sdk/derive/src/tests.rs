@@ -29,7 +29,10 @@ fn a_wrong_attribute_is_refused_where_it_stands() {
 
 #[test]
 fn a_wrong_default_is_refused_where_it_stands() {
-    check_refused("#[parameter(default = 3)] a: bool", "3", "as the file would");
+    check_refused("#[parameter(default = 3)] a: bool", "3", "of a bool is true or false");
+    check_refused("#[parameter(default = true)] a: u32", "true", "is a whole number, such as 3");
+    check_refused("#[parameter(default = 1.5)] a: i64", "1.5", "is a whole number, such as 3");
+    check_refused("#[parameter(default = 1)] a: String", "1", "as the file would: a text");
     check_refused("#[parameter(default = \"yes\")] a: bool", "\"yes\"", "true or false");
     check_refused("#[parameter(default = \"2.5\")] a: u32", "\"2.5\"", "no whole number");
     check_refused("#[parameter(unit = \"m\", default = 0.2)] a: f64", "0.2", "with its unit");
@@ -39,6 +42,51 @@ fn a_wrong_default_is_refused_where_it_stands() {
         "none of the choices",
     );
     check_refused("#[parameter(default = -true)] a: bool", "-", "only a number");
+}
+
+#[test]
+fn a_default_that_the_type_cannot_hold_is_refused_where_it_stands() {
+    check_refused(
+        "#[parameter(default = 300)] a: u8",
+        "300",
+        "`300` is out of range for u8, 0 to 255",
+    );
+    check_refused(
+        "#[parameter(default = \"-129\")] a: i8",
+        "\"-129\"",
+        "out of range for i8, -128 to 127",
+    );
+    for (unsigned, default) in [("u32", "-1"), ("u64", "-1"), ("usize", "-3")] {
+        let source =
+            format!("struct Settings {{ #[parameter(default = {default})] a: {unsigned} }}");
+        let error = expand_struct(&parse_str(&source).expect("Rust")).expect_err(&source);
+        let expected = format!("`{default}` is out of range for {unsigned}, 0 to ");
+        assert!(error.to_string().starts_with(&expected), "{error}");
+    }
+    // Here the integer is what a text stands for.
+    let choice = "struct Settings { #[parameter(choices(\"300\" = 3), default = \"300\")] a: u8 }";
+    expand_struct(&parse_str(choice).expect("Rust")).expect("a choice");
+}
+
+#[test]
+fn an_integer_without_a_range_has_that_of_its_type() {
+    for (kind, range) in [
+        ("u8", quote!(.range(0f64, 255f64))),
+        ("i16", quote!(.range(-32768f64, 32767f64))),
+        ("u32", quote!(.range(0f64, 4294967295f64))),
+    ] {
+        let source = format!("struct Settings {{ a: {kind} }}");
+        let code = expand_struct(&parse_str(&source).expect("Rust")).expect("code").to_string();
+        assert!(code.contains(&range.to_string()), "{code}");
+    }
+    for source in ["struct Settings { a: u64 }", "struct Settings { a: i64 }"] {
+        let code = expand_struct(&parse_str(source).expect("Rust")).expect("code").to_string();
+        assert!(!code.contains("range"), "{code}");
+    }
+    let code = expand_struct(
+        &parse_str("struct Settings { #[parameter(range = 1.0..=9.0)] a: u8 }").expect("Rust"),
+    );
+    assert!(code.expect("code").to_string().contains(&quote!(.range(1.0, 9.0)).to_string()));
 }
 
 #[test]

@@ -129,6 +129,60 @@ fn live_parameters_change_and_all_others_are_refused() {
     }
 }
 
+/// Requests its parameters and forgets to receive them.
+struct Deaf;
+
+impl Component for Deaf {
+    const KIND: &'static str = "deaf";
+    const SUMMARY: &'static str = "Ignores its file.";
+    const PARAMETERS: &'static [Parameter] = CounterParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        CounterParameters::request(&armor)?;
+        Ok(Self)
+    }
+}
+
+#[test]
+fn parameters_that_nothing_receives_are_a_failure() {
+    let deaf = TestedComponent::build::<Deaf>(&[]).expect("it is built");
+    assert_eq!(deaf.state(), RunState::Failed);
+    let expected = "parameter `step`: its value has arrived, but `deaf` does not implement \
+                    `parameter_received`; implement it, with";
+    let is_named = |report: &ReportKind| matches!(report, ReportKind::Failed { reason } if reason.starts_with(expected));
+    assert!(deaf.reports().iter().any(is_named), "{:?}", deaf.reports());
+}
+
+#[derive(Parameters)]
+struct NarrowParameters {
+    /// its range is wider than its type
+    #[parameter(default = 1, range = 0.0..=300.0)]
+    width: u8,
+}
+
+struct Narrow(NarrowParameters);
+
+impl Component for Narrow {
+    const KIND: &'static str = "narrow";
+    const SUMMARY: &'static str = "Has a small type.";
+    const PARAMETERS: &'static [Parameter] = NarrowParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        Ok(Self(NarrowParameters::request(&armor)?))
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        Ok(self.0.set(name, value)?)
+    }
+}
+
+#[test]
+fn a_value_that_its_type_cannot_hold_is_named_once() {
+    let narrow = TestedComponent::build::<Narrow>(&[("width", "256")]).expect("it is built");
+    let reason = "parameter `width`: `256` is out of range for u8, 0 to 255".to_owned();
+    assert_eq!(narrow.reports(), [ReportKind::Failed { reason }]);
+}
+
 #[test]
 fn what_a_test_does_wrong_is_named() {
     let error = |parameters| {

@@ -7,7 +7,8 @@ use proc_macro::TokenStream;
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
 use syn::{
-    Attribute, Data, DeriveInput, Error, Field, Fields, Ident, LitStr, Result, parse_macro_input,
+    Attribute, Data, DeriveInput, Error, Field, Fields, GenericArgument, Ident, LitStr,
+    PathArguments, Result, Type, parse_macro_input,
 };
 
 /// Names of the types that schema text uses without a definition.
@@ -66,7 +67,7 @@ fn field_label(ident: &Ident) -> Result<String> {
 }
 
 fn field_unit(field: &Field) -> Result<Option<String>> {
-    let MessageAttributes { unit, name, wire, .. } = read_attributes(&field.attrs)?;
+    let MessageAttributes { unit, name, wire, text: is_text } = read_attributes(&field.attrs)?;
     if name.is_some() || wire.is_some() {
         return Err(Error::new_spanned(field, "name and wire belong on the type"));
     }
@@ -76,8 +77,35 @@ fn field_unit(field: &Field) -> Result<Option<String>> {
         let why = format!("there is no unit `{text}`; {}", explain_unknown(&text));
         Error::new_spanned(&unit, why)
     })?;
+    let without = if is_text { Some("text") } else { unitless_value(&field.ty) };
+    if let Some(value) = without {
+        let why = format!("only numbers have a unit, but this field is {value}; remove the unit");
+        return Err(Error::new_spanned(&unit, why));
+    }
     // Schema text is ASCII.
     Ok(Some(known.ascii_name().to_owned()))
+}
+
+/// What the values of a field are that can have no unit, inside lists, arrays and options too. A type
+/// of the component's own may be a number.
+fn unitless_value(of: &Type) -> Option<&'static str> {
+    let path = match of {
+        Type::Path(path) => path,
+        Type::Array(array) => return unitless_value(&array.elem),
+        _ => return None,
+    };
+    let last = path.path.segments.last()?;
+    match (last.ident.to_string().as_str(), &last.arguments) {
+        ("String", PathArguments::None) => Some("text"),
+        ("bool", PathArguments::None) => Some("true or false"),
+        ("Vec" | "Array" | "Box" | "Option", PathArguments::AngleBracketed(inner)) => {
+            match inner.args.first()? {
+                GenericArgument::Type(inner) => unitless_value(inner),
+                _ => None,
+            }
+        }
+        _ => None,
+    }
 }
 
 /// The grammar of names in schema text; `docs/protocol.md`, "Schema text".
@@ -277,6 +305,28 @@ mod tests {
         assert!(error.starts_with("there is no unit `furlong`; the units are s ms"), "{error}");
         let error = refusal(r#"struct Rate { #[message(unit = "hz")] rate: f64 }"#);
         assert!(error.contains("did you mean Hz?"), "{error}");
+    }
+
+    #[test]
+    fn only_numbers_have_a_unit() {
+        let depth =
+            |kind: &str| format!("struct Depth {{ #[message(unit = \"m\")] depth: {kind} }}");
+        for (kind, value) in [
+            ("String", "text"),
+            ("Vec<std::string::String>", "text"),
+            ("[bool; 3]", "true or false"),
+            ("Array<bool>", "true or false"),
+            ("Option<bool>", "true or false"),
+        ] {
+            let error = refusal(&depth(kind));
+            let expected = format!("only numbers have a unit, but this field is {value};");
+            assert!(error.starts_with(&expected), "{kind}: {error}");
+        }
+        let error = refusal(r#"struct Depth { #[message(unit = "m", text)] depth: Fathoms }"#);
+        assert!(error.contains("this field is text"), "{error}");
+        for kind in ["f32", "Vec<f64>", "[u16; 3]", "Option<i8>", "Fathoms"] {
+            expand_message(&parse_str(&depth(kind)).expect("Rust")).expect(kind);
+        }
     }
 
     #[test]
