@@ -45,10 +45,10 @@ impl IntegerType {
         }
     }
 
-    /// Returns the range that a parameter without one has by its type; `None` for 64 bits, whose
-    /// ends a number of the manifest cannot hold.
+    /// Returns the range that a parameter without one has by its type; `None` for 32 bits and more,
+    /// whose ends would only fill tables and make sliders useless.
     pub(crate) fn declared_range(&self) -> Option<(Expr, Expr)> {
-        if self.high > u32::MAX.into() {
+        if self.high > u16::MAX.into() {
             return None;
         }
         let end = |number: i64| -> Expr {
