@@ -36,8 +36,8 @@ pub fn create_own_folder(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Does the same as [`create_own_folder`] for a folder that nobody but this program places: a
-/// symbolic link there is an error, because it could lead anywhere.
+/// Does the same as [`create_own_folder`] for a folder that only this program creates: a symbolic
+/// link there is an error, because it could lead anywhere.
 ///
 /// # Errors
 /// If it is a symbolic link, or as [`create_own_folder`].

@@ -137,10 +137,10 @@ mod tests {
     #[test]
     fn a_code_without_its_zero_or_letter_is_answered_with_the_one_meant() {
         for text in ["E103", "e103", "E00103", "103", "0103", "W0103", "E-0103"] {
-            let told = describe_unknown(text);
+            let answer = describe_unknown(text);
             let expects = text != "E-0103";
-            assert_eq!(told.contains("; did you mean E0103? ("), expects, "{told}");
-            assert!(told.contains(text) && told.contains("armor explain"), "{told}");
+            assert_eq!(answer.contains("; did you mean E0103? ("), expects, "{answer}");
+            assert!(answer.contains(text) && answer.contains("armor explain"), "{answer}");
         }
         for text in ["", "E", "E9999", "é103", "E99999999"] {
             assert!(find_meant(text).is_none(), "{text}");
