@@ -50,8 +50,8 @@ pub fn create_unlinked_folder(path: &Path) -> io::Result<()> {
     create_own_folder(path)
 }
 
-/// Opens the file at `path` as `options` say, with those to write added, and creates it if it does
-/// not exist. A symbolic link there is an error: it could lead anywhere.
+/// Opens the file at `path` with `options`, which allow writing, and creates it if it does not
+/// exist. A symbolic link there is an error: it could lead anywhere.
 ///
 /// # Errors
 /// If it is a symbolic link, or the system refuses.
