@@ -6,5 +6,6 @@
 mod bench_system;
 mod links;
 mod simulated_time;
+mod standard_messages;
 mod states;
 mod strangers;

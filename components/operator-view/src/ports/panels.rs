@@ -30,3 +30,23 @@ pub(super) const PANELS: &[PanelKind] = &[
 pub(crate) fn make_panels() -> Vec<Box<dyn SidePanel>> {
     PANELS.iter().map(|kind| (kind.make)()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    use super::make_panels;
+
+    #[test]
+    fn every_panel_has_its_own_name_and_a_row_in_the_documentation() {
+        let names: Vec<_> = make_panels().iter().map(|panel| panel.name()).collect();
+        assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{names:?}");
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/operator.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        for name in names {
+            let row = format!("| `{name}` |");
+            assert!(page.lines().any(|line| line.starts_with(&row)), "docs/operator.md: {row}");
+        }
+    }
+}
