@@ -70,6 +70,7 @@ fn make_manifest(kind: String) -> Manifest {
         choices: Vec::new(),
         doc: String::new(),
         live: false,
+        written: false,
     };
     Manifest {
         armor_manifest: MANIFEST_VERSION,

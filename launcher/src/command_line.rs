@@ -15,6 +15,7 @@ use crate::component_orders::{LogArguments, RestartArguments, StopArguments, Wat
 use crate::daemon::configd::ConfigdArguments;
 use crate::daemon::executive::ExecutiveArguments;
 use crate::daemon::registry::RegistryArguments;
+use crate::doctor::DoctorArguments;
 use crate::evaluate_cli::EvalArguments;
 use crate::explain::ExplainArguments;
 use crate::fmt::FmtArguments;
@@ -75,6 +76,7 @@ commands! {
     Check(CheckArguments),
     Explain(ExplainArguments),
     Fmt(FmtArguments),
+    Doctor(DoctorArguments),
     Ps(PsArguments),
     #[command(subcommand)] Data(DataCommand),
     Describe(DescribeArguments),
@@ -98,4 +100,44 @@ commands! {
     Component(ComponentArguments),
     #[command(hide = true)] Guard(GuardArguments),
     #[command(hide = true)] GroupKiller(GroupKillerArguments),
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+    use std::path::Path;
+
+    use clap::{Command, CommandFactory};
+
+    use super::CommandLine;
+
+    const BEGIN: &str = "<!-- begin commands -->\n";
+    const END: &str = "<!-- end commands -->\n";
+
+    /// Returns a row for each command that `armor --help` lists.
+    fn command_table() -> String {
+        let mut table = String::from("| command | |\n| --- | --- |\n");
+        for command in CommandLine::command().get_subcommands().filter(|it| !it.is_hide_set()) {
+            let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+            let below: Vec<_> = command.get_subcommands().map(Command::get_name).collect();
+            let below =
+                if below.is_empty() { String::new() } else { format!(" {}", below.join("\\|")) };
+            let _ = writeln!(table, "| `{}{below}` | {about} |", command.get_name());
+        }
+        table
+    }
+
+    #[test]
+    fn the_documentation_lists_every_command() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/command-line.md");
+        let page = std::fs::read_to_string(&path).unwrap();
+        let (before, rest) = page.split_once(BEGIN).unwrap();
+        let (_, after) = rest.split_once(END).unwrap();
+        let expected = format!("{before}{BEGIN}{}{END}{after}", command_table());
+        if std::env::var_os("ARMOR_BLESS").is_some() {
+            std::fs::write(&path, &expected).unwrap();
+        } else {
+            assert!(page == expected, "docs/command-line.md: run with ARMOR_BLESS=1");
+        }
+    }
 }

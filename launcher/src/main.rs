@@ -15,6 +15,7 @@ mod component_cli;
 mod component_orders;
 mod daemon;
 mod date;
+mod doctor;
 mod evaluate_cli;
 mod exit;
 mod explain;

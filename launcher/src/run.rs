@@ -7,7 +7,7 @@ pub mod group_killer;
 mod logs;
 mod output_folder;
 mod plan;
-mod port;
+pub mod port;
 pub mod process;
 mod requests;
 mod status;

@@ -39,6 +39,8 @@ impl Configuration {
 pub struct System {
     /// The name, if it has one.
     pub name: Option<Spanned<String>>,
+    /// The group of users of the host who may take part, besides the one who starts the system.
+    pub group: Option<Spanned<String>>,
     /// The components in the order of the file.
     pub components: Vec<Component>,
     /// The links in the order of the file.

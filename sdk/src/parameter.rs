@@ -16,6 +16,7 @@ pub struct Parameter {
     choices: &'static [&'static str],
     doc: &'static str,
     live: bool,
+    written: bool,
 }
 
 impl Parameter {
@@ -29,6 +30,7 @@ impl Parameter {
             choices: &[],
             doc: "",
             live: false,
+            written: false,
         }
     }
 
@@ -99,6 +101,14 @@ impl Parameter {
         self
     }
 
+    /// Of a path: the component writes there. A relative one is in the run's folder (`ARMOR_OUT`),
+    /// and `armor param set` cannot lead it out of that folder.
+    #[must_use]
+    pub const fn written(mut self) -> Self {
+        self.written = true;
+        self
+    }
+
     /// Returns its name.
     pub const fn name(&self) -> &'static str {
         self.name
@@ -122,6 +132,7 @@ impl Parameter {
             choices: self.choices.iter().map(|choice| (*choice).into()).collect(),
             doc: self.doc.into(),
             live: self.live,
+            written: self.written,
         }
     }
 }
@@ -196,7 +207,8 @@ impl Value {
         }
     }
 
-    /// A path, resolved against the folder of the file that assigned it.
+    /// A path, resolved against the folder of the file that assigned it, or against the run's
+    /// folder if the component writes there ([`Parameter::written`]).
     ///
     /// # Errors
     /// If the parameter is a number or a flag.

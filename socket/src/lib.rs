@@ -22,6 +22,6 @@ pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
 pub use faults::{FaultTable, is_temporary};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
-pub use owner::{OwnerError, check_client, check_unix};
+pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group};
 pub use stream::Stream;
 pub use tuning::{enlarge_send_buffer, tune};

@@ -28,6 +28,10 @@ use thiserror::Error;
 
 use crate::stream::Stream;
 
+/// Names the group whose members may take part, besides the user of this process. The launcher sets
+/// it from the file; a member sets it to use tools on the system of another.
+pub const GROUP_VARIABLE: &str = "ARMOR_GROUP";
+
 /// The user id of the administrator, who can do everything on this host anyway.
 const ROOT: u32 = 0;
 /// Stands for "any" as the cookie of a socket.
@@ -123,11 +127,29 @@ pub fn check_unix(stream: impl AsFd) -> Result<(), OwnerError> {
 
 fn check_user(user: u32) -> Result<(), OwnerError> {
     let own = geteuid().as_raw();
-    if may_take_part(user, own) { Ok(()) } else { Err(OwnerError::OtherUser { user, own }) }
+    let group = || std::env::var(GROUP_VARIABLE).ok();
+    if may_take_part(user, own) || group().is_some_and(|group| is_member(user, &group)) {
+        Ok(())
+    } else {
+        Err(OwnerError::OtherUser { user, own })
+    }
 }
 
 fn may_take_part(user: u32, own: u32) -> bool {
     user == own || user == ROOT
+}
+
+/// Returns whether this host has a group of users of this name.
+pub fn has_group(name: &str) -> bool {
+    uzers::get_group_by_name(name).is_some()
+}
+
+/// Returns whether a user belongs to a group. The host's user database is asked each time, so a
+/// change of the group counts from then on.
+fn is_member(user: u32, group: &str) -> bool {
+    let Some(group) = uzers::get_group_by_name(group) else { return false };
+    let groups = uzers::get_user_by_uid(user).and_then(|user| user.groups()).unwrap_or_default();
+    groups.iter().any(|of_user| of_user.gid() == group.gid())
 }
 
 /// Asks the kernel for the TCP socket on this host whose own address is `local` and whose peer's is
@@ -231,5 +253,16 @@ mod tests {
     fn only_the_own_user_and_root_may_take_part() {
         assert!(may_take_part(1000, 1000) && may_take_part(0, 1000) && may_take_part(0, 0));
         assert!(!may_take_part(1001, 1000) && !may_take_part(65534, 0) && !may_take_part(1000, 0));
+    }
+
+    #[test]
+    fn the_members_of_a_group_are_known_to_the_host() {
+        let root = uzers::get_user_by_uid(ROOT).unwrap().groups().unwrap();
+        let own = root[0].name().to_str().unwrap();
+        assert!(has_group(own) && is_member(ROOT, own), "{own}");
+        let other = uzers::get_user_by_uid(65534).unwrap();
+        assert!(!is_member(other.uid(), own), "{} is in {own}", other.name().display());
+        assert!(!has_group("armor-no-such-group") && !is_member(ROOT, "armor-no-such-group"));
+        assert!(!is_member(u32::MAX - 7, own), "there is no such user");
     }
 }

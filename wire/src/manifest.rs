@@ -149,6 +149,10 @@ pub struct ParameterManifest {
     /// Whether a change reaches the running component.
     #[serde(default)]
     pub live: bool,
+    /// Of a path: whether the component writes there. A relative one is then in the run's folder,
+    /// and only the file or `--set` may name a place outside it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub written: bool,
 }
 
 /// The type of an event's value. On the wire both are `f64`.
@@ -362,6 +366,7 @@ mod tests {
             choices: vec!["left".into(), "right".into()],
             doc: String::new(),
             live: false,
+            written: false,
         }
     }
 

@@ -7,15 +7,12 @@ use armor_sdk::prelude::*;
 
 use crate::record::{MapRecord, MapSnapshot, RecordProgress};
 
-/// Where files go by default: the run's own folder.
-const OUT_VARIABLE: &str = "ARMOR_OUT";
-
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct MapWriterParameters {
-    /// where the files go; without it into the run's own folder (ARMOR_OUT)
-    #[parameter(default = "")]
-    directory: Option<PathBuf>,
+    /// folder of the files, within the run's folder; empty: that folder itself
+    #[parameter(default = "", written)]
+    directory: PathBuf,
     /// period at which files are written
     #[parameter(unit = "s", default = "3s", range = 0.1..=3600.0)]
     interval_s: f64,
@@ -26,10 +23,7 @@ struct MapWriterParameters {
 
 impl MapWriterParameters {
     fn record(&self) -> MapRecord {
-        let run_folder =
-            || std::env::var_os(OUT_VARIABLE).map_or_else(|| "out".into(), PathBuf::from);
-        let folder = self.directory.clone().unwrap_or_else(run_folder);
-        MapRecord::new(folder, self.interval_s, self.patience_s)
+        MapRecord::new(self.directory.clone(), self.interval_s, self.patience_s)
     }
 }
 

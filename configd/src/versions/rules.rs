@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use armor_robotfile::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
+use armor_wire::manifest::ParameterManifest;
 use tracing::warn;
 
 use crate::history::KeptVersion;
@@ -73,11 +74,19 @@ impl VersionRules {
         judged.or_else(|_| lenient.judge_reading(kept.read_files()))
     }
 
+    /// Whether a kind writes to the path that a parameter names.
+    pub(crate) fn is_written(&self, kind: &str, parameter: &str) -> bool {
+        self.parameter(kind, parameter).is_some_and(|known| known.written)
+    }
+
     /// Whether changes of a parameter reach the running components of a kind.
     pub(crate) fn is_live(&self, kind: &str, parameter: &str) -> bool {
-        let manifest = self.manifests.as_ref().and_then(|manifests| manifests.get(kind));
-        let mut parameters = manifest.iter().flat_map(|manifest| &manifest.parameters);
-        parameters.any(|known| known.name == parameter && known.live)
+        self.parameter(kind, parameter).is_some_and(|known| known.live)
+    }
+
+    fn parameter(&self, kind: &str, name: &str) -> Option<&ParameterManifest> {
+        let manifest = self.manifests.as_ref().and_then(|manifests| manifests.get(kind))?;
+        manifest.parameters.iter().find(|known| known.name == name)
     }
 
     /// Whether an override has priority over the file's value.

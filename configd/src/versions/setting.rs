@@ -3,6 +3,7 @@
 //! the one before it.
 
 use std::collections::VecDeque;
+use std::path::{Component, Path};
 
 use armor_robotfile::{Code, Configuration, Document, Finding, Findings, Source};
 use armor_wire::config::ConfigReply;
@@ -139,6 +140,15 @@ impl Versions {
                  the system runs; run it without that"
             ));
         }
+        let leaves = wanted.value.as_deref().is_some_and(leaves_run_folder);
+        if leaves && self.rules.is_written(&found.kind.value, parameter) {
+            let at = found.parameter(parameter).map_or(&found.name.at, |given| &given.value.at);
+            return reject(format!(
+                "{component} writes to {component}.{parameter}, so it can only be set to a path \
+                 within the run's folder, such as `{parameter}`; a place outside it is for the \
+                 file alone ({at})"
+            ));
+        }
         // A value of an unknown parameter is refused by the check; nothing would refuse its
         // removal.
         let is_there = wanted.value.is_some() || found.parameter(parameter).is_some();
@@ -150,6 +160,12 @@ impl Versions {
         }
         Ok(&found.name.at.source)
     }
+}
+
+/// Whether a path may lead out of the folder that it is relative to.
+fn leaves_run_folder(path: &str) -> bool {
+    let mut parts = Path::new(path).components();
+    parts.any(|part| !matches!(part, Component::Normal(_) | Component::CurDir))
 }
 
 /// The text of the file with the value in it.

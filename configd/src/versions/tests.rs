@@ -229,6 +229,7 @@ fn live_manifests() -> Manifests {
         choices: Vec::new(),
         doc: String::new(),
         live,
+        written: false,
     };
     let manifest = |kind: &str| Manifest {
         armor_manifest: 1,

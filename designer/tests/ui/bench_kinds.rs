@@ -36,6 +36,7 @@ fn parameter(name: &str, kind: ParameterType, default: Option<&str>) -> Paramete
         choices: Vec::new(),
         doc: format!("what {name} does"),
         live: false,
+        written: false,
     }
 }
 

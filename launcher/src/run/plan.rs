@@ -17,6 +17,7 @@ use super::process::{ProcessStart, own_program};
 use super::supervisor::{ChildRole, Duty};
 use super::unfinished;
 use crate::kinds::{Catalogue, Origin};
+use armor_socket::GROUP_VARIABLE;
 
 /// The launcher's own name in the log.
 pub const LAUNCHER: &str = "launcher";
@@ -117,10 +118,22 @@ impl ProcessPlan {
             ("ARMOR_REGISTRY".into(), OsString::from(&at)),
             ("ARMOR_OUT".into(), out.as_os_str().to_owned()),
         ];
+        let group = configuration.system.group.as_ref();
+        if let Some(group) = group.filter(|group| !armor_socket::has_group(&group.value)) {
+            bail!(
+                "{}: this host has no group {}; create it (`groupadd {}`) or remove the attribute",
+                group.at,
+                group.value,
+                group.value
+            );
+        }
+        environment.extend(group.map(|group| (GROUP_VARIABLE.into(), (&group.value).into())));
         if arguments.headless {
             environment.push(("ARMOR_HEADLESS".into(), "1".into()));
         }
         for start in &mut plan.starts {
+            // The file decides who takes part, not the shell that starts the system.
+            start.environment.retain(|(name, _)| name != GROUP_VARIABLE);
             start.environment.extend(environment.iter().cloned());
         }
         Ok(plan)

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use armor_wire::registry::DEFAULT_PORT;
 
 /// The last port that is tried.
-const LAST_PORT: u16 = DEFAULT_PORT + 100;
+pub const LAST_PORT: u16 = DEFAULT_PORT + 100;
 
 /// A port that is ours as long as this lives.
 #[derive(Debug)]

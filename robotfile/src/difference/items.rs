@@ -48,6 +48,7 @@ pub(super) fn of(configuration: &Configuration) -> Vec<ComparedItem> {
     let clock = system.clock.as_ref().map(|clock| clock.source.data());
     let itself = vec![
         text_aspect("name", &system.name),
+        text_aspect("group", &system.group),
         clock.and_then(|source| plain_aspect("clock", source)),
     ];
     let mut items = vec![ComparedItem::new(Subject::System, "", itself)];

@@ -17,7 +17,8 @@ use crate::unreadable::UnreadableParts;
 pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> System {
     let mut fields = ElementFields::new(element, source, findings);
     let (name, at) = (fields.name("name"), Some(fields.at()));
-    let mut system = System { name, at, ..System::default() };
+    let group = fields.converted("group", parse_group);
+    let mut system = System { name, group, at, ..System::default() };
     for child in fields.finish(&["component", "link", "clock", "layout"]) {
         let at = child.at(source);
         match child.name.as_str() {
@@ -153,6 +154,16 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
 
 fn at<T>(value: &Spanned<T>) -> crate::source::Location {
     value.at.clone()
+}
+
+/// Reads the name of a group of users, as useradd(8) and groupadd(8) allow it.
+fn parse_group(text: &str) -> Result<String, String> {
+    let is_part = |letter: char| letter.is_ascii_alphanumeric() || "_.-".contains(letter);
+    if !text.is_empty() && text.len() <= 32 && !text.starts_with('-') && text.chars().all(is_part) {
+        Ok(text.to_owned())
+    } else {
+        Err("the name of a group of users, such as \"robotics\"".into())
+    }
 }
 
 /// Reads names of environment variables with spaces between them.

@@ -254,5 +254,6 @@ fn parameter(name: &str, value: &str) -> ParameterManifest {
         choices: Vec::new(),
         doc: String::new(),
         live: false,
+        written: false,
     }
 }

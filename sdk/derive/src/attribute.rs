@@ -46,6 +46,7 @@ pub(crate) struct ParameterField {
     pub conversion: Conversion,
     pub doc: String,
     pub is_live: bool,
+    pub is_written: bool,
 }
 
 /// What `#[parameter(…)]` states, before it is checked against the field's type.
@@ -59,6 +60,7 @@ struct Stated {
     parse: Option<Path>,
     colour: Option<Span>,
     is_live: bool,
+    written: Option<Span>,
 }
 
 impl ParameterField {
@@ -78,7 +80,7 @@ impl ParameterField {
         }
         let name = stated.parameter_name(&ident)?;
         stated.check_as_manifest(&ident, &name, kind, default.as_deref())?;
-        let Stated { unit, range, choices, parse, is_live, .. } = stated;
+        let Stated { unit, range, choices, parse, is_live, written, .. } = stated;
         let conversion = match (choices, parse) {
             (Some(choices), _) => Conversion::Choices(choices),
             (None, Some(function)) => Conversion::Parsed(function),
@@ -88,8 +90,9 @@ impl ParameterField {
             Some((_, low, high)) => Some((low, high)),
             None => integer.and_then(|integer| integer.declared_range()),
         };
+        let is_written = written.is_some();
         let doc = read_doc(&field.attrs);
-        Ok(Self { ident, name, kind, unit, default, range, conversion, doc, is_live })
+        Ok(Self { ident, name, kind, unit, default, range, conversion, doc, is_live, is_written })
     }
 }
 
@@ -114,6 +117,7 @@ impl Stated {
             "choices" => self.choices.replace(parse_choices(meta)?).is_none(),
             "parse" => self.parse.replace(meta.value()?.parse()?).is_none(),
             "colour" => self.colour.replace(meta.path.span()).is_none(),
+            "written" => self.written.replace(meta.path.span()).is_none(),
             "live" => !std::mem::replace(&mut self.is_live, true),
             _ => return Err(meta.error(UNKNOWN)),
         };
@@ -211,11 +215,13 @@ impl Stated {
             choices: self.choices.iter().flatten().map(|(text, _)| text.value()).collect(),
             doc: String::new(),
             live: false,
+            written: self.written.is_some(),
         };
         let faults = manifest.list_faults().into_iter().map(|fault| {
             let span = match fault.member {
                 "unit" => self.unit.as_ref().map(Spanned::span),
                 "default" => self.default.as_ref().map(Spanned::span),
+                "written" => self.written,
                 "range" => self.range.as_ref().map(|(span, ..)| *span),
                 _ => None,
             };
@@ -269,7 +275,8 @@ fn literal_wanted(kind: ValueKind) -> &'static str {
     }
 }
 
-const UNKNOWN: &str = "expected name, unit, default, range, choices, parse, colour or live";
+const UNKNOWN: &str =
+    "expected name, unit, default, range, choices, parse, colour, written or live";
 const TYPES: &str = "a parameter is a number, bool, String, PathBuf, or an Option of the last two; \
                      any other type needs `choices(…)` or `parse = …`";
 

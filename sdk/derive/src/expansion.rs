@@ -87,6 +87,9 @@ fn expand_declaration(field: &ParameterField) -> TokenStream {
     if field.is_live {
         declaration.extend(quote!(.live()));
     }
+    if field.is_written {
+        declaration.extend(quote!(.written()));
+    }
     quote!(::armor_sdk::Parameter::#declaration)
 }
 

@@ -15,7 +15,7 @@ use syn::{DeriveInput, Error, parse_macro_input};
 /// Derives `armor_sdk::Parameters` for a struct with named fields, each of which is a parameter.
 ///
 /// The doc comment of a field is the parameter's documentation; `#[parameter(…)]` takes `name`,
-/// `unit`, `default`, `range`, `choices(…)`, `parse`, `colour` and `live`. The README of this crate
+/// `unit`, `default`, `range`, `choices(…)`, `parse`, `colour`, `written` and `live`. The README of this crate
 /// has the tables.
 #[proc_macro_derive(Parameters, attributes(parameter))]
 pub fn derive_parameters(input: TokenStream) -> TokenStream {

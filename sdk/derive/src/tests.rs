@@ -117,6 +117,16 @@ fn only_a_plain_struct_with_named_fields_has_parameters() {
 }
 
 #[test]
+fn only_a_path_is_written() {
+    check_refused("#[parameter(written)] a: String", "written", "it is written to, but is no path");
+    check_refused(
+        "#[parameter(written, written)] a: PathBuf",
+        "written",
+        "`written` is given twice",
+    );
+}
+
+#[test]
 fn the_table_is_what_one_would_write_by_hand() {
     let input = quote! {
         struct Settings {
@@ -126,6 +136,8 @@ fn the_table_is_what_one_would_write_by_hand() {
             speed_mps: f64,
             #[parameter(default = 8)]
             r#loop: usize,
+            #[parameter(default = "", written)]
+            report: Option<PathBuf>,
         }
     };
     let code = expand_struct(&syn::parse2(input).expect("Rust")).expect("code").to_string();
@@ -139,6 +151,8 @@ fn the_table_is_what_one_would_write_by_hand() {
     let count = quote!(::armor_sdk::Parameter::integer("loop").default("8"));
     assert!(code.contains(&speed.to_string()), "{code}");
     assert!(code.contains(&count.to_string()), "{code}");
+    let report = quote!(::armor_sdk::Parameter::path("report").default("").written());
+    assert!(code.contains(&report.to_string()), "{code}");
 }
 
 #[test]

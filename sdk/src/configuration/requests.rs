@@ -2,7 +2,7 @@
 //! arrived and wait to be handed over. The connection that carries the questions is in `client.rs`.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
@@ -17,6 +17,9 @@ use crate::identity::ProcessIdentity;
 use crate::parameter::Value;
 use crate::session::FrameWriter;
 use crate::wake::Wakers;
+
+/// Names the run's folder.
+const OUT_VARIABLE: &str = "ARMOR_OUT";
 
 /// Parameters asked for and arrived.
 pub(crate) struct ParameterRequests {
@@ -244,8 +247,16 @@ impl ParameterRequests {
             }
             None => ParameterValue::Text(text),
         };
+        if declaration.is_some_and(|parameter| parameter.written) {
+            return Ok(Value::new(value, &run_folder()));
+        }
         Ok(Value::new(value, Path::new(&base)))
     }
+}
+
+/// The folder of the files that this run writes; outside of a system, `out`.
+fn run_folder() -> PathBuf {
+    std::env::var_os(OUT_VARIABLE).map_or_else(|| "out".into(), PathBuf::from)
 }
 
 impl RequestState {

@@ -207,6 +207,9 @@ impl ParameterManifest {
             let problem = format!("there is no unit called `{unit}`");
             faults.add("unit", problem, quantity::explain_unknown(unit));
         }
+        if self.written && self.kind != ParameterType::Path {
+            faults.add("written", "it is written to, but is no path", "declare it as a path");
+        }
         let (minimum, maximum) = (self.minimum, self.maximum);
         let is_numeric = is_number || self.kind == ParameterType::Integer;
         if !is_numeric && (minimum.is_some() || maximum.is_some()) {
@@ -292,6 +295,7 @@ mod tests {
             choices: vec![],
             doc: "how fast".into(),
             live: true,
+            written: false,
         };
         let lap = EventManifest {
             name: "lap".into(),

@@ -2,22 +2,20 @@
 
 use std::path::PathBuf;
 
+use armor_sdk::ValueError;
 use armor_sdk::prelude::*;
 
 use crate::console::Console;
-
-/// Where relative pictures go: the run's own folder.
-const OUT_VARIABLE: &str = "ARMOR_OUT";
 
 /// The parameters of the operator's screen.
 pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter::flag("window")
         .default("true")
         .doc("opens a window; without it only the picture is made"),
-    Parameter::text("picture").default("").doc(
-        "a PNG of the screen, made every picture_period and at the end; a relative path is in \
-         the run's own folder (ARMOR_OUT)",
-    ),
+    Parameter::path("picture")
+        .default("")
+        .written()
+        .doc("a PNG of the screen, made every picture_period and at the end, in the run's folder"),
     Parameter::number("picture_period", "s")
         .default("2s")
         .range(0.1, 3600.0)
@@ -95,7 +93,7 @@ impl ViewSettings {
         let limits = &mut console.orders.limits;
         match name {
             "window" => self.window = value.flag()?,
-            "picture" => self.picture = in_run_folder(value.text()?),
+            "picture" => self.picture = picture_path(value)?,
             "picture_period" => self.picture_period_s = value.number()?,
             "width" => self.size[0] = value.integer()?.unsigned_abs() as usize,
             "height" => self.size[1] = value.integer()?.unsigned_abs() as usize,
@@ -134,9 +132,9 @@ fn parse_buttons(text: &str) -> Result<Vec<String>, Fault> {
     }
 }
 
-fn in_run_folder(text: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os(OUT_VARIABLE).map_or_else(|| "out".into(), PathBuf::from);
-    (!text.is_empty()).then(|| folder.join(text))
+/// The file of the picture, if there is to be one.
+fn picture_path(value: &Value) -> Result<Option<PathBuf>, ValueError> {
+    if value.text()?.is_empty() { Ok(None) } else { value.path().map(Some) }
 }
 
 #[cfg(test)]

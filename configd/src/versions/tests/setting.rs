@@ -125,3 +125,26 @@ fn what_cannot_be_set_is_rejected_with_its_reason() {
         "{broken}"
     );
 }
+
+#[test]
+fn no_request_leads_what_a_component_writes_out_of_the_run_folder() {
+    let mut manifests = live_manifests();
+    for parameter in &mut manifests.get_mut("player").unwrap().parameters {
+        parameter.written = parameter.name == "file";
+    }
+    let rules = VersionRules { manifests: Some(manifests), ..VersionRules::default() };
+    let mut versions = versions_under(rules);
+    connect(&mut versions, 1, "param-7", Purpose::Config);
+    for outside in ["/root/.bashrc", "../b.log", "logs/../../b.log"] {
+        let actions = set(&mut versions, 8, "player.file", Some(outside));
+        match replies(&actions).as_slice() {
+            [ConfigReply::Rejected { request: 8, text, .. }] => {
+                assert!(text.contains("within the run's folder"), "{text}");
+                assert!(text.contains("m/a.xml:"), "{text}");
+            }
+            other => panic!("{outside}: {other:?}"),
+        }
+    }
+    let actions = set(&mut versions, 9, "player.file", Some("./logs/b.log"));
+    assert!(matches!(actions.as_slice(), [ConfigdAction::Write(_)]), "{actions:?}");
+}
