@@ -1,5 +1,5 @@
-//! The state file next to a journal: the number and hash of the last committed record, which tell
-//! a crash from a deleted end.
+//! The state file next to a journal: the number and hash of the last committed record. They
+//! distinguish a crash from a deleted end.
 //!
 //! Two slots of one page each are written in turn, so that a write that a power failure interrupts
 //! leaves the other slot. A slot is a line of JSON, filled up with spaces.

@@ -164,7 +164,8 @@ impl fmt::Display for JournalFault {
             Self::Line { record, line, damage } => {
                 write!(
                     f,
-                    "line {line} is not a record as it was written, record {record} is expected: {damage}"
+                    "line {line} is not a record as it was written, record {record} is expected: \
+                     {damage}"
                 )
             }
             Self::Gap { record, line, found } if found - record == 1 => {

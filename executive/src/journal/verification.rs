@@ -49,7 +49,7 @@ pub fn verify_bytes(
     let state_read = state.map(CommitState::decode);
     let state = state_read.flatten();
     let committed = state.map(|state| state.newest.end);
-    let mut reader = Reader { bytes, committed, ..Reader::default() };
+    let mut reader = JournalReader { bytes, committed, ..JournalReader::default() };
     let fault = reader.read_lines().err();
     let mut read = reader.read;
     read.torn_len = bytes.len() as u64 - read.whole_len;
@@ -85,7 +85,7 @@ pub fn verify_bytes(
 }
 
 #[derive(Default)]
-struct Reader<'a> {
+struct JournalReader<'a> {
     bytes: &'a [u8],
     committed: Option<ChainEnd>,
     read: JournalVerification,
@@ -99,7 +99,7 @@ struct Reader<'a> {
     ahead: usize,
 }
 
-impl Reader<'_> {
+impl JournalReader<'_> {
     fn read_lines(&mut self) -> Result<(), JournalFault> {
         let mut at = 0;
         while at < self.bytes.len() {
