@@ -127,12 +127,14 @@ fn a_file_that_is_no_journal_is_refused_with_the_reason() {
     let folder = Folder::new("no-journal");
     folder.write("watch.xml", WATCH);
     folder.write("empty", "");
+    folder.write("none", "nonsense\n");
     let put = r#"{"at_ns":12,"entry":"put","firing":3}"#;
     folder.write("cut", &format!("{put}\n"));
     for (file, why) in [
         ("watch.xml", "is a mission file and no journal: `armor mission replay watch.xml --fire"),
         ("empty", "has no record: no mission has begun in it"),
-        ("cut", "the beginning of cut is missing (it begins with \"firing 3: complete\")"),
+        ("cut", "journal cut was written by an earlier version of Armor"),
+        ("none", "line 1 is not a record"),
     ] {
         let (code, _, err) = run_to_end(&mut folder.armor(&["mission", "replay", file]));
         assert!(code == 1 && err.contains(why), "{file}: {err}");

@@ -95,7 +95,12 @@ fn a_mission_that_cannot_be_resumed_is_refused_and_kept() {
 
     // An unreadable journal is kept, too.
     std::fs::write(&journal, "nonsense\n").expect("writable");
-    refused(&["run", "probes.xml", "--resume", "--out", "out"], "line 1 is not a record");
+    let (code, found, _) =
+        run_to_end(&mut system.folder.armor(&["mission", "journal", "verify", "out"]));
+    assert!(code == 1 && found.contains("line 1 is not a record"), "{found}");
+    system.folder.write("unsafe.xml", &text.replace(" safe='hold'", ""));
+    let resumed = ["run", "unsafe.xml", "--resume", "--out", "out"];
+    refused(&resumed, "mission relay has no safe place to go to");
     let run = system.folder.run("out", &["probes.xml", "--for", "1s"]);
     run.wait_for_log("an unfinished mission was here and is kept", 1);
     let kept = system.run.out().join("unfinished-1/executive.journal");
@@ -109,8 +114,42 @@ fn a_mission_whose_journal_is_deleted_goes_to_its_safe_place() {
     system.kill("executive");
     assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
     let log = system.run.log();
-    assert!(log.contains("executive.journal, is gone: it is not known where"), "{log}");
+    assert!(log.contains("executive.journal is damaged: it is gone, and "), "{log}");
+    assert!(log.contains("it is not known where the mission stood"), "{log}");
     assert!(log.contains("the mission ended in its safe place"), "{log}");
     assert_eq!(system.trace("one").count("started"), 1, "it did not begin again");
     assert_eq!(system.trace("two").count("clash"), 0);
+}
+
+#[test]
+fn a_mission_whose_journal_is_damaged_resumes_in_its_safe_place() {
+    let mut system = relay("journal-damaged");
+    power_fails(&mut system.run);
+    let journal = system.run.out().join("executive.journal");
+    let verify =
+        |path: &str| run_to_end(&mut system.folder.armor(&["mission", "journal", "verify", path]));
+    let (code, sound, _) = verify("out");
+    assert!(code == 0 && sound.contains("fault      none"), "{sound}");
+
+    // Record 4 is lost.
+    let text = std::fs::read_to_string(&journal).expect("a journal");
+    let lines: Vec<_> = text.split_inclusive('\n').collect();
+    std::fs::write(&journal, [&lines[..3], &lines[4..]].concat().concat()).expect("writable");
+    let fault = "line 4 is record 5, and record 4 is missing";
+    let (code, found, _) = verify("out/executive.journal");
+    assert!(code == 1 && found.contains(fault), "{found}");
+    let printed = ["mission", "journal", "--journal", "out/executive.journal"];
+    let (code, printed, err) = run_to_end(&mut system.folder.armor(&printed));
+    assert!(code == 1 && printed.contains("mission relay begins") && err.contains(fault), "{err}");
+
+    let mut again = system.folder.run("out", &["probes.xml", "--resume"]);
+    assert_eq!(again.code(), Some(1), "{}", again.log());
+    let log = again.log();
+    assert!(log.contains(fault) && log.contains("mission relay goes to its safe place"), "{log}");
+    assert!(log.contains("the mission ended in its safe place"), "{log}");
+    assert!(log.contains("executive.journal.damaged-1"), "{log}");
+    assert_eq!(system.trace("one").count("started"), 1, "it did not begin again");
+    assert_eq!(system.trace("two").count("clash"), 0);
+    assert_eq!(verify("out").0, 0, "the journal of the retreat is sound");
+    assert_eq!(verify("out/executive.journal.damaged-1").0, 1);
 }

@@ -84,8 +84,8 @@ impl Controller {
         (controller, actions)
     }
 
-    /// Begins a mission whose journal is lost: it is unknown where it stood, and what it would do
-    /// twice. It goes to its safe place, past everything that may be running.
+    /// Begins a mission whose journal is lost or damaged: it is unknown where it stood, and what it
+    /// would do twice. It goes to its safe place, past everything that may be running.
     pub(crate) fn after_loss(
         plan: Arc<Plan>,
         why: &str,
@@ -299,6 +299,7 @@ impl Controller {
                 self.operators.move_judged(cx, &self.dates, serial, verdict);
             }
             ControllerEvent::Utc { at_start } => self.dates.set_utc(cx, at_start),
+            ControllerEvent::Endangered { why } => cx.retreat(&why),
             ControllerEvent::Timer => {}
             ControllerEvent::Stop => cx.begin_stopping(),
         }

@@ -97,6 +97,11 @@ pub enum ControllerEvent {
         /// The moment at which mission time was 0, by that clock.
         at_start: Date,
     },
+    /// The executive cannot play the mission much longer: the mission goes to its safe place.
+    Endangered {
+        /// The reason, in words.
+        why: String,
+    },
     /// Time has passed; see [`crate::Controller::next_deadline`].
     Timer,
     /// The executive is to end: all components come to rest, and the mission can be resumed later.

@@ -14,6 +14,7 @@ mod incoming_order;
 pub mod journal;
 mod judging;
 mod ledger;
+mod opening;
 pub mod order;
 mod process;
 mod record;

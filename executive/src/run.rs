@@ -7,10 +7,10 @@ use crate::event::{ControllerAction, ControllerEvent};
 use crate::follow::{Newer, follow};
 use crate::gathering;
 use crate::hub::{ExecutiveInput, Hub};
-use crate::journal::{self, Journal, JournalError, Story};
-use crate::ledger::applying::replay_records;
+use crate::journal::{Journal, JournalError};
 use crate::ledger::snapshot::snapshot_of;
 use crate::ledger::{Ledger, LedgerError};
+use crate::opening::{OpenedJournal, newest_plan, open_journal, read_again};
 use crate::order::Judged;
 use crate::record::JournalEntry;
 use crate::terms::MissionOutcome;
@@ -23,7 +23,7 @@ use armor_sdk::Latched;
 use armor_sdk::control::{Assigned, Command, GivenParameter};
 use armor_sdk::node::{NodeOptions, SystemNode};
 use armor_sdk::orders::{GivenOrder, OrderEvent};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -91,11 +91,14 @@ pub fn run(
     options: &ExecutiveOptions,
     stop: &AtomicBool,
 ) -> Result<MissionOutcome, RunError> {
-    let (mut journal, story) = Journal::open(&options.journal)?;
-    let is_lost = options.is_laid_out && story.is_blank();
-    let ledger = read_again(&story, first, options)?;
+    let OpenedJournal { mut journal, story, loss, readable } =
+        open_journal(&options.journal, options.is_laid_out)?;
+    let ledger = match &loss {
+        Some(_) => Ledger::new(newest_plan(&readable, first)?),
+        None => read_again(&story, first, &options.journal)?,
+    };
     let plan = Arc::clone(ledger.plan());
-    let begins = story.records.is_empty() && !is_lost;
+    let begins = story.records.is_empty() && loss.is_none();
     judge_clock(&plan, options, begins)?;
     let (sender, inputs) = mpsc::channel();
     let watching = GuardWatching::start(&plan, &options.registry, &sender);
@@ -103,8 +106,10 @@ pub fn run(
         gathering::gather(&plan, &options.registry, &watching, stop);
     }
     let (clocks, now) = Clocks::begin(&plan, &story);
-    if !is_lost {
-        journal.begin(clocks.life().clone())?;
+    journal.begin(clocks.life().clone())?;
+    if loss.is_none() {
+        // Otherwise it is in one batch with the retreat: a journal with this record alone looks like
+        // a mission that has not begun, and a restarted executive would begin it.
         journal.sync()?;
     }
     let node = register_node(options)?;
@@ -114,8 +119,8 @@ pub fn run(
     if let Some(newer) = &options.newer {
         follow(newer.clone(), plan.version().number, sender.clone());
     }
-    let (controller, actions) = if is_lost {
-        Controller::after_loss(Arc::clone(&plan), &describe_loss(&options.journal), now)
+    let (controller, actions) = if let Some(why) = &loss {
+        Controller::after_loss(Arc::clone(&plan), why, now)
     } else if begins {
         Controller::new(Arc::clone(&plan), now)
     } else {
@@ -130,6 +135,7 @@ pub fn run(
         hub,
         watching,
         journal,
+        is_short: false,
         cut_at: options.cut_at,
         trust_clock: options.trust_clock,
         node,
@@ -139,41 +145,12 @@ pub fn run(
         inputs: sender,
     };
     let mut outcome = executive.perform_actions(actions)?;
-    if is_lost {
-        // Only after the records of the retreat are on disk. A journal with this line and no
-        // records looks like a mission that has not begun, and a restarted executive would begin
-        // it.
-        executive.journal.begin(executive.clocks.life().clone())?;
-        executive.journal.sync()?;
-    }
     while outcome.is_none() {
         outcome = executive.take_turn(&inputs, stop)?;
     }
+    executive.journal.release_reserve();
     std::thread::sleep(LAST_WORDS);
     Ok(outcome.unwrap_or(MissionOutcome::Failed))
-}
-
-/// Replays a journal over the version of the file that it holds, or else over `first`.
-fn read_again(
-    story: &Story,
-    first: impl FnOnce() -> Result<Plan, String>,
-    options: &ExecutiveOptions,
-) -> Result<Ledger, RunError> {
-    let began = match journal::began_with(&story.records) {
-        Some(version) => version.plan(),
-        None => first(),
-    };
-    let began = Arc::new(began.map_err(RunError::Mission)?);
-    let refused = |error| RunError::Resume { path: options.journal.clone(), error };
-    replay_records(began, &story.records).map_err(refused)
-}
-
-fn describe_loss(journal: &Path) -> String {
-    format!(
-        "the journal of the mission, {}, is gone: it is not known where the mission stood, and it \
-         does not begin again",
-        journal.display()
-    )
 }
 
 fn log_where(controller: &Controller) {
@@ -205,6 +182,8 @@ struct ExecutiveLoop {
     hub: Hub,
     watching: GuardWatching,
     journal: Journal,
+    /// Whether the disk was found to be full.
+    is_short: bool,
     cut_at: u64,
     trust_clock: bool,
     node: SystemNode,
@@ -226,6 +205,12 @@ impl ExecutiveLoop {
         if let Some(utc) = self.utc()
             && let Some(event) = self.calendar.news(utc, now.mission)
         {
+            let actions = self.controller.handle(event, now);
+            if let Some(outcome) = self.perform_actions(actions)? {
+                return Ok(Some(outcome));
+            }
+        }
+        if let Some(event) = self.notice_shortage() {
             let actions = self.controller.handle(event, now);
             if let Some(outcome) = self.perform_actions(actions)? {
                 return Ok(Some(outcome));
@@ -264,6 +249,17 @@ impl ExecutiveLoop {
             }
         }
         Ok(None)
+    }
+
+    /// Notices a full disk, once. A mission without a safe place continues until the reserve is
+    /// used up.
+    fn notice_shortage(&mut self) -> Option<ControllerEvent> {
+        let is_new = self.journal.shortage().is_some() && !self.is_short;
+        self.is_short |= is_new;
+        let why = self.journal.shortage().filter(|_| is_new)?;
+        let why = format!("no space is left for the journal of the mission: {why}");
+        tracing::error!("{why}; free space on its disk");
+        self.controller.plan().safe().map(|_| ControllerEvent::Endangered { why })
     }
 
     /// Returns UTC from the data that mission time follows, or else from this host's clock.
@@ -343,7 +339,7 @@ impl ExecutiveLoop {
             }
         }
         self.journal.sync()?;
-        if self.journal.is_longer_than(self.cut_at) {
+        if !self.is_short && self.journal.is_longer_than(self.cut_at) {
             self.journal.cut(self.clocks.life().clone(), snapshot_of(self.controller.ledger()))?;
         }
         if publish || self.shown.is_none() {

@@ -2,4 +2,4 @@
 //! worlds.
 
 mod scenarios;
-mod simulation;
+pub(crate) mod simulation;

@@ -7,6 +7,7 @@ mod firing;
 mod journal;
 mod orders;
 mod replay;
+mod verification;
 mod words;
 
 use std::process::ExitCode;
@@ -26,7 +27,7 @@ use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
-use arguments::MissionCommand;
+use arguments::{JournalAction, MissionCommand};
 use armor_inspect::{FollowingTap, ObservedSystem};
 use words::format_marking;
 
@@ -50,7 +51,10 @@ impl Verb for MissionCommand {
 fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandEnding> {
     let (by, order) = match mission {
         MissionCommand::Show { follow, running } => return show(&running, follow, format),
-        MissionCommand::Journal { journal, running } => {
+        MissionCommand::Journal { action: Some(JournalAction::Verify { path }), .. } => {
+            return verification::print(&path, format);
+        }
+        MissionCommand::Journal { action: None, journal, running } => {
             return journal::print(journal.as_deref(), &running, format);
         }
         MissionCommand::Replay(arguments) => return replay::run(&arguments, format),

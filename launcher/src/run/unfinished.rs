@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::journal::{self, JournalError, Story};
-use armor_executive::replay_records;
+use armor_executive::journal::{self, JournalDamage, JournalError, Story};
 use armor_plan::Plan;
 use armor_robotfile::Configuration;
 
@@ -17,6 +16,8 @@ use super::supervisor::LogLevel;
 
 /// The executive's journal, in the folder of a run.
 pub const JOURNAL: &str = "executive.journal";
+/// The state file of the journal, next to it.
+const JOURNAL_STATE: &str = "executive.journal.state";
 /// The folder of the versions that configd keeps, next to the journal.
 pub const VERSIONS: &str = "configd";
 /// The folder of the log files, next to the journal.
@@ -39,8 +40,13 @@ pub fn prepare_folder(
         other => Some(other),
     };
     if arguments.resume {
-        let story = past.with_context(|| format!("nothing to resume: no {}", path.display()))?;
-        return continue_mission(configuration, arguments, &path, &story?).map(Some);
+        let past = past.with_context(|| format!("nothing to resume: no {}", path.display()))?;
+        return match past {
+            Err(JournalError::Damaged(damage)) => {
+                resume_in_safety(configuration, arguments, &damage).map(Some)
+            }
+            past => continue_mission(configuration, arguments, &path, &past?).map(Some),
+        };
     }
     let message = match past {
         Some(Ok(story)) if !story.is_unfinished() => None,
@@ -48,7 +54,7 @@ pub fn prepare_folder(
         // A journal that cannot be read is kept, too.
         Some(_) => Some(keep_unfinished(arguments, out)?),
     };
-    for old in [JOURNAL, VERSIONS] {
+    for old in [JOURNAL, JOURNAL_STATE, VERSIONS] {
         remove_path(&out.join(old))?;
     }
     if configuration.mission.is_some() {
@@ -68,10 +74,60 @@ fn continue_mission(
         let how = if story.records.is_empty() { "has not begun" } else { "is over" };
         bail!("nothing to resume: the mission of {at} {how}; run without --resume to begin");
     }
-    let file = arguments.file.display();
+    check_mission(configuration, arguments, path)?;
+    let plan = journal::plan_of(story).map_err(|why| anyhow!("{at} cannot be resumed: {why}"))?;
+    check_components(configuration, arguments, path, &plan)?;
+    // No component has run since: the time in between does not count.
+    journal::rest(path)?;
+    let last = story.records.last().map_or(0.0, |record| record.at.as_secs_f64());
+    let mission = plan.mission();
+    Ok((LogLevel::Info, format!("continues mission {mission}, {last:.1} s after its start")))
+}
+
+/// Lets a mission with a damaged journal go to its safe place: the executive does so when it opens
+/// the journal.
+fn resume_in_safety(
+    configuration: &Configuration,
+    arguments: &RunArguments,
+    damage: &JournalDamage,
+) -> Result<(LogLevel, String)> {
+    check_mission(configuration, arguments, &damage.path)?;
+    let plan = match journal::plan_of(&damage.story) {
+        Ok(plan) => Some(plan),
+        // The executive, too, plays the file then.
+        Err(_) => Plan::of(configuration).ok().flatten().map(Arc::new),
+    };
+    let plan = plan.with_context(|| format!("{damage}"))?;
+    check_components(configuration, arguments, &damage.path, &plan)?;
+    let mission = plan.mission();
+    if plan.safe().is_none() {
+        bail!(
+            "{damage}; mission {mission} has no safe place to go to: run without --resume to begin \
+             it again"
+        );
+    }
+    Ok((LogLevel::Warn, format!("{damage}; mission {mission} goes to its safe place")))
+}
+
+fn check_mission(
+    configuration: &Configuration,
+    arguments: &RunArguments,
+    journal: &Path,
+) -> Result<()> {
+    let (file, at) = (arguments.file.display(), journal.display());
     let mission = configuration.mission.as_ref();
     mission.with_context(|| format!("{file} has no mission, and {at} is the journal of one"))?;
-    let plan = replay_plan(story).map_err(|error| anyhow!("{at} cannot be resumed: {error}"))?;
+    Ok(())
+}
+
+/// Checks that the file has the components that a journal needs.
+fn check_components(
+    configuration: &Configuration,
+    arguments: &RunArguments,
+    journal: &Path,
+    plan: &Plan,
+) -> Result<()> {
+    let (file, at) = (arguments.file.display(), journal.display());
     let components = &configuration.system.components;
     let stranger = plan
         .components()
@@ -85,24 +141,12 @@ fn continue_mission(
             stranger.name
         );
     }
-    // No component has run since: the time in between does not count.
-    journal::rest(path)?;
-    let last = story.records.last().map_or(0.0, |record| record.at.as_secs_f64());
-    let mission = plan.mission();
-    Ok((LogLevel::Info, format!("continues mission {mission}, {last:.1} s after its start")))
-}
-
-/// The plan that a journal ends with.
-fn replay_plan(story: &Story) -> Result<Arc<Plan>> {
-    let version = journal::began_with(&story.records);
-    let version = version.context("it does not contain the file it was played from")?;
-    let plan = version.plan().map_err(|why| anyhow!(why))?;
-    Ok(Arc::clone(replay_records(Arc::new(plan), &story.records)?.plan()))
+    Ok(())
 }
 
 fn keep_unfinished(arguments: &RunArguments, out: &Path) -> Result<(LogLevel, String)> {
     let kept = make_kept_folder(out)?;
-    for old in [JOURNAL, VERSIONS, LOGS] {
+    for old in [JOURNAL, JOURNAL_STATE, VERSIONS, LOGS] {
         match fs::rename(out.join(old), kept.join(old)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 let problem = || format!("{} cannot be kept in {}", old, kept.display());

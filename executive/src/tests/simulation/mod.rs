@@ -8,6 +8,7 @@ pub(crate) mod draft;
 mod invariants;
 mod operators;
 mod outlook;
+mod power;
 mod valuation;
 mod wall;
 mod world;
@@ -25,6 +26,7 @@ use dice::Dice;
 use digest::Digest;
 use operators::Operators;
 use outlook::Outlook;
+use power::PowerFailures;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -71,6 +73,9 @@ struct Play {
     digest: Digest,
     /// The digest of all bytes of the journal and all markings so far.
     exact: Digest,
+    /// Power failures while the journal is written; without them, each record is on the disk when
+    /// it is written.
+    power: Option<PowerFailures>,
 }
 
 impl Play {
@@ -109,6 +114,7 @@ impl Play {
             counters,
             digest: Digest::new(),
             exact: Digest::new(),
+            power: None,
         }
     }
 
@@ -174,6 +180,7 @@ impl Play {
     }
 
     fn start(&mut self) {
+        self.reopen_journal();
         let records = self.records();
         let (controller, actions) =
             Controller::resume(Arc::clone(&self.began), &records, self.world.now)
@@ -191,9 +198,14 @@ impl Play {
         for action in actions {
             if self.crashes > 0 && self.world.dice.one_in(40) {
                 self.crashes -= 1;
-                self.controller = None;
-                self.world.executive_dies();
-                self.restart_at = self.world.now + self.world.dice.up_to_ms(3000);
+                self.crash();
+                return;
+            }
+            let action = match self.add_to_batch(action) {
+                Some(action) => action,
+                None => continue,
+            };
+            if !self.write_batch() {
                 return;
             }
             self.check_pause(&action);
@@ -223,6 +235,9 @@ impl Play {
                 }
             }
         }
+        if !self.write_batch() {
+            return;
+        }
         self.check_ledger();
         if let Some(controller) = &self.controller {
             self.exact.add_marking(controller);
@@ -230,6 +245,12 @@ impl Play {
         if self.world.dice.one_in(50) {
             self.cut_journal();
         }
+    }
+
+    fn crash(&mut self) {
+        self.controller = None;
+        self.world.executive_dies();
+        self.restart_at = self.world.now + self.world.dice.up_to_ms(3000);
     }
 
     /// Replaces the journal by a snapshot, as the executive does with a long one.
@@ -242,6 +263,7 @@ impl Play {
         let again = replay_records(Arc::clone(&self.began), &self.records()).unwrap();
         check_same(controller.ledger(), &again);
         (self.checked, self.cuts) = (0, self.cuts + 1);
+        self.cut_on_disk();
     }
 
     fn write(&mut self, record: &JournalRecord) {

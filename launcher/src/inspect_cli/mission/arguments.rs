@@ -60,8 +60,11 @@ pub enum MissionCommand {
     /// Hold the command, and read orders from stdin, one per line, until its end. If this process
     /// is killed, the link counts as lost.
     Operate(OrderArguments),
-    /// Print the journal of a mission.
+    /// Print the journal of a mission, or verify it.
+    #[command(args_conflicts_with_subcommands = true)]
     Journal {
+        #[command(subcommand)]
+        action: Option<JournalAction>,
         /// The journal. Default: that of the running system.
         #[arg(long, value_name = "FILE")]
         journal: Option<PathBuf>,
@@ -70,6 +73,18 @@ pub enum MissionCommand {
     },
     /// Replay a past mission from its journal, or a trace that `armor check` prints, step by step.
     Replay(ReplayArguments),
+}
+
+/// An action on a journal other than to print it.
+#[derive(Debug, Subcommand)]
+pub enum JournalAction {
+    /// Check that every record is as it was written and that none is missing; report the first
+    /// fault and its place.
+    Verify {
+        /// The journal, or the folder of the run.
+        #[arg(value_name = "FILE|FOLDER")]
+        path: PathBuf,
+    },
 }
 
 /// The author of an order, and the system it is for.

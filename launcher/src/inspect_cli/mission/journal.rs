@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use armor_executive::journal::{self, JournalError, Story};
+use armor_executive::journal::{self, JournalDamage, JournalFault, Story};
 use armor_executive::order::MissionOrder;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
 use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, print_line, print_notice};
 use crate::system;
 
 /// Prints a journal; without `path` that of the running system.
@@ -26,33 +26,66 @@ pub fn print(
         Some(path) => path.to_owned(),
         None => of_the_running(running)?,
     };
-    let story = read(&path)?;
+    let PastJournal { story, damage } = read(&path)?;
     let mut printer = RecordPrinter::default();
     let mut print =
         || story.records.iter().try_for_each(|record| printer.print_record(record, format));
-    end_printing(print())
+    end_printing(print().and_then(|()| fail_if_damaged(damage)))
 }
 
-/// A journal with at least one record, from its beginning.
+/// A journal with at least one record, from its beginning to its first fault.
+pub struct PastJournal {
+    /// What it holds.
+    pub story: Story,
+    /// The fault that ends it.
+    pub damage: Option<JournalDamage>,
+}
+
+/// Reads a journal, damaged or not.
 ///
 /// # Errors
-/// If it is none, and what it is rather.
-pub fn read(path: &Path) -> Result<Story> {
+/// If it is none, or holds no record; what it is instead.
+pub fn read(path: &Path) -> Result<PastJournal> {
     let at = path.display();
-    let story = match journal::read(path) {
-        Err(JournalError::Line { .. }) if is_xml(path) => bail!(
+    let verification = journal::verify(path)?;
+    let story = verification.story;
+    let fault = match verification.fault {
+        Some(JournalFault::Line { line: 1, .. }) if is_xml(path) => bail!(
             "{at} is a mission file and no journal: `armor mission replay {at} --fire \"T …\"` \
              plays firings over it, and {JOURNAL} in the folder of a run is its journal"
         ),
-        other => other?,
+        // A copy of a journal is often read without its state file.
+        Some(JournalFault::StateMissing) => {
+            print_notice(format!("{at}: {}", JournalFault::StateMissing));
+            None
+        }
+        fault => fault,
     };
+    let path = path.to_owned();
+    let damage = fault.map(|fault| JournalDamage { path, fault, story: Story::default() });
     match story.records.first().map(|record| &record.entry) {
-        None => bail!("{at} has no record: no mission has begun in it"),
-        Some(JournalEntry::Began { .. } | JournalEntry::Snapshot(_)) => Ok(story),
+        None => match damage {
+            Some(damage) => Err(damage.into()),
+            None => bail!("{at} has no record: no mission has begun in it"),
+        },
+        Some(JournalEntry::Began { .. } | JournalEntry::Snapshot(_)) => {
+            Ok(PastJournal { story, damage })
+        }
         Some(first) => Err(anyhow!(
             "the beginning of {at} is missing (it begins with \"{first}\"): its content cannot \
              be understood without"
         )),
+    }
+}
+
+/// Reports that the records that were printed are not all.
+///
+/// # Errors
+/// If there is a damage.
+pub fn fail_if_damaged(damage: Option<JournalDamage>) -> Result<()> {
+    match damage {
+        None => Ok(()),
+        Some(damage) => bail!("{damage}; the records before are printed above"),
     }
 }
 
@@ -72,7 +105,7 @@ fn of_the_running(running: &RunningSystem) -> Result<PathBuf> {
 }
 
 /// Its name in the folder of a run.
-const JOURNAL: &str = "executive.journal";
+pub const JOURNAL: &str = "executive.journal";
 
 /// Prints records one after the other.
 #[derive(Default)]

@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::ReplayArguments;
 use super::firing;
-use super::journal::{RecordPrinter, read, time};
+use super::journal::{PastJournal, RecordPrinter, fail_if_damaged, read, time};
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
@@ -31,9 +31,10 @@ pub fn run(arguments: &ReplayArguments, format: OutputFormat) -> Result<CommandE
         let plan = of_file(&arguments.journal, arguments)?;
         return firing::play(&plan, trace, arguments.step, format);
     }
-    let story = read(&arguments.journal)?;
+    let PastJournal { story, damage } = read(&arguments.journal)?;
     let plan = Arc::new(plan(arguments, &story.records)?);
-    end_printing(play(arguments, plan, &story.records, format))
+    let played = play(arguments, plan, &story.records, format);
+    end_printing(played.and_then(|()| fail_if_damaged(damage)))
 }
 
 fn play(
