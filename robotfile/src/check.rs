@@ -104,6 +104,7 @@ fn without_errors(
     findings: &mut Findings,
 ) {
     system::expect_components(&configuration.system, findings);
+    links::check_circles(&configuration.system, findings);
     layout::check_system(&configuration.system, findings);
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
