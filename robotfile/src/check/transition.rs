@@ -114,7 +114,7 @@ fn report_missing_input(transition: &Transition, findings: &mut Findings) {
 }
 
 /// Returns the place with components from which the transition takes the token, if it puts none.
-fn lost_token<'a>(transition: &'a Transition, is_active: impl Fn(&str) -> bool) -> Option<&'a str> {
+fn lost_token(transition: &Transition, is_active: impl Fn(&str) -> bool) -> Option<&str> {
     if transition.outputs().next().is_some() {
         return None;
     }
