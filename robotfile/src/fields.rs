@@ -274,8 +274,14 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     /// Reports attributes that were not read, children other than `allowed`, and stray text;
     /// returns the allowed children.
     pub(crate) fn finish(mut self, allowed: &[&str]) -> Vec<&'a Element> {
-        self.unknown_attributes();
         let element = self.element;
+        let has_text = element
+            .children
+            .iter()
+            .any(|node| matches!(node, Node::Text(text, _) if !text.trim().is_empty()));
+        let is_value = |name: &mut &str| has_text && *name == "value";
+        let stray_value = self.missing.pop_if(is_value);
+        self.unknown_attributes();
         let mut children = Vec::new();
         for node in &element.children {
             match node {
@@ -287,7 +293,14 @@ impl<'a, 'f> ElementFields<'a, 'f> {
                     let at = without_space(&Location::new(self.source, *span));
                     let message = format!("text is not allowed in <{}>", element.name);
                     let finding = Finding::new(Code::StrayText, &at, message);
-                    self.report(finding.remedy("remove it, or make it a comment"));
+                    // A value between the tags was probably meant for the attribute.
+                    let remedy = match stray_value {
+                        Some("value") => {
+                            format!("write it as an attribute: value=\"{}\"", short(text.trim()))
+                        }
+                        _ => "remove it, or make it a comment".into(),
+                    };
+                    self.report(finding.remedy(remedy));
                 }
                 _ => {}
             }

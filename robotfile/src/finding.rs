@@ -121,7 +121,13 @@ impl Finding {
 
     /// Returns whether both report the same name, which is unknown or cannot be used.
     fn is_same_name(&self, other: &Self) -> bool {
-        matches!(self.code, Code::UnknownComponent | Code::UnknownPlace | Code::NotControllable)
+        let names = [
+            Code::UnknownComponent,
+            Code::UnknownPlace,
+            Code::UnknownVariable,
+            Code::NotControllable,
+        ];
+        names.contains(&self.code)
             && self.code == other.code
             && matches!((&self.at, &other.at), (Some(a), Some(b)) if a.text() == b.text() && a.source.path() == b.source.path())
     }

@@ -279,3 +279,33 @@ fn an_unknown_attribute_may_be_the_one_that_is_missing() {
     one("E0016", &system(r#"<component [[label]]="a" kind="k"/>"#));
     one("E0017", &system(r#"<[[component]] kind="k" xmlns:x="urn:x" x:label="a"/>"#));
 }
+
+#[test]
+fn what_repeats_a_malformed_or_misspelt_word_is_left_out() {
+    one("E0018", &super::mission("").replace("safe=\"hold\"", "safe=\"[[hold over]]\""));
+    let file = "<armor version=\"1\"><system/><[[misson]] safe=\"a\"><place name=\"a\" initial=\"true\"/></mission></armor>";
+    one("E0015", file);
+    let file =
+        r#"<component name="a" kind="k"><parameter name="laps">[[2]]</parameter></component>"#;
+    one("E0014", &system(file));
+}
+
+#[test]
+fn a_variable_that_is_missing_is_named_once() {
+    let content = r#"<transition name="t" from="a" to="hold" on="go.empty" when="n &lt; 2"><set variable="n" value="n + 1"/></transition><check>never n &gt; 3</check>"#;
+    only(
+        "E0231",
+        "there is no variable called n, and named in 2 more places",
+        &robot(r#"safe="hold""#, &format!("{END}{content}")),
+    );
+}
+
+#[test]
+fn of_a_branch_that_is_never_reached_its_first_place_is_named() {
+    let branch = r#"<place name="b" components="arm"/><place name="c"/><transition name="t" from="b" to="c" on="arm.done"/><transition name="u" from="c" to="over" timeout="9s"/>"#;
+    only(
+        "W0212",
+        "no transition leads to b, so arm is never active",
+        &robot(r#"safe="hold""#, &format!("{END}{LATE}{branch}")),
+    );
+}
