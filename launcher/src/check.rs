@@ -135,7 +135,8 @@ fn check_reading(
     if reading.is_valid()
         && let Some(configuration) = &reading.configuration
     {
-        reading.findings.extend_new(proven_within(configuration, PROOF_WITHIN));
+        let proven = proven_within(configuration, PROOF_WITHIN);
+        reading.findings.extend_proven(proven, configuration);
     }
     reading.findings.sort();
     Ok(CheckedFile { reading, catalogue })

@@ -26,12 +26,16 @@ mod system;
 mod transition;
 mod unused;
 
+use std::collections::BTreeSet;
+
 use crate::check::activity::Activity;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
 use crate::load::Reading;
 use crate::model::{Configuration, System};
 use crate::overrides::{self, Override};
+use crate::source::Location;
+use crate::suggestion::suggest_similar;
 
 pub use dates::passed_dates;
 pub use manifests::Manifests;
@@ -45,6 +49,7 @@ pub fn check(
     manifests: Option<&Manifests>,
 ) -> Reading {
     let mut findings = std::mem::take(&mut reading.findings);
+    drop_end_tags(&mut findings);
     if let Some(configuration) = &mut reading.configuration {
         let mut found = Findings::default();
         findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
@@ -69,6 +74,22 @@ pub fn check(
     }
     reading.findings = findings.finish();
     reading
+}
+
+/// Drops findings about end tags whose start tag is misspelt, which is a finding already.
+fn drop_end_tags(findings: &mut Findings) {
+    let place = |at: &Location| (at.source.path().to_path_buf(), at.span);
+    let unknown = findings.iter().filter(|finding| finding.code == Code::UnknownElement);
+    let unknown: BTreeSet<_> =
+        unknown.filter_map(|finding| finding.at.as_ref()).map(place).collect();
+    let is_repeated = |finding: &Finding| {
+        let Some((start, _)) = finding.related.first() else { return false };
+        let end = finding.at.as_ref().map_or("", Location::text);
+        let name = end.trim_start_matches("</").trim_end_matches('>').trim();
+        unknown.contains(&place(start))
+            && suggest_similar(start.text(), std::iter::once(name)).is_some()
+    };
+    findings.retain(|finding| finding.code != Code::EndTag || !is_repeated(finding));
 }
 
 /// Returns whether the finding repeats, for a use of a component's name, that the name is
@@ -104,6 +125,7 @@ fn without_errors(
     findings: &mut Findings,
 ) {
     system::expect_components(&configuration.system, findings);
+    links::check_circles(&configuration.system, findings);
     layout::check_system(&configuration.system, findings);
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
@@ -115,7 +137,10 @@ fn without_errors(
             reach::check(mission, &whole, is_main, findings);
         }
     }
-    if let Ok(Some(whole)) = configuration.flattened()
+    // Nothing is active in a place that is never reached, which is a finding already.
+    let is_reached = findings.iter().all(|finding| finding.code != Code::UnreachablePlace);
+    if is_reached
+        && let Ok(Some(whole)) = configuration.flattened()
         && let Some(activity) = Activity::of(&whole)
     {
         frozen::check(&activity, &configuration.system, manifests, findings);

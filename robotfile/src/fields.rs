@@ -2,19 +2,18 @@
 //! unknown. A malformed name or value is reported once and then still used where that is harmless,
 //! so that one mistake does not cause ten findings.
 
-use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use armor_wire::name::is_name;
-use armor_wire::quantity::{self, QuantityError};
+use armor_wire::quantity::{self, Dimension, QuantityError};
 
 use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
 use crate::guard::dimension_noun;
 use crate::model::Port;
 use crate::source::{Location, Source, Spanned};
-use crate::suggestion::suggest_similar;
+use crate::suggestion::{list_choices, suggest_choice, suggest_similar};
 use crate::tree::{Attribute, Element, Node};
 
 /// The attributes of one element, being read.
@@ -23,6 +22,8 @@ pub(crate) struct ElementFields<'a, 'f> {
     source: &'a Arc<Source>,
     findings: &'f mut Findings,
     known: Vec<&'static str>,
+    /// The attributes that are required and absent.
+    missing: Vec<&'static str>,
 }
 
 impl<'a, 'f> ElementFields<'a, 'f> {
@@ -31,7 +32,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         source: &'a Arc<Source>,
         findings: &'f mut Findings,
     ) -> Self {
-        Self { element, source, findings, known: Vec::new() }
+        Self { element, source, findings, known: Vec::new(), missing: Vec::new() }
     }
 
     /// Returns the location of the element's name.
@@ -60,9 +61,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             suggest_similar(&other, std::iter::once(name)).is_some()
         });
         if value.is_none() && !is_misspelt {
-            let message = format!("<{}> has no attribute {name}", self.element.name);
-            let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
-            self.report(finding.remedy(format!("write {name}=\"…\"")));
+            self.missing.push(name);
         }
         value
     }
@@ -130,18 +129,25 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         let value = self.text(name)?;
         let found = choices.iter().find(|(word, _)| *word == value.value);
         if found.is_none() {
-            let words: Vec<_> = choices.iter().map(|(word, _)| *word).collect();
-            self.bad_value(name, &value, format!("write one of {}", words.join(", ")));
+            let words = choices.iter().map(|(word, _)| *word);
+            self.bad_value(name, &value, list_choices(&value.value, words));
         }
         found.map(|(_, choice)| value.with(*choice))
     }
 
-    /// Returns a value of a type that parses from text.
-    pub(crate) fn parsed<T: FromStr<Err = String>>(
+    /// Returns a value that is one of a few words, or is read by `read`.
+    pub(crate) fn word_or<T>(
         &mut self,
         name: &'static str,
+        words: &[&str],
+        read: impl FnOnce(&str) -> Result<T, String>,
     ) -> Option<Spanned<T>> {
-        self.converted(name, str::parse)
+        self.converted(name, |text| {
+            read(text).map_err(|expected| match suggest_choice(text, words.iter().copied()) {
+                Some(guess) => format!("{guess} {expected}"),
+                None => expected,
+            })
+        })
     }
 
     /// A duration such as `0.2s`.
@@ -200,7 +206,11 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             self.bad_value(
                 name,
                 &value,
-                "two names joined by a dot are expected, such as laser.scan".into(),
+                match name {
+                    "on" => "a component and its report are expected, such as explorer.done",
+                    _ => "two names joined by a dot are expected, such as laser.scan",
+                }
+                .into(),
             );
             return None;
         };
@@ -264,8 +274,14 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     /// Reports attributes that were not read, children other than `allowed`, and stray text;
     /// returns the allowed children.
     pub(crate) fn finish(mut self, allowed: &[&str]) -> Vec<&'a Element> {
-        self.unknown_attributes();
         let element = self.element;
+        let has_text = element
+            .children
+            .iter()
+            .any(|node| matches!(node, Node::Text(text, _) if !text.trim().is_empty()));
+        let is_value = |name: &mut &str| has_text && *name == "value";
+        let stray_value = self.missing.pop_if(is_value);
+        self.unknown_attributes();
         let mut children = Vec::new();
         for node in &element.children {
             match node {
@@ -277,7 +293,14 @@ impl<'a, 'f> ElementFields<'a, 'f> {
                     let at = without_space(&Location::new(self.source, *span));
                     let message = format!("text is not allowed in <{}>", element.name);
                     let finding = Finding::new(Code::StrayText, &at, message);
-                    self.report(finding.remedy("remove it, or make it a comment"));
+                    // A value between the tags was probably meant for the attribute.
+                    let remedy = match stray_value {
+                        Some("value") => {
+                            format!("write it as an attribute: value=\"{}\"", short(text.trim()))
+                        }
+                        _ => "remove it, or make it a comment".into(),
+                    };
+                    self.report(finding.remedy(remedy));
                 }
                 _ => {}
             }
@@ -307,11 +330,30 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 
     fn unknown_attributes(&mut self) {
         let element = self.element;
-        for attribute in &element.attributes {
-            let known = self.known.contains(&attribute.name.as_str());
-            if known || attribute.name.contains(':') || attribute.name == "xmlns" {
-                continue;
-            }
+        let known = &self.known;
+        let is_stranger = |attribute: &&Attribute| {
+            let name = attribute.name.as_str();
+            !known.contains(&name) && !name.contains(':') && name != "xmlns"
+        };
+        let strangers: Vec<_> = element.attributes.iter().filter(is_stranger).collect();
+        let guess_known = |attribute: &Attribute| {
+            suggest_similar(&attribute.name.to_ascii_lowercase(), known.iter().copied())
+        };
+        // One that is unknown was probably meant to be the one that is missing.
+        if let ([stranger], [missing]) = (strangers.as_slice(), self.missing.as_slice())
+            && guess_known(stranger).is_none()
+        {
+            let message = format!("<{}> has no attribute {}", element.name, short(&stranger.name));
+            let at = Location::new(self.source, stranger.name_span);
+            let remedy = format!("did you mean {missing}? It is required");
+            return self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
+        }
+        for name in std::mem::take(&mut self.missing) {
+            let message = format!("<{}> has no attribute {name}", element.name);
+            let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
+            self.report(finding.remedy(format!("write {name}=\"…\"")));
+        }
+        for attribute in strangers {
             let message = format!("<{}> has no attribute {}", element.name, short(&attribute.name));
             let guess =
                 suggest_similar(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
@@ -365,6 +407,8 @@ fn without_space(at: &Location) -> Location {
 struct WantedQuantity {
     /// What is expected, with an example.
     wanted: &'static str,
+    /// The quantity of its units.
+    dimension: Dimension,
     /// A unit that a number without one probably has.
     unit: &'static str,
     /// A unit that is often mistaken for one of this quantity, and the one that was meant.
@@ -373,11 +417,16 @@ struct WantedQuantity {
 
 const DURATION: WantedQuantity = WantedQuantity {
     wanted: "a duration such as 0.2s or 10min is expected",
+    dimension: Dimension::Time,
     unit: "s",
     mistaken: Some(("m", "min")),
 };
-const RATE: WantedQuantity =
-    WantedQuantity { wanted: "a rate such as 10Hz is expected", unit: "Hz", mistaken: None };
+const RATE: WantedQuantity = WantedQuantity {
+    wanted: "a rate such as 10Hz is expected",
+    dimension: Dimension::Frequency,
+    unit: "Hz",
+    mistaken: None,
+};
 
 /// Reads a duration such as `0.2s` or `10min`.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
@@ -398,10 +447,10 @@ fn number_expected(text: &str, error: &QuantityError) -> String {
 
 /// Returns what was read, and what to write instead.
 fn expected(text: &str, error: QuantityError, quantity: &WantedQuantity) -> String {
-    let WantedQuantity { wanted, unit, mistaken } = quantity;
+    let WantedQuantity { wanted, dimension, unit, mistaken } = quantity;
     match error {
         QuantityError::UnknownUnit { .. } | QuantityError::OutOfRange { .. } => {
-            return error.to_string();
+            return error.explain_for(Some(*dimension));
         }
         QuantityError::NotANumber(_) => return (*wanted).to_owned(),
         QuantityError::WrongDimension { .. } => {}

@@ -53,6 +53,8 @@ pub struct Finding {
     pub trace: Option<FiringTrace>,
     /// The duration of the mission, for the finding that reports it.
     pub takes: Option<MissionDuration>,
+    /// Whether a transition never fires because of it.
+    pub(crate) stops_transition: bool,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
     more: usize,
 }
@@ -75,6 +77,7 @@ impl Finding {
             related: Vec::new(),
             trace: None,
             takes: None,
+            stops_transition: false,
             more: 0,
         }
     }
@@ -105,14 +108,26 @@ impl Finding {
         self
     }
 
+    /// Records that a transition never fires because of it.
+    #[must_use]
+    pub(crate) fn stops_transition(self) -> Self {
+        Self { stops_transition: true, ..self }
+    }
+
     /// Returns the severity.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }
 
-    /// Returns whether both report the same unknown name.
+    /// Returns whether both report the same name, which is unknown or cannot be used.
     fn is_same_name(&self, other: &Self) -> bool {
-        matches!(self.code, Code::UnknownComponent | Code::UnknownPlace)
+        let names = [
+            Code::UnknownComponent,
+            Code::UnknownPlace,
+            Code::UnknownVariable,
+            Code::NotControllable,
+        ];
+        names.contains(&self.code)
             && self.code == other.code
             && matches!((&self.at, &other.at), (Some(a), Some(b)) if a.text() == b.text() && a.source.path() == b.source.path())
     }

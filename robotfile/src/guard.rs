@@ -31,7 +31,7 @@ mod tests;
 mod token;
 
 pub use armor_wire::schema::Scalar;
-pub(crate) use bounds::range_of;
+pub(crate) use bounds::{is_never_true, range_of};
 pub use count::{Count, MAX_COUNT};
 pub(crate) use judge::judge;
 pub(crate) use meaning::{Meaning, Type};

@@ -34,6 +34,7 @@ mod namespaces;
 
 mod overrides;
 mod page;
+mod proven;
 mod read;
 mod recover;
 mod render;

@@ -1,6 +1,7 @@
 //! The mission's model: a Petri net over the system's components, as written. Guards stay text
 //! here, for [`crate::guard`] to read, and so do checks.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -60,6 +61,20 @@ impl Mission {
         let is_exit = transition.class == Class::Safety && transition.outputs().all(is_end);
         let mut arcs = transition.arcs.iter();
         !transition.arcs.is_empty() && arcs.all(|arc| arc.kind == ArcKind::Put) && !is_exit
+    }
+
+    /// Returns the first place without components that no transition leaves and that is not the goal:
+    /// in a mission without a safe place, probably the one that was meant.
+    pub(crate) fn find_unnamed_end(&self) -> Option<&Place> {
+        let arcs = self.transitions.iter().flat_map(|transition| &transition.arcs);
+        let left = arcs.filter(|arc| arc.kind != ArcKind::Put).map(|arc| &arc.place);
+        let entered = self.submissions.iter().filter_map(|inner| inner.enter.as_ref());
+        let left = left.chain(entered).chain(&self.goal);
+        let left: BTreeSet<_> = left.map(|place| place.value.as_str()).collect();
+        self.places.iter().find(|place| {
+            let is_left = left.contains(place.name.value.as_str());
+            place.components.is_empty() && place.initial == 0 && !is_left
+        })
     }
 
     /// Whether a place activates the component, so that the mission controls it.

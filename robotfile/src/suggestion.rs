@@ -24,9 +24,49 @@ pub fn suggest_similar<'a>(
         .filter(is_compared)
         .take(MAX_CANDIDATES)
         .map(|candidate| (strsim::osa_distance(name, candidate), candidate))
-        .filter(|(slips, _)| *slips <= max_slips)
+        .filter(|(slips, candidate)| *slips <= max_slips && *slips < candidate.len())
         .min()
         .map(|(_, candidate)| format!("did you mean {candidate}?"))
+}
+
+/// Words that are written for `true` and `false` elsewhere.
+const TRUTHS: [(&str, &[&str]); 2] =
+    [("true", &["yes", "on", "1", "y", "t"]), ("false", &["no", "off", "0", "n", "f"])];
+
+/// Returns a remedy that names the word of a closed list that was probably meant by `value`: without
+/// quotation marks and spaces around it, in other letters, or with a typing mistake.
+pub(crate) fn suggest_choice<'a>(
+    value: &str,
+    choices: impl Iterator<Item = &'a str> + Clone,
+) -> Option<String> {
+    let plain = |text: &str| text.to_lowercase().replace(['_', ' '], "-");
+    let bare = value.trim_matches(|letter: char| !letter.is_alphanumeric());
+    if bare.len() > MAX_COMPARED_LEN {
+        return None;
+    }
+    let typed = bare;
+    let bare = plain(bare);
+    let is_truth = |choice: &&str| {
+        TRUTHS.iter().any(|(truth, words)| truth == choice && words.contains(&bare.as_str()))
+    };
+    let is_meant = |choice: &&str| plain(choice) == bare || is_truth(choice);
+    match choices.clone().find(is_meant) {
+        Some(choice) => Some(format!("did you mean {choice}?")),
+        None => suggest_similar(typed, choices.clone()).or_else(|| suggest_similar(&bare, choices)),
+    }
+}
+
+/// Returns the remedy for a value that is none of a closed list: the one that was probably meant, and
+/// all of them.
+pub(crate) fn list_choices<'a>(
+    value: &str,
+    choices: impl Iterator<Item = &'a str> + Clone,
+) -> String {
+    let all = format!("write one of {}", choices.clone().collect::<Vec<_>>().join(", "));
+    match suggest_choice(value, choices) {
+        Some(guess) => format!("{guess} {all}"),
+        None => all,
+    }
 }
 
 #[cfg(test)]
@@ -42,5 +82,19 @@ mod tests {
         assert_eq!(guess("camera"), None);
         let exchanged = suggest_similar("amr", ["arm"].into_iter());
         assert_eq!(exchanged.as_deref(), Some("did you mean arm?"));
+        assert_eq!(suggest_similar("b", ["a"].into_iter()), None);
+    }
+
+    #[test]
+    fn the_choice_that_was_meant_is_suggested() {
+        let guess = |value| suggest_choice(value, ["auto", "on-failure", "true"].iter().copied());
+        for value in ["AUTO", "‹auto›", "“auto”", " auto", "'auot'"] {
+            assert_eq!(guess(value).as_deref(), Some("did you mean auto?"), "{value}");
+        }
+        assert_eq!(guess("on_failure").as_deref(), Some("did you mean on-failure?"));
+        assert_eq!(guess("Yes").as_deref(), Some("did you mean true?"));
+        assert_eq!(guess("manual"), None);
+        let listed = list_choices("“up”", ["left", "right"].iter().copied());
+        assert_eq!(listed, "write one of left, right");
     }
 }

@@ -1,6 +1,7 @@
 //! One file, one fault, one finding: the right code at the marked piece of text.
 
 mod file;
+mod follow_ups;
 mod manifests;
 mod missions;
 mod one_mistake;

@@ -80,7 +80,7 @@ impl Parameter {
         self
     }
 
-    /// Its smallest and largest value, in SI.
+    /// Its smallest and largest value, in SI; of a ratio in its unit.
     #[must_use]
     pub const fn range(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
@@ -162,7 +162,7 @@ impl Value {
         ValueError { value: self.value.clone(), wanted }
     }
 
-    /// A number in SI.
+    /// A number in SI; of a ratio in its unit.
     ///
     /// # Errors
     /// If the parameter is not a number.

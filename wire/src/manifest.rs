@@ -9,7 +9,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::quantity::{self, Unit};
+use crate::quantity::{self, Dimension, Unit};
 
 /// Version of the JSON form.
 pub const MANIFEST_VERSION: u32 = 1;
@@ -126,14 +126,14 @@ pub struct ParameterManifest {
         deserialize_with = "deserialize_given"
     )]
     pub default: Option<String>,
-    /// Smallest value, in SI.
+    /// Smallest value, in SI; of a ratio in its unit.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
         deserialize_with = "deserialize_given"
     )]
     pub minimum: Option<f64>,
-    /// Largest value, in SI.
+    /// Largest value, in SI; of a ratio in its unit.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
@@ -217,7 +217,7 @@ impl Manifest {
 /// A parameter's value, of its declared type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterValue {
-    /// In SI.
+    /// In SI; of a ratio in its unit.
     Number(f64),
     /// A whole number.
     Integer(i64),
@@ -274,9 +274,9 @@ impl ParameterManifest {
     }
 
     fn range_in(&self, unit: &str) -> String {
-        let to_si = Unit::named(&self.unit).map_or(1.0, |unit| unit.to_si);
-        let own = |si: f64| {
-            let number = format!("{:.4}", si / to_si);
+        let size = Unit::named(&self.unit).map_or(1.0, Unit::received_size);
+        let own = |received: f64| {
+            let number = format!("{:.4}", received / size);
             format!("{}{unit}", number.trim_end_matches('0').trim_end_matches('.'))
         };
         match (self.minimum.map(own), self.maximum.map(own)) {
@@ -288,21 +288,29 @@ impl ParameterManifest {
     }
 
     fn parse_number(&self, text: &str) -> Result<f64, String> {
-        let quantity = quantity::parse(text).map_err(|e| e.to_string())?;
+        let own = Unit::named(&self.unit);
+        let quantity = quantity::parse(text)
+            .map_err(|error| error.explain_for(own.map(|unit| unit.dimension)))?;
         if let Some(given) = quantity.unit {
-            let wanted = Unit::named(&self.unit)
-                .ok_or_else(|| format!("`{text}` has a unit, but this parameter has none"))?;
+            let wanted = own.ok_or_else(|| {
+                let remedy = match given.dimension {
+                    Dimension::Ratio => format!("; write {}", quantity.si),
+                    _ => String::new(),
+                };
+                format!("`{text}` has a unit, but this parameter has none{remedy}")
+            })?;
             if given.dimension != wanted.dimension {
                 return Err(format!("`{text}` is not in {} or a multiple of it", self.unit));
             }
         }
-        // A bare number is in the parameter's own unit.
-        let scale = if quantity.unit.is_none() {
-            Unit::named(&self.unit).map_or(1.0, |u| u.to_si)
-        } else {
-            1.0
+        let received = match (own, quantity.unit) {
+            (None, _) => quantity.si,
+            // A bare number is in the parameter's own unit.
+            (Some(own), None) => quantity.number * own.received_size(),
+            (Some(own), Some(given)) if own == given => quantity.number * own.received_size(),
+            (Some(own), Some(_)) => quantity.si / (own.to_si / own.received_size()),
         };
-        self.in_range(quantity.si * scale, text)
+        self.in_range(received, text)
     }
 
     fn parse_integer(&self, text: &str) -> Result<i64, String> {
@@ -311,11 +319,11 @@ impl ParameterManifest {
         Ok(number)
     }
 
-    fn in_range(&self, si: f64, text: &str) -> Result<f64, String> {
+    fn in_range(&self, received: f64, text: &str) -> Result<f64, String> {
         let (low, high) =
             (self.minimum.unwrap_or(f64::NEG_INFINITY), self.maximum.unwrap_or(f64::INFINITY));
-        if si.is_finite() && (low..=high).contains(&si) {
-            Ok(si)
+        if received.is_finite() && (low..=high).contains(&received) {
+            Ok(received)
         } else {
             Err(format!("`{text}` is out of range, {} {}", self.range(), self.unit)
                 .trim_end()
@@ -416,6 +424,26 @@ mod tests {
                 .is_err_and(|why| why.ends_with("out of range, -180 to 180 deg"))
         );
         assert_eq!(angle.range_with_unit(), "-180deg to 180deg");
+    }
+
+    #[test]
+    fn a_ratio_is_received_in_its_own_unit() {
+        let range = Some((0.0, 100.0));
+        let (minimum, maximum) = range.unzip();
+        let share = ParameterManifest { minimum, maximum, ..parameter(ParameterType::Number, "%") };
+        for text in ["30%", "30"] {
+            assert_eq!(share.parse(text), Ok(ParameterValue::Number(30.0)), "{text}");
+        }
+        assert_eq!(share.parse("29%"), Ok(ParameterValue::Number(29.0)));
+        let Ok(ParameterValue::Number(number)) = share.parse("5000ppm") else { panic!("a number") };
+        assert!((number - 0.5).abs() < 1e-12, "{number}");
+        assert_eq!(share.range_with_unit(), "0% to 100%");
+        assert!(share.parse("130%").is_err_and(|why| why.ends_with("out of range, 0 to 100 %")));
+        // Without a unit a ratio is a fraction of one.
+        let fraction =
+            ParameterManifest { maximum: Some(1.0), ..parameter(ParameterType::Number, "") };
+        assert_eq!(fraction.parse("0.3"), Ok(ParameterValue::Number(0.3)));
+        assert!(fraction.parse("30%").is_err_and(|why| why.ends_with("has none; write 0.3")));
     }
 
     #[test]

@@ -118,7 +118,7 @@ impl Thread {
                 Ok(None) => Findings::default(),
                 Err(findings) => findings,
             };
-            reading.findings.extend_new(found);
+            reading.findings.extend_proven(found, configuration);
         }
         reading.findings.sort();
         reading.findings

@@ -69,13 +69,23 @@ impl Proof<'_> {
                 "no sequence of firings leads to {name}: the mission can never reach its goal{}",
                 stands.unwrap_or_default()
             );
-            (
-                message,
-                "follow the transitions from the initial place: one of them needs what never is",
-            )
+            (message, self.advise_goal(goal))
         };
         let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message);
         Some(finding.remedy(remedy))
+    }
+
+    /// What to do about a goal that nothing leads to.
+    fn advise_goal(&self, goal: PlaceId) -> &'static str {
+        let net = self.plan.net();
+        let is_target = |id| net.transition(id).outputs.iter().any(|(place, _)| *place == goal);
+        if net.transition_ids().any(is_target) {
+            "follow the transitions from the initial place: one of them needs what never is"
+        } else if self.mission.submissions.is_empty() {
+            "no transition leads to it: write its name into the to=\"…\" of the last one"
+        } else {
+            "no transition and no sub-mission leads to it: write its name into a to=\"…\" or out=\"…\""
+        }
     }
 
     /// Of a mission that has places without a bound as far as tokens go.

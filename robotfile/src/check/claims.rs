@@ -106,7 +106,13 @@ impl<'a> ClaimNames<'a> {
         };
         let own = name.as_str();
         let is_doubtful = match sort {
-            Sort::Place | Sort::Count => self.mission.unreadable.may_contain(own),
+            Sort::Place => self.mission.unreadable.may_contain(own),
+            // That a variable which transitions set does not exist is a finding already.
+            Sort::Count => {
+                let mut sets = self.mission.transitions.iter().flat_map(|it| &it.sets);
+                self.mission.unreadable.may_contain(own)
+                    || sets.any(|set| set.variable.value == own)
+            }
             Sort::Transition => self.mission.unreadable.in_moves,
             Sort::Component => self.unreadable.may_contain(own) || self.mission.unreadable.in_start,
         };

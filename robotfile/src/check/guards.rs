@@ -14,7 +14,7 @@ use crate::check::names::listed;
 use crate::claim::Claim;
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::guard::{Guard, Meaning, Name, Type, judge};
+use crate::guard::{Guard, Meaning, Name, Type, is_never_true, judge};
 use crate::mission::Mission;
 use crate::model::Configuration;
 use crate::source::{Location, Spanned};
@@ -76,7 +76,9 @@ fn check_one(mission: &Mission, data: &DataFields<'_>, findings: &mut Findings) 
         };
         for problem in judge(&guard, &when.value, &meanings) {
             let at = within(when, problem.at);
-            findings.push(Finding::new(problem.code, &at, problem.message).remedy(problem.remedy));
+            let finding = Finding::new(problem.code, &at, problem.message).remedy(problem.remedy);
+            let stops = problem.code == Code::GuardConstant && is_never_true(&guard, &meanings);
+            findings.push(if stops { finding.stops_transition() } else { finding });
         }
     }
     let in_guards = used.clone();

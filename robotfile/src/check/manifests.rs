@@ -12,7 +12,7 @@ use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
 use crate::model::{Component, Configuration, Parameter};
 use crate::source::Spanned;
-use crate::suggestion::suggest_similar;
+use crate::suggestion::{suggest_choice, suggest_similar};
 
 /// The manifests of all available kinds, by kind.
 pub type Manifests = BTreeMap<String, Manifest>;
@@ -39,6 +39,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     for link in &system.links {
         ports::check_link(link, &kinds, findings);
     }
+    ports::explain_fed_twice(system, &kinds, findings);
     if let Some(clock) = &system.clock {
         ports::check_clock(&clock.source, &kinds, findings);
     }
@@ -80,7 +81,13 @@ fn check_parameters(
     is_whole: bool,
     findings: &mut Findings,
 ) {
+    let mut times: BTreeMap<&str, usize> = BTreeMap::new();
     for parameter in &component.parameters {
+        *times.entry(&parameter.name.value).or_default() += 1;
+    }
+    // Of two values of one name, which is a finding already, one has probably a wrong name.
+    let is_single = |parameter: &&Parameter| times[parameter.name.value.as_str()] == 1;
+    for parameter in component.parameters.iter().filter(is_single) {
         check_value(parameter, manifest, findings);
     }
     let name = &component.name;
@@ -119,11 +126,18 @@ fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findin
         Code::ParameterType
     };
     let message = format!("{}: {problem}", parameter.name.value);
-    let remedy = if wanted.doc.is_empty() {
-        describe_expected(wanted)
-    } else {
-        format!("{}; {}", wanted.doc, describe_expected(wanted))
+    let mut remedy = describe_expected(wanted);
+    if !wanted.doc.is_empty() {
+        remedy = format!("{}; {remedy}", wanted.doc);
+    }
+    let words: Vec<_> = match wanted.kind {
+        ParameterType::Choice => wanted.choices.iter().map(String::as_str).collect(),
+        ParameterType::Flag => vec!["true", "false"],
+        _ => Vec::new(),
     };
+    if let Some(guess) = suggest_choice(&parameter.value.value, words.iter().copied()) {
+        remedy = format!("{guess} {remedy}");
+    }
     findings.push(Finding::new(code, &parameter.value.at, message).remedy(remedy));
 }
 

@@ -3,10 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::check::names::KnownNames;
+use crate::check::names::{KnownNames, listed};
 use crate::code::Code;
 use crate::finding::{Finding, Findings};
-use crate::mission::{ArcKind, Exclusive, Mission, Place, Transition};
+use crate::mission::{ArcKind, Exclusive, Mission, Place, Submission, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
 
@@ -15,27 +15,68 @@ pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     let places = configuration.missions().flat_map(|mission| &mission.places);
     let controlled = places.flat_map(|place| &place.components).map(|name| name.value.as_str());
     let controlled = controlled.collect();
+    let is_complete = configuration.missions().all(|mission| {
+        has_all_places(mission, system) && has_all_submissions(mission, configuration)
+    });
     for mission in configuration.missions() {
-        check_one(mission, system, &controlled, findings);
+        check_one(mission, system, (&controlled, is_complete), configuration, findings);
     }
     if let Some(mission) = configuration.mission.as_ref().filter(|m| m.safe.is_none()) {
         let message = "the mission has no safe place to go to when something fails";
         let finding = Finding::new(Code::NoSafePlace, &mission.at, message);
-        findings.push(finding.remedy("name one: <mission safe=\"hold\">"));
+        let remedy = match mission.find_unnamed_end() {
+            Some(place) => format!(
+                "write safe=\"{0}\" if the robot is safe in {0}; or add another place for this",
+                place.name.value
+            ),
+            None => "add a place in which the robot is safe, usually one without components, and \
+                     name it: <place name=\"hold\"/> and <mission safe=\"hold\">"
+                .into(),
+        };
+        findings.push(finding.remedy(remedy));
     }
+}
+
+/// Returns whether all places and components that the mission names exist. If not, a component that
+/// seems to be in no place may be in the one that is missing or misspelt.
+fn has_all_places(mission: &Mission, system: &System) -> bool {
+    let components: BTreeSet<_> =
+        system.components.iter().map(|component| component.name.value.as_str()).collect();
+    !mission.unreadable.in_start
+        && has_named_places(mission)
+        && mission
+            .places
+            .iter()
+            .flat_map(|place| &place.components)
+            .all(|name| components.contains(name.value.as_str()))
+}
+
+/// Returns whether all places that transitions of the mission name exist.
+fn has_named_places(mission: &Mission) -> bool {
+    let places: BTreeSet<_> =
+        mission.places.iter().map(|place| place.name.value.as_str()).collect();
+    let mut arcs = mission.transitions.iter().flat_map(|transition| &transition.arcs);
+    arcs.all(|arc| places.contains(arc.place.value.as_str()))
+}
+
+/// Returns whether the files of all sub-missions were read.
+fn has_all_submissions(mission: &Mission, configuration: &Configuration) -> bool {
+    mission.submissions.iter().all(|inner| configuration.included.contains_key(&inner.path))
 }
 
 fn check_one(
     mission: &Mission,
     system: &System,
-    controlled: &BTreeSet<&str>,
+    (controlled, is_complete): (&BTreeSet<&str>, bool),
+    configuration: &Configuration,
     findings: &mut Findings,
 ) {
     let transitions = mission.transitions.iter().map(|transition| &transition.name);
     KnownNames::collect("transition", Code::DuplicateTransition, transitions, findings);
     let variables = mission.variables.iter().map(|variable| &variable.name);
     KnownNames::collect("variable", Code::DuplicateVariable, variables, findings);
-    let known = MissionNames::of(mission, system, controlled, findings);
+    let known =
+        MissionNames { is_complete, ..MissionNames::of(mission, system, controlled, findings) };
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
         known.expect_place(place, findings);
     }
@@ -48,10 +89,17 @@ fn check_one(
     for exclusive in &mission.exclusives {
         known.check_exclusive(exclusive, findings);
     }
-    for place in mission.submissions.iter().flat_map(|sub| [&sub.enter, &sub.leave]).flatten() {
-        known.expect_place(place, findings);
+    for submission in &mission.submissions {
+        let inner = configuration.included.get(&submission.path);
+        for place in [&submission.enter, &submission.leave].into_iter().flatten() {
+            known.expect_outer_place(place, submission, inner, findings);
+        }
     }
-    if !mission.unreadable.in_start && !mission.places.iter().any(|place| place.initial > 0) {
+    // A place that is missing may be the one to start in.
+    if !mission.unreadable.in_start
+        && has_named_places(mission)
+        && !mission.places.iter().any(|place| place.initial > 0)
+    {
         let finding =
             Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
         findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
@@ -70,6 +118,8 @@ struct MissionNames<'a> {
     active_in: BTreeMap<&'a str, BTreeSet<&'a str>>,
     /// The components in a place of any mission; the others are always active.
     controlled: &'a BTreeSet<&'a str>,
+    /// Whether all places and sub-missions could be read.
+    is_complete: bool,
 }
 
 impl<'a> MissionNames<'a> {
@@ -103,11 +153,34 @@ impl<'a> MissionNames<'a> {
             fixed: fixed.map(|component| component.name.value.as_str()).collect(),
             active_in,
             controlled,
+            is_complete: true,
         }
     }
 
     fn expect_place(&self, name: &Spanned<String>, findings: &mut Findings) {
         self.places.expect(name, Code::UnknownPlace, findings);
+    }
+
+    /// `in` and `out` of a sub-mission name places of the mission that includes it.
+    fn expect_outer_place(
+        &self,
+        name: &Spanned<String>,
+        submission: &Submission,
+        inner: Option<&Mission>,
+        findings: &mut Findings,
+    ) {
+        if self.places.known.contains_key(name.value.as_str())
+            || inner.is_none_or(|inner| inner.place(&name.value).is_none())
+        {
+            return self.expect_place(name, findings);
+        }
+        let file = &submission.file.value;
+        let message = format!("{} is a place of {file}, not of this mission", name.value);
+        let remedy = format!(
+            "in and out name the places of this mission before and after the sub-mission: {}",
+            listed(self.places.known.keys().copied())
+        );
+        findings.push(Finding::new(Code::UnknownPlace, &name.at, message).remedy(remedy));
     }
 
     fn expect_component(&self, name: &Spanned<String>, findings: &mut Findings) -> bool {
@@ -141,7 +214,10 @@ impl<'a> MissionNames<'a> {
             let name = name.value.as_str();
             self.components.known.contains_key(name) && !self.fixed.contains(name)
         });
-        for name in names.filter(|name| !self.controlled.contains(name.value.as_str())) {
+        let is_free = |name: &&Spanned<String>| {
+            self.is_complete && !self.controlled.contains(name.value.as_str())
+        };
+        for name in names.filter(is_free) {
             let message =
                 format!("{} is in no place, so it is active together with the others", name.value);
             let finding = Finding::new(Code::ExclusiveTogether, &name.at, message);
@@ -226,7 +302,8 @@ impl<'a> MissionNames<'a> {
                 reporter.value, name.value
             );
             let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
-            findings.push(finding.remedy("a frozen component reports nothing; activate it there"));
+            let remedy = "a frozen component reports nothing; activate it there";
+            findings.push(finding.remedy(remedy).stops_transition());
         }
     }
 }

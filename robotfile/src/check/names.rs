@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use armor_wire::name::is_name;
+
 use crate::code::Code;
 use crate::finding::{Finding, Findings, short};
 use crate::source::{Location, Spanned};
@@ -57,6 +59,10 @@ impl<'a> KnownNames<'a> {
         findings: &mut Findings,
     ) -> bool {
         let known = self.known.contains_key(name.value.as_str());
+        // A malformed name is a finding already.
+        if !known && !is_name(&name.value) {
+            return false;
+        }
         if !known && !self.unreadable.is_some_and(|unreadable| unreadable.may_contain(&name.value))
         {
             let message = format!("there is no {} called {}", self.noun, short(&name.value));

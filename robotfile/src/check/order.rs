@@ -159,6 +159,7 @@ impl<'a> Conditions<'a> {
         Finding::new(Code::NeverFires, &name.at, message)
             .remedy("give one of the two another condition, time or priority, or remove this one")
             .related(&other.transition.name.at, "this one")
+            .stops_transition()
     }
 
     fn decided_by_order(&self, other: &Self) -> Finding {

@@ -31,9 +31,74 @@ pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, finding
     let output = find_output(&link.from, kinds, findings);
     let input = find_input(&link.to, kinds, findings);
     let (Some(output), Some(input)) = (output, input) else { return };
-    if (&output.type_name, output.schema_hash) != (&input.type_name, input.schema_hash) {
-        findings.push(report_mismatch(link, output, input));
+    if !is_same_type(output, input) {
+        let meant = kinds.get(link.to.component.value.as_str()).and_then(|kind| {
+            kind.inputs.iter().find(|other| other.required && is_same_type(output, other))
+        });
+        findings.push(report_mismatch(link, output, input, meant));
     }
+}
+
+fn is_same_type(output: &PortManifest, input: &PortManifest) -> bool {
+    (&output.type_name, output.schema_hash) == (&input.type_name, input.schema_hash)
+}
+
+/// Improves the findings about inputs that are fed twice: if one of the two links carries data of
+/// another type, that is the finding; if an input that needs such data is not fed, it was probably
+/// meant.
+pub(super) fn explain_fed_twice(
+    system: &System,
+    kinds: &BTreeMap<&str, &Manifest>,
+    findings: &mut Findings,
+) {
+    let fed: BTreeSet<_> = system
+        .links
+        .iter()
+        .map(|link| (link.to.component.value.as_str(), link.to.port.value.as_str()))
+        .collect();
+    let wrong: BTreeSet<_> =
+        findings.iter().filter(|f| f.code == Code::TypeMismatch).filter_map(place_of).collect();
+    let is_wrong = |at: &crate::source::Location| wrong.contains(&(at.source.path(), at.span));
+    let mut dropped = BTreeSet::new();
+    let mut remedies = BTreeMap::new();
+    for finding in findings.iter().filter(|finding| finding.code == Code::InputFedTwice) {
+        let Some(place) = place_of(finding) else { continue };
+        let first = finding.related.first().map(|(at, _)| at);
+        if wrong.contains(&place) || first.is_some_and(is_wrong) {
+            dropped.insert((place.0.to_path_buf(), place.1));
+            continue;
+        }
+        let link = system.links.iter().find(|link| link.to.at.span == place.1);
+        let output = link.and_then(|link| find_port(&link.from, kinds, true));
+        let unfed = output.and_then(|output| {
+            system.components.iter().find_map(|component| {
+                let name = component.name.value.as_str();
+                let mut inputs = kinds.get(name)?.inputs.iter().filter(|input| input.required);
+                let is_meant = |input: &&PortManifest| {
+                    is_same_type(output, input) && !fed.contains(&(name, input.id.as_str()))
+                };
+                inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
+            })
+        });
+        if let Some(unfed) = unfed {
+            let remedy = format!("was one meant for {unfed}, which nothing feeds?");
+            remedies.insert((place.0.to_path_buf(), place.1), remedy);
+        }
+    }
+    let key = |finding: &Finding| {
+        let place = place_of(finding).filter(|_| finding.code == Code::InputFedTwice);
+        place.map(|(path, span)| (path.to_path_buf(), span))
+    };
+    findings.retain(|finding| key(finding).is_none_or(|place| !dropped.contains(&place)));
+    for finding in findings.iter_mut() {
+        if let Some(remedy) = key(finding).and_then(|place| remedies.remove(&place)) {
+            finding.remedy = format!("{remedy} Otherwise {}", finding.remedy);
+        }
+    }
+}
+
+fn place_of(finding: &Finding) -> Option<(&std::path::Path, crate::source::Span)> {
+    finding.at.as_ref().map(|at| (at.source.path(), at.span))
 }
 
 /// Returns whether the link starts at an input and ends at an output.
@@ -47,7 +112,12 @@ fn is_exchanged(link: &Link, kinds: &BTreeMap<&str, &Manifest>) -> bool {
     only_input && only_output
 }
 
-fn report_mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> Finding {
+fn report_mismatch(
+    link: &Link,
+    output: &PortManifest,
+    input: &PortManifest,
+    meant: Option<&PortManifest>,
+) -> Finding {
     let (from, to) = (link.from.data(), link.to.data());
     let (message, remedy) = if output.type_name == input.type_name {
         // Two versions of one type: the reader needs to see the fields that differ.
@@ -68,7 +138,16 @@ fn report_mismatch(link: &Link, output: &PortManifest, input: &PortManifest) -> 
                 "{from} cannot feed {to}: it publishes {}, and {to} takes {}",
                 output.type_name, input.type_name
             ),
-            format!("link an output of type {} here; `armor describe` lists them", input.type_name),
+            match meant {
+                Some(meant) => format!(
+                    "{}.{} takes {}; or link an output of type {} here",
+                    link.to.component.value, meant.id, output.type_name, input.type_name
+                ),
+                None => format!(
+                    "link an output of type {} here; `armor describe` lists them",
+                    input.type_name
+                ),
+            },
         )
     };
     let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
@@ -179,6 +258,12 @@ pub(super) struct Fed<'a> {
     ends: BTreeSet<(&'a str, &'a str)>,
     /// Ends that are not there, in the component or in the port.
     mistaken: Vec<(&'a str, &'a str)>,
+    /// The components and data types of links to an input of another type: they may be meant for
+    /// another input of the component.
+    misdirected: BTreeSet<(&'a str, u64)>,
+    /// The data types of links to an input that another link feeds too: one of them may be meant for
+    /// an input of another component.
+    doubled: BTreeSet<u64>,
     /// What could not be read.
     unreadable: &'a UnreadableParts,
 }
@@ -196,18 +281,45 @@ impl<'a> Fed<'a> {
             None => components.contains(component) || system.unreadable.may_contain(component),
         };
         let to = links.iter().map(|link| name(&link.to));
-        Self {
+        let mut fed = Self {
             ends,
             mistaken: to.filter(|end| !is_there(end)).collect(),
+            misdirected: BTreeSet::new(),
+            doubled: BTreeSet::new(),
             unreadable: &system.unreadable,
+        };
+        let mut seen = BTreeSet::new();
+        for link in links {
+            let is_second = !seen.insert(name(&link.to));
+            let ends = (find_port(&link.from, kinds, true), find_port(&link.to, kinds, false));
+            let (Some(output), Some(input)) = ends else { continue };
+            if !is_same_type(output, input) {
+                fed.misdirected.insert((&link.to.component.value, output.schema_hash));
+            } else if is_second {
+                fed.doubled.insert(output.schema_hash);
+            }
         }
+        fed
     }
 
-    fn is_fed(&self, component: &str, input: &str) -> bool {
-        self.unreadable.may_feed(component, input)
-            || self.ends.contains(&(component, input))
-            || self.mistaken.iter().any(|(name, port)| *name == component || *port == input)
+    fn is_fed(&self, component: &str, input: &PortManifest) -> bool {
+        let name = input.id.as_str();
+        self.unreadable.may_feed(component, name)
+            || self.ends.contains(&(component, name))
+            || self.misdirected.contains(&(component, input.schema_hash))
+            || self.doubled.contains(&input.schema_hash)
+            || self.mistaken.iter().any(|(other, port)| *other == component || *port == name)
     }
+}
+
+fn find_port<'a>(
+    port: &Port,
+    kinds: &BTreeMap<&str, &'a Manifest>,
+    is_output: bool,
+) -> Option<&'a PortManifest> {
+    let manifest = kinds.get(port.component.value.as_str())?;
+    let ports = if is_output { &manifest.outputs } else { &manifest.inputs };
+    ports.iter().find(|known| known.id == port.port.value)
 }
 
 pub(super) fn required_inputs(
@@ -222,7 +334,7 @@ pub(super) fn required_inputs(
         return;
     }
     let inputs = manifest.inputs.iter().filter(|input| input.required);
-    for input in inputs.filter(|input| !fed.is_fed(&name.value, &input.id)) {
+    for input in inputs.filter(|input| !fed.is_fed(&name.value, input)) {
         let message =
             format!("nothing feeds {}.{}, which {} needs", name.value, input.id, manifest.kind);
         let finding = Finding::new(Code::InputUnfed, &name.at, message);

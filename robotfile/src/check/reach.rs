@@ -18,8 +18,12 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
     let ever_active: BTreeSet<_> =
         whole.places.iter().filter(is_reached).flat_map(active).collect();
     let goal = mission.goal.as_ref().map(|goal| goal.value.as_str());
-    let unreached = mission.places.iter().filter(|place| !is_reached(place));
-    for place in unreached {
+    let unreached: Vec<_> = mission.places.iter().filter(|place| !is_reached(place)).collect();
+    let targets: BTreeSet<_> = whole.transitions.iter().flat_map(output_places).collect();
+    // Where a transition leads to a place, the finding is about the places before it.
+    let is_first = |place: &&&Place| !targets.contains(place.name.value.as_str());
+    let has_first = unreached.iter().any(|place| is_first(&place));
+    for place in unreached.iter().filter(|place| !has_first || is_first(place)) {
         let name = &place.name.value;
         let mut message = match goal.filter(|goal| goal == name) {
             Some(_) if is_main => continue,
@@ -34,7 +38,8 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
             some => message += &format!(", so {} are never active", some.join(" and ")),
         }
         let finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
-        findings.push(finding.remedy("add a transition to it, or remove it"));
+        let remedy = "add a transition to it, or remove it";
+        findings.push(finding.remedy(remedy).stops_transition());
     }
 }
 

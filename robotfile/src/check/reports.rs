@@ -29,7 +29,12 @@ pub(super) fn check(
         if RESERVED_EVENTS.contains(&on.event.value.as_str()) {
             continue;
         }
-        match manifests.and_then(|manifests| manifests.get(&component.kind.value)) {
+        let manifest = manifests.and_then(|manifests| manifests.get(&component.kind.value));
+        // The reports of an unknown kind, which is a finding already, are not known.
+        if manifests.is_some() && manifest.is_none() {
+            continue;
+        }
+        match manifest {
             Some(manifest) if !manifest.events.is_empty() => {
                 check_declared(on, component, manifest, configuration, findings);
             }

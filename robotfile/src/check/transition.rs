@@ -17,21 +17,27 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let safe_places: BTreeMap<&str, &Place> =
         with_components.map(|place| (place.name.value.as_str(), place)).collect();
     for place in safe_places.values().filter(|place| place.initial > 1) {
-        too_many_tokens(&place.name, place, findings);
+        let remedy = "write initial=\"true\"; to count tokens, use a place without components";
+        too_many_tokens(&place.name, place, remedy, findings);
     }
     for transition in &mission.transitions {
+        let before = findings.total();
         for arc in &transition.arcs {
             let place = safe_places.get(arc.place.value.as_str());
             match (arc.kind, place) {
                 (ArcKind::Put, Some(place)) if arc.weight > 1 => {
-                    too_many_tokens(&arc.place, place, findings);
+                    let remedy =
+                        "remove the weight; to count tokens, use a place without components";
+                    too_many_tokens(&arc.place, place, remedy, findings);
                 }
                 (ArcKind::Take | ArcKind::Read, Some(_)) if arc.weight > 1 => {
                     let why = format!(
                         "{} activates components, so it never has {} tokens",
                         arc.place.value, arc.weight
                     );
-                    report_never(transition, &arc.place, &why, findings);
+                    let remedy =
+                        "remove the weight; to count tokens, use a place without components";
+                    report_never(transition, &arc.place, &why, remedy, findings);
                 }
                 _ => {}
             }
@@ -43,26 +49,35 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         if mission.lacks_input(transition) && !transition.is_doubtful {
             report_missing_input(transition, findings);
         }
+        let is_active = |place: &str| safe_places.contains_key(place);
+        // One that cannot fire at all takes no token.
+        let is_sound = findings.total() == before && !transition.is_doubtful;
+        if let Some(from) = lost_token(transition, is_active).filter(|_| is_sound) {
+            report_missing_output(transition, from, findings);
+        }
     }
 }
 
-fn too_many_tokens(at: &crate::source::Spanned<String>, place: &Place, findings: &mut Findings) {
+fn too_many_tokens(
+    at: &crate::source::Spanned<String>,
+    place: &Place,
+    remedy: &str,
+    findings: &mut Findings,
+) {
     let message = format!("{} activates components, so it has one token at most", place.name.value);
-    let finding = Finding::new(Code::TooManyTokens, &at.at, message);
-    findings.push(
-        finding.remedy("a component is active or not: count tokens in a place without components"),
-    );
+    findings.push(Finding::new(Code::TooManyTokens, &at.at, message).remedy(remedy));
 }
 
 fn report_never(
     transition: &Transition,
     at: &crate::source::Spanned<String>,
     why: &str,
+    remedy: &str,
     findings: &mut Findings,
 ) {
     let message = format!("{} can never fire: {why}", transition.name.value);
     let finding = Finding::new(Code::NeverFires, &at.at, message);
-    findings.push(finding.remedy("change one of the two conditions, or remove the transition"));
+    findings.push(finding.remedy(remedy).stops_transition());
 }
 
 /// Reports a transition that requires tokens in a place, and at the same time fewer of them.
@@ -78,7 +93,8 @@ fn excluded_by_itself(transition: &Transition, findings: &mut Findings) {
                 1 => format!("it requires {place} to be both marked and empty"),
                 n => format!("it requires {n} or more tokens in {place}, and fewer than {n}"),
             };
-            report_never(transition, &inhibitor.place, &why, findings);
+            let remedy = "change one of the two conditions, or remove the transition";
+            report_never(transition, &inhibitor.place, &why, remedy, findings);
         }
     }
 }
@@ -95,6 +111,27 @@ fn report_missing_input(transition: &Transition, findings: &mut Findings) {
         "write from=\"…\"; to end the mission from every place, write class=\"safety\" and lead it to \
          the safe place or the goal",
     ));
+}
+
+/// Returns the place with components from which the transition takes the token, if it puts none.
+fn lost_token(transition: &Transition, is_active: impl Fn(&str) -> bool) -> Option<&str> {
+    if transition.outputs().next().is_some() {
+        return None;
+    }
+    transition.inputs().map(|arc| arc.place.value.as_str()).find(|place| is_active(place))
+}
+
+/// A transition without `to` was probably meant to lead to some place.
+fn report_missing_output(transition: &Transition, from: &str, findings: &mut Findings) {
+    let name = &transition.name;
+    let message = format!(
+        "{} takes the token from {from} and puts it into no place: the mission does not continue there",
+        name.value
+    );
+    let finding = Finding::new(Code::NoOutput, &name.at, message);
+    let remedy =
+        "write to=\"…\"; where a branch of the mission ends, let it lead to a place of its own";
+    findings.push(finding.remedy(remedy).stops_transition());
 }
 
 /// A latest time in which no component can do anything.

@@ -12,6 +12,10 @@ use crate::finding::{Finding, Findings};
 use crate::guard::{Guard, Name};
 use crate::model::{Component, Configuration, System};
 
+/// The type of messages that report how far a component is: for the screen of an operator, and for
+/// `armor echo`. Most systems link none of them.
+const FOR_PEOPLE: &str = "Progress";
+
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
     let used = Used::of(configuration);
     let mut free = free_inputs(&configuration.system, manifests);
@@ -144,7 +148,8 @@ impl<'a> Used<'a> {
             findings.push(finding.remedy(format!("add a link, such as {remedy}")));
             return;
         }
-        let unused: Vec<_> = unused.iter().map(|output| format!("{name}.{}", output.id)).collect();
+        let unused = unused.iter().filter(|output| output.type_name != FOR_PEOPLE);
+        let unused: Vec<_> = unused.map(|output| format!("{name}.{}", output.id)).collect();
         if !unused.is_empty() {
             let message = format!("no link uses {}", unused.join(", "));
             let finding = Finding::new(Code::UnusedOutput, &component.name.at, message);

@@ -172,7 +172,11 @@ impl ClaimParser<'_> {
             return Err(self.report_unexpected(wanted));
         };
         let Some(unit) = unit.filter(|unit| unit.dimension == Dimension::Time) else {
-            return Err(self.error("this is not a time", "write its unit: 90s, 20min or 1.5h"));
+            let remedy = match unit {
+                Some(unit) if unit.name == "m" => format!("did you mean {number}min?"),
+                _ => "write it with a unit of time: 90s, 20min or 1.5h".into(),
+            };
+            return Err(self.error("this is not a time", &remedy));
         };
         let limit = Duration::try_from_secs_f64(number * unit.to_si);
         let limit = limit.map_err(|_| self.error("this is too long", "write a shorter time"))?;

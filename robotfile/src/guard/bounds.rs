@@ -13,9 +13,15 @@ pub(super) fn constants(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<
     let mut bounds = GuardBounds { guard, text, meanings, problems: Vec::new() };
     let whole = bounds.find_truth(&guard.root);
     if let (Some(truth), true) = (whole, bounds.problems.is_empty()) {
-        bounds.report_constant(&guard.root, truth, String::new());
+        bounds.report_constant(&guard.root, truth, String::new(), None);
     }
     bounds.problems
+}
+
+/// Returns whether the guard is false whenever every value is known.
+pub(crate) fn is_never_true(guard: &Guard, meanings: &[Meaning]) -> bool {
+    let mut bounds = GuardBounds { guard, text: "", meanings, problems: Vec::new() };
+    bounds.find_truth(&guard.root) == Some(false)
 }
 
 /// The least and the greatest number that `count` can come to.
@@ -60,7 +66,12 @@ impl GuardBounds<'_> {
                 let mut names = Vec::new();
                 self.describe_domains(left, &mut names);
                 self.describe_domains(right, &mut names);
-                self.report_constant(node, truth, names.join(", "));
+                self.report_constant(
+                    node,
+                    truth,
+                    names.join(", "),
+                    self.guess_percent(left, right),
+                );
                 Some(truth)
             }
             _ => None,
@@ -130,19 +141,52 @@ impl GuardBounds<'_> {
         });
     }
 
-    fn report_constant(&mut self, node: &GuardNode, truth: bool, why: String) {
+    /// Returns the number with a percent sign, if it is written without one and compared with a
+    /// fraction of one.
+    fn guess_percent(&self, left: &GuardNode, right: &GuardNode) -> Option<String> {
+        [(left, right), (right, left)].into_iter().find_map(|(number, other)| {
+            let GuardNodeKind::Number(value, None) = number.kind else { return None };
+            let (low, high) = self.find_range(other);
+            let is_fraction = low >= 0.0 && high <= 1.0;
+            (is_fraction && value > 1.0 && value <= 100.0).then(|| format!("{value}%"))
+        })
+    }
+
+    fn report_constant(
+        &mut self,
+        node: &GuardNode,
+        truth: bool,
+        why: String,
+        meant: Option<String>,
+    ) {
         let text = self.text.get(node.at.clone()).unwrap_or_default();
-        let why = if why.is_empty() { why } else { format!(": {why}") };
-        let remedy = if truth {
-            "remove it, or compare with a value within the domain"
-        } else {
-            "what depends on it never happens; compare with a value within the domain"
+        let is_whole = node.at == self.guard.root.at;
+        let remedy = match (truth, why.is_empty()) {
+            (true, false) => "remove it, or compare with a value within the domain",
+            (false, false) => {
+                "what depends on it never happens; compare with a value within the domain"
+            }
+            (true, true) => "remove it, or name data or a variable in it",
+            (false, true) if is_whole => {
+                "the transition never fires: write a condition with data or a variable, or remove the \
+                 transition"
+            }
+            (false, true) => "name data or a variable in it, or remove it",
+        };
+        let remedy = match meant {
+            Some(meant) => format!("did you mean {meant}? Otherwise {remedy}"),
+            None => remedy.to_owned(),
+        };
+        let message = match (&node.kind, why.is_empty()) {
+            (GuardNodeKind::Truth(_), _) if is_whole => format!("this guard is always {truth}"),
+            (_, true) => format!("`{text}` is always {truth}: it contains no value that changes"),
+            (_, false) => format!("`{text}` is always {truth}: {why}"),
         };
         self.problems.push(GuardProblem {
             code: Code::GuardConstant,
             at: node.at.clone(),
-            message: format!("`{text}` is always {truth}{why}"),
-            remedy: remedy.into(),
+            message,
+            remedy,
         });
     }
 }

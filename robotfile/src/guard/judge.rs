@@ -8,7 +8,7 @@ use crate::code::Code;
 use crate::guard::meaning::{GuardProblem, Meaning, Type};
 use crate::guard::measure::{Measure, by, in_words, times};
 use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
-use crate::suggestion::suggest_similar;
+use crate::suggestion::list_choices;
 
 /// All that is wrong with a guard whose names mean this.
 pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<GuardProblem> {
@@ -169,8 +169,7 @@ impl GuardJudge<'_> {
             return;
         }
         let message = format!("it is never '{text}'");
-        let guess = suggest_similar(text, choices.iter().map(String::as_str));
-        let remedy = guess.unwrap_or_else(|| format!("it is one of {}", choices.join(", ")));
+        let remedy = list_choices(text, choices.iter().map(String::as_str));
         self.report_problem(Code::GuardType, node, message, remedy);
     }
 

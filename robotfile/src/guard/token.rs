@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use armor_wire::quantity::{UNITS, Unit};
+use armor_wire::quantity::{self, UNITS, Unit};
 
 use crate::guard::node::{GuardError, GuardOperator};
 use crate::suggestion::suggest_similar;
@@ -73,15 +73,35 @@ struct Lexer<'a> {
     at: usize,
 }
 
+const QUOTES: &str = "put a text between single quotes: 'Charging'";
+
 /// Spellings of other languages, with ours.
-const FOREIGN: [(&str, &str); 8] = [
+const FOREIGN: [(&str, &str); 26] = [
     ("&&", "write and"),
     ("&", "write and"),
     ("||", "write or"),
     ("|", "write or"),
     ("=", "write == to compare"),
     ("!", "write not"),
-    ("\"", "put a text between single quotes: 'Charging'"),
+    ("\"", QUOTES),
+    ("`", QUOTES),
+    ("´", QUOTES),
+    ("‘", QUOTES),
+    ("’", QUOTES),
+    ("‚", QUOTES),
+    ("“", QUOTES),
+    ("”", QUOTES),
+    ("„", QUOTES),
+    ("«", QUOTES),
+    ("»", QUOTES),
+    ("‹", QUOTES),
+    ("›", QUOTES),
+    ("≤", "write <= (in XML: &lt;=)"),
+    ("≥", "write >="),
+    ("≠", "write !="),
+    ("−", "write -"),
+    ("–", "write -"),
+    ("×", "write *"),
     (".", "write numbers with a digit before the point, and no spaces around the dots of a name"),
 ];
 
@@ -199,16 +219,40 @@ impl<'a> Lexer<'a> {
             return Ok(Some(unit));
         }
         if !rest.starts_with(continues) {
-            return Ok(None);
+            return self.refuse_apart(continues).map_or(Ok(None), Err);
         }
         let start = self.at;
         let word = self.take_while(continues);
         let known = || UNITS.iter().map(|unit| unit.name);
         let list = || format!("known are {}", known().collect::<Vec<_>>().join(" "));
-        Err(GuardError {
-            at: start..self.at,
-            message: format!("`{word}` is not a unit"),
-            remedy: suggest_similar(word, known()).unwrap_or_else(list),
+        let remedy = match quantity::find_similar(word, None) {
+            Some(meant) => format!("did you mean {}?", meant.name),
+            // A single letter is similar to every other one.
+            None if word.len() == 1 => list(),
+            None => suggest_similar(word, known()).unwrap_or_else(list),
+        };
+        Err(GuardError { at: start..self.at, message: format!("`{word}` is not a unit"), remedy })
+    }
+
+    /// A unit that spaces separate from its number.
+    fn refuse_apart(&self, continues: impl Fn(char) -> bool) -> Option<GuardError> {
+        let rest = self.rest();
+        let word = rest.trim_start();
+        let start = self.at + rest.len() - word.len();
+        let len = match word.starts_with('%') {
+            true => 1,
+            false => word.find(|c| !continues(c)).unwrap_or(word.len()),
+        };
+        let word = &word[..len];
+        // Another single letter may be a variable.
+        let unit = match Unit::named(word) {
+            None if word.len() > 1 => quantity::find_similar(word, None)?,
+            named => named?,
+        };
+        Some(GuardError {
+            at: start..start + len,
+            message: format!("`{word}` is separated from its number"),
+            remedy: format!("write the unit directly after the number: {}", unit.name),
         })
     }
 }

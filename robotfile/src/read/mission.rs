@@ -167,7 +167,7 @@ fn read_place(
 ) -> Option<Place> {
     let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
-    let initial = fields.converted("initial", parse_tokens);
+    let initial = fields.word_or("initial", &["true", "false"], parse_tokens);
     let components = fields.names("components");
     let class = class(&mut fields);
     let on_failure = fields.name("on-failure");

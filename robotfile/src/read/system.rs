@@ -114,8 +114,8 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let from = fields.required_dotted("from");
     let to = fields.required_dotted("to");
     let mode = fields.choice("mode", &[("push", LinkMode::Push), ("pull", LinkMode::Pull)]);
-    let keep = fields.converted("keep", parse_keep);
-    let wake = fields.parsed("wake");
+    let keep = fields.word_or("keep", &["latest", "all"], parse_keep);
+    let wake = fields.word_or("wake", &["sleep", "spin"], str::parse);
     let transport = fields.choice("transport", &Transport::NAMED);
     let history = fields.count("history", 1);
     let mut unusual = Vec::new();

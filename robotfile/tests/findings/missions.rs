@@ -83,9 +83,14 @@ fn transitions_that_hinder_themselves_or_each_other() {
     let b = r#"<place name="b" components="go"/><transition name="in" from="a" to="b"/>"#;
     let with = |code: &str, inner: &str| one(code, &mission(&format!("{b}{inner}")));
     let fine = |inner: &str| none(&mission(&format!("{b}{inner}")));
-    with("W0217", r#"<transition name="t" from="b"><inhibitor place="[[b]]"/></transition>"#);
+    with(
+        "W0217",
+        r#"<transition name="t" from="b" to="hold"><inhibitor place="[[b]]"/></transition>"#,
+    );
     with("W0217", r#"<transition name="t"><arc from="[[b]]" weight="2"/></transition>"#);
-    fine(r#"<transition name="t" from="b"><inhibitor place="a" weight="2"/></transition>"#);
+    fine(
+        r#"<transition name="t" from="b" to="hold"><inhibitor place="a" weight="2"/></transition>"#,
+    );
     with(
         "E0216",
         r#"<place name="c" initial="true"/><transition name="t" from="c"><arc to="[[b]]" weight="2"/></transition>"#,
@@ -96,37 +101,37 @@ fn transitions_that_hinder_themselves_or_each_other() {
     with("W0217", r#"<transition name="[[t]]" from="a" timeout="5s"/>"#);
     with(
         "W0217",
-        r#"<transition name="s" from="b" timeout="2s"/><transition name="[[t]]" from="b" on="go.done" after="3s"/>"#,
+        r#"<transition name="s" from="b" to="hold" timeout="2s"/><transition name="[[t]]" from="b" to="hold" on="go.done" after="3s"/>"#,
     );
     fine(
-        r#"<place name="c" initial="true"/><transition name="s" from="b c" timeout="2s"/><transition name="t" from="b" timeout="3s"/>"#,
+        r#"<place name="c" initial="true"/><transition name="s" from="b c" to="hold" timeout="2s"/><transition name="t" from="b" to="hold" timeout="3s"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" timeout="2s"/><transition name="t" from="b" timeout="3s" class="safety"/>"#,
+        r#"<transition name="s" from="b" to="hold" timeout="2s"/><transition name="t" from="b" to="hold" timeout="3s" class="safety"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" on="go.done"/><transition name="t" from="b" timeout="3s"/>"#,
+        r#"<transition name="s" from="b" to="hold" on="go.done"/><transition name="t" from="b" to="hold" timeout="3s"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" timeout="2s" operator="true"/><transition name="t" from="b" timeout="3s"/>"#,
+        r#"<transition name="s" from="b" to="hold" timeout="2s" operator="true"/><transition name="t" from="b" to="hold" timeout="3s"/>"#,
     );
     with(
         "W0217",
-        r#"<transition name="[[s]]" from="b" on="go.done"/><transition name="t" from="b" on="go.done" priority="1"/>"#,
+        r#"<transition name="[[s]]" from="b" to="hold" on="go.done"/><transition name="t" from="b" to="hold" on="go.done" priority="1"/>"#,
     );
     with(
         "W0218",
-        r#"<transition name="s" from="b" on="go.done"/><transition name="[[t]]" from="b" on="go.done"/>"#,
+        r#"<transition name="s" from="b" to="hold" on="go.done"/><transition name="[[t]]" from="b" to="hold" on="go.done"/>"#,
     );
     with(
         "W0218",
-        r#"<place name="c" initial="true"/><transition name="s" from="b c" timeout="2s"/><transition name="[[t]]" from="b" timeout="2s"/>"#,
+        r#"<place name="c" initial="true"/><transition name="s" from="b c" to="hold" timeout="2s"/><transition name="[[t]]" from="b" to="hold" timeout="2s"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" on="go.done"/><transition name="t" from="b" on="go.failed"/>"#,
+        r#"<transition name="s" from="b" to="hold" on="go.done"/><transition name="t" from="b" to="hold" on="go.failed"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" when="go.o.x &lt; 1"/><transition name="t" from="b" when="go.o.x &gt; 1"/>"#,
+        r#"<transition name="s" from="b" to="hold" when="go.o.x &lt; 1"/><transition name="t" from="b" to="hold" when="go.o.x &gt; 1"/>"#,
     );
 }
 

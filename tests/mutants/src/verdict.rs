@@ -66,7 +66,7 @@ pub fn check_text(path: &Path, text: &str, manifests: &Manifests) -> Findings {
     if reading.is_valid()
         && let Some(configuration) = &reading.configuration
     {
-        reading.findings.extend_new(prove_mission(configuration));
+        reading.findings.extend_proven(prove_mission(configuration), configuration);
     }
     reading.findings.sort();
     reading.findings

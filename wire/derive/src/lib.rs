@@ -27,6 +27,26 @@ pub fn derive_message(input: TokenStream) -> TokenStream {
     expand_message(&input).unwrap_or_else(Error::into_compile_error).into()
 }
 
+/// The faults of a type, of which all are reported together, each where it is.
+#[derive(Default)]
+struct Faults(Option<Error>);
+
+impl Faults {
+    /// Returns the value; records the error instead, if there is one.
+    fn keep<T>(&mut self, result: Result<T>) -> Option<T> {
+        match (result, &mut self.0) {
+            (Ok(value), _) => return Some(value),
+            (Err(error), Some(all)) => all.combine(error),
+            (Err(error), none) => *none = Some(error),
+        }
+        None
+    }
+
+    fn into_result(self) -> Result<()> {
+        self.0.map_or(Ok(()), Err)
+    }
+}
+
 #[derive(Default)]
 struct MessageAttributes {
     name: Option<String>,
@@ -66,8 +86,8 @@ fn field_label(ident: &Ident) -> Result<String> {
     Ok(label)
 }
 
-fn field_unit(field: &Field) -> Result<Option<String>> {
-    let MessageAttributes { unit, name, wire, text: is_text } = read_attributes(&field.attrs)?;
+fn field_unit(field: &Field, attributes: MessageAttributes) -> Result<Option<String>> {
+    let MessageAttributes { unit, name, wire, text: is_text } = attributes;
     if name.is_some() || wire.is_some() {
         return Err(Error::new_spanned(field, "name and wire belong on the type"));
     }
@@ -138,17 +158,20 @@ fn expand_fields(fields: &Fields, wire: &Tokens) -> Result<FieldTokens> {
     let (mut names, mut bindings) = (vec![], vec![]);
     let (mut labels, mut types, mut units) = (vec![], vec![], vec![]);
     let mut is_text_field = vec![];
+    let mut faults = Faults::default();
     for (index, field) in fields.iter().enumerate() {
         let name = field.ident.clone().unwrap_or_else(|| format_ident!("f{index}"));
-        labels.push(field_label(&name)?);
+        labels.extend(faults.keep(field_label(&name)));
         names.push(name);
         // Not the field's own name, which may be `encoder`.
         bindings.push(format_ident!("field_{index}"));
-        let (ty, is_text) = (&field.ty, read_attributes(&field.attrs)?.text);
+        let attributes = faults.keep(read_attributes(&field.attrs)).unwrap_or_default();
+        let (ty, is_text) = (&field.ty, attributes.text);
         types.push(if is_text { quote!(::std::string::String) } else { quote!(#ty) });
         is_text_field.push(is_text);
-        units.push(field_unit(field)?);
+        units.extend(faults.keep(field_unit(field, attributes)));
     }
+    faults.into_result()?;
     let decoded: Vec<_> = is_text_field
         .iter()
         .map(|is_text| match is_text {
@@ -182,29 +205,39 @@ fn expand_fields(fields: &Fields, wire: &Tokens) -> Result<FieldTokens> {
     })
 }
 
-fn expand_message(input: &DeriveInput) -> Result<Tokens> {
-    if !input.generics.params.is_empty() {
-        return Err(Error::new_spanned(
-            &input.generics,
-            "a message type has no generic parameters",
-        ));
-    }
-    let opts = read_attributes(&input.attrs)?;
-    if opts.unit.is_some() {
-        return Err(Error::new_spanned(&input.ident, "a unit belongs on a field"));
-    }
-    let wire = opts.wire.map_or_else(|| quote!(::armor_sdk::wire), |path| quote!(#path));
-    let ident = &input.ident;
-    let name = opts.name.map_or_else(|| field_label(ident), Ok)?;
+/// Returns the name that is given, or the type's.
+fn message_name(ident: &Ident, given: Option<String>) -> Result<String> {
+    let name = given.map_or_else(|| field_label(ident), Ok)?;
     check_name(&name).map_err(|why| Error::new_spanned(ident, why))?;
     if PRIMITIVES.contains(&name.as_str()) {
         return Err(Error::new_spanned(ident, "this is the name of a primitive type"));
     }
-    let Parts { encode, decode, schema, min_len } = match &input.data {
-        Data::Struct(data) => struct_parts(&expand_fields(&data.fields, &wire)?, &wire, &name),
-        Data::Enum(data) => enum_parts(data, &wire, &name)?,
-        Data::Union(_) => return Err(Error::new_spanned(ident, "a union cannot travel")),
+    Ok(name)
+}
+
+fn expand_message(input: &DeriveInput) -> Result<Tokens> {
+    let mut faults = Faults::default();
+    if !input.generics.params.is_empty() {
+        let why = "a message type has no generic parameters";
+        faults.keep::<()>(Err(Error::new_spanned(&input.generics, why)));
+    }
+    let opts = faults.keep(read_attributes(&input.attrs)).unwrap_or_default();
+    if let Some(unit) = &opts.unit {
+        faults.keep::<()>(Err(Error::new_spanned(unit, "a unit belongs on a field")));
+    }
+    let wire = opts.wire.map_or_else(|| quote!(::armor_sdk::wire), |path| quote!(#path));
+    let ident = &input.ident;
+    let name = faults.keep(message_name(ident, opts.name)).unwrap_or_default();
+    let parts = match &input.data {
+        Data::Struct(data) => {
+            expand_fields(&data.fields, &wire).map(|fields| struct_parts(&fields, &wire, &name))
+        }
+        Data::Enum(data) => enum_parts(data, &wire, &name),
+        Data::Union(_) => Err(Error::new_spanned(ident, "a union cannot travel")),
     };
+    let parts = faults.keep(parts);
+    faults.into_result()?;
+    let Some(Parts { encode, decode, schema, min_len }) = parts else { return Ok(Tokens::new()) };
     Ok(quote! {
         #[allow(unused_variables)]
         impl #wire::bincode::Encode for #ident {
@@ -261,12 +294,17 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
         return Err(Error::new_spanned(data.enum_token, "an enum without variants has no values"));
     }
     let (mut encodes, mut decodes, mut schemas, mut lengths) = (vec![], vec![], vec![], vec![]);
+    let mut faults = Faults::default();
     for (index, variant) in data.variants.iter().enumerate() {
         let index =
-            u32::try_from(index).map_err(|_| Error::new_spanned(variant, "too many variants"))?;
-        let FieldTokens { pattern, construct, encode, schema, min_len } =
-            expand_fields(&variant.fields, wire)?;
-        let (ident, label) = (&variant.ident, field_label(&variant.ident)?);
+            u32::try_from(index).map_err(|_| Error::new_spanned(variant, "too many variants"));
+        let fields = faults.keep(expand_fields(&variant.fields, wire));
+        let label = faults.keep(field_label(&variant.ident));
+        let (Some(index), Some(fields), Some(label)) = (faults.keep(index), fields, label) else {
+            continue;
+        };
+        let FieldTokens { pattern, construct, encode, schema, min_len } = fields;
+        let ident = &variant.ident;
         encodes.push(quote!(Self::#ident #pattern => {
             #wire::bincode::Encode::encode(&#index, encoder)?;
             #encode
@@ -275,6 +313,7 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
         schemas.push(quote!(#wire::schema::Variant { name: #label.into(), fields: #schema }));
         lengths.push(min_len);
     }
+    faults.into_result()?;
     Ok(Parts {
         encode: quote!(match self { #(#encodes)* }),
         decode: quote!(match <u32 as #wire::WireType>::read_value(decoder)? {
@@ -305,6 +344,34 @@ mod tests {
         assert!(error.starts_with("there is no unit `furlong`; the units are s ms"), "{error}");
         let error = refusal(r#"struct Rate { #[message(unit = "hz")] rate: f64 }"#);
         assert!(error.contains("did you mean Hz?"), "{error}");
+    }
+
+    #[test]
+    fn all_faults_are_reported_together() {
+        let source = r#"#[message(unit = "m")] struct Depth<T> {
+            #[message(unit = "furlong")] depth: f64,
+            #[message(unit = "m")] name: String,
+            #[message(nut = "m")] bolt: T,
+            größe: f64,
+        }"#;
+        let input = parse_str(source).expect("Rust");
+        let error = expand_message(&input).expect_err("faults");
+        let found: Vec<_> = error.into_iter().map(|fault| fault.to_string()).collect();
+        let parts = [
+            "no generic parameters",
+            "a unit belongs on a field",
+            "no unit `furlong`",
+            "only numbers have a unit",
+            "expected name, unit, text or wire",
+            "`größe` is not",
+        ];
+        assert_eq!(found.len(), parts.len(), "{found:#?}");
+        for (found, part) in found.iter().zip(parts) {
+            assert!(found.contains(part), "{part}: {found}");
+        }
+        let input = parse_str(r#"enum State { Ä, On { #[message(unit = "s")] by: String } }"#);
+        let error = expand_message(&input.expect("Rust")).expect_err("faults");
+        assert_eq!(error.into_iter().count(), 2);
     }
 
     #[test]

@@ -1,7 +1,11 @@
 //! Numbers with units as people write them: `10Hz`, `0.2s`, `30deg`, `1.5m`, `10min`; and the table
 //! of units (`docs/units.md`).
 
+mod advice;
+
 use thiserror::Error;
+
+pub use advice::{advise_unit, explain_unknown, find_similar};
 
 /// A physical dimension; two units convert into each other if theirs are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,25 +151,16 @@ impl Unit {
         UNITS.iter().find(|unit| unit.name == name)
     }
 
+    /// Its size in the unit in which a component receives its parameters: SI, but a ratio stays in
+    /// percent or parts per million, as a field of a message with this unit is.
+    pub fn received_size(&self) -> f64 {
+        if self.dimension == Dimension::Ratio { 1.0 } else { self.to_si }
+    }
+
     /// As it is written in ASCII, such as in the schema of a message.
     pub fn ascii_name(&self) -> &'static str {
         let spelling = SPELLINGS.iter().find(|(_, own)| *own == self.name);
         spelling.map_or(self.name, |(other, _)| *other)
-    }
-}
-
-/// Explains that `name` is no unit: the similar units, or all of them.
-pub fn explain_unknown(name: &str) -> String {
-    let is_similar = |unit: &&Unit| {
-        unit.name.eq_ignore_ascii_case(name)
-            || (unit.name.len() > 1 && name.starts_with(unit.name))
-            || (name.len() > 1 && unit.name.starts_with(name))
-    };
-    let similar: Vec<_> = UNITS.iter().filter(is_similar).map(|unit| unit.name).collect();
-    if similar.is_empty() {
-        format!("the units are {}", list_units())
-    } else {
-        format!("did you mean {}? `docs/units.md` lists all units", similar.join(" or "))
     }
 }
 
@@ -174,6 +169,8 @@ pub fn explain_unknown(name: &str) -> String {
 pub struct Quantity {
     /// The value in SI; as written if there is no unit.
     pub si: f64,
+    /// The number as written.
+    pub number: f64,
     /// The unit written after the number.
     pub unit: Option<&'static Unit>,
 }
@@ -195,7 +192,7 @@ pub enum QuantityError {
         most: &'static str,
     },
     /// What follows the number is no unit.
-    #[error("`{unit}` in `{text}` is not a unit; known are {}", list_units())]
+    #[error("`{unit}` in `{text}` is not a unit; {}", advise_unit(text, unit, None))]
     UnknownUnit {
         /// The text as given.
         text: String,
@@ -210,10 +207,6 @@ pub enum QuantityError {
         /// What was wanted, with an example.
         wanted: &'static str,
     },
-}
-
-fn list_units() -> String {
-    UNITS.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" ")
 }
 
 /// Reads a number with or without a unit.
@@ -235,7 +228,7 @@ pub fn parse(text: &str) -> Result<Quantity, QuantityError> {
         .ok_or_else(|| QuantityError::NotANumber(text.into()))?;
     let unit = unit.trim_start_matches(' ');
     if unit.is_empty() {
-        return Ok(Quantity { si: number, unit: None });
+        return Ok(Quantity { si: number, number, unit: None });
     }
     let found = Unit::named(unit)
         .ok_or_else(|| QuantityError::UnknownUnit { text: text.into(), unit: unit.into() })?;
@@ -243,7 +236,7 @@ pub fn parse(text: &str) -> Result<Quantity, QuantityError> {
     if !si.is_finite() {
         return Err(QuantityError::NotANumber(text.into()));
     }
-    Ok(Quantity { si, unit: Some(found) })
+    Ok(Quantity { si, number, unit: Some(found) })
 }
 
 fn is_exponent(text: &str, at: usize) -> bool {
@@ -357,17 +350,6 @@ mod tests {
             assert!(unit.ascii_name().is_ascii());
             assert_eq!(Unit::named(unit.ascii_name()), Some(unit));
         }
-    }
-
-    #[test]
-    fn an_unknown_unit_is_explained() {
-        assert!(explain_unknown("hz").starts_with("did you mean Hz?"));
-        assert!(
-            explain_unknown("meter").starts_with("the units are s ms"),
-            "{}",
-            explain_unknown("meter")
-        );
-        assert!(explain_unknown("mps").contains("s ms us"));
     }
 
     /// The rows of `docs/units.md`: one for each dimension.

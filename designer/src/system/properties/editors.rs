@@ -194,11 +194,13 @@ impl SystemView {
             } else {
                 written
             };
-            let scale = Unit::named(&parameter.unit).map_or(1.0, |unit| unit.to_si);
-            let own = |si: f64| si / scale;
+            let unit = Unit::named(&parameter.unit);
+            let to_si = unit.map_or(1.0, |unit| unit.to_si);
+            let size = unit.map_or(1.0, Unit::received_size);
+            let own = |received: f64| received / size;
             let read = quantity::parse(written).ok();
             let mut value = match read {
-                Some(quantity) if quantity.unit.is_some() => own(quantity.si),
+                Some(quantity) if quantity.unit.is_some() => quantity.si / to_si,
                 Some(quantity) => quantity.si,
                 None => own(low),
             };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use armor_wire::manifest::Manifest;
-use armor_wire::quantity::{self, Unit};
+use armor_wire::quantity::{self, Dimension, Unit};
 use armor_wire::schema::{self, FieldError, FieldPath, Schema};
 
 use super::within;
@@ -65,8 +65,12 @@ impl<'a> DataFields<'a> {
             (None, Some((_, high))) => format!("{high} or less"),
             (None, None) => "any value".into(),
         };
-        let within =
+        let mut within =
             (low.map_or(f64::NEG_INFINITY, |low| low.0), high.map_or(f64::INFINITY, |high| high.0));
+        // That the minimum exceeds the maximum is a finding already.
+        if within.0 > within.1 {
+            within = (f64::NEG_INFINITY, f64::INFINITY);
+        }
         Meaning { is, within, domain, is_measured: variable.source.is_some() }
     }
 
@@ -227,6 +231,13 @@ fn of_domain(variable: &Variable, is: Type, end: &Spanned<f64>, findings: &mut F
             let message = format!("`{}` is of another quantity than {name}", end.at.text());
             let remedy = "write it in the unit of the source, which `armor describe` shows".into();
             complain(findings, Code::GuardUnit, message, remedy);
+        }
+        (Type::Number(Measure::Bare), Measure::Of { dimension, .. })
+            if *dimension != Dimension::Ratio && variable.source.is_some() =>
+        {
+            let message =
+                format!("`{}` has a unit, but the data of {name} have none", end.at.text());
+            complain(findings, Code::GuardUnit, message, "write a number without unit".into());
         }
         _ => {}
     }
