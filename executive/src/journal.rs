@@ -197,7 +197,7 @@ impl Journal {
             text.push(b'\n');
         }
         let write = || {
-            let mut pending = PendingFile::create(&self.path)?;
+            let mut pending = PendingFile::create_private(&self.path)?;
             pending.write(&text)?;
             pending.commit(Durability::Synced)
         };
