@@ -6,7 +6,7 @@ mod setting;
 use std::path::Path;
 use std::time::Duration;
 
-use armor_robotfile::{Feature, Manifests, Override, read};
+use armor_robotfile::{Code, Feature, Finding, Manifests, Override, read};
 use armor_wire::config::{Assigned, ComponentSettings, FindingSeverity, InputSettings};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::Manifest;

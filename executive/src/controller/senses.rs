@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn numbers_have_six_significant_digits_and_counts_all_of_theirs() {
-        let shown = [0.1 + 0.2, 2.0 / 3.0, -1234.567_89, 1.5e-9, 12_345_678.0, -0.0];
+        let shown = [0.1 + 0.2, 2.0 / 3.0, -1_234.567_89, 1.5e-9, 12_345_678.0, -0.0];
         let expected = ["0.3", "0.666667", "-1234.57", "0.0000000015", "12345678", "-0"];
         assert_eq!(shown.map(format_number), expected);
         assert_eq!(format_number(f64::INFINITY), "inf");
