@@ -46,6 +46,56 @@ fn a_missing_file_is_a_finding_too() {
     assert!(err.contains("nothing.xml"), "{err}");
 }
 
+#[test]
+fn what_is_no_text_is_named_instead_of_printed() {
+    let folder = Folder::new("no-text");
+    folder.executable("components/tank", "#!/bin/sh\nexit\n");
+    folder.write("blob", "\u{1}\u{0}\u{2}");
+    let check = |file: &str| run_to_end(&mut folder.armor(&["check", file]));
+    let program = env!("CARGO_BIN_EXE_armor");
+    for (file, what) in [
+        ("components/tank", "is a program"),
+        (program, "is a program"),
+        ("blob", "is not text"),
+        ("components", "it is a folder"),
+    ] {
+        let (code, out, err) = check(file);
+        assert!(code == 1 && out.is_empty() && err.starts_with("error[E0003]"), "{out}{err}");
+        let is_readable = |c: char| c == '\n' || !c.is_control();
+        assert!(err.contains(what) && err.len() < 1000 && err.chars().all(is_readable), "{err}");
+        assert_eq!(err.contains("armor describe KIND"), file != "blob", "{err}");
+    }
+}
+
+#[test]
+fn help_fits_a_terminal_of_eighty_columns() {
+    let folder = Folder::new("help");
+    for arguments in [&["--help"][..], &["run", "--help"], &["eval", "--help"], &["ps", "-h"]] {
+        let (code, out, _) = run_to_end(&mut folder.armor(arguments));
+        assert_eq!(code, 0);
+        let too_long: Vec<_> = out.lines().filter(|line| line.chars().count() > 80).collect();
+        assert!(out.len() > 200 && too_long.is_empty(), "{arguments:?}: {too_long:#?}");
+    }
+}
+
+#[test]
+fn an_occupied_port_is_explained_once() {
+    let folder = Folder::new("occupied");
+    folder.script("arm", "exit");
+    folder.write("fine.xml", FINE);
+    let held = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = held.local_addr().expect("it listens").to_string();
+    let holder = format!("process {} (", std::process::id());
+    for arguments in
+        [&["registry", "--listen", &address][..], &["run", "fine.xml", "--registry", &address]]
+    {
+        let (code, _, err) = run_to_end(&mut folder.armor(arguments));
+        assert_eq!(code, 1, "{err}");
+        assert_eq!(err.matches("already listens there").count(), 1, "{err}");
+        assert!(err.contains(&holder) && !err.contains("os error"), "{err}");
+    }
+}
+
 const FINE: &str = "<armor version=\"1\">\n  <system>\n    <component name=\"arm\" kind=\"arm\"/>\n  </system>\n</armor>\n";
 
 #[test]

@@ -101,6 +101,38 @@ fn a_watch_shows_states_and_reports_through_a_restart() {
 }
 
 #[test]
+fn a_command_that_waits_ends_when_its_reader_has_seen_enough() {
+    let draft = Draft::default()
+        .probe("worker", "rate='50Hz'", "")
+        .probe("sleeper", "rate='50Hz'", "")
+        .mission(WORK);
+    let system = draft.run(Folder::new("closed-pipe"));
+    started(&system, "worker", 1);
+    // Nothing happens in this system any more: only the closed pipe can end these.
+    for arguments in [
+        &["watch", "sleeper"][..],
+        &["mission", "show", "--follow"],
+        &["echo", "executive.marking", "--field", "stage"],
+    ] {
+        let registry = system.registry.to_string();
+        let mut command = system.folder.armor(arguments);
+        command.args(["--registry", &registry]).stdout(Stdio::piped());
+        let mut child = command.spawn().expect("armor starts");
+        let mut out = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = String::new();
+        out.read_line(&mut line).expect("it prints");
+        assert!(!line.is_empty(), "{arguments:?}");
+        drop(out);
+        let what = format!("the end of {arguments:?}");
+        let status = wait_for(&what, || child.try_wait().expect("it is ours"));
+        assert!(status.success(), "{arguments:?}: {status}");
+    }
+    let shown = system.shown(&["mission", "show"]);
+    let waits = "worked (from working) waits for the report done of worker";
+    assert!(shown.contains(waits) && shown.contains("\ncan fire    nap now"), "{shown}");
+}
+
+#[test]
 fn a_refused_value_leaves_the_last_good_one_and_the_log_can_be_changed() {
     let draft = Draft::default().probe("lamp", "rate='20Hz'", "mark=one");
     let system = draft.run(Folder::new("refused-value"));

@@ -1,6 +1,8 @@
 //! The launcher and its processes: started, watched, stopped and killed. The components are plain
 //! scripts, because the launcher must supervise programs that do not use the SDK, too.
 
+use std::os::unix::fs::MetadataExt;
+
 use rustix::process::Signal;
 
 use crate::fixture::{Folder, is_alive, run_to_end, send_signal, wait_for};
@@ -52,6 +54,31 @@ fn an_interrupt_stops_in_order_and_a_second_one_kills() {
     run.signal(Signal::INT);
     assert_eq!(run.code(), Some(130), "{}", run.log());
     wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));
+}
+
+#[test]
+fn what_a_run_creates_is_for_its_user_only() {
+    let folder = Folder::new("private");
+    folder.script("here", "echo here; while :; do sleep 0.05; done");
+    let mut run = folder.run("out", &[&folder.system("private", &["a here"])]);
+    run.wait_for_log("here", 1);
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), Some(130), "{}", run.log());
+    let mut unseen = vec![run.out().to_owned()];
+    let mut files = 0;
+    while let Some(path) = unseen.pop() {
+        let metadata = std::fs::symlink_metadata(&path).expect("it exists");
+        let mode = metadata.mode() & 0o777;
+        if metadata.is_dir() {
+            assert_eq!(mode, 0o700, "{}", path.display());
+            let entries = std::fs::read_dir(&path).expect("readable");
+            unseen.extend(entries.map(|entry| entry.expect("readable").path()));
+        } else {
+            assert_eq!(mode, 0o600, "{}", path.display());
+            files += 1;
+        }
+    }
+    assert!(files >= 5, "logs, the lock and the version of the file: {files}");
 }
 
 #[test]

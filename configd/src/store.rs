@@ -8,7 +8,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use armor_files::save_folder_atomically;
+use armor_files::{create_private_folder, save_folder_atomically};
 use armor_robotfile::read_bytes;
 use tracing::warn;
 
@@ -86,7 +86,7 @@ impl VersionStore {
     /// # Errors
     /// The error of the operating system; the versions stored before are untouched.
     pub(crate) fn store_version(&self, kept: &KeptVersion) -> io::Result<()> {
-        fs::create_dir_all(&self.folder)?;
+        create_private_folder(&self.folder)?;
         let mut index = String::new();
         let mut files = Vec::new();
         for (number, (path, text)) in kept.files.iter().enumerate() {

@@ -71,7 +71,7 @@ pub enum Notice {
     Taken {
         /// Its number; the first one is 1.
         version: u64,
-        /// Warnings and notes about it.
+        /// Warnings and notes about it that the version before it did not have.
         findings: Findings,
         /// What changed with it, and when that takes effect; empty for the first.
         changes: Vec<ChangeRecord>,
@@ -160,7 +160,7 @@ impl Versions {
                 versions.changes = versions.changes_of(number);
                 versions.take_reading(first)
             }
-            None => versions.announce_version(),
+            None => versions.announce_version(&Findings::default()),
         };
         if actions.is_empty() {
             actions.push(versions.state_notice());
@@ -398,20 +398,22 @@ impl Versions {
         self.number += 1;
         self.refused = None;
         self.refused_reading = None;
-        self.warnings = warnings;
+        let known = std::mem::replace(&mut self.warnings, warnings);
         let before = std::mem::replace(&mut self.in_force, configuration);
-        let mut actions = self.announce_version();
+        let mut actions = self.announce_version(&known);
         actions.extend(self.changes_of_live_parameters(&before));
         actions
     }
 
-    /// Returns the actions that announce the version in force.
-    fn announce_version(&mut self) -> Vec<ConfigdAction> {
+    /// Returns the actions that announce the version in force; `known` are the warnings of the
+    /// version before it.
+    fn announce_version(&mut self, known: &Findings) -> Vec<ConfigdAction> {
         let version = self.number;
         self.roles.add_roles(&self.in_force);
         self.history.add_version(version, self.in_force.sources.clone());
         self.changes = self.changes_of(version);
-        let (findings, changes) = (self.warnings.clone(), self.changes.0.clone());
+        let findings = self.warnings.without_known(known);
+        let changes = self.changes.0.clone();
         let mut actions = vec![ConfigdAction::Tell(Notice::Taken { version, findings, changes })];
         actions.extend(self.history.kept_version(version).map(ConfigdAction::Keep));
         actions.push(self.state_notice());

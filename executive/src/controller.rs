@@ -12,6 +12,7 @@ mod commands;
 mod confirmations;
 mod context;
 mod file_changes;
+mod hindrances;
 mod mission_dates;
 mod operators;
 mod progress;
@@ -252,6 +253,7 @@ impl Controller {
                 | ControllerEvent::Utc { .. }
                 | ControllerEvent::Sensed { .. }
                 | ControllerEvent::Unlinked { .. }
+                | ControllerEvent::UnitKnown { .. }
         ) {
             cx.publish_marking();
         }
@@ -292,6 +294,7 @@ impl Controller {
                 self.operators.operator_left(cx, connection);
             }
             ControllerEvent::Sensed { watch, value } => self.senses.take_value(cx, watch, value),
+            ControllerEvent::UnitKnown { watch, unit } => self.senses.set_unit(watch, unit),
             ControllerEvent::Unlinked { watch } => self.senses.note_unlinked(cx, watch),
             ControllerEvent::Offered(version) => self.changes.take_offer(cx, version),
             ControllerEvent::Answered(answer) => self.changes.take_answer(cx, answer),

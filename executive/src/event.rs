@@ -75,6 +75,13 @@ pub enum ControllerEvent {
         /// Its value, in SI units.
         value: Option<Scalar>,
     },
+    /// The unit of a field's values is known, for the texts that name them.
+    UnitKnown {
+        /// The field.
+        watch: WatchId,
+        /// The SI unit of its values.
+        unit: &'static str,
+    },
     /// The link to the provider of a field is down; its last value stays in force for a while.
     Unlinked {
         /// The field.

@@ -33,7 +33,7 @@ pub(crate) use activation::Activation;
 pub(crate) use authority::{Authority, Consent};
 pub use authority::{Lease, Pause};
 #[cfg(test)]
-pub(crate) use comparison::{check_same, has_report};
+pub(crate) use comparison::check_same;
 pub use error::LedgerError;
 pub use firing::{Firing, Phase};
 pub(crate) use gates::DateState;
@@ -153,6 +153,11 @@ impl Ledger {
     /// Returns the last activation of a component.
     pub(crate) fn activation(&self, component: ComponentId) -> &Activation {
         &self.activations[component.index()]
+    }
+
+    /// Whether a report stands.
+    pub(crate) fn has_report(&self, report: &(ComponentId, String)) -> bool {
+        self.standing.contains_key(report)
     }
 
     pub(crate) fn authority(&self) -> &Authority {

@@ -44,6 +44,8 @@ struct SharedNews {
 struct WatchNews {
     value: Option<Option<Scalar>>,
     unlinked: bool,
+    /// The SI unit of the values, from the provider's schema.
+    unit: Option<&'static str>,
 }
 
 impl GuardWatching {
@@ -98,9 +100,10 @@ impl GuardWatching {
         let Some(news) = self.shared.news.lock().remove(&watch) else {
             return Vec::new();
         };
+        let unit = news.unit.map(|unit| ControllerEvent::UnitKnown { watch, unit });
         let value = news.value.map(|value| ControllerEvent::Sensed { watch, value });
-        value
-            .into_iter()
+        unit.into_iter()
+            .chain(value)
             .chain(news.unlinked.then_some(ControllerEvent::Unlinked { watch }))
             .collect()
     }
@@ -182,7 +185,11 @@ impl Watcher {
         let names: Vec<_> = field.iter().map(String::as_str).collect();
         match FieldPath::find(schema, &names) {
             Ok(path) => {
-                let to_si = path.unit.and_then(Unit::named).map_or(1.0, |unit| unit.to_si);
+                let unit = path.unit.and_then(Unit::named);
+                let to_si = unit.map_or(1.0, |unit| unit.to_si);
+                if let Some(unit) = unit.and_then(|unit| unit.dimension.si_unit()) {
+                    self.send_news(watch, |news| news.unit = Some(unit));
+                }
                 Some(Looked { watch, path, to_si, sent: None })
             }
             Err(error) => {
@@ -208,7 +215,7 @@ impl Watcher {
         if field.sent.as_ref() != Some(&value) {
             field.sent = Some(value.clone());
             self.send_news(field.watch, |news| {
-                *news = WatchNews { value: Some(value), unlinked: false }
+                *news = WatchNews { value: Some(value), unlinked: false, unit: news.unit }
             });
         }
         read.is_ok()

@@ -1,12 +1,14 @@
 //! A folder of files that is saved as a whole.
 
-use std::fs::{self, File};
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::private::{create_private_folder, open_own_file};
 use crate::{SaveError, folder_of, sync_folder};
 
 /// Saves `files`, each a name and its bytes, as the folder at `path`, in place of the folder there.
+/// Only this user can read it.
 /// They are on the disk when this returns. Until then they are in `.NAME.new` alongside; what an
 /// earlier attempt left there is removed.
 ///
@@ -30,9 +32,10 @@ pub fn save_folder_atomically(path: &Path, files: &[(String, Vec<u8>)]) -> Resul
 
 fn write_folder(folder: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
     remove_folder(folder)?;
-    fs::create_dir(folder)?;
+    create_private_folder(folder)?;
     for (name, bytes) in files {
-        let mut file = File::create(folder.join(name))?;
+        let mut file =
+            open_own_file(&folder.join(name), OpenOptions::new().write(true).truncate(true))?;
         file.write_all(bytes)?;
         file.sync_all()?;
     }

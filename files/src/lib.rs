@@ -21,7 +21,9 @@ use std::path::{Path, PathBuf};
 
 pub use folder::save_folder_atomically;
 pub use pending::{Durability, PendingFile};
-pub use private::{create_own_folder, create_unlinked_folder, open_own_file};
+pub use private::{
+    create_own_folder, create_private_folder, create_unlinked_folder, open_own_file,
+};
 
 /// Why a file was not saved. Unless the last step failed, the old file is unchanged.
 #[derive(Debug, thiserror::Error)]
@@ -43,7 +45,7 @@ pub struct SaveError {
 /// If the file is read-only or not a regular file, its folder does not exist or is read-only, or
 /// the disk is full. No temporary file remains.
 pub fn save_atomically(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
-    write_and_commit(path, bytes, Durability::Synced)
+    write_and_commit(PendingFile::create(path)?, bytes, Durability::Synced)
 }
 
 /// Replaces the file at `path` as [`save_atomically`] does, but without waiting for the disk: after
@@ -52,11 +54,32 @@ pub fn save_atomically(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
 /// # Errors
 /// As [`save_atomically`].
 pub fn replace_atomically(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
-    write_and_commit(path, bytes, Durability::Unsynced)
+    write_and_commit(PendingFile::create(path)?, bytes, Durability::Unsynced)
 }
 
-fn write_and_commit(path: &Path, bytes: &[u8], durability: Durability) -> Result<(), SaveError> {
-    let mut pending = PendingFile::create(path)?;
+/// Saves `bytes` as [`save_atomically`] does. If the file did not exist, only this user can read
+/// it: what a run writes may be a map or pictures of a home.
+///
+/// # Errors
+/// As [`save_atomically`].
+pub fn save_private_file(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
+    write_and_commit(PendingFile::create_private(path)?, bytes, Durability::Synced)
+}
+
+/// Replaces the file as [`replace_atomically`] does. If it did not exist, only this user can read
+/// it.
+///
+/// # Errors
+/// As [`save_atomically`].
+pub fn replace_private_file(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
+    write_and_commit(PendingFile::create_private(path)?, bytes, Durability::Unsynced)
+}
+
+fn write_and_commit(
+    mut pending: PendingFile,
+    bytes: &[u8],
+    durability: Durability,
+) -> Result<(), SaveError> {
     pending.write(bytes)?;
     pending.commit(durability).map(drop)
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::leftovers::{remove_leftovers, temporary_name};
+use crate::private::PRIVATE_FILE_MODE;
 use crate::{SaveError, folder_of, sync_folder};
 
 /// The number of symbolic links that are followed from one to the next, as in Linux itself.
@@ -15,6 +16,9 @@ const MAX_SYMLINKS: usize = 40;
 /// The permission bits that a new version takes from the old one: not the set-id bits, which a file
 /// of data does not need.
 const PERMISSION_BITS: u32 = 0o777;
+
+/// The mode of a new file that is not private; the process's umask removes bits of it.
+const SHARED_MODE: u32 = 0o666;
 
 /// What a saved file survives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,12 +48,26 @@ impl PendingFile {
     /// If the file is read-only or not a regular file, or its folder does not exist or is
     /// read-only.
     pub fn create(path: &Path) -> Result<Self, SaveError> {
+        Self::create_with_mode(path, SHARED_MODE)
+    }
+
+    /// Does the same as [`PendingFile::create`], except that a file that did not exist can be read
+    /// only by this user.
+    ///
+    /// # Errors
+    /// As [`PendingFile::create`].
+    pub fn create_private(path: &Path) -> Result<Self, SaveError> {
+        Self::create_with_mode(path, PRIVATE_FILE_MODE)
+    }
+
+    /// `new_mode`: the mode of a file that does not exist yet.
+    fn create_with_mode(path: &Path, new_mode: u32) -> Result<Self, SaveError> {
         let failed = |step| move |reason| SaveError { path: path.to_path_buf(), step, reason };
         let target =
             follow_symlinks(path).map_err(failed("its symbolic link cannot be followed"))?;
         let old = writable_metadata(&target).map_err(failed("it cannot be written"))?;
         remove_leftovers(folder_of(&target));
-        let temporary = create_temporary(&target, old.as_ref())
+        let temporary = create_temporary(&target, old.as_ref(), new_mode)
             .map_err(failed("no file can be made in its folder"))?;
         // The lock shows a writer in another container or on another host that this one is alive.
         // On a file system without locks only the process number in the name does.
@@ -143,11 +161,15 @@ fn writable_metadata(target: &Path) -> io::Result<Option<Metadata>> {
 
 /// Creates the temporary file. If there is an old version, other users cannot read the new one
 /// before it has the old one's mode.
-fn create_temporary(target: &Path, old: Option<&Metadata>) -> io::Result<NamedTempFile> {
+fn create_temporary(
+    target: &Path,
+    old: Option<&Metadata>,
+    new_mode: u32,
+) -> io::Result<NamedTempFile> {
     if target.file_name().is_none() {
         return Err(io::Error::other("the path names no file"));
     }
-    let mode = if old.is_some() { 0o600 } else { 0o666 };
+    let mode = if old.is_some() { PRIVATE_FILE_MODE } else { new_mode };
     let (prefix, suffix) = temporary_name();
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(suffix);

@@ -1,8 +1,9 @@
-//! Files and folders that no other user can redirect.
+//! Files and folders that no other user can redirect, and that no other user can read if this
+//! process creates them.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
 use rustix::fs::OFlags;
@@ -11,6 +12,20 @@ use rustix::process::geteuid;
 /// Every user may write.
 const WORLD_WRITABLE: u32 = 0o002;
 
+/// The mode of a file that only its user can read and write.
+pub(crate) const PRIVATE_FILE_MODE: u32 = 0o600;
+/// The mode of a folder that only its user can list, enter and change.
+const PRIVATE_FOLDER_MODE: u32 = 0o700;
+
+/// Creates the folder `path` with those above it, as far as they do not exist, for this user only.
+/// The mode of a folder that exists is unchanged.
+///
+/// # Errors
+/// If one of them cannot be created, or is not a folder.
+pub fn create_private_folder(path: &Path) -> io::Result<()> {
+    DirBuilder::new().recursive(true).mode(PRIVATE_FOLDER_MODE).create(path)
+}
+
 /// Creates the folder `path` with those above it, if they do not exist, and checks that it is this
 /// user's alone to change: another user who could place a link in it would choose what this process
 /// overwrites.
@@ -18,7 +33,7 @@ const WORLD_WRITABLE: u32 = 0o002;
 /// # Errors
 /// If it cannot be created, belongs to another user, or can be written by all users.
 pub fn create_own_folder(path: &Path) -> io::Result<()> {
-    fs::create_dir_all(path)?;
+    create_private_folder(path)?;
     let metadata = fs::metadata(path)?;
     let own = geteuid().as_raw();
     if metadata.uid() != own {
@@ -51,13 +66,14 @@ pub fn create_unlinked_folder(path: &Path) -> io::Result<()> {
 }
 
 /// Opens the file at `path` with `options`, which allow writing, and creates it if it does not
-/// exist. A symbolic link there is an error: it could lead anywhere.
+/// exist, for this user only. A symbolic link there is an error: it could lead anywhere.
 ///
 /// # Errors
 /// If it is a symbolic link, or the system refuses.
 pub fn open_own_file(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     let flags = OFlags::NOFOLLOW.bits().cast_signed();
-    options.create(true).custom_flags(flags).open(path).map_err(|error| {
+    let options = options.create(true).mode(PRIVATE_FILE_MODE).custom_flags(flags);
+    options.open(path).map_err(|error| {
         if path.is_symlink() {
             io::Error::new(error.kind(), "it is a symbolic link, which is not followed")
         } else {
@@ -104,6 +120,30 @@ mod tests {
             fs::remove_file(&link).unwrap();
         }
         assert!(!folder.path().join("nothing").exists());
+    }
+
+    #[test]
+    fn what_is_created_is_for_this_user_only_and_what_exists_keeps_its_mode() {
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().mode() & 0o777;
+        let (outer, inner) = (folder.path().join("out"), folder.path().join("out/maps"));
+        create_own_folder(&inner).unwrap();
+        assert_eq!((mode(&outer), mode(&inner)), (0o700, 0o700));
+        let (log, map, picture) = (inner.join("log"), inner.join("map"), inner.join("picture"));
+        drop(open_own_file(&log, OpenOptions::new().append(true)).unwrap());
+        crate::save_private_file(&map, b"map").unwrap();
+        crate::replace_private_file(&picture, b"picture").unwrap();
+        crate::save_folder_atomically(&inner.join("1"), &[("a".into(), b"a".to_vec())]).unwrap();
+        for path in [&log, &map, &picture, &inner.join("1/a")] {
+            assert_eq!(mode(path), 0o600, "{}", path.display());
+        }
+        assert_eq!(mode(&inner.join("1")), 0o700);
+        for path in [&log, &map] {
+            fs::set_permissions(path, fs::Permissions::from_mode(0o640)).unwrap();
+        }
+        drop(open_own_file(&log, OpenOptions::new().append(true)).unwrap());
+        crate::save_private_file(&map, b"another").unwrap();
+        assert_eq!((mode(&log), mode(&map)), (0o640, 0o640), "an operator has opened them");
     }
 
     #[test]

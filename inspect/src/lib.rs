@@ -26,7 +26,8 @@ pub use following::{FollowError, FollowingTap};
 pub use links::{Looks, ObservedLink, combine_links, pair_reports};
 pub use mission::{FiringHistory, MissionLook, MissionWatch};
 pub use observation::{
-    Condition, DEAD_AFTER, LONG_CALL_S, ObservedProcess, ObserverAction, SystemEvent, SystemPicture,
+    Condition, DEAD_AFTER, HANGING_CALL_S, LONG_CALL_S, ObservedProcess, ObserverAction,
+    SystemEvent, SystemPicture,
 };
 pub use observed::{CONFIGD, CONFIGURATION, ObservedSystem, Sighting, TAP_KEEP};
 pub use orders::{OrderSender, SentOrder, this_user};

@@ -195,6 +195,7 @@ mod tests {
             clock_error_s: None,
             last_error: String::new(),
             dropped_reports: 0,
+            call: None,
             outputs: if name == "laser" { vec![output] } else { vec![] },
             inputs: if name == "slam" { vec![input] } else { vec![] },
         }

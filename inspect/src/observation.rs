@@ -28,6 +28,8 @@ pub const DEAD_AFTER: Duration = Duration::from_secs(12);
 const RETRY: Duration = Duration::from_secs(1);
 /// A running call of user code is shown once it has taken this long, in seconds.
 pub const LONG_CALL_S: f64 = 0.5;
+/// A running call of user code counts as a problem once it has taken this long, in seconds.
+pub const HANGING_CALL_S: f64 = 2.0;
 
 /// The present state of a running system.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -191,7 +193,7 @@ impl SystemPicture {
         let process = ObservedProcess {
             condition: if serves_control { Condition::Unknown } else { Condition::Active },
             since: self.now,
-            call_s: None,
+            call: None,
             status: None,
             problem: String::new(),
             starts: before.map_or(1, |before| before.starts + 1),
@@ -236,9 +238,11 @@ impl SystemPicture {
                 self.linked = None;
                 true
             }
-            Answer::Beat { call_s } => {
-                let long = Some(call_s).filter(|call_s| *call_s >= LONG_CALL_S);
-                std::mem::replace(&mut process.call_s, long) != long
+            Answer::Beat { call } => {
+                let long = call.filter(|call| call.call_s >= LONG_CALL_S);
+                let is_new = process.call != long;
+                process.call = long;
+                is_new
             }
             Answer::Report { .. } | Answer::Ordered { .. } => false,
         }
@@ -251,7 +255,7 @@ impl SystemPicture {
             return false;
         }
         process.connection = ControlLink::Down { retry: now + RETRY };
-        process.call_s = None;
+        process.call = None;
         process.problem = reason;
         process.set_condition(Condition::Suspected, now);
         true

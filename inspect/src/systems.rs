@@ -117,7 +117,7 @@ impl RunFile {
         let path = directory.join(format!("{}-{}.json", record.system, record.pid));
         let write = || -> io::Result<File> {
             let failed = |error: SaveError| error.reason;
-            let mut pending = PendingFile::create(&path).map_err(failed)?;
+            let mut pending = PendingFile::create_private(&path).map_err(failed)?;
             // Locked before it gets its final name: no tool sees it unlocked.
             pending.file().try_lock()?;
             let text = serde_json::to_string_pretty(record)?;

@@ -1,6 +1,7 @@
 //! Texts about a running mission, shared by the command line and the designer.
 
 use armor_marking::{EnabledTransition, FiringDecider, Marking};
+use armor_sdk::control::CurrentCall;
 
 /// Returns a duration as text, such as `3.2 s` or `1 min 15 s`; a negative one counts as zero.
 pub fn format_duration(seconds: f64) -> String {
@@ -9,6 +10,11 @@ pub fn format_duration(seconds: f64) -> String {
         s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
         s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
     }
+}
+
+/// Returns which function of user code runs and how long it has, such as `in exec for 12.0 s`.
+pub fn describe_call(call: &CurrentCall) -> String {
+    format!("in {} for {}", call.function, format_duration(call.call_s))
 }
 
 /// Returns a short time as text, in microseconds, milliseconds or seconds.

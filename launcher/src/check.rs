@@ -18,7 +18,7 @@ use crate::arguments::{KindFolders, OutputFormat};
 use crate::exit::CommandEnding;
 use crate::kinds::Catalogue;
 use crate::print;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, print_wrapped};
 use crate::verb::Verb;
 
 /// Longest time to prove a mission. One that is drawn by hand takes milliseconds.
@@ -90,12 +90,12 @@ fn check_files(arguments: &CheckArguments, format: OutputFormat) -> Result<Comma
         if checked.accepted().is_none() || (arguments.strict && warnings > 0) {
             ending = CommandEnding::Failed;
         } else if warnings == 0 && format != OutputFormat::Json {
-            end_printing(print_line(format_args!("{} is fine", name.display())))?;
+            end_printing(print_wrapped(format_args!("{} is fine", name.display())))?;
         }
         if let Some(takes) = findings.iter().find(|finding| finding.code == Code::Takes)
             && format != OutputFormat::Json
         {
-            end_printing(print_line(format_args!("{}: {}", name.display(), takes.message)))?;
+            end_printing(print_wrapped(format_args!("{}: {}", name.display(), takes.message)))?;
         }
     }
     print_hint(gravest, format);

@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
 use crate::print;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, print_line, print_wrapped};
 use crate::verb::Verb;
 
 /// Explain a finding of `armor check` by its code. Without CODE: list all codes.
@@ -45,7 +45,7 @@ fn print_explanation(code: Option<&str>, format: OutputFormat) -> Result<Command
     end_printing(match format {
         OutputFormat::Json => print_line(with_page(code)),
         _ if std::io::stdout().is_terminal() => {
-            print_line(for_terminal(code.page(), bold).trim_end())
+            print_wrapped(for_terminal(code.page(), bold).trim_end())
         }
         _ => print_line(code.page().trim_end()),
     })

@@ -42,10 +42,11 @@ use clap::{CommandFactory, FromArgMatches};
 use arguments::OutputFormat;
 use command_line::{ArmorCommand, CommandLine};
 use exit::CommandEnding;
-use print::{StdoutClosed, print_notice};
+use print::{StdoutClosed, help_width, print_notice};
 
 fn main() -> ExitCode {
-    let matches = ignore_empty_variables(CommandLine::command()).get_matches();
+    let matches =
+        ignore_empty_variables(CommandLine::command()).term_width(help_width()).get_matches();
     let CommandLine { format, command } =
         CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     if format == OutputFormat::Dot && !matches!(command, ArmorCommand::Graph(_)) {
@@ -56,8 +57,21 @@ fn main() -> ExitCode {
         if error.is::<StdoutClosed>() {
             return CommandEnding::Fine.into();
         }
-        print_notice(format_args!("error: {error:#}"));
+        print_notice(format_args!("error: {}", describe_error(&error)));
         CommandEnding::Failed.into()
+    })
+}
+
+/// Returns an error with its causes, without those that the text before contains already.
+fn describe_error(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+        if text.is_empty() {
+            cause
+        } else if text.contains(&cause) {
+            text
+        } else {
+            format!("{text}: {cause}")
+        }
     })
 }
 
@@ -69,4 +83,16 @@ fn ignore_empty_variables(command: clap::Command) -> clap::Command {
         if is_unset { argument.env(Resettable::Reset) } else { argument }
     });
     command.mut_subcommands(ignore_empty_variables)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cause_is_printed_once() {
+        let error = anyhow::anyhow!("no space").context("cannot write a.log: no space");
+        let error = error.context("the log");
+        assert_eq!(describe_error(&error), "the log: cannot write a.log: no space");
+    }
 }

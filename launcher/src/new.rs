@@ -7,10 +7,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
+use armor_robotfile::RESERVED_NAMES;
 use armor_wire::name::is_name;
-use clap::Args;
+use clap::{Args, CommandFactory};
 
 use crate::arguments::OutputFormat;
+use crate::command_line::CommandLine;
 use crate::exit::CommandEnding;
 use crate::kinds::stock::STOCK;
 use crate::print::{end_printing, print_line};
@@ -24,6 +26,70 @@ const FILES: [(&str, &str); 4] = [
     ("src/main.rs", MAIN),
     ("README.md", include_str!("new/README.md.txt")),
     (".gitignore", "/target\n"),
+];
+
+/// Names under which no package builds: Rust's keywords and crates, and folders of cargo.
+const UNBUILDABLE: &[&str] = &[
+    "abstract",
+    "alloc",
+    "as",
+    "async",
+    "await",
+    "become",
+    "box",
+    "break",
+    "build",
+    "const",
+    "continue",
+    "core",
+    "crate",
+    "deps",
+    "do",
+    "dyn",
+    "else",
+    "enum",
+    "examples",
+    "extern",
+    "false",
+    "final",
+    "fn",
+    "for",
+    "gen",
+    "if",
+    "impl",
+    "in",
+    "incremental",
+    "let",
+    "loop",
+    "macro",
+    "match",
+    "mod",
+    "move",
+    "mut",
+    "override",
+    "priv",
+    "proc_macro",
+    "pub",
+    "ref",
+    "return",
+    "self",
+    "static",
+    "std",
+    "struct",
+    "super",
+    "test",
+    "trait",
+    "true",
+    "try",
+    "type",
+    "typeof",
+    "unsafe",
+    "unsized",
+    "use",
+    "virtual",
+    "where",
+    "while",
+    "yield",
 ];
 
 /// Create the project of a new component.
@@ -65,8 +131,12 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
              digits, _ and -"
         );
     }
-    if STOCK.iter().any(|stock| stock.kind == name) {
-        bail!("{name} is a stock component's kind; give yours another name");
+    if let Some(why) = explain_taken(name) {
+        let stem = match name.trim_start_matches("armor").trim_start_matches(['-', '_']) {
+            "" => "my",
+            stem => stem,
+        };
+        bail!("a component cannot be named {name}: {why}; for example: armor new {stem}-component");
     }
     let source = SdkSource::find(arguments.sdk.as_deref())?;
     let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
@@ -98,6 +168,24 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
         "{at} is created; armor-sdk is {origin}. Next:\n  cd {at} && cargo test && cargo run -- --describe\nand read its \
          README.md."
     )))
+}
+
+/// Returns why a name that is well formed cannot be used; none if it can.
+fn explain_taken(name: &str) -> Option<&'static str> {
+    let is_command = || CommandLine::command().get_subcommands().any(|it| it.get_name() == name);
+    if STOCK.iter().any(|stock| stock.kind == name) {
+        Some("it is the kind of a stock component")
+    } else if RESERVED_NAMES.contains(&name) {
+        Some("the name is reserved for Armor's own programs and logs")
+    } else if name == "armor" || name.starts_with("armor-") || name.starts_with("armor_") {
+        Some("`armor` and names that begin with `armor-` belong to Armor's own packages")
+    } else if is_command() {
+        Some("it is a command of `armor`")
+    } else if UNBUILDABLE.contains(&name) {
+        Some("cargo or Rust uses the name itself, so the project would not build")
+    } else {
+        None
+    }
 }
 
 /// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something
@@ -170,6 +258,25 @@ mod tests {
             let folder = scratch.path().join("x");
             assert!(new(name, folder.clone()).is_err(), "{name}");
             assert!(!folder.exists());
+        }
+    }
+
+    #[test]
+    fn a_name_that_is_taken_is_refused_with_the_reason_and_another_one() {
+        let scratch = ScratchFolder::new("new-taken");
+        for (name, why, other) in [
+            ("all", "reserved", "all-component"),
+            ("executive", "reserved", "executive-component"),
+            ("armor-sdk", "Armor's own packages", "sdk-component"),
+            ("armor", "Armor's own packages", "my-component"),
+            ("watch", "a command of `armor`", "watch-component"),
+            ("homing", "a stock component", "homing-component"),
+            ("self", "would not build", "self-component"),
+        ] {
+            let error = new(name, scratch.path().join("x")).expect_err(name).to_string();
+            assert!(error.contains(why), "{error}");
+            assert!(error.ends_with(&format!("armor new {other}")), "{error}");
+            assert!(explain_taken(other).is_none() && is_name(other), "{other}");
         }
     }
 }

@@ -40,6 +40,7 @@ use crate::suggestion::suggest_similar;
 pub use dates::passed_dates;
 pub use manifests::Manifests;
 pub use paths::{NeededPath, needed_paths};
+pub use system::RESERVED_NAMES;
 
 /// Applies the overrides to the file and checks the result; without manifests only the file itself
 /// is checked. The findings are sorted by file and line.

@@ -340,6 +340,22 @@ impl Findings {
         }
     }
 
+    /// Returns the findings that `known` does not have: the same code with the same message is the
+    /// same mistake, wherever it has moved to in the file.
+    #[must_use]
+    pub fn without_known(&self, known: &Self) -> Self {
+        let mut known: Vec<_> = known.list.iter().map(|it| (it.code, &it.message)).collect();
+        let mut new = Self::default();
+        for finding in &self.list {
+            match known.iter().position(|it| *it == (finding.code, &finding.message)) {
+                // Each known finding stands for one: a second one like it is new.
+                Some(at) => drop(known.swap_remove(at)),
+                None => new.push(finding.clone()),
+            }
+        }
+        new
+    }
+
     /// Returns whether there are no findings, not even notes.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()

@@ -46,7 +46,7 @@ pub mod tree;
 mod unreadable;
 mod xml;
 
-pub use check::{Manifests, NeededPath, check, needed_paths, passed_dates};
+pub use check::{Manifests, NeededPath, RESERVED_NAMES, check, needed_paths, passed_dates};
 pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::Date;
 pub use difference::{Change, Difference, Subject, differences};

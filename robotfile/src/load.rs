@@ -5,7 +5,7 @@ mod submissions;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -64,7 +64,11 @@ pub fn load(path: &Path) -> Reading {
 /// # Errors
 /// The error of the operating system, or that it is not a regular file.
 pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    if !std::fs::metadata(path)?.is_file() {
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(io::Error::new(ErrorKind::IsADirectory, "it is a folder"));
+    }
+    if !metadata.is_file() {
         return Err(io::Error::other("it is not a regular file"));
     }
     let mut bytes = Vec::new();
@@ -87,7 +91,13 @@ impl FileReader<'_> {
             Err(error) => {
                 let message = format!("{} cannot be read: {error}", path.display());
                 let finding = Finding::of_file(Code::Unreadable, path, message);
-                self.findings.push(finding.remedy("check the path and its permissions"));
+                let remedy = match error.kind() {
+                    ErrorKind::IsADirectory => {
+                        "name the XML file in it; `armor describe KIND` shows a component"
+                    }
+                    _ => "check the path and its permissions",
+                };
+                self.findings.push(finding.remedy(remedy));
                 return None;
             }
         };

@@ -24,6 +24,9 @@ pub const MAX_PIECES: usize = 100_000;
 /// Most attributes of one element; the format itself needs twenty.
 pub const MAX_ATTRIBUTES: usize = 64;
 
+/// A file with a zero byte in its first bytes is no text.
+const BINARY_HEAD_LEN: usize = 1 << 10;
+
 /// Parses the bytes of the file called `path` as a tree, without interpreting it.
 ///
 /// # Errors
@@ -37,6 +40,21 @@ pub fn parse_tree(path: &Path, bytes: &[u8]) -> Result<Tree, Findings> {
     }
 }
 
+/// Returns what a file is whose content cannot be shown line by line, and what to do instead; none
+/// if it may be text.
+fn describe_other_content(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    let head = &bytes[..bytes.len().min(BINARY_HEAD_LEN)];
+    if head.starts_with(b"\x7fELF") || head.starts_with(b"#!") {
+        let remedy = "if it is a component, `armor describe KIND` shows its ports and parameters; \
+                      `armor check` takes the XML file that names it";
+        return Some(("a program", remedy));
+    }
+    // XML in UTF-16 has zero bytes too; the finding of its first byte names the remedy.
+    let is_utf16 =
+        [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"].iter().any(|it| head.starts_with(*it));
+    (head.contains(&0) && !is_utf16).then_some(("not text", "check the path"))
+}
+
 /// Reads the bytes of the file called `path`. The tree is missing if they are no XML at all or
 /// break a limit; problems are added to `findings`.
 pub(crate) fn parse(
@@ -44,6 +62,11 @@ pub(crate) fn parse(
     bytes: &[u8],
     findings: &mut Findings,
 ) -> (Arc<Source>, Option<Tree>) {
+    if let Some((what, remedy)) = describe_other_content(bytes) {
+        let message = format!("{} is {what}, and no system or mission file", path.display());
+        findings.push(Finding::of_file(Code::Unreadable, path, message).remedy(remedy));
+        return (Source::new(path, ""), None);
+    }
     if bytes.len() > MAX_FILE_BYTES {
         let head = String::from_utf8_lossy(&bytes[..256]).into_owned();
         let source = Source::new(path, head);

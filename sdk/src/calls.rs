@@ -2,7 +2,7 @@
 //! service thread knows how long a call takes.
 
 use std::cell::Cell;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use crate::counter::SingleWriterCounter;
 
@@ -14,17 +14,43 @@ thread_local! {
     static CURRENT_CALL: Cell<u64> = const { Cell::new(NO_CALL) };
 }
 
+/// The function of user code that a call is in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum CalledFunction {
+    #[default]
+    Exec,
+    DataReceived,
+    ParameterReceived,
+}
+
+impl CalledFunction {
+    const ALL: [Self; 3] = [Self::Exec, Self::DataReceived, Self::ParameterReceived];
+
+    /// Its name in the trait `Component`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exec => "exec",
+            Self::DataReceived => "data_received",
+            Self::ParameterReceived => "parameter_received",
+        }
+    }
+}
+
 /// The calls of one component. Written only by the thread that holds the component's call gate.
 #[derive(Default)]
 pub(crate) struct CallCounter {
     started: SingleWriterCounter,
     is_running: AtomicBool,
+    /// The [`CalledFunction`] of the running call.
+    function: AtomicU8,
     exec_calls: SingleWriterCounter,
 }
 
 impl CallCounter {
     /// Marks that this thread runs user code until the returned value is dropped.
-    pub fn begin_call(&self) -> RunningCall<'_> {
+    pub fn begin_call(&self, function: CalledFunction) -> RunningCall<'_> {
+        self.enter_function(function);
         self.is_running.store(true, Ordering::Relaxed);
         CURRENT_CALL.set(self.started.increment());
         RunningCall(self)
@@ -35,8 +61,20 @@ impl CallCounter {
         self.is_running.load(Ordering::Relaxed).then(|| self.started.count())
     }
 
-    /// Counts one call of `exec`.
-    pub fn count_exec(&self) {
+    /// Marks that the running call is in `function` from now on.
+    fn enter_function(&self, function: CalledFunction) {
+        self.function.store(function as u8, Ordering::Relaxed);
+    }
+
+    /// The function of the call that runs, or ran last.
+    pub fn function(&self) -> CalledFunction {
+        let index = usize::from(self.function.load(Ordering::Relaxed));
+        CalledFunction::ALL.get(index).copied().unwrap_or_default()
+    }
+
+    /// Marks that the running call enters `exec`, and counts it.
+    pub fn enter_exec(&self) {
+        self.enter_function(CalledFunction::Exec);
         self.exec_calls.increment();
     }
 
@@ -69,14 +107,18 @@ mod tests {
         let calls = CallCounter::default();
         assert_eq!((current_call(), calls.running_call()), (NO_CALL, None));
         for number in 1..3 {
-            let running = calls.begin_call();
+            let running = calls.begin_call(CalledFunction::DataReceived);
             assert_eq!((current_call(), calls.running_call()), (number, Some(number)));
+            assert_eq!(calls.function().name(), "data_received");
             let elsewhere = std::thread::scope(|scope| scope.spawn(current_call).join().unwrap());
             assert_eq!(elsewhere, NO_CALL, "a thread of the user's own is in no call");
             drop(running);
             assert_eq!((current_call(), calls.running_call()), (NO_CALL, None));
         }
-        calls.count_exec();
-        assert_eq!(calls.exec_calls(), 1);
+        let running = calls.begin_call(CalledFunction::ParameterReceived);
+        assert_eq!(calls.function().name(), "parameter_received");
+        calls.enter_exec();
+        assert_eq!((calls.exec_calls(), calls.function().name()), (1, "exec"));
+        drop(running);
     }
 }

@@ -16,8 +16,8 @@ use thiserror::Error;
 
 pub use armor_wire::config::Assigned;
 pub use armor_wire::control::{
-    Answer, Command, GivenParameter, InputStatus, LinkStatus, Order, OutputStatus, ReportKind,
-    Role, RunState, Status, TokenMove,
+    Answer, Command, CurrentCall, GivenParameter, InputStatus, LinkStatus, Order, OutputStatus,
+    ReportKind, Role, RunState, Status, TokenMove,
 };
 
 use crate::background_thread::spawn_background;

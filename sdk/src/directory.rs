@@ -19,7 +19,7 @@ use thiserror::Error;
 use crate::background_thread::spawn_background;
 use crate::clock::SystemClock;
 pub use answers::{DirectoryChange, FoundProvider, Listing};
-use background::{LookupAnswer, PendingLookup, RegistryLink, RegistryState};
+use background::{LookupAnswer, LookupPatience, PendingLookup, RegistryLink, RegistryState};
 
 /// A refusal counts only after this long: the process that held a name may just have died.
 const REFUSED_LIMIT: Duration = Duration::from_secs(3);
@@ -30,6 +30,14 @@ pub enum DirectoryError {
     /// The registry refuses, with its reason.
     #[error(transparent)]
     Refused(#[from] Refusal),
+    /// The registry belongs to another user of the host, who is not answered. No wait changes that.
+    #[error("the registry at {address} belongs to another user: {refusal}")]
+    OtherUser {
+        /// Where the registry is.
+        address: String,
+        /// Why it refuses this process, or this process refuses it.
+        refusal: Refusal,
+    },
     /// No answer in time.
     #[error("no answer from the registry at {address} within {waited:.1?}: {problem}")]
     Timeout {
@@ -120,17 +128,29 @@ impl Directory {
         schema: &str,
     ) -> mpsc::Receiver<Result<FoundProvider, Refusal>> {
         let (answer, receiver) = mpsc::channel();
-        self.send_lookup(data, schema, true, answer);
+        let patience = LookupPatience::UntilFound;
+        self.send_lookup(data, schema, patience, answer);
         receiver
     }
 
-    fn send_lookup(&self, data: &str, schema: &str, wait: bool, answer: LookupAnswer) -> u64 {
+    fn send_lookup(
+        &self,
+        data: &str,
+        schema: &str,
+        patience: LookupPatience,
+        answer: LookupAnswer,
+    ) -> u64 {
         let mut state = self.inner.lock_state();
         let id = state.fresh_request();
-        let request =
-            RegistryRequest::Lookup { request: id, data: data.into(), schema: schema.into(), wait };
+        let request = RegistryRequest::Lookup {
+            request: id,
+            data: data.into(),
+            schema: schema.into(),
+            wait: true,
+        };
         state.send_request(&request);
-        state.lookups.insert(id, PendingLookup { request, answer });
+        state.lookups.insert(id, PendingLookup { request, patience, answer });
+        state.answer_impatient();
         id
     }
 
@@ -166,9 +186,9 @@ impl Directory {
         missing: &str,
     ) -> Result<FoundProvider, DirectoryError> {
         let (answer, receiver) = mpsc::channel();
-        let id = self.send_lookup(name, "", true, answer);
+        let id = self.send_lookup(name, "", LookupPatience::UntilTimeout, answer);
         match receiver.recv_timeout(timeout) {
-            Ok(found) => Ok(found?),
+            Ok(found) => found.map_err(|refusal| self.refusal_error(refusal)),
             Err(_) => {
                 let mut state = self.inner.lock_state();
                 state.lookups.remove(&id);
@@ -192,9 +212,10 @@ impl Directory {
         let request = state.fresh_request();
         state.send_request(&RegistryRequest::List { request });
         state.lists.insert(request, answer);
+        state.answer_impatient();
         drop(state);
         match receiver.recv_timeout(timeout) {
-            Ok(listing) => Ok(listing?),
+            Ok(listing) => listing.map_err(|refusal| self.refusal_error(refusal)),
             Err(_) => {
                 let mut state = self.inner.lock_state();
                 state.lists.remove(&request);
@@ -231,6 +252,15 @@ impl Directory {
             writer.close();
         }
         self.inner.changed.notify_all();
+    }
+
+    fn refusal_error(&self, refusal: Refusal) -> DirectoryError {
+        match refusal.code {
+            RefusalCode::OtherUser => {
+                DirectoryError::OtherUser { address: self.inner.address.clone(), refusal }
+            }
+            _ => refusal.into(),
+        }
     }
 
     fn timeout_error(&self, waited: Duration, state: &RegistryState) -> DirectoryError {

@@ -40,6 +40,7 @@ mod armor;
 mod background_thread;
 mod call;
 mod call_gate;
+mod call_watch;
 mod calls;
 mod clock;
 mod component;

@@ -1,8 +1,9 @@
 //! A process that takes part in a system: the parts that its threads share.
 
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
-use armor_wire::control::{Answer, Status};
+use armor_wire::control::{Answer, CurrentCall, Status};
 use armor_wire::manifest::{EventManifest, ParameterManifest};
 
 use crate::calls::CallCounter;
@@ -42,6 +43,8 @@ pub(crate) struct Participant {
     /// What peers did wrong.
     pub faults: Arc<PeerFaultLog>,
     pub wakers: Arc<Wakers>,
+    /// The period of `exec`, once it is known and if there is one.
+    period: OnceLock<Duration>,
     directory: OnceLock<Directory>,
 }
 
@@ -72,6 +75,7 @@ impl Participant {
             calls: CallCounter::default(),
             operator_orders: OrderInbox::default(),
             faults: Arc::default(),
+            period: OnceLock::new(),
             directory: OnceLock::new(),
             identity,
             wakers,
@@ -85,6 +89,15 @@ impl Participant {
     /// The connection to the registry; set before any other thread runs.
     pub fn directory(&self) -> &Directory {
         self.directory.get().expect("the directory is set before inputs and outputs are served")
+    }
+
+    pub fn set_period(&self, period: Duration) {
+        let _ = self.period.set(period);
+    }
+
+    /// The period of `exec`, once it is known and if there is one.
+    pub fn period(&self) -> Option<Duration> {
+        self.period.get().copied()
     }
 
     /// Answers an operator's order.
@@ -102,7 +115,8 @@ impl Participant {
         self.wakers.wake_service();
     }
 
-    pub fn compose_status(&self) -> Status {
+    /// `call`: the call of user code that runs.
+    pub fn compose_status(&self, call: Option<CurrentCall>) -> Status {
         let EnteredState { state, activation } = self.lifecycle.state();
         Status {
             name: self.identity.name.clone(),
@@ -116,6 +130,7 @@ impl Participant {
             clock_error_s: self.clock.estimate().map(|estimate| estimate.error_s),
             last_error: self.reports.last_error(),
             dropped_reports: self.reports.count_dropped(),
+            call,
             outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),
             inputs: self.ports.inputs().iter().map(|input| input.status()).collect(),
         }

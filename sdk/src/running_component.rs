@@ -8,6 +8,7 @@ use armor_wire::control::{ReportKind, RunState};
 use armor_wire::frame::DataHeader;
 
 use crate::call::{Call, Outcome};
+use crate::calls::CalledFunction;
 use crate::data::{Data, Header};
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
@@ -88,10 +89,10 @@ impl RunningComponent {
         let data = Data { bytes: payload, declared: input.port.declared() };
         let (code, participant) = (&mut self.code, &self.participant);
         let executes_on_data = self.executes_on_data;
-        let result = run_user_code(participant, || {
+        let result = run_user_code(participant, CalledFunction::DataReceived, || {
             code.receive_data(&header, &data)?;
             if executes_on_data {
-                participant.calls.count_exec();
+                participant.calls.enter_exec();
                 code.execute(Call::Data)
             } else {
                 Ok(Outcome::CarryOn)
@@ -128,7 +129,7 @@ impl RunningComponent {
 
     fn hand_over(&mut self, name: &str, value: &Value) -> Result<(), String> {
         let code = &mut self.code;
-        let result = run_user_code(&self.participant, || {
+        let result = run_user_code(&self.participant, CalledFunction::ParameterReceived, || {
             code.receive_parameter(name, value).map(|()| Outcome::CarryOn).map_err(|fault| {
                 let (subject, why) = (format!("parameter `{name}`: "), fault.to_string());
                 // The fault of a derived struct begins with it already.
@@ -159,8 +160,8 @@ impl RunningComponent {
     /// Calls `exec`.
     pub fn execute_call(&mut self, why: Call) {
         let (code, participant) = (&mut self.code, &self.participant);
-        let result = run_user_code(participant, || {
-            participant.calls.count_exec();
+        let result = run_user_code(participant, CalledFunction::Exec, || {
+            participant.calls.enter_exec();
             code.execute(why)
         });
         if why == Call::Stopping {

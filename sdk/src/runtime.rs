@@ -54,6 +54,9 @@ impl Runtime {
             None if is_fed => None,
             None => Some(DEFAULT_PERIOD),
         };
+        if let Some(period) = period {
+            participant.set_period(period);
+        }
         let component = RunningComponent::new(code, Arc::clone(&participant), period.is_none());
         Self { participant, gate: CallGate::new(component), inputs, period }
     }

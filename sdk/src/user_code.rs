@@ -6,6 +6,7 @@ use armor_wire::manifest::{EventManifest, RESERVED_EVENTS};
 use armor_wire::name::is_name;
 
 use crate::call::{Call, Fault, Outcome};
+use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::data::{Data, Header};
 use crate::parameter::Value;
@@ -32,16 +33,17 @@ impl<C: Component> UserCode for C {
     }
 }
 
-/// Runs user code and writes what it has gathered for its links. A panic becomes an error; the main
+/// Runs user code, first `function`, and writes what it has gathered for its links. A panic becomes an error; the main
 /// loop then ends the process, after the report.
 ///
 /// # Errors
 /// The fault of the code, in words.
 pub(crate) fn run_user_code(
     participant: &Participant,
+    function: CalledFunction,
     code: impl FnOnce() -> Result<Outcome, Fault>,
 ) -> Result<Outcome, String> {
-    let running = participant.calls.begin_call();
+    let running = participant.calls.begin_call(function);
     let result = catch_unwind(AssertUnwindSafe(code));
     drop(running);
     participant.ports.flush_gathered();

@@ -10,6 +10,7 @@ use socket2::{Domain, SockAddr, Socket, Type};
 use thiserror::Error;
 
 use crate::identity::random_id;
+use crate::port_holder::explain_bind_error;
 use crate::proxy;
 use crate::stream::Stream;
 
@@ -33,12 +34,12 @@ pub enum ListenError {
     )]
     Wide(SocketAddr),
     /// The system refuses the address.
-    #[error("cannot listen on {address}: {source}")]
+    #[error("cannot listen on {address}: {reason}; or choose another port")]
     Taken {
         /// Which.
         address: SocketAddr,
-        /// The system's error.
-        source: io::Error,
+        /// Why; for a port in use, which process holds it.
+        reason: String,
     },
 }
 
@@ -130,7 +131,10 @@ pub fn listen(address: SocketAddr) -> Result<Listener, ListenError> {
         match Listener::bind_tcp(candidate) {
             Ok(listener) => return Ok(listener),
             Err(error) if tries > 0 && error.kind() == io::ErrorKind::AddrInUse => {}
-            Err(source) => return Err(ListenError::Taken { address: candidate, source }),
+            Err(error) => {
+                let reason = explain_bind_error(candidate, &error);
+                return Err(ListenError::Taken { address: candidate, reason });
+            }
         }
     }
 }
@@ -156,8 +160,10 @@ impl ComponentListeners {
     pub fn open(instance: u64) -> io::Result<Self> {
         let localhost = |port| SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let tcp = match proxy::fixed_port()? {
-            Some(port) => Listener::bind_tcp(localhost(port))
-                .map_err(|error| io::Error::other(format!("ARMOR_PORT={port}: {error}")))?,
+            Some(port) => Listener::bind_tcp(localhost(port)).map_err(|error| {
+                let reason = explain_bind_error(localhost(port), &error);
+                io::Error::other(format!("ARMOR_PORT={port}: {reason}; or set another port"))
+            })?,
             None => listen(localhost(0)).map_err(io::Error::other)?,
         };
         Ok(Self { listeners: [tcp, Listener::bind_unix(instance)?] })

@@ -125,6 +125,13 @@ pub fn check_unix(stream: impl AsFd) -> Result<(), OwnerError> {
     check_user(credentials.uid.as_raw())
 }
 
+/// Returns the user and the inode of the socket that listens on `address`, if there is one.
+pub(crate) fn find_listener(address: SocketAddr) -> Option<(u32, u32)> {
+    let any = SocketAddr::new(address.ip(), 0);
+    let socket = find_socket(address, any).ok()??;
+    (socket.state == TCP_LISTEN).then_some((socket.uid, socket.inode))
+}
+
 fn check_user(user: u32) -> Result<(), OwnerError> {
     let own = geteuid().as_raw();
     let group = || std::env::var(GROUP_VARIABLE).ok();

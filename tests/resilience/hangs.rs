@@ -131,6 +131,36 @@ fn a_call_that_never_returns_is_a_hang_if_the_file_sets_a_watchdog() {
 }
 
 #[test]
+fn a_call_that_does_not_return_is_logged_once_and_shown_without_a_watchdog_too() {
+    let draft = Draft::default().probe("stuck", "rate='50Hz'", "hang=3").probe(
+        "slow",
+        "rate='50Hz'",
+        "work=3s",
+    );
+    let system = draft.run(Folder::new("long-calls"));
+    let lines = |component: &str, part: &str| {
+        let log = system.run.log();
+        let is_it = |line: &&str| line.contains(&format!(" {component} ")) && line.contains(part);
+        log.lines().filter(is_it).count()
+    };
+    let wait = |component: &str, part: &str, times: usize| {
+        wait_for(&format!("{part} of {component}\n{}", system.run.log()), || {
+            (lines(component, part) >= times).then_some(())
+        });
+    };
+    wait("stuck", "WARN exec has not returned for 2.", 1);
+    let shown = wait_for("the call", || {
+        let shown = system.shown(&["ps"]);
+        shown.lines().find(|line| line.starts_with("stuck ")).map(str::to_owned)
+    });
+    assert!(shown.contains(" active ") && shown.contains("in exec for "), "{shown}");
+    wait("slow", "exec has not returned for", 2);
+    wait("slow", "exec has returned after", 2);
+    assert_eq!(lines("stuck", "exec has not returned"), 1, "{}", system.run.log());
+    assert_eq!(lines("stuck", "exec has returned"), 0);
+}
+
+#[test]
 fn a_daemon_that_hangs_is_killed_and_replaced_while_data_flows() {
     let draft = Draft::default()
         .probe("source", "rate='100Hz'", "")

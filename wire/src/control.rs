@@ -136,8 +136,8 @@ pub enum Answer {
     },
     /// "I am alive."
     Beat {
-        /// How long the running call of user code has taken, in seconds; 0 if none runs.
-        call_s: f64,
+        /// The call of user code that runs now.
+        call: Option<CurrentCall>,
     },
     /// The result of an order, or of a change of the log's filter.
     Ordered {
@@ -148,6 +148,16 @@ pub enum Answer {
         /// The consequence, or why it is refused.
         text: String,
     },
+}
+
+/// A call of user code that has not returned.
+#[derive(Clone, Debug, PartialEq, Message, Serialize)]
+#[message(wire = "armor_wire")]
+pub struct CurrentCall {
+    /// The function: `exec`, `data_received` or `parameter_received`.
+    pub function: String,
+    /// How long the call has taken so far, in seconds.
+    pub call_s: f64,
 }
 
 /// A component's report to the executive.
@@ -196,6 +206,8 @@ pub struct Status {
     pub last_error: String,
     /// Reports that were dropped because no executive took them.
     pub dropped_reports: u64,
+    /// The call of user code that runs now.
+    pub call: Option<CurrentCall>,
     /// Its outputs.
     pub outputs: Vec<OutputStatus>,
     /// Its inputs.

@@ -1,10 +1,10 @@
 //! Files that are complete or absent: written next to their place, then renamed into it.
 
-use std::fs::{self, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use armor_files::{open_own_file, save_atomically};
+use armor_files::{create_private_folder, open_own_file, save_private_file};
 
 /// A file that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +18,7 @@ pub struct WriteError {
 
 /// Replaces a file atomically: readers see the old content or the new one, never a part.
 pub(crate) fn replace_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
-    save_atomically(path, content)
+    save_private_file(path, content)
         .map_err(|error| WriteError { path: path.to_owned(), source: error.reason })
 }
 
@@ -35,11 +35,13 @@ pub(crate) fn append_to_file(path: &Path, content: &[u8]) -> Result<(), WriteErr
 
 /// Makes a folder and those above it.
 pub(crate) fn make_folder(path: &Path) -> Result<(), WriteError> {
-    fs::create_dir_all(path).map_err(|source| WriteError { path: path.to_owned(), source })
+    create_private_folder(path).map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use std::fs;
+
     use super::*;
 
     /// A folder of its own for one test, removed at its end.

@@ -1,10 +1,9 @@
 //! The screen as a PNG file, without a window, painted on a thread of its own.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
-use armor_files::replace_atomically;
+use armor_files::{create_private_folder, replace_private_file};
 use armor_picture::{PixelsPngError, Stage};
 use eframe::egui::Context;
 
@@ -151,13 +150,15 @@ fn paint_picture(
 /// If it or its folder cannot be written.
 fn save_file(path: &Path, content: &[u8]) -> Result<(), ScreenPictureError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let written = fs::create_dir_all(folder)
-        .and_then(|()| replace_atomically(path, content).map_err(|error| error.reason));
+    let written = create_private_folder(folder)
+        .and_then(|()| replace_private_file(path, content).map_err(|error| error.reason));
     written.map_err(|source| ScreenPictureError::Write { path: path.into(), source })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -6,7 +6,7 @@ mod setting;
 use std::path::Path;
 use std::time::Duration;
 
-use armor_robotfile::{Feature, Manifests, Override, read};
+use armor_robotfile::{Code, Feature, Finding, Manifests, Override, read};
 use armor_wire::config::{Assigned, ComponentSettings, FindingSeverity, InputSettings};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::Manifest;
@@ -436,4 +436,28 @@ fn a_file_is_judged_by_the_kinds_there_are_when_it_is_saved_or_later() {
     assert!(versions.handle(ConfigdEvent::Kinds(manifests)).is_empty());
     assert_eq!(versions.number(), 2);
     assert!(state(&versions.handle(saved(&with_arm.replace("10Hz", "20Hz")))).refused);
+}
+
+#[test]
+fn a_warning_is_told_with_the_version_that_brings_it_and_not_again() {
+    let further = |configuration: &Configuration| {
+        let mut findings = Findings::default();
+        let fast = configuration.sources.iter().any(|source| source.text().contains("20Hz"));
+        let messages = ["always", "fast"].into_iter().take(if fast { 2 } else { 1 });
+        findings.extend(messages.map(|message| Finding::nowhere(Code::NeverFires, message)));
+        findings
+    };
+    let rules = VersionRules { further: Some(further), ..VersionRules::default() };
+    let mut versions = versions_under(rules);
+    let mut told = |text: &str| match versions.handle(saved(text)).into_iter().next() {
+        Some(ConfigdAction::Tell(Notice::Taken { findings, .. })) => {
+            findings.iter().map(|finding| finding.message.clone()).collect::<Vec<_>>()
+        }
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(told(&format!("{FILE}\n")), [] as [&str; 0], "the first version had it");
+    assert_eq!(told(&FILE.replace("10Hz", "20Hz")), ["fast"]);
+    assert_eq!(told(&FILE.replace("10Hz", "20Hz").replace('>', " >")), [] as [&str; 0]);
+    assert_eq!(told(FILE), [] as [&str; 0], "one is gone");
+    assert_eq!(told(&FILE.replace("10Hz", "20Hz")), ["fast"], "and is new again");
 }

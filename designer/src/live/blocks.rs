@@ -1,6 +1,6 @@
 //! The drawing of the system with what runs in it: blocks by state, links by what they carry.
 
-use armor_inspect::words::format_duration;
+use armor_inspect::words::{describe_call, format_duration};
 use armor_inspect::{ObservedLink, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
@@ -123,9 +123,7 @@ fn of_process(process: &ObservedProcess, picture: &SystemPicture) -> String {
     if !process.problem.is_empty() {
         lines.push(process.problem.clone());
     }
-    if let Some(call_s) = process.call_s {
-        lines.push(format!("in user code for {}", format_duration(call_s)));
-    }
+    lines.extend(process.call.as_ref().map(describe_call));
     if let Some(status) = &process.status {
         lines.push(format!("{} calls of exec, process {}", status.exec_calls, process.entry.pid));
         if !status.last_error.is_empty() {

@@ -1,6 +1,6 @@
 //! What is selected, while it runs.
 
-use armor_inspect::words::{format_duration, format_short_time};
+use armor_inspect::words::{describe_call, format_duration, format_short_time};
 use armor_inspect::{CONFIGD, CONFIGURATION, ObservedLink, ObservedProcess, SystemPicture};
 use armor_sdk::control::Status;
 use eframe::egui::{self, CollapsingHeader, Grid, RichText};
@@ -57,9 +57,8 @@ fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) 
     if !process.problem.is_empty() && !picture.has_ended() {
         ui.colored_label(colours.warning, printable(ui, &process.problem));
     }
-    if let Some(call_s) = process.call_s {
-        let text = format!("in user code for {}", format_duration(call_s));
-        ui.colored_label(colours.warning, text);
+    if let Some(call) = &process.call {
+        ui.colored_label(colours.warning, describe_call(call));
     }
 }
 

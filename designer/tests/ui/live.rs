@@ -97,6 +97,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         clock_error_s: None,
         last_error: String::new(),
         dropped_reports: 0,
+        call: None,
         outputs: if name == "eye" { vec![output] } else { Vec::new() },
         inputs: if name == "arm" { vec![input] } else { Vec::new() },
     }
@@ -151,13 +152,19 @@ fn marking() -> Marking {
         clock: String::new(),
         stage: MarkingStage::Playing,
         why: String::new(),
-        places: vec![MarkedPlace { place: "explore".into(), tokens: 1, active: true }],
+        places: vec![MarkedPlace {
+            place: "explore".into(),
+            tokens: 1,
+            active: true,
+            waits_for: Vec::new(),
+        }],
         in_flight: Vec::new(),
         enabled: vec![
             enabled("recall", FiringDecider::Operator, 0.0),
             enabled("land", FiringDecider::Confirmation, 0.0),
             enabled("late", FiringDecider::Mission, 90.0),
         ],
+        waiting: Vec::new(),
         variables: Vec::new(),
         guards: Vec::new(),
         dates: Vec::new(),

@@ -15,6 +15,6 @@ pub use command::{Confirmation, Holder, OrderGiven, Paused, UnansweredAction};
 pub use dates::{DateStand, DateWindow, MissedAction};
 pub use marking::{
     EnabledTransition, Fired, GuardTruth, InFlight, MarkedPlace, Marking, MissionComponent,
-    ParameterGiven, VariableValue,
+    ParameterGiven, VariableValue, WaitingTransition,
 };
 pub use state::{FiringDecider, FlightPhase, MarkingStage, MissionComponentState, TruthValue};

@@ -31,6 +31,8 @@ pub struct Marking {
     pub in_flight: Vec<InFlight>,
     /// The transitions that are enabled, those that may fire first.
     pub enabled: Vec<EnabledTransition>,
+    /// The transitions out of marked places that are not enabled.
+    pub waiting: Vec<WaitingTransition>,
     /// The variables of the mission.
     pub variables: Vec<VariableValue>,
     /// The guards of its transitions.
@@ -79,6 +81,8 @@ pub struct MarkedPlace {
     pub tokens: u32,
     /// Whether all of its components run and have confirmed it.
     pub active: bool,
+    /// Those of its components that do not run, or have not confirmed it.
+    pub waits_for: Vec<String>,
 }
 
 /// A firing on its way.
@@ -118,6 +122,22 @@ pub struct EnabledTransition {
     pub by: FiringDecider,
     /// Whether a pause stops its clock; its times count from the beginning of the pause then.
     pub held: bool,
+}
+
+/// A transition out of a marked place that is not enabled, and what it waits for.
+#[derive(Message, Clone, Debug, PartialEq)]
+#[message(wire = "armor_wire")]
+pub struct WaitingTransition {
+    /// Its name.
+    pub transition: String,
+    /// The marked places that it takes tokens from.
+    pub from: Vec<String>,
+    /// The report it waits for, `component.event`; empty if it has arrived or there is none.
+    pub report: String,
+    /// Whether it waits for its guard to be true.
+    pub guard: bool,
+    /// What else keeps it from being enabled, in words: tokens or a date; may be empty.
+    pub hindrance: String,
 }
 
 /// A variable and what it is known to be.

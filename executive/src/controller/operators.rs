@@ -2,6 +2,7 @@
 //! when the link to its holder breaks.
 
 use super::context::Context;
+use super::hindrances::firing_hindrance;
 use super::mission_dates::MissionDates;
 use super::token_moves::{MoveProofs, judge_moves};
 use crate::event::ControllerAction;
@@ -347,31 +348,6 @@ pub(super) fn unknown_name<'a>(
 ) -> String {
     let advice = suggest_similar(name, known).map(|advice| format!("; {advice}"));
     format!("the mission has no {what} called `{name}`{}", advice.unwrap_or_default())
-}
-
-/// Why a transition is not enabled, in words.
-fn firing_hindrance(cx: &Context, dates: &MissionDates, id: TransitionId) -> String {
-    let (net, state) = (cx.plan().net(), cx.ledger().state());
-    let transition = net.transition(id);
-    let needs = transition.inputs.iter().chain(&transition.reads);
-    if let Some((place, weight)) = needs.clone().find(|arc| state.tokens(arc.0) < arc.1) {
-        let (place, tokens) = (net.place(*place), state.tokens(*place));
-        return format!("`{place}` holds {tokens} of the {weight} tokens it needs");
-    }
-    let inhibited = transition.inhibitors.iter().find(|arc| state.tokens(arc.0) >= arc.1);
-    if let Some((place, _)) = inhibited {
-        return format!("a token in `{}` keeps it from firing", net.place(*place));
-    }
-    if let Some(why) = dates.date_hindrance(cx, id) {
-        return why;
-    }
-    match &cx.plan().transition(id).on {
-        Some((component, report)) => {
-            let component = &cx.plan().component(*component).name;
-            format!("it waits for `{component}.{report}`")
-        }
-        None => "its condition does not hold".into(),
-    }
 }
 
 fn in_command(order: &MissionOrder) -> String {

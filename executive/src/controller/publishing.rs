@@ -3,10 +3,10 @@
 mod changing;
 mod commanding;
 mod dating;
+mod waiting;
 
 use super::Controller;
 use super::confirmations::{fires_by_itself, is_declined};
-use super::senses::in_words;
 use super::wishes::{is_settled_off, is_up, wants_off};
 use crate::ledger::{Firing, MissionStage, Phase};
 use crate::roster::{Doing, ProcessPresence};
@@ -44,6 +44,7 @@ impl Controller {
                 .map(|(id, firing)| self.firing_in_flight(*id, firing))
                 .collect(),
             enabled: ledger.state().enabled().map(|id| self.enabled_transition(id)).collect(),
+            waiting: self.waiting_transitions(),
             variables: self.variable_values(),
             guards: self
                 .plan()
@@ -76,7 +77,7 @@ impl Controller {
             let value = self.senses.variable(&self.context, index);
             VariableValue {
                 variable: variable.name.clone(),
-                value: in_words(value.as_ref()),
+                value: self.senses.variable_in_words(&self.context, index),
                 number: match value {
                     Some(Scalar::Number(number)) => Some(number),
                     Some(Scalar::Flag(flag)) => Some(f64::from(u8::from(flag))),
@@ -121,10 +122,14 @@ impl Controller {
     }
 
     fn marked_place(&self, place: PlaceId) -> MarkedPlace {
+        let components = self.plan().place(place).components.iter();
+        let down = components.filter(|component| !is_up(&self.context, **component));
+        let waits_for: Vec<_> = down.map(|id| self.plan().component(*id).name.clone()).collect();
         MarkedPlace {
             place: self.plan().net().place(place).to_owned(),
             tokens: self.ledger().state().tokens(place),
-            active: self.plan().place(place).components.iter().all(|c| is_up(&self.context, *c)),
+            active: waits_for.is_empty(),
+            waits_for,
         }
     }
 

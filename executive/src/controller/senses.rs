@@ -27,6 +27,8 @@ struct WatchedValue {
 #[derive(Clone, Debug)]
 pub(super) struct GuardSenses {
     senses: Vec<WatchedValue>,
+    /// Per watch, the SI unit of its values, if it is known and has one.
+    units: Vec<Option<&'static str>>,
     /// Per variable, the values that came from outside its domain.
     outside: Vec<u64>,
     /// Per transition, what its guard was when it was weighed last.
@@ -48,6 +50,7 @@ impl GuardSenses {
         let guarded = plan.net().transition_ids().filter(|id| plan.transition(*id).guard.is_some());
         Self {
             senses: vec![sense; plan.watches().len()],
+            units: vec![None; plan.watches().len()],
             outside: vec![0; plan.variables().len()],
             truths: vec![None; plan.transitions().len()],
             unweighed: guarded.collect(),
@@ -63,6 +66,7 @@ impl GuardSenses {
     pub(super) fn follow_plan(&mut self, before: &Plan, after: &Plan) {
         let new = WatchedValue { value: None, lost: None, inherited: false };
         self.senses.resize(after.watches().len(), new);
+        self.units.resize(after.watches().len(), None);
         let counted = std::mem::take(&mut self.outside);
         let known: BTreeMap<_, _> =
             before.variables().iter().map(|variable| &variable.name).zip(counted).collect();
@@ -86,6 +90,13 @@ impl GuardSenses {
         }
         let next = (self.shown_at + SHOW_EVERY).max(cx.host());
         self.show_at.get_or_insert(next);
+    }
+
+    /// Sets the unit in which values of a watch are named.
+    pub(super) fn set_unit(&mut self, watch: WatchId, unit: &'static str) {
+        if let Some(known) = self.units.get_mut(watch.index()) {
+            *known = Some(unit);
+        }
     }
 
     pub(super) fn note_unlinked(&mut self, cx: &mut Context, watch: WatchId) {
@@ -218,10 +229,8 @@ impl GuardSenses {
             return String::new();
         };
         let names = planned.guard.names().iter().zip(&planned.operands);
-        let words = names.map(|(name, operand)| {
-            let value = self.value(cx, *operand);
-            format!("{name} is {}", in_words(value.as_ref()))
-        });
+        let words = names
+            .map(|(name, operand)| format!("{name} is {}", self.operand_in_words(cx, *operand)));
         words.collect::<Vec<_>>().join(", ")
     }
 
@@ -235,14 +244,22 @@ impl GuardSenses {
         self.value(cx, Operand::Variable(index))
     }
 
-    /// Returns the watch of an operand; a counter has none.
+    /// Returns the value of a variable in words, with its unit.
+    pub(super) fn variable_in_words(&self, cx: &Context, index: usize) -> String {
+        self.operand_in_words(cx, Operand::Variable(index))
+    }
+
+    fn operand_in_words(&self, cx: &Context, operand: Operand) -> String {
+        let value = self.value(cx, operand);
+        let unit = watch_of(cx, operand).and_then(|watch| self.units[watch.index()]);
+        match unit.filter(|_| matches!(value, Some(Scalar::Number(_)))) {
+            Some(unit) => format!("{} {unit}", in_words(value.as_ref())),
+            None => in_words(value.as_ref()),
+        }
+    }
+
     fn sense(&self, cx: &Context, operand: Operand) -> Option<&WatchedValue> {
-        let watch = match operand {
-            Operand::Field(watch) => watch,
-            Operand::Variable(index) => cx.plan().variables()[index].source,
-            Operand::Counter(_) => return None,
-        };
-        Some(&self.senses[watch.index()])
+        Some(&self.senses[watch_of(cx, operand)?.index()])
     }
 
     fn value(&self, cx: &Context, operand: Operand) -> Option<Scalar> {
@@ -257,12 +274,44 @@ impl GuardSenses {
     }
 }
 
+/// Returns the watch of an operand; a counter has none.
+fn watch_of(cx: &Context, operand: Operand) -> Option<WatchId> {
+    match operand {
+        Operand::Field(watch) => Some(watch),
+        Operand::Variable(index) => Some(cx.plan().variables()[index].source),
+        Operand::Counter(_) => None,
+    }
+}
+
 /// A value as people read it.
-pub(crate) fn in_words(value: Option<&Scalar>) -> String {
+fn in_words(value: Option<&Scalar>) -> String {
     match value {
         None => "not known".to_owned(),
-        Some(Scalar::Number(number)) => format!("{number}"),
+        Some(Scalar::Number(number)) => format_number(*number),
         Some(Scalar::Flag(flag)) => format!("{flag}"),
         Some(Scalar::Text(text)) => format!("'{text}'"),
+    }
+}
+
+/// A whole number as it is; another one with six significant digits at most.
+fn format_number(number: f64) -> String {
+    if number.fract() == 0.0 || !number.is_finite() {
+        return number.to_string();
+    }
+    // The rounded number in its shortest form: without zeros at the end.
+    let rounded = format!("{number:.5e}").parse().unwrap_or(number);
+    f64::to_string(&rounded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_six_significant_digits_and_counts_all_of_theirs() {
+        let shown = [0.1 + 0.2, 2.0 / 3.0, -1_234.567_89, 1.5e-9, 12_345_678.0, -0.0];
+        let expected = ["0.3", "0.666667", "-1234.57", "0.0000000015", "12345678", "-0"];
+        assert_eq!(shown.map(format_number), expected);
+        assert_eq!(format_number(f64::INFINITY), "inf");
     }
 }

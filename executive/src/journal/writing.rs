@@ -124,7 +124,7 @@ impl Journal {
             [self.body(&JournalLine::Life { life })?, self.body(&JournalLine::Record(record))?];
         let (lines, end) = encode_batch(self.end, &bodies);
         let write = || {
-            let mut pending = PendingFile::create(&self.path)?;
+            let mut pending = PendingFile::create_private(&self.path)?;
             pending.write(&lines)?;
             pending.commit(Durability::Synced)
         };

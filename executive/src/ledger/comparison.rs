@@ -1,12 +1,6 @@
 //! For tests: whether two ledgers are the same.
 
 use super::Ledger;
-use armor_plan::ComponentId;
-
-/// Whether a report stands.
-pub(crate) fn has_report(ledger: &Ledger, report: &(ComponentId, String)) -> bool {
-    ledger.standing.contains_key(report)
-}
 
 /// Checks that nothing distinguishes two ledgers.
 pub(crate) fn check_same(live: &Ledger, again: &Ledger) {

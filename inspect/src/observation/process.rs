@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use armor_sdk::control::{RunState, Status};
+use armor_sdk::control::{CurrentCall, RunState, Status};
 use armor_wire::registry::ComponentEntry;
 
 /// What a process is doing.
@@ -84,8 +84,8 @@ pub struct ObservedProcess {
     pub condition: Condition,
     /// When that began, since the beginning of the watch.
     pub since: Duration,
-    /// How long the running call of user code has taken, in seconds, if it is a long one.
-    pub call_s: Option<f64>,
+    /// The call of user code that runs, if it is a long one.
+    pub call: Option<CurrentCall>,
     /// Its last status.
     pub status: Option<Status>,
     /// Why it does not answer; empty if it does.
@@ -123,7 +123,7 @@ impl ObservedProcess {
     /// Notes that the process has left the registry.
     pub(super) fn mark_gone(&mut self, now: Duration) {
         self.set_condition(Condition::Restarting, now);
-        (self.connection, self.call_s, self.before) = (ControlLink::Never, None, None);
+        (self.connection, self.call, self.before) = (ControlLink::Never, None, None);
         self.problem.clear();
     }
 }

@@ -1,4 +1,4 @@
-use armor_sdk::control::{LinkStatus, OutputStatus, RunState, Status};
+use armor_sdk::control::{CurrentCall, LinkStatus, OutputStatus, RunState, Status};
 
 use super::*;
 
@@ -26,6 +26,7 @@ fn status(name: &str, state: RunState, uptime_s: f64) -> Status {
         clock_error_s: None,
         last_error: String::new(),
         dropped_reports: 0,
+        call: None,
         outputs: Vec::new(),
         inputs: Vec::new(),
     }
@@ -146,13 +147,14 @@ fn every_process_with_a_control_port_is_asked_once_a_second() {
 #[test]
 fn beats_change_nothing_except_for_a_long_call() {
     let mut scene = Scene::with_process("laser", RunState::Active);
-    let beat = |call_s| Answer::Beat { call_s };
-    assert!(!scene.answer("laser", 1, beat(0.0)));
-    assert!(!scene.answer("laser", 1, beat(LONG_CALL_S / 2.0)));
-    assert!(scene.answer("laser", 1, beat(2.0)));
-    assert_eq!(scene.picture.processes["laser"].call_s, Some(2.0));
-    assert!(scene.answer("laser", 1, beat(0.0)));
-    assert_eq!(scene.picture.processes["laser"].call_s, None);
+    let call = |call_s| Some(CurrentCall { function: "exec".into(), call_s });
+    let beat = |call| Answer::Beat { call };
+    assert!(!scene.answer("laser", 1, beat(None)));
+    assert!(!scene.answer("laser", 1, beat(call(LONG_CALL_S / 2.0))));
+    assert!(scene.answer("laser", 1, beat(call(2.0))));
+    assert_eq!(scene.picture.processes["laser"].call, call(2.0));
+    assert!(scene.answer("laser", 1, beat(None)));
+    assert_eq!(scene.picture.processes["laser"].call, None);
 }
 
 #[test]

@@ -5,7 +5,8 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use armor_inspect::ObservedSystem;
+use armor_inspect::words::describe_call;
+use armor_inspect::{LONG_CALL_S, ObservedSystem};
 use armor_robotfile::suggest_similar;
 use armor_sdk::control::{Answer, ControlConnection, ControlEvent, ReportKind, Role};
 use clap::Args;
@@ -14,11 +15,9 @@ use serde_json::{Value, json};
 use crate::arguments::{OutputFormat, RunningSystem, parse_name};
 use crate::date::format_clock_time;
 use crate::inspect_cli::select_system;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, end_when_stdout_closes, print_line};
 use crate::verb::Verb;
 
-/// A call of user code that takes longer than this is shown, in seconds.
-const LONG_CALL_S: f64 = 0.5;
 /// Time between two looks at whether a component is registered again.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
@@ -41,6 +40,7 @@ pub struct WatchArguments {
 
 impl Verb for WatchArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        end_when_stdout_closes();
         let observed = select_system(&self.running, "watch")?;
         check_name(&observed, &self.component)?;
         let left = self.count.unwrap_or(u64::MAX);
@@ -118,13 +118,16 @@ impl WatchPrinter<'_> {
                 fields["activation"] = activation.into();
                 self.print(&text, fields)
             }
-            ControlEvent::Answer(Answer::Beat { call_s }) => {
-                let was_shown = std::mem::replace(&mut self.call, call_s > LONG_CALL_S);
-                if was_shown || !self.call {
-                    return Ok(());
-                }
-                let text = format!("one call of its code has taken {call_s:.1} s so far");
-                self.print(&text, json!({"event": "long-call", "call_s": call_s}))
+            ControlEvent::Answer(Answer::Beat { call }) => {
+                let long = call.filter(|call| call.call_s >= LONG_CALL_S);
+                let was_shown = std::mem::replace(&mut self.call, long.is_some());
+                let Some(call) = long.filter(|_| !was_shown) else { return Ok(()) };
+                let fields = json!({
+                    "event": "long-call",
+                    "function": call.function,
+                    "call_s": call.call_s,
+                });
+                self.print(&describe_call(&call), fields)
             }
             ControlEvent::Answer(_) => Ok(()),
             ControlEvent::Closed(reason) => self.print(

@@ -168,6 +168,7 @@ mod tests {
             clock_error_s: None,
             last_error: String::new(),
             dropped_reports: 0,
+            call: None,
             outputs: vec![output],
             inputs: Vec::new(),
         }

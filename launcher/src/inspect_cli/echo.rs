@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::silence::{NOTICE_AFTER, SilenceReporter};
 use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line, terminal_width};
+use crate::print::{end_printing, end_when_stdout_closes, print_line, terminal_width};
 use crate::verb::Verb;
 use csv::CsvTable;
 use fields::select_fields;
@@ -68,6 +68,7 @@ impl Verb for EchoArguments {
 /// # Errors
 /// If no component provides the data, or the system ends.
 fn print_data(arguments: &EchoArguments, format: OutputFormat) -> Result<CommandEnding> {
+    end_when_stdout_closes();
     let data = &arguments.data;
     let mut following = super::follow_named(&arguments.running, "echo", data)?;
     let mut silence = SilenceReporter::new(&arguments.running, "echo", data);

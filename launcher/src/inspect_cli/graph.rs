@@ -146,6 +146,7 @@ mod tests {
             clock_error_s: None,
             last_error: String::new(),
             dropped_reports: 0,
+            call: None,
             outputs: Vec::new(),
             inputs: Vec::new(),
         }

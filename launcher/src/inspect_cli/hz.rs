@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::silence::{NOTICE_AFTER, SilenceReporter};
 use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, end_when_stdout_closes, print_line};
 use crate::verb::Verb;
 
 const WINDOW: Duration = Duration::from_secs(1);
@@ -68,6 +68,7 @@ impl Verb for HzArguments {
 /// # Errors
 /// If no component provides the data, or the system ends.
 fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandEnding> {
+    end_when_stdout_closes();
     let mut following = super::follow_named(&arguments.running, "hz", &arguments.data)?;
     let mut silence = SilenceReporter::new(&arguments.running, "hz", &arguments.data);
     let start = Instant::now();

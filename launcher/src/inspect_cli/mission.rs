@@ -25,7 +25,7 @@ use armor_wire::schema::{Schema, to_json};
 
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, end_when_stdout_closes, print_line, print_wrapped};
 use crate::verb::Verb;
 use arguments::{JournalAction, MissionCommand};
 use armor_inspect::{FollowingTap, ObservedSystem};
@@ -72,11 +72,12 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
     orders::give(&by, &order, format)
 }
 
-/// Prints the marking, and again at every change if it is followed.
+/// Prints the marking, and again at every change if it is followed: programs get every publication.
 ///
 /// # Errors
 /// If no mission runs.
 fn show(running: &RunningSystem, follow: bool, format: OutputFormat) -> Result<CommandEnding> {
+    end_when_stdout_closes();
     let observed = super::select_system(running, "mission")?;
     let following = super::follow_data(super::select_system(running, "mission")?, MARKING);
     end_printing(follow_marking(&observed, following.map_err(why_nothing)?, follow, format))
@@ -86,6 +87,7 @@ fn show(running: &RunningSystem, follow: bool, format: OutputFormat) -> Result<C
 fn why_nothing(error: Error) -> Error {
     let what = match error.downcast_ref::<TapError>() {
         Some(TapError::Directory(DirectoryError::Refused(_))) => "no mission runs in this system",
+        Some(TapError::Directory(DirectoryError::OtherUser { .. })) => return error,
         Some(TapError::Directory(_)) => "it is unknown whether a mission runs",
         _ => "a mission runs, but its executive does not answer",
     };
@@ -98,7 +100,7 @@ fn follow_marking(
     follow: bool,
     format: OutputFormat,
 ) -> Result<()> {
-    let mut shown = MarkingPrinter { observed, format, before: false };
+    let mut shown = MarkingPrinter { observed, format, last: None };
     let Some(first) = following.next(FIRST_WITHIN)? else {
         bail!("the executive has not sent its marking within {} s", FIRST_WITHIN.as_secs());
     };
@@ -116,7 +118,8 @@ fn follow_marking(
 struct MarkingPrinter<'a> {
     observed: &'a ObservedSystem,
     format: OutputFormat,
-    before: bool,
+    /// What was printed last, without what changes all the time.
+    last: Option<Marking>,
 }
 
 impl MarkingPrinter<'_> {
@@ -130,10 +133,12 @@ impl MarkingPrinter<'_> {
         if schema.hash() != Marking::schema().hash() {
             bail!("this executive has another version; use --format json to print its marking");
         }
-        if std::mem::replace(&mut self.before, true) {
-            print_line("")?;
-        }
         let marking: Marking = codec::decode(payload)?;
+        match self.last.replace(without_readings(&marking)) {
+            Some(last) if self.last.as_ref() == Some(&last) => return Ok(()),
+            Some(_) => print_line("")?,
+            None => {}
+        }
         // It was sent when it changed, and its clocks have run since.
         let now_s = match marking.clock.as_str() {
             "" => Some(self.observed.timestamp()),
@@ -143,12 +148,41 @@ impl MarkingPrinter<'_> {
         let stamp_s = Some(marking.stamp).filter(|stamp_s| *stamp_s > 0.0);
         let age_s = now_s.zip(stamp_s).map_or(0.0, |(now_s, stamp_s)| (now_s - stamp_s).max(0.0));
         let file = file::problem(self.observed, marking.version);
-        print_line(format_marking(&marking, age_s, file.as_deref()).trim_end())
+        print_wrapped(format_marking(&marking, age_s, file.as_deref()).trim_end())
     }
+}
+
+/// Returns a marking without the times of its publication and the values of data: a difference in
+/// these alone is no change of the mission. Variables that transitions set change with a firing.
+fn without_readings(marking: &Marking) -> Marking {
+    let mut marking = marking.clone();
+    (marking.stamp, marking.now_at_s) = (0.0, 0.0);
+    marking.variables.clear();
+    marking.guards.iter_mut().for_each(|guard| guard.because.clear());
+    marking.dates.iter_mut().for_each(|date| date.next_at_s = None);
+    marking.holder.iter_mut().for_each(|holder| holder.runs_out_at_s = None);
+    marking
 }
 
 /// Returns the time of the data that mission time follows, if any arrives.
 fn time_of(observed: &ObservedSystem, clock: &str) -> Option<f64> {
     let newest = observed.tap(clock).ok()?.next(FIRST_WITHIN).ok()??;
     codec::decode(&newest.payload).ok().map(|clock: Clock| clock.clock)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_readings_of_sensors_and_clocks_are_no_change_of_the_mission() {
+        let mut before = words::tests::marking();
+        before.variables = vec![words::tests::variable("battery", "0.4")];
+        let mut after = before.clone();
+        (after.stamp, after.now_at_s) = (before.stamp + 1.0, before.now_at_s + 1.0);
+        after.variables = vec![words::tests::variable("battery", "0.5")];
+        assert_eq!(without_readings(&before), without_readings(&after));
+        after.fired += 1;
+        assert_ne!(without_readings(&before), without_readings(&after));
+    }
 }

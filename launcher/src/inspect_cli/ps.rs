@@ -12,8 +12,8 @@ use crate::print::{Table, end_printing, print_line, terminal_width};
 use crate::system;
 use crate::verb::Verb;
 use armor_inspect::run_control::{self, AbsentComponent, RunRequest};
-use armor_inspect::words::{format_duration, format_short_time};
-use armor_inspect::{CONFIGD, Sighting};
+use armor_inspect::words::{describe_call, format_duration, format_short_time};
+use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 
 /// Show the processes of a running system.
 #[derive(Args, Debug)]
@@ -104,7 +104,11 @@ fn list_problems(status: &armor_wire::control::Status) -> String {
     let inputs = status.inputs.iter().filter(|input| !input.problem.is_empty());
     let inputs = inputs.map(|input| format!("{}: {}", input.id, input.problem));
     let own = Some(status.last_error.clone()).filter(|error| !error.is_empty());
-    own.into_iter()
+    let hanging = status.call.as_ref().filter(|call| call.call_s >= HANGING_CALL_S);
+    hanging
+        .map(describe_call)
+        .into_iter()
+        .chain(own)
         .chain(describe_dropped_reports(status))
         .chain(inputs)
         .collect::<Vec<_>>()

@@ -7,6 +7,8 @@ const GAP: usize = 2;
 const MIN_TEXT_WIDTH: usize = 8;
 /// Where a word is divided if it is too long for its column; after these characters.
 const SEAMS: [char; 5] = ['.', '/', '_', '-', ','];
+/// Longest name of a row in a text of two columns.
+const ROW_NAME_LEN: usize = 20;
 
 /// Rows under headings; numbers stand to the right.
 #[derive(Clone, Debug)]
@@ -172,6 +174,37 @@ pub fn wrap_text(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// Wraps each line of `text` that is longer than `width` columns between words. The lines that
+/// continue it are indented as its text is: after the leading spaces, the mark of a list, or the
+/// name of a row, which two spaces end.
+pub fn wrap_lines(text: &str, width: usize) -> String {
+    let lines = text.lines().map(|line| {
+        if count_columns(line) <= width {
+            return line.to_owned();
+        }
+        let indent = measure_indent(line).min(width / 2);
+        let head: String = line.chars().take(indent).collect();
+        let rest: String = line.chars().skip(indent).collect();
+        let parts = wrap_text(&rest, width - indent);
+        head + &parts.join(&format!("\n{}", " ".repeat(indent)))
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Returns the columns before the text of a line.
+fn measure_indent(line: &str) -> usize {
+    let spaces = count_columns(line) - count_columns(line.trim_start());
+    let text = line.trim_start();
+    let is_listed = text.starts_with("- ") || text.starts_with("* ");
+    let row_name = text.find("  ").filter(|at| !text[..*at].contains(' ') || *at < ROW_NAME_LEN);
+    let row_text = row_name.map(|at| text.len() - text[at..].trim_start().len());
+    match row_text {
+        _ if is_listed => spaces + 2,
+        Some(at) if spaces == 0 => count_columns(&text[..at]),
+        _ => spaces,
+    }
+}
+
 /// Returns whether a cell is a number, with or without a unit, or empty.
 fn is_number(cell: &str) -> bool {
     cell == "-" || cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit())
@@ -180,6 +213,17 @@ fn is_number(cell: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lines_continue_below_their_text() {
+        let check = |text: &str, expected: &str| assert_eq!(wrap_lines(text, 24), expected);
+        check("short\n\nas it is", "short\n\nas it is");
+        check("a line that is longer than that", "a line that is longer\nthan that");
+        check("- a list with a long entry", "- a list with a long\n  entry");
+        check("    code that is too long here", "    code that is too\n    long here");
+        check("waits       a report of somebody", "waits       a report of\n            somebody");
+        check("            the next row of it", "            the next row\n            of it");
+    }
 
     fn rows(rows: &[&[&str]]) -> Vec<Vec<String>> {
         rows.iter().map(|row| row.iter().map(ToString::to_string).collect()).collect()

@@ -5,7 +5,8 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{self, UnixListener};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
+use armor_socket::explain_bind_error;
 use armor_wire::registry::DEFAULT_PORT;
 
 /// The last port that is tried.
@@ -38,9 +39,12 @@ impl PortLease {
                      be served; give an address such as 127.0.0.1:{DEFAULT_PORT}"
                 );
             }
-            TcpListener::bind(address).with_context(|| {
-                format!("the registry cannot listen on {address}; give another --registry")
-            })?;
+            if let Err(error) = TcpListener::bind(address) {
+                let reason = explain_bind_error(address, &error);
+                bail!(
+                    "the registry cannot listen on {address}: {reason}; or give another --registry"
+                );
+            }
             return Ok(Self { address, _claim: None });
         }
         for port in DEFAULT_PORT..=LAST_PORT {
@@ -83,7 +87,8 @@ mod tests {
         let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
         let address = taken.local_addr().expect("it listens");
         let error = PortLease::take(Some(address)).expect_err("it is taken");
-        assert!(error.to_string().contains("--registry"), "{error}");
+        let text = error.to_string();
+        assert!(text.contains("--registry") && text.contains("of this user already"), "{text}");
         let error = PortLease::take(Some(([0, 0, 0, 0], 7411).into())).expect_err("it is open");
         assert!(error.to_string().contains("keys"), "{error}");
     }

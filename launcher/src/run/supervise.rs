@@ -329,8 +329,9 @@ impl Launcher {
             running.link = Some(ComponentLink::begin(entry, move |answer| {
                 let state = match answer {
                     Answer::State { state, .. } => Some(*state),
-                    Answer::Beat { call_s } => {
-                        let call = Duration::try_from_secs_f64(*call_s).unwrap_or_default();
+                    Answer::Beat { call } => {
+                        let call_s = call.as_ref().map_or(0.0, |call| call.call_s);
+                        let call = Duration::try_from_secs_f64(call_s).unwrap_or_default();
                         if watchdog.is_some_and(|watchdog| call > watchdog) {
                             let _ = inputs.try_send(LauncherInput::Stuck(id, group, call));
                         }

@@ -1,8 +1,9 @@
 //! What an earlier run left in the folder: an unfinished mission is continued with `--resume` and
 //! kept in a folder of its own otherwise; a finished one is removed.
 
-use std::fs;
+use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -168,7 +169,7 @@ fn keep_unfinished(arguments: &RunArguments, out: &Path) -> Result<(LogLevel, St
 fn make_kept_folder(out: &Path) -> Result<PathBuf> {
     for number in 1..=MAX_KEPT {
         let path = out.join(format!("unfinished-{number}"));
-        match fs::create_dir(&path) {
+        match DirBuilder::new().mode(0o700).create(&path) {
             Ok(()) => return Ok(path),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             Err(error) => {

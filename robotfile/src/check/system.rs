@@ -10,8 +10,8 @@ use crate::finding::{Finding, Findings};
 use crate::model::{Component, Link, System};
 use crate::source::Spanned;
 
-/// The names under which Armor's own programs register and log, and the name of the combined log.
-const RESERVED: [&str; 6] =
+/// The names that no component may have: those under which Armor's own programs register and log, and the name of the combined log.
+pub const RESERVED_NAMES: [&str; 6] =
     ["registry", "configd", "configuration", "executive", "launcher", "all"];
 
 /// The highest rate that a component keeps: a period of 100 µs, about twice the time in which a
@@ -36,7 +36,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     for component in &system.components {
         parameters_once(component, findings);
         possible_times(component, findings);
-        if RESERVED.contains(&component.name.value.as_str()) {
+        if RESERVED_NAMES.contains(&component.name.value.as_str()) {
             let message = format!("{} is a reserved name", component.name.value);
             let finding = Finding::new(Code::ReservedName, &component.name.at, message);
             findings.push(finding.remedy("give the component another name"));

@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
+use armor_socket::OwnerError;
 use armor_wire::backoff::Backoff;
 use armor_wire::clock::Exchange;
 use armor_wire::codec;
 use armor_wire::frame::{Frame, FrameKind};
-use armor_wire::hello::{HandshakeError, Hello, Refusal};
+use armor_wire::hello::{HandshakeError, Hello, Refusal, RefusalCode};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
@@ -30,8 +31,18 @@ const TIME_PERIOD: Duration = Duration::from_secs(2);
 pub(super) type LookupAnswer = mpsc::Sender<Result<FoundProvider, Refusal>>;
 pub(super) type ListAnswer = mpsc::Sender<Result<Listing, Refusal>>;
 
+/// How long a lookup waits while the registry's port belongs to another user.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LookupPatience {
+    /// For ever: a component's own registry may have died, and comes back.
+    UntilFound,
+    /// Not at all: a tool reports the refusal.
+    UntilTimeout,
+}
+
 pub(super) struct PendingLookup {
     pub(super) request: RegistryRequest,
+    pub(super) patience: LookupPatience,
     pub(super) answer: LookupAnswer,
 }
 
@@ -40,6 +51,8 @@ pub(super) struct RegistryState {
     pub(super) writer: Option<FrameWriter>,
     pub(super) problem: String,
     pub(super) refusal: Option<Refusal>,
+    /// Set while the process at the registry's address is of another user.
+    pub(super) stranger: Option<Refusal>,
     pub(super) next_request: u64,
     pub(super) provided: Vec<DataEntry>,
     pub(super) lookups: HashMap<u64, PendingLookup>,
@@ -94,6 +107,19 @@ impl RegistryState {
 
     pub(super) fn notify_watchers(&mut self, change: &DirectoryChange) {
         self.watchers.retain(|watcher| watcher.send(change.clone()).is_ok());
+    }
+
+    /// Answers the requests of tools with the refusal, if the registry is another user's.
+    pub(super) fn answer_impatient(&mut self) {
+        let Some(refusal) = self.stranger.clone() else { return };
+        for list in std::mem::take(&mut self.lists).into_values() {
+            let _ = list.send(Err(refusal.clone()));
+        }
+        let impatient =
+            self.lookups.extract_if(|_, it| it.patience == LookupPatience::UntilTimeout);
+        for (_, lookup) in impatient {
+            let _ = lookup.answer.send(Err(refusal.clone()));
+        }
     }
 
     pub(super) fn handle_reply(&mut self, reply: RegistryReply) {
@@ -163,7 +189,13 @@ impl RegistryLink {
 
     pub(super) fn record_failure(&self, error: ConnectError) {
         let mut state = self.lock_state();
-        state.problem = error.to_string();
+        // The message that contains this names the address.
+        state.problem = match &error {
+            ConnectError::Unreachable { error, .. } => format!("cannot connect: {error}"),
+            ConnectError::Handshake { error, .. } => format!("the handshake failed: {error}"),
+        };
+        state.stranger = find_stranger(&error);
+        state.answer_impatient();
         if let ConnectError::Handshake { error: HandshakeError::Refused(refusal), .. } = error {
             if state.refusal.as_ref() != Some(&refusal) {
                 tracing::warn!("the registry refuses: {refusal}");
@@ -180,7 +212,7 @@ impl RegistryLink {
             // again or sent on the new connection, never both and never neither.
             let mut state = self.lock_state();
             state.writer = Some(writer.clone());
-            state.refusal = None;
+            (state.refusal, state.stranger) = (None, None);
             state.notify_watchers(&DirectoryChange::RegistryFound);
             state.declare_again();
         }
@@ -222,11 +254,53 @@ impl RegistryLink {
     }
 }
 
+/// Returns the refusal if one end of the connection refuses the user of the other.
+fn find_stranger(error: &ConnectError) -> Option<Refusal> {
+    match error {
+        ConnectError::Handshake { error: HandshakeError::Refused(refusal), .. } => {
+            Some(refusal).filter(|refusal| refusal.code == RefusalCode::OtherUser).cloned()
+        }
+        ConnectError::Unreachable { error, .. } => {
+            let owner = error.get_ref()?.downcast_ref::<OwnerError>()?;
+            owner.is_stranger().then(|| Refusal::new(RefusalCode::OtherUser, owner.to_string()))
+        }
+        ConnectError::Handshake { .. } => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use armor_wire::hello::RefusalCode;
-
     use super::*;
+
+    #[test]
+    fn a_registry_of_another_user_is_reported_to_tools_and_waited_out_by_components() {
+        let mut state = RegistryState::default();
+        let look_up = |state: &mut RegistryState, patience| {
+            let (answer, receiver) = mpsc::channel();
+            let request = state.fresh_request();
+            let lookup = RegistryRequest::Cancel { request };
+            state.lookups.insert(request, PendingLookup { request: lookup, patience, answer });
+            receiver
+        };
+        let tool = look_up(&mut state, LookupPatience::UntilTimeout);
+        let component = look_up(&mut state, LookupPatience::UntilFound);
+        let (answer, list) = mpsc::channel();
+        state.lists.insert(7, answer);
+        let owner = OwnerError::OtherUser { user: 1, own: 2 };
+        let denied = std::io::Error::new(std::io::ErrorKind::PermissionDenied, owner);
+        let address = "127.0.0.1:1".to_owned();
+        state.stranger = find_stranger(&ConnectError::Unreachable { address, error: denied });
+        state.answer_impatient();
+        let refusal = tool.try_recv().expect("an answer").expect_err("a refusal");
+        assert_eq!(refusal.code, RefusalCode::OtherUser);
+        assert!(refusal.text.contains("belongs to user 1"), "{refusal}");
+        assert!(matches!(list.try_recv(), Ok(Err(reason)) if reason == refusal));
+        assert!(component.try_recv().is_err(), "its own registry may come back");
+        let refused = std::io::ErrorKind::ConnectionRefused.into();
+        let address = "127.0.0.1:1".to_owned();
+        let absent = ConnectError::Unreachable { address, error: refused };
+        assert!(find_stranger(&absent).is_none(), "a registry may start");
+    }
 
     #[test]
     fn a_listing_that_is_refused_does_not_wait_for_the_timeout() {

@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 
 use armor_socket::{Stream, is_temporary};
 use armor_wire::codec;
-use armor_wire::control::{Answer, Command, Role};
+use armor_wire::control::{Answer, Command, CurrentCall, Role};
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::liveness::{BEAT, Liveness};
 use rustix::event::PollFd;
 
 use super::handshake::AdmittedControl;
+use crate::call_watch::{CallNotice, CallWatch, ObservedCall, patience_for};
 use crate::faults::PeerFault;
 use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
 use crate::log;
@@ -59,15 +60,15 @@ pub(super) struct ControlServer {
     /// The state that all connections have been sent.
     sent_state: EnteredState,
     last_beat: Instant,
-    /// The call that ran at the last beat, and when it was first seen.
-    call: Option<(u64, Instant)>,
+    call_watch: CallWatch,
 }
 
 impl ControlServer {
     pub fn new(participant: Arc<Participant>) -> Self {
         let sent_state = participant.lifecycle.state();
         let (connections, last_beat) = (Vec::new(), Instant::now());
-        Self { participant, connections, count: 0, sent_state, last_beat, call: None }
+        let call_watch = CallWatch::default();
+        Self { participant, connections, count: 0, sent_state, last_beat, call_watch }
     }
 
     pub fn add_poll_fds<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -182,6 +183,7 @@ impl ControlServer {
     }
 
     fn obey_command(&mut self, index: usize, command: Command) {
+        let call = self.current_call();
         let connection = &mut self.connections[index];
         if command != Command::Beat {
             connection.last_command = Instant::now();
@@ -209,7 +211,7 @@ impl ControlServer {
                 self.participant.reports.remove_acknowledged(report);
             }
             (Command::Status { request }, _) => {
-                let status = self.participant.compose_status();
+                let status = self.participant.compose_status(call);
                 connection.queue_answer(&Answer::Status { request, status });
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
@@ -261,13 +263,34 @@ impl ControlServer {
             return;
         }
         self.last_beat = Instant::now();
-        self.call = match (self.participant.calls.running_call(), self.call) {
-            (Some(now), Some((before, since))) if now == before => Some((before, since)),
-            (Some(now), _) => Some((now, Instant::now())),
-            (None, _) => None,
-        };
-        let call_s = self.call.map_or(0.0, |(_, since)| since.elapsed().as_secs_f64());
-        self.queue_for_all(&Answer::Beat { call_s });
+        let calls = &self.participant.calls;
+        let running =
+            calls.running_call().map(|number| ObservedCall { number, function: calls.function() });
+        let now = self.participant.clock.monotonic();
+        match self.call_watch.look(running, now, patience_for(self.participant.period())) {
+            Some(CallNotice::Hangs { function, taken }) => tracing::warn!(
+                "{} has not returned for {:.1} s; until it does, the component handles no data, \
+                 no parameter and no order, not even to freeze; `watchdog` in the file has such a \
+                 process killed and started again",
+                function.name(),
+                taken.as_secs_f64()
+            ),
+            Some(CallNotice::Returned { function, taken }) => tracing::warn!(
+                "{} has returned after {:.1} s",
+                function.name(),
+                taken.as_secs_f64()
+            ),
+            None => {}
+        }
+        let call = self.current_call();
+        self.queue_for_all(&Answer::Beat { call });
+    }
+
+    /// The call of user code that ran at the last beat and still runs.
+    fn current_call(&self) -> Option<CurrentCall> {
+        let (calls, clock) = (&self.participant.calls, &self.participant.clock);
+        let (function, taken) = self.call_watch.current(calls.running_call(), clock.monotonic())?;
+        Some(CurrentCall { function: function.name().into(), call_s: taken.as_secs_f64() })
     }
 
     fn queue_for_all(&mut self, answer: &Answer) {

@@ -1,10 +1,9 @@
 //! Other users of the host: they read nothing, command nothing, and take no daemon's place.
 
 use std::net::TcpListener;
-use std::time::Duration;
 
 use armor_sdk::control::{ControlConnection, Role};
-use armor_sdk::directory::Directory;
+use armor_sdk::directory::{Directory, DirectoryError};
 use armor_sdk::prelude::*;
 use armor_sdk::wire::registry::ComponentEntry;
 use rustix::process::{Uid, geteuid};
@@ -58,11 +57,18 @@ fn another_user_learns_nothing_from_the_registry() {
     let address = system.registry.address().to_string();
     let look = || {
         let directory = Directory::observer(&address, "stranger");
-        directory.find_process(&name, Duration::from_secs(1))
+        // The threads of the directory belong to the user of the thread that makes it.
+        (directory.find_process(&name, DEADLINE), directory.fetch_listing(DEADLINE))
     };
-    look().expect("the same user");
-    let Some(refused) = as_other_user(look) else { return };
-    refused.expect_err("another user");
+    let (found, listed) = look();
+    found.expect("the same user");
+    listed.expect("the same user");
+    let Some((found, listed)) = as_other_user(look) else { return };
+    // The refusal itself, not that there is no answer after the whole deadline.
+    for error in [found.map(drop).unwrap_err(), listed.map(drop).unwrap_err()] {
+        assert!(matches!(error, DirectoryError::OtherUser { .. }), "{error}");
+        assert!(error.to_string().contains("belongs to another user: the other end"), "{error}");
+    }
 }
 
 #[test]

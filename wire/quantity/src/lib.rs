@@ -61,6 +61,13 @@ pub enum Dimension {
 }
 
 impl Dimension {
+    /// Returns how its SI unit is written; none if it has no name, as a ratio.
+    pub fn si_unit(self) -> Option<&'static str> {
+        let is_si =
+            |unit: &&Unit| unit.dimension == self && (unit.to_si - 1.0).abs() < f64::EPSILON;
+        UNITS.iter().find(is_si).map(|unit| unit.name)
+    }
+
     /// What it is called, such as `angular speed`.
     pub fn label(self) -> &'static str {
         match self {
@@ -350,6 +357,13 @@ mod tests {
             assert!(unit.ascii_name().is_ascii());
             assert_eq!(Unit::named(unit.ascii_name()), Some(unit));
         }
+    }
+
+    #[test]
+    fn the_si_unit_is_the_one_of_size_one() {
+        let units =
+            [Dimension::Angle, Dimension::Voltage, Dimension::Ratio].map(Dimension::si_unit);
+        assert_eq!(units, [Some("rad"), Some("V"), None]);
     }
 
     /// The rows of `docs/units.md`: one for each dimension.

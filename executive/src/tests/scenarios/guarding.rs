@@ -66,6 +66,30 @@ fn it_fires_when_its_guard_comes_to_hold() {
 }
 
 #[test]
+fn what_it_waits_for_is_published_with_the_values_and_their_unit() {
+    let on = |office: &Office| Way { on: Some((office.explorer, "done")), ..Way::default() };
+    let mut bench = guarded("battery < 30%", on);
+    bench.tell(ControllerEvent::UnitKnown { watch: LEVEL, unit: "V" });
+    report_level(&mut bench, 2.0 / 3.0);
+    let waiting = |bench: &Bench| {
+        let marking = bench.controller.marking(0.0);
+        let weak = marking.waiting.into_iter().find(|it| it.transition == "weak");
+        let because = marking.guards.into_iter().map(|guard| guard.because).collect::<String>();
+        (weak.map(|it| (it.from, it.report, it.guard, it.hindrance)), because)
+    };
+    let explore = || vec!["explore".to_owned()];
+    let both = (explore(), "explorer.done".to_owned(), true, String::new());
+    assert_eq!(waiting(&bench), (Some(both), "battery is 0.666667 V".to_owned()));
+    let explorer = bench.plan.component_named("explorer").expect("it is there");
+    bench.done(explorer);
+    let guard = (explore(), String::new(), true, String::new());
+    assert_eq!(waiting(&bench).0, Some(guard), "the report has arrived");
+    report_level(&mut bench, 0.2);
+    assert!(is_home(&mut bench));
+    assert_eq!(waiting(&bench).0, None, "its place is not marked");
+}
+
+#[test]
 fn one_with_a_report_and_a_guard_needs_both_in_any_order() {
     let on = |office: &Office| Way { on: Some((office.explorer, "done")), ..Way::default() };
     for guard_first in [true, false] {

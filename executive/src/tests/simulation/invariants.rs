@@ -2,7 +2,7 @@
 
 use crate::controller::Controller;
 use crate::ledger::applying::replay_records;
-use crate::ledger::{Ledger, MissionStage, check_same, has_report};
+use crate::ledger::{Ledger, MissionStage, check_same};
 use crate::terms::{Cause, MissionOutcome, Tokens};
 use std::sync::Arc;
 use std::time::Duration;
@@ -85,7 +85,7 @@ impl Play {
                 continue;
             };
             let holds = live.guard_holds(id);
-            let reported = planned.on.as_ref().is_none_or(|on| has_report(live, on));
+            let reported = planned.on.as_ref().is_none_or(|on| live.has_report(on));
             let in_date = self.is_in_date(id, live);
             assert_eq!(live.state().gate(id), holds && reported && in_date);
             let truth = self.outlook.truth(&self.plan, guard, &self.counters, self.world.now);

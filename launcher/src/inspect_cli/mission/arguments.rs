@@ -12,7 +12,7 @@ use crate::arguments::{RunningSystem, parse_duration};
 pub enum MissionCommand {
     /// Show the marked places, the enabled transitions, and the holder of the command.
     Show {
-        /// Print again at every change.
+        /// Print again at every change. Values of data alone are none, except with --format json.
         #[arg(long, short)]
         follow: bool,
         #[command(flatten)]

@@ -29,6 +29,8 @@ pub struct RunStatus {
     pub places: Vec<String>,
     /// The tasks of the active components.
     pub tasks: Vec<TaskStatus>,
+    /// Calls of user code that hang, each with its component: `tank in exec for 12.0 s`.
+    pub hanging_calls: Vec<String>,
     /// Links whose rate has fallen.
     pub fallen_rates: Vec<FallenRate>,
     /// Processes that were started again.
@@ -40,6 +42,7 @@ impl RunStatus {
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
             && self.tasks.is_empty()
+            && self.hanging_calls.is_empty()
             && self.fallen_rates.is_empty()
             && self.restarts == 0
     }
@@ -50,6 +53,7 @@ impl RunStatus {
         if !self.places.is_empty() {
             parts.push(self.places.join(", "));
         }
+        parts.extend(self.hanging_calls.iter().cloned());
         parts.extend(self.tasks.iter().map(format_task));
         parts.extend(self.fallen_rates.iter().take(MAX_RATES).map(|rate| {
             let FallenRate { link, rate_hz, usual_hz } = rate;
@@ -95,14 +99,15 @@ mod tests {
         let status = RunStatus {
             elapsed_s: 12.34,
             places: vec!["explore".into(), "watch".into()],
+            hanging_calls: vec!["tank in exec for 12.0 s".into()],
             tasks: vec![task(Some(0.84), "84 % explored, 3.2 m to the goal")],
             fallen_rates: vec![slow("laser.scan -> mapper.scan")],
             restarts: 1,
         };
         assert_eq!(
             status.to_line(),
-            "12.3 s | explore, watch | explorer: exploring, 84 % explored, 3.2 m to the goal | \
-             slow: laser.scan -> mapper.scan 3.1 Hz instead of 10.0 | 1 restart"
+            "12.3 s | explore, watch | tank in exec for 12.0 s | explorer: exploring, 84 % \
+             explored, 3.2 m to the goal | slow: laser.scan -> mapper.scan 3.1 Hz instead of 10.0 | 1 restart"
         );
     }
 
