@@ -2,7 +2,7 @@
 
 use super::commit::{CommitState, SLOT_LEN, new_state};
 use super::line::ChainEnd;
-use armor_files::{open_own_file, save_atomically};
+use armor_files::{open_own_file, save_private_file};
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileExt;
@@ -42,7 +42,7 @@ impl StateFile {
 
     fn create(journal: &Path, end: ChainEnd) -> io::Result<Self> {
         let bytes = new_state(end);
-        save_atomically(&state_path(journal), &bytes).map_err(|error| error.reason)?;
+        save_private_file(&state_path(journal), &bytes).map_err(|error| error.reason)?;
         let state = CommitState::decode(&bytes).ok_or(io::ErrorKind::InvalidData)?;
         Self::open_with(journal, state)
     }
