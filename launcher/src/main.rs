@@ -44,6 +44,8 @@ use exit::CommandEnding;
 use print::{StdoutClosed, print_notice};
 
 fn main() -> ExitCode {
+    // Started from `/proc/self/exe`, it would be listed as `exe`.
+    let _ = rustix::thread::set_name(c"armor");
     let matches = ignore_empty_variables(CommandLine::command()).get_matches();
     let CommandLine { format, command } =
         CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
