@@ -39,8 +39,14 @@ impl Folder {
     /// Returns the command `armor` with `arguments`, in this folder and without Armor's environment
     /// variables.
     pub fn armor(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_armor"));
-        command.args(arguments).current_dir(&self.0).stdin(Stdio::null());
+        let mut command = self.command_of(Path::new(env!("CARGO_BIN_EXE_armor")));
+        command.args(arguments);
+        command
+    }
+
+    fn command_of(&self, program: &Path) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir(&self.0).stdin(Stdio::null());
         command.env("XDG_RUNTIME_DIR", self.0.join("run"));
         command.env("XDG_CACHE_HOME", self.0.join("cache"));
         for variable in [
@@ -143,9 +149,15 @@ impl Folder {
 
     /// Starts `armor run` with `arguments`, writing into `out`.
     pub fn run(&self, out: &str, arguments: &[&str]) -> Run {
+        self.run_program(Path::new(env!("CARGO_BIN_EXE_armor")), out, arguments)
+    }
+
+    /// As [`Self::run`], with another copy of the program.
+    pub fn run_program(&self, program: &Path, out: &str, arguments: &[&str]) -> Run {
         let out = self.0.join(out);
-        let mut command = self.armor(&["run", "--out"]);
-        command.arg(&out).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut command = self.command_of(program);
+        command.args(["run", "--out"]).arg(&out).args(arguments);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
         let child = command.spawn().expect("armor starts");
         Run { child, out }
     }
@@ -189,6 +201,11 @@ impl Run {
         let processes = std::fs::read_dir("/proc").expect("/proc");
         let pids = processes.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
         pids.filter(|pid| parent(*pid) == Some(self.pid())).collect()
+    }
+
+    /// Returns whether a process runs the program `armor` itself.
+    pub fn is_own(&self, pid: i32) -> bool {
+        command_of(pid).first().is_some_and(|program| program.ends_with("armor"))
     }
 
     /// Returns its child that runs `armor DAEMON`.

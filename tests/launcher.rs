@@ -5,7 +5,7 @@ use std::os::unix::fs::MetadataExt;
 
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, is_alive, run_to_end, send_signal, wait_for};
+use crate::fixture::{Folder, Run, is_alive, run_to_end, send_signal, wait_for};
 
 /// Leaves its process id and that of a child of its own, which ignores what a script can ignore.
 const FAMILY: &str = "trap '' TERM HUP INT; sleep 600 & echo $$ $! > \"$ARMOR_OUT/family\"; wait";
@@ -29,6 +29,38 @@ fn a_killed_launcher_leaves_nothing_behind() {
     let (code, _, err) = run_to_end(&mut folder.armor(&["ps"]));
     assert_eq!(code, 1);
     assert!(err.contains("no system is running"), "its run file is stale: {err}");
+}
+
+#[test]
+fn what_has_left_its_process_group_outlives_neither_its_component_nor_the_run() {
+    let folder = Folder::new("sessions");
+    // A child in a session of its own, whose parent has ended, too.
+    let script = "setsid sh -c 'sleep 600 & echo $! >> \"$ARMOR_OUT/left\"'; echo here; ";
+    folder.script("leaver", &format!("{script} exec sleep 600"));
+    let file = folder.system("sessions", &["a leaver"]);
+    let left = |run: &Run, number: usize| {
+        wait_for("a process that has left", || {
+            let text = std::fs::read_to_string(run.out().join("left")).ok()?;
+            text.lines().nth(number)?.parse::<i32>().ok()
+        })
+    };
+    for signal in [Signal::INT, Signal::KILL] {
+        let mut run = folder.run(&format!("out-{signal:?}"), &[&file]);
+        let first = left(&run, 0);
+        assert!(is_alive(first), "as long as its component runs");
+        let component = wait_for("the component", || {
+            let of_script = |pid: &i32| !run.is_own(*pid);
+            run.children().into_iter().find(of_script)
+        });
+        send_signal(component, Signal::KILL);
+        let second = left(&run, 1);
+        assert!(!is_alive(first), "its component has died");
+        assert!(is_alive(second));
+        run.signal(signal);
+        let expected = (signal == Signal::INT).then_some(130);
+        assert_eq!(run.code(), expected, "{}", run.log());
+        wait_for("its end", || (!is_alive(second)).then_some(()));
+    }
 }
 
 #[test]
@@ -169,6 +201,61 @@ fn programs_get_json_lines_and_the_end_with_its_code() {
     let end = lines.last().expect("lines");
     assert_eq!((&end["event"], &end["code"]), (&"end".into(), &0.into()));
     assert!(folder.path().join("out/odd/logs/a.log").exists(), "the default folder");
+}
+
+#[test]
+fn a_run_refuses_a_limit_of_descriptors_that_does_not_suffice_and_raises_one_that_may_be_raised() {
+    let folder = Folder::new("descriptors");
+    folder.script("sleeper", "echo here; exec sleep 600");
+    let components: Vec<_> = (0..19).map(|number| format!("s{number} sleeper")).collect();
+    let components: Vec<_> = components.iter().map(String::as_str).collect();
+    let file = folder.system("descriptors", &components);
+    let limited = |limit: &str, time: &str| {
+        let run = folder.armor(&["run", &file, "--out", "out", "--for", time]);
+        let mut shell = std::process::Command::new("/bin/sh");
+        shell.args(["-c", &format!("ulimit {limit} && exec \"$@\""), "sh"]);
+        shell.arg(run.get_program()).args(run.get_args()).current_dir(folder.path());
+        for (name, value) in run.get_envs() {
+            match value {
+                Some(value) => shell.env(name, value),
+                None => shell.env_remove(name),
+            };
+        }
+        run_to_end(&mut shell)
+    };
+    let (code, out, err) = limited("-n 64", "1s");
+    let expected = ["needs 166 file descriptors, and the limit is 64", "`ulimit -n 166`"];
+    assert!(code == 1 && expected.iter().all(|text| err.contains(text)), "{code} {out}{err}");
+    let (code, out, err) = limited("-S -n 64", "6s");
+    assert!(code == 0 && !(out.clone() + &err).contains("given up"), "{code} {out}{err}");
+    assert_eq!(out.lines().filter(|line| line.ends_with(" here")).count(), 19, "{out}");
+}
+
+#[test]
+fn a_program_that_was_removed_still_restarts_its_daemons() {
+    let folder = Folder::new("removed");
+    folder.script("sleeper", "echo here; exec sleep 600");
+    let file = folder.system("removed", &["a sleeper"]);
+    let program = folder.path().join("armor");
+    let original = env!("CARGO_BIN_EXE_armor");
+    std::fs::hard_link(original, &program)
+        .or_else(|_| std::fs::copy(original, &program).map(drop))
+        .expect("a second name of the program");
+    let mut run = folder.run_program(&program, "out", &[&file]);
+    run.wait_for_log("here", 1);
+    std::fs::remove_file(&program).expect("it was there");
+    for daemon in ["registry", "configd"] {
+        let before = wait_for(daemon, || run.daemon(daemon));
+        send_signal(before, Signal::KILL);
+        wait_for("another one", || run.daemon(daemon).filter(|pid| *pid != before));
+        wait_for("the system is whole again", || {
+            let (code, out, _) = run_to_end(&mut folder.armor(&["ps"]));
+            (code == 0 && out.contains("configd")).then_some(())
+        });
+    }
+    run.signal(Signal::TERM);
+    assert_eq!(run.code(), Some(130));
+    assert_eq!(run.log().matches("starts again in 0.1 s").count(), 2, "{}", run.log());
 }
 
 #[test]

@@ -108,6 +108,7 @@ pub fn play_mission(registry: String, file: &Path, journal: PathBuf) -> Result<(
         journal,
         is_laid_out: false,
         newer: None,
+        given_up: armor_executive::GivenUpComponents::default(),
         cut_at,
         trust_clock: false,
     };

@@ -289,6 +289,14 @@ impl Controller {
                     self.commands.note_gone(cx, component);
                 }
             }
+            ControllerEvent::GivenUp { component, why } => {
+                let observed = cx.roster.of_mut(component);
+                let has_ended = why.is_some() && observed.presence != ProcessPresence::Here;
+                observed.given_up = why;
+                if has_ended && observed.presence != ProcessPresence::Gone {
+                    self.commands.note_gone(cx, component);
+                }
+            }
             ControllerEvent::Ordered(given) => self.operators.take_order(cx, &self.dates, given),
             ControllerEvent::OperatorLeft { connection } => {
                 self.operators.operator_left(cx, connection);

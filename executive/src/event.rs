@@ -61,6 +61,14 @@ pub enum ControllerEvent {
         /// The process start; `None` stands for any.
         instance: Option<u64>,
     },
+    /// The launcher has given up a component that died too often: its process has ended and is not
+    /// started again.
+    GivenUp {
+        /// The component.
+        component: ComponentId,
+        /// Why; `None`: it is started again.
+        why: Option<String>,
+    },
     /// An operator gives an order.
     Ordered(IncomingOrder),
     /// The connection of an operator has ended.

@@ -2,6 +2,7 @@
 //! Otherwise the components of the initial places could publish before their subscribers are
 //! linked, and data would be lost.
 
+use crate::given_up::GivenUpComponents;
 use crate::watch::GuardWatching;
 use armor_plan::Plan;
 use armor_sdk::control::{ControlConnection, Role, Status};
@@ -20,12 +21,23 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How long the registry or a component may take to answer before it counts as missing this time.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
-/// Waits until every component and link is up, for at most [`LIMIT`].
-pub(crate) fn gather(plan: &Plan, registry: &str, watching: &GuardWatching, stop: &AtomicBool) {
+/// Waits until every component and link is up, for at most [`LIMIT`], and not for a component that
+/// is given up.
+pub(crate) fn gather(
+    plan: &Plan,
+    registry: &str,
+    watching: &GuardWatching,
+    given_up: &GivenUpComponents,
+    stop: &AtomicBool,
+) {
     let directory = Directory::observer(registry, "executive");
     let mut connections = HashMap::new();
     let start = Instant::now();
     while !stop.load(Ordering::Relaxed) {
+        if let Some(why) = given_up.find_first(plan) {
+            tracing::warn!("begins although {why}");
+            return;
+        }
         let unwatched = || Some(format!("{} has no link to the guards", watching.unlinked()?));
         let missing = find_missing(plan, &directory, &mut connections).or_else(unwatched);
         let Some(missing) = missing else { return };

@@ -55,6 +55,8 @@ pub(crate) struct ObservedComponent {
     pub(crate) order: Option<PendingCommand>,
     /// Not even killing it was confirmed.
     pub(crate) unstoppable: bool,
+    /// Why the launcher starts no process of it any more.
+    pub(crate) given_up: Option<String>,
     /// Its start was blocked by a component that it excludes, when the last event was settled.
     pub(crate) is_blocked: bool,
     /// Since when its start is not blocked.
@@ -69,6 +71,11 @@ impl ObservedComponent {
             ProcessPresence::Unseen | ProcessPresence::Lost => true,
             ProcessPresence::Here => matches!(self.doing, Doing::Unknown | Doing::Active),
         }
+    }
+
+    /// Returns why no process of it can be expected, if the launcher has given it up.
+    pub(crate) fn why_given_up(&self) -> Option<&String> {
+        self.given_up.as_ref().filter(|_| self.presence != ProcessPresence::Here)
     }
 
     /// Whether it can be given a command.
@@ -111,6 +118,7 @@ impl Roster {
             controllable: component.is_controlled(),
             order: None,
             unstoppable: false,
+            given_up: None,
             is_blocked: false,
             unblocked: Duration::ZERO,
         };
@@ -142,6 +150,7 @@ impl Roster {
             controllable: observed.controllable,
             order: None,
             unstoppable: false,
+            given_up: None,
             is_blocked: false,
             unblocked: Duration::ZERO,
         };

@@ -6,6 +6,7 @@ use crate::controller::Controller;
 use crate::event::{ControllerAction, ControllerEvent};
 use crate::follow::{Newer, follow};
 use crate::gathering;
+use crate::given_up::{GivenUpComponents, GivenUpNews};
 use crate::hub::{ExecutiveInput, Hub};
 use crate::journal::{Journal, JournalError};
 use crate::ledger::snapshot::snapshot_of;
@@ -49,6 +50,8 @@ pub struct ExecutiveOptions {
     pub is_laid_out: bool,
     /// Where newer versions of the file come from; without it the mission stays as it is.
     pub newer: Option<Newer>,
+    /// The components that the launcher has given up: the mission does not wait for them.
+    pub given_up: GivenUpComponents,
     /// How long the journal grows before it is cut, in bytes; see [`journal::CUT_AT`].
     pub cut_at: u64,
     /// Whether this host's clock counts as right although no time service is known to keep it.
@@ -103,7 +106,7 @@ pub fn run(
     let (sender, inputs) = mpsc::channel();
     let watching = GuardWatching::start(&plan, &options.registry, &sender);
     if begins {
-        gathering::gather(&plan, &options.registry, &watching, stop);
+        gathering::gather(&plan, &options.registry, &watching, &options.given_up, stop);
     }
     let (clocks, now) = Clocks::begin(&plan, &story);
     journal.begin(clocks.life().clone())?;
@@ -134,6 +137,7 @@ pub fn run(
         controller,
         hub,
         watching,
+        given_up: GivenUpNews::new(options.given_up.clone()),
         journal,
         is_short: false,
         cut_at: options.cut_at,
@@ -181,6 +185,7 @@ struct ExecutiveLoop {
     controller: Controller,
     hub: Hub,
     watching: GuardWatching,
+    given_up: GivenUpNews,
     journal: Journal,
     /// Whether the disk was found to be full.
     is_short: bool,
@@ -234,6 +239,7 @@ impl ExecutiveLoop {
         if self.hub.is_uneasy() {
             events.extend(self.hub.look_around());
         }
+        events.extend(self.given_up.take_changes(self.controller.plan()));
         if (stop.load(Ordering::Relaxed) || self.node.is_ending()) && !self.controller.is_stopping()
         {
             events.push(ControllerEvent::Stop);

@@ -12,8 +12,8 @@ use thiserror::Error;
 
 use crate::systems::{RunRecord, SystemsError, record_directory};
 
-/// Longest request or reply, in bytes.
-pub const MAX_LINE_LEN: usize = 4 << 10;
+/// Longest request or reply, in bytes: twenty components with the ends of their processes.
+pub const MAX_LINE_LEN: usize = 32 << 10;
 /// Time within which the launcher must answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(5);
 
@@ -56,8 +56,14 @@ pub struct AbsentComponent {
     pub component: String,
     /// What becomes of it.
     pub state: AbsentState,
-    /// How its last process ended, in words; empty if none has run.
+    /// How its last process ended and what follows, in words; empty if none has run.
     pub reason: String,
+    /// Number of processes that were started.
+    #[serde(default)]
+    pub starts: u32,
+    /// How its last processes ended by themselves, in words, the newest last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ends: Vec<String>,
 }
 
 /// What becomes of a component whose process does not run.

@@ -11,6 +11,7 @@ use clap::Args;
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal, setpgid};
 
 use crate::arguments::OutputFormat;
+use crate::run::process::OWN_PROGRAM;
 use crate::verb::Verb;
 
 /// Run a program that does not outlive its parent.
@@ -39,7 +40,13 @@ fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
     setpgid(None, None).context("making a process group")?;
     let (program, arguments) =
         guard.program.split_first().context("no program is given after `--`")?;
-    let error = Command::new(program).args(arguments).exec();
+    let mut command = Command::new(program);
+    if program == OWN_PROGRAM
+        && let Some(own) = std::env::args_os().next()
+    {
+        command.arg0(own);
+    }
+    let error = command.args(arguments).exec();
     Err(error).with_context(|| format!("{} cannot be started", program.to_string_lossy()))
 }
 

@@ -45,6 +45,8 @@ use exit::CommandEnding;
 use print::{StdoutClosed, help_width, print_notice};
 
 fn main() -> ExitCode {
+    // Started from `/proc/self/exe`, it would be listed as `exe`.
+    let _ = rustix::thread::set_name(c"armor");
     let matches =
         ignore_empty_variables(CommandLine::command()).term_width(help_width()).get_matches();
     let CommandLine { format, command } =

@@ -2,7 +2,9 @@
 
 pub mod arguments;
 mod component_link;
+mod descriptors;
 mod environment;
+pub mod given_up;
 pub mod group_killer;
 mod logs;
 mod output_folder;
@@ -13,6 +15,7 @@ mod requests;
 mod status;
 mod supervise;
 mod supervisor;
+mod survivors;
 mod unfinished;
 
 use std::process::ExitCode;
@@ -77,6 +80,7 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let lease = PortLease::take(arguments.registry)?;
     let plan =
         ProcessPlan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
+    descriptors::raise_limit(descriptors::count_needed(configuration, plan.duties.len()))?;
     let record = RunRecord {
         system: name.clone(),
         pid: std::process::id(),

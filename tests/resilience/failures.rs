@@ -54,29 +54,49 @@ fn a_component_that_has_failed_fails_a_run_without_a_mission() {
     }
 }
 
-#[test]
-fn a_component_that_dies_too_often_is_given_up_and_reported_to_the_executive() {
-    let mut system = working("dies-too-often", "");
+/// Kills the worker until the launcher gives it up.
+fn kill_until_given_up(system: &System) {
     for death in 1..=5 {
         let pid = system.kill("worker");
         wait_for("its end", || (!is_alive(pid)).then_some(()));
         if death < 5 {
-            // Each time it is restarted and activated again by its marked place.
+            // Each time it is restarted and activated again.
             system.traced("worker", "another start", |trace| {
                 (trace.count("started") > death).then_some(())
             });
         }
     }
-    system.run.wait_for_log("it is given up", 1);
-    let (code, shown, _) = run_to_end(&mut system.folder.armor(&["ps"]));
-    let row = shown.lines().find(|line| line.starts_with("worker ")).unwrap_or_default();
-    assert!(code == 0 && row.contains("given up") && row.contains("SIGKILL"), "{shown}");
-    let got = system.trace("sink").got("a").len();
-    system.traced("sink", "more data", |trace| (trace.got("a").len() > got + 50).then_some(()));
+    system.run.wait_for_log("it is given up after 5 starts", 1);
+}
+
+#[test]
+fn a_component_that_is_given_up_fails_the_mission_with_the_reason() {
+    let mut system = working("dies-too-often", "");
+    kill_until_given_up(&system);
     assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
     let log = system.run.log();
-    assert!(log.contains("it did not come back within"), "{log}");
+    let why = "retreats: `worker` failed: worker was given up after 5 starts in";
+    assert!(log.lines().any(|line| line.contains(why) && line.contains("SIGKILL")), "{log}");
     assert!(log.contains("the mission ended in its safe place"), "{log}");
+    check_nothing_lost("the sink", &system.trace("sink").got("a"));
+}
+
+#[test]
+fn a_component_that_is_given_up_is_listed_with_its_history_and_the_others_continue() {
+    let draft = Draft::default()
+        .probe("source", "rate='100Hz'", "")
+        .probe("sink", "", "")
+        .probe("worker", "rate='50Hz'", "")
+        .link("source", "sink.a", "all");
+    let system = draft.run(Folder::new("given-up"));
+    system.traced("worker", "its start", |trace| (trace.count("started") > 0).then_some(()));
+    kill_until_given_up(&system);
+    let got = system.trace("sink").got("a").len();
+    let (code, shown, _) = run_to_end(&mut system.folder.armor(&["ps"]));
+    let row = shown.lines().find(|line| line.starts_with("worker ")).unwrap_or_default();
+    let history = ["given up", "5 starts; the last ends: ended by signal 9 (SIGKILL), ended by"];
+    assert!(code == 0 && history.iter().all(|text| row.contains(text)), "{shown}");
+    system.traced("sink", "more data", |trace| (trace.got("a").len() > got + 50).then_some(()));
     check_nothing_lost("the sink", &system.trace("sink").got("a"));
 }
 

@@ -251,6 +251,7 @@ fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) ->
     let from = since.unwrap_or(Duration::ZERO).max(began).max(observed.unblocked);
     let starting = observed.order.filter(|order| !order.stop);
     let deadline = match (observed.presence, observed.doing) {
+        _ if observed.why_given_up().is_some() => from.max(observed.since),
         (ProcessPresence::Unseen, _) => from.max(began + limits.muster),
         (ProcessPresence::Here, Doing::Frozen | Doing::Active) => {
             // It waits for components that it excludes, or for its own stop; these have deadlines.
@@ -273,6 +274,9 @@ fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) ->
 
 fn describe_absence(cx: &Context, component: ComponentId) -> String {
     let (limits, observed) = (cx.plan().limits(), cx.roster.of(component));
+    if let Some(why) = observed.why_given_up() {
+        return why.clone();
+    }
     match observed.presence {
         ProcessPresence::Unseen => format!("it did not appear within {:?}", limits.muster),
         ProcessPresence::Gone if !cx.plan().component(component).returns => {

@@ -5,7 +5,9 @@
 mod worker;
 
 use armor_executive::journal::{self, Journal};
-use armor_executive::{ExecutiveOptions, JournalEntry, MissionOutcome, replay_records, run};
+use armor_executive::{
+    ExecutiveOptions, GivenUpComponents, JournalEntry, MissionOutcome, replay_records, run,
+};
 use armor_plan::Plan;
 use armor_registry::BackgroundRegistry;
 use armor_sdk::wire::registry::ComponentEntry;
@@ -74,6 +76,7 @@ fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
         journal: next().into(),
         is_laid_out: false,
         newer: None,
+        given_up: GivenUpComponents::default(),
         cut_at: CUT_AT,
         trust_clock: false,
     };

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use armor_executive::{ExecutiveOptions, MissionOutcome, Newer};
+use armor_executive::{ExecutiveOptions, GivenUpComponents, MissionOutcome, Newer};
 use armor_plan::{FileText, Plan, Version};
 use armor_robotfile::{Colours, Findings, Override};
 use clap::Args;
@@ -18,6 +18,7 @@ use super::serving::watch_for_signals;
 use crate::arguments::{OutputFormat, default_registry};
 use crate::check;
 use crate::exit::CommandEnding;
+use crate::run::given_up::take_reports;
 use crate::verb::Verb;
 
 /// Longest time until configd, which starts at the same time, keeps the first version.
@@ -47,6 +48,9 @@ pub struct ExecutiveArguments {
     /// its safe place instead of starting again.
     #[arg(long)]
     pub resume: bool,
+    /// The launcher reports on stdin which components it has given up.
+    #[arg(long, hide = true)]
+    pub supervised: bool,
     /// Accept absolute dates although no time service synchronizes this host's clock.
     #[arg(long)]
     pub trust_clock: bool,
@@ -73,11 +77,18 @@ fn run_executive(arguments: &ExecutiveArguments) -> Result<ExitCode> {
     let journal = arguments.journal.clone().unwrap_or_else(default_journal);
     let versions = arguments.versions.clone().or_else(default_versions);
     let newer = versions.map(|versions| kept_in(versions, arguments.file.clone()));
+    let given_up = GivenUpComponents::default();
+    if arguments.supervised {
+        let list = given_up.clone();
+        let take = move || take_reports(std::io::stdin().lock(), &list);
+        std::thread::Builder::new().name("given-up".into()).spawn(take).context("no thread")?;
+    }
     let options = ExecutiveOptions {
         registry: arguments.registry.to_string(),
         journal,
         is_laid_out: arguments.resume,
         newer,
+        given_up,
         cut_at: armor_executive::journal::CUT_AT,
         trust_clock: arguments.trust_clock,
     };

@@ -63,22 +63,23 @@ fn list_absent(running: &RunningSystem) -> Vec<AbsentComponent> {
 
 fn format_absent(absent: &AbsentComponent) -> Vec<String> {
     let none = || "-".to_owned();
-    let AbsentComponent { component, state, reason } = absent;
-    vec![
-        component.clone(),
-        none(),
-        state.to_string(),
-        none(),
-        none(),
-        none(),
-        none(),
-        reason.clone(),
-    ]
+    let state = absent.state.to_string();
+    let name = absent.component.clone();
+    vec![name, none(), state, none(), none(), none(), none(), describe_absence(absent)]
 }
 
 fn json_of_absent(absent: &AbsentComponent) -> serde_json::Value {
-    let AbsentComponent { component, state, reason } = absent;
-    json!({"name": component, "state": state, "problem": reason})
+    let AbsentComponent { component, state, reason, starts, ends } = absent;
+    json!({"name": component, "state": state, "problem": reason, "starts": starts, "ends": ends})
+}
+
+/// How its last process ended and what follows, and how those before it ended.
+fn describe_absence(absent: &AbsentComponent) -> String {
+    let AbsentComponent { reason, starts, ends, .. } = absent;
+    if ends.len() < 2 {
+        return reason.clone();
+    }
+    format!("{reason} ({starts} starts; the last ends: {})", ends.join(", "))
 }
 
 fn format_row(sighting: &Sighting) -> Vec<String> {

@@ -10,6 +10,8 @@ use parking_lot::Mutex;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 
+use super::descriptors::has_free_descriptor;
+
 /// Pause between two attempts to connect.
 const RETRY: Duration = Duration::from_millis(200);
 
@@ -23,8 +25,12 @@ pub struct ComponentLink {
 }
 
 impl ComponentLink {
-    /// Connects, and calls `heard` with every answer of the component.
-    pub fn begin(entry: ComponentEntry, heard: impl Fn(&Answer) + Clone + Send + 'static) -> Self {
+    /// Connects, and calls `heard` with every answer of the component, and without one when there
+    /// is no descriptor left to connect.
+    pub fn begin(
+        entry: ComponentEntry,
+        heard: impl Fn(Option<&Answer>) + Clone + Send + 'static,
+    ) -> Self {
         let connection = Arc::new(Mutex::new(None));
         let instance = entry.instance;
         let task = tokio::spawn(stay_connected(entry, connection.clone(), heard));
@@ -48,7 +54,7 @@ impl Drop for ComponentLink {
 async fn stay_connected(
     entry: ComponentEntry,
     slot: Arc<Mutex<Option<ControlConnection>>>,
-    heard: impl Fn(&Answer) + Clone + Send + 'static,
+    heard: impl Fn(Option<&Answer>) + Clone + Send + 'static,
 ) {
     let from = format!("launcher-{}", std::process::id());
     loop {
@@ -56,17 +62,21 @@ async fn stay_connected(
         let sink = {
             let (closed, heard) = (closed.clone(), heard.clone());
             move |event| match event {
-                ControlEvent::Answer(answer) => heard(&answer),
+                ControlEvent::Answer(answer) => heard(Some(&answer)),
                 ControlEvent::Closed(_) => closed.notify_one(),
             }
         };
         let (entry, from) = (entry.clone(), from.clone());
         let connecting = move || ControlConnection::connect(&entry, Role::Launcher, &from, sink);
-        // Why it fails does not matter here: a component that stays silent is killed.
-        if let Ok(Ok(connection)) = tokio::task::spawn_blocking(connecting).await {
-            *slot.lock() = Some(connection);
-            closed.notified().await;
-            slot.lock().take();
+        match tokio::task::spawn_blocking(connecting).await {
+            Ok(Ok(connection)) => {
+                *slot.lock() = Some(connection);
+                closed.notified().await;
+                slot.lock().take();
+            }
+            // Any other failure does not matter here: a component that stays silent is killed.
+            _ if !has_free_descriptor() => heard(None),
+            _ => {}
         }
         tokio::time::sleep(RETRY).await;
     }

@@ -1,8 +1,9 @@
 //! `armor group-killer`: outlives a killed launcher for a moment, to kill what the guard cannot
-//! reach: processes that an executable has started itself, in its process group.
+//! reach: processes that an executable has started itself, in its process group or out of it.
 //!
 //! The launcher writes every group to its stdin (`+PID` when it starts, `-PID` when it has ended).
-//! When stdin ends it kills the groups that are left. The kernel closes the pipe however the
+//! When stdin ends it kills the groups that are left, and every process that carries the mark of the
+//! run. The kernel closes the pipe however the
 //! launcher ends.
 
 use std::collections::BTreeSet;
@@ -14,14 +15,22 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use super::process::{ProcessGroup, own_program};
+use super::process::{OWN_PROGRAM, ProcessGroup, own_path};
+use super::survivors::kill_survivors;
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
 use crate::verb::Verb;
 
+/// Shortest mark: a shorter one could be that of another run.
+const MIN_MARK_LEN: usize = 16;
+
 /// Kill the process groups listed on stdin when stdin ends.
 #[derive(Args, Debug)]
-pub struct GroupKillerArguments {}
+pub struct GroupKillerArguments {
+    /// The mark of the run, in the variables of its processes.
+    #[arg(long)]
+    pub mark: Option<String>,
+}
 
 impl Verb for GroupKillerArguments {
     fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
@@ -29,6 +38,9 @@ impl Verb for GroupKillerArguments {
             if let Some(pid) = Pid::from_raw(pid) {
                 let _ = kill_process_group(pid, Signal::KILL);
             }
+        }
+        if let Some(mark) = self.mark.filter(|mark| mark.len() >= MIN_MARK_LEN) {
+            kill_survivors(&mark);
         }
         Ok(CommandEnding::Fine.into())
     }
@@ -58,9 +70,10 @@ impl GroupKiller {
     ///
     /// # Errors
     /// If no process can be started.
-    pub fn start() -> Result<Self> {
-        let child = Command::new(own_program())
-            .arg("group-killer")
+    pub fn start(mark: &str) -> Result<Self> {
+        let child = Command::new(OWN_PROGRAM)
+            .arg0(own_path())
+            .args(["group-killer", "--mark", mark])
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::null())

@@ -32,8 +32,13 @@ use splitter::Splitter;
 
 /// Longest time that the end of a run waits for a blocked terminal.
 const CLOSE_WITHIN: Duration = Duration::from_secs(2);
-/// Rest after reading a pipe whose lines are left out, so that a flood costs little.
+/// Rest while the lines of a pipe are left out, so that a flood costs little.
 const FLOOD_REST: Duration = Duration::from_millis(1);
+/// What is read of a flood between two rests, in bytes: 100 MB are read within a second or two, so
+/// that the process that writes them is hardly delayed.
+const READ_PER_REST: usize = 256 << 10;
+/// What is read at a time, in bytes: a full pipe.
+const READ_LEN: usize = 64 << 10;
 
 /// Takes lines from everywhere. Clones share the sinks.
 #[derive(Clone)]
@@ -106,7 +111,8 @@ impl RunLog {
     pub async fn read(self, name: Arc<str>, stream: LogStream, mut source: impl AsyncRead + Unpin) {
         let mut splitter = Splitter::default();
         let mut budget = LineBudget::new(self.elapsed());
-        let mut bytes = vec![0; 16 << 10];
+        let mut bytes = vec![0; READ_LEN];
+        let mut since_rest = 0;
         loop {
             let read = source.read(&mut bytes).await.unwrap_or(0);
             let now = self.elapsed();
@@ -132,7 +138,9 @@ impl RunLog {
             if read == 0 {
                 return;
             }
-            if flood {
+            since_rest += read;
+            if flood && since_rest >= READ_PER_REST {
+                since_rest = 0;
                 tokio::time::sleep(FLOOD_REST).await;
             }
         }

@@ -13,9 +13,9 @@ use armor_wire::name::is_name;
 
 use super::arguments::RunArguments;
 use super::environment::select_variables;
-use super::process::{ProcessStart, own_program};
+use super::process::{OWN_PROGRAM, ProcessStart};
 use super::supervisor::{ChildRole, Duty};
-use super::unfinished;
+use super::{survivors, unfinished};
 use crate::kinds::{Catalogue, Origin};
 use armor_socket::GROUP_VARIABLE;
 
@@ -36,6 +36,8 @@ pub struct ProcessPlan {
     pub starts: Vec<ProcessStart>,
     /// Where the registry listens.
     pub registry: SocketAddr,
+    /// The mark of all processes of the run, in [`survivors::VARIABLE`].
+    pub mark: String,
     /// What the log begins with: variables that the file names and that are not set.
     pub warnings: Vec<String>,
 }
@@ -73,8 +75,9 @@ impl ProcessPlan {
         registry: SocketAddr,
         out: &Path,
     ) -> Result<Self> {
+        let mark = format!("{:016x}/", armor_socket::random_id());
         let mut plan =
-            Self { duties: Vec::new(), starts: Vec::new(), registry, warnings: Vec::new() };
+            Self { duties: Vec::new(), starts: Vec::new(), registry, mark, warnings: Vec::new() };
         let file = arguments.file.as_os_str();
         let at = registry.to_string();
         let sets = arguments.overrides.iter().flat_map(|set| ["--set".into(), set.into()]);
@@ -108,6 +111,7 @@ impl ProcessPlan {
             let journal = out.join(unfinished::JOURNAL);
             let mut executive = vec![file.into(), "--registry".into(), (&at).into()];
             executive.extend(["--resume".into(), "--journal".into(), journal.into_os_string()]);
+            executive.push("--supervised".into());
             executive.extend(sets);
             if arguments.trust_clock {
                 executive.push("--trust-clock".into());
@@ -135,6 +139,8 @@ impl ProcessPlan {
             // The file decides who takes part, not the shell that starts the system.
             start.environment.retain(|(name, _)| name != GROUP_VARIABLE);
             start.environment.extend(environment.iter().cloned());
+            start.mark = format!("{}{}/", plan.mark, start.name);
+            start.environment.push((survivors::VARIABLE.into(), (&start.mark).into()));
         }
         Ok(plan)
     }
@@ -146,7 +152,7 @@ impl ProcessPlan {
 
     fn add_daemon(&mut self, name: &str, role: ChildRole, mut arguments: Vec<OsString>) {
         arguments.insert(0, name.into());
-        self.add(name, role, Restart::Always, own_program(), arguments);
+        self.add(name, role, Restart::Always, OWN_PROGRAM.into(), arguments);
     }
 
     fn component(&mut self, component: &Component, catalogue: &Catalogue, at: &str) -> Result<()> {
@@ -165,7 +171,7 @@ impl ProcessPlan {
         let program = match &found.origin {
             Origin::Stock => {
                 arguments.splice(0..0, ["component".into(), kind.into()]);
-                own_program()
+                OWN_PROGRAM.into()
             }
             Origin::Executable(path) => path.clone(),
         };
@@ -194,6 +200,10 @@ impl ProcessPlan {
     ) {
         self.duties.push(Duty { name: name.into(), role, restart, watchdog: None });
         let environment = select_variables(std::env::vars_os(), &[]);
-        self.starts.push(ProcessStart { name: name.into(), program, arguments, environment });
+        let takes_reports = role == ChildRole::Executive;
+        let name = name.into();
+        let mark = String::new();
+        let start = ProcessStart { name, program, arguments, environment, mark, takes_reports };
+        self.starts.push(start);
     }
 }

@@ -1,6 +1,7 @@
 //! Processes: started under the guard, read line by line, killed with their whole group.
 
 use std::ffi::OsString;
+use std::io::PipeWriter;
 use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{ExitStatus, Stdio};
@@ -13,6 +14,7 @@ use tokio::task::JoinHandle;
 
 use super::logs::{LogStream, RunLog};
 use super::supervisor::ChildExit;
+use super::survivors::kill_survivors;
 use crate::guard;
 
 /// How to start a process.
@@ -26,6 +28,10 @@ pub struct ProcessStart {
     pub arguments: Vec<OsString>,
     /// All its variables.
     pub environment: Vec<(OsString, OsString)>,
+    /// What the processes that it starts itself inherit, in [`super::survivors::VARIABLE`].
+    pub mark: String,
+    /// Whether the launcher reports to it on its stdin.
+    pub takes_reports: bool,
 }
 
 /// A process that was started.
@@ -34,6 +40,8 @@ pub struct ChildProcess {
     pid: Pid,
     child: Child,
     readers: [JoinHandle<()>; 2],
+    mark: String,
+    reports: Option<PipeWriter>,
 }
 
 /// A process group, which signals are sent to.
@@ -48,11 +56,20 @@ impl ChildProcess {
     /// If the guard cannot be started; an executable that cannot be started ends with code 1.
     pub fn start(start: &ProcessStart, log: &RunLog) -> Result<Self> {
         let program = start.program.clone().into_os_string();
-        let mut child = Command::new(own_program())
+        let (stdin, reports) = if start.takes_reports {
+            let (reader, writer) = std::io::pipe().context("no pipe to a process")?;
+            // A process that does not read must not delay the launcher.
+            rustix::io::ioctl_fionbio(&writer, true).context("no pipe to a process")?;
+            (Stdio::from(reader), Some(writer))
+        } else {
+            (Stdio::null(), None)
+        };
+        let mut child = Command::new(OWN_PROGRAM)
+            .arg0(own_path())
             .args(guard::list_arguments(std::process::id(), &program, &start.arguments))
             .env_clear()
             .envs(start.environment.iter().map(|(name, value)| (name, value)))
-            .stdin(Stdio::null())
+            .stdin(stdin)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             // Before the guard makes the group itself, so that a kill never misses the process.
@@ -68,7 +85,12 @@ impl ChildProcess {
             tokio::spawn(log.clone().read(name.clone(), LogStream::Out, out)),
             tokio::spawn(log.clone().read(name, LogStream::Err, err)),
         ];
-        Ok(Self { pid, child, readers })
+        Ok(Self { pid, child, readers, mark: start.mark.clone(), reports })
+    }
+
+    /// Takes the launcher's end of the pipe on which it reports to the process, if there is one.
+    pub fn take_reports(&mut self) -> Option<PipeWriter> {
+        self.reports.take()
     }
 
     /// What signals go to.
@@ -84,7 +106,9 @@ impl ChildProcess {
             Err(_) => ChildExit::Code(-1),
         };
         // What it started itself must not outlive it.
-        self.group().kill();
+        ProcessGroup(self.pid).kill();
+        let mark = self.mark;
+        let _ = tokio::task::spawn_blocking(move || kill_survivors(&mark)).await;
         (exit, self.readers)
     }
 }
@@ -102,6 +126,14 @@ impl ProcessGroup {
         let _ = kill_process(self.0, Signal::CONT);
     }
 
+    /// Whether a signal has stopped the process.
+    pub fn is_suspended(self) -> bool {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid()));
+        // The name, which may contain anything, is in parentheses; the state follows.
+        let state = stat.ok().and_then(|stat| stat.rsplit_once(')')?.1.trim_start().chars().next());
+        matches!(state, Some('T' | 't'))
+    }
+
     /// Kills the process and all of its group.
     pub fn kill(self) {
         let _ = kill_process_group(self.0, Signal::KILL);
@@ -116,10 +148,14 @@ fn exit_of(status: ExitStatus) -> ChildExit {
     }
 }
 
-/// This program, also after its file was replaced by a newer build.
-pub fn own_program() -> PathBuf {
-    std::env::current_exe()
-        .ok()
-        .filter(|path| path.exists())
-        .unwrap_or_else(|| PathBuf::from("/proc/self/exe"))
+/// This program: the very file that runs, also after it was replaced by a newer build or removed.
+pub const OWN_PROGRAM: &str = "/proc/self/exe";
+
+/// Where this program is or was, for people who list processes.
+pub fn own_path() -> PathBuf {
+    let path = std::env::current_exe().unwrap_or_else(|_| "armor".into());
+    match path.to_string_lossy().strip_suffix(" (deleted)") {
+        Some(before) => before.into(),
+        None => path,
+    }
 }

@@ -17,6 +17,8 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until};
 
 use super::component_link::ComponentLink;
+use super::descriptors::has_free_descriptor;
+use super::given_up::GivenUpReports;
 use super::group_killer::GroupKiller;
 use super::logs::RunLog;
 use super::plan::{LAUNCHER, ProcessPlan};
@@ -43,6 +45,8 @@ enum LauncherInput {
     /// A component of this process sent an answer: its state, if it was one.
     Heard(ChildId, ProcessGroup, Option<RunState>),
     Stuck(ChildId, ProcessGroup, Duration),
+    /// There is no descriptor left to connect to it.
+    Unheard(ChildId),
     Registry(DirectoryChange),
 }
 
@@ -66,10 +70,13 @@ struct Launcher {
     was_started: Vec<bool>,
     restarts: Arc<AtomicU32>,
     group_killer: GroupKiller,
+    given_up: GivenUpReports,
     inputs: mpsc::Sender<LauncherInput>,
     /// Failed starts, which the supervisor gets after the current actions.
     failed: VecDeque<SupervisorEvent>,
     watching: bool,
+    /// A shortage of descriptors was reported.
+    is_short: bool,
     log: RunLog,
 }
 
@@ -90,11 +97,13 @@ pub async fn supervise(
         running: plan.duties.iter().map(|_| None).collect(),
         was_started: vec![false; plan.duties.len()],
         restarts,
+        group_killer: GroupKiller::start(&plan.mark)?,
         plan,
-        group_killer: GroupKiller::start()?,
+        given_up: GivenUpReports::default(),
         inputs: sender,
         failed: VecDeque::new(),
         watching: false,
+        is_short: false,
         log: log.clone(),
     };
     let start = Instant::now() - log.elapsed();
@@ -157,6 +166,9 @@ impl Launcher {
                         running.group.kill();
                     }
                 }
+                SupervisorAction::ReportGivenUp(id, why) => {
+                    self.given_up.add_component(&self.plan.duties[id].name, why);
+                }
                 SupervisorAction::Log(level, id, text) => {
                     self.log.report(&self.plan.duties[id].name, level, text);
                 }
@@ -171,8 +183,12 @@ impl Launcher {
             self.restarts.fetch_add(1, Ordering::Relaxed);
         }
         match ChildProcess::start(&self.plan.starts[id], &self.log) {
-            Ok(process) => {
+            Ok(mut process) => {
                 let group = process.group();
+                self.given_up.remove_component(&self.plan.duties[id].name);
+                if let Some(pipe) = process.take_reports() {
+                    self.given_up.connect_executive(pipe);
+                }
                 self.group_killer.add_group(group);
                 self.running[id] = Some(RunningProcess { group, link: None });
                 let inputs = self.inputs.clone();
@@ -228,18 +244,46 @@ impl Launcher {
                 let current = self.running[id].as_ref()?;
                 (current.group == group).then_some(SupervisorEvent::Stuck(id, call))
             }
+            LauncherInput::Unheard(id) => {
+                self.report_shortage();
+                Some(SupervisorEvent::Unheard(id))
+            }
             LauncherInput::Registry(DirectoryChange::RegistryFound) => {
                 Some(SupervisorEvent::Ready(self.find_registry()?))
             }
             LauncherInput::Registry(DirectoryChange::RegistryLost) => {
-                Some(SupervisorEvent::Vanished(self.find_registry()?))
+                self.judge_absence(self.find_registry()?)
             }
             LauncherInput::Registry(DirectoryChange::Appeared(entry)) => {
                 self.handle_appearance(entry)
             }
             LauncherInput::Registry(DirectoryChange::Gone(entry)) => {
-                Some(SupervisorEvent::Vanished(self.find_child(&entry)?))
+                self.judge_absence(self.find_child(&entry)?)
             }
+        }
+    }
+
+    /// Returns what it means that a process is missing at the registry, or the registry itself.
+    fn judge_absence(&mut self, id: ChildId) -> Option<SupervisorEvent> {
+        if !has_free_descriptor() {
+            self.report_shortage();
+            return None;
+        }
+        let running = self.running[id].as_ref()?;
+        // A busy host delays a process, and stops none: that state needs no further wait.
+        let is_daemon = self.plan.duties[id].role != ChildRole::Component;
+        Some(match is_daemon && running.group.is_suspended() {
+            true => SupervisorEvent::Suspended(id),
+            false => SupervisorEvent::Vanished(id),
+        })
+    }
+
+    /// Reports once that descriptors are short.
+    fn report_shortage(&mut self) {
+        if !std::mem::replace(&mut self.is_short, true) {
+            let text = "no file descriptor is left, so components cannot be watched; none of them is \
+                        taken for hanging (`ulimit -n` shows the limit)";
+            self.log.report(LAUNCHER, LogLevel::Error, text);
         }
     }
 
@@ -327,6 +371,10 @@ impl Launcher {
             let (inputs, group) = (self.inputs.clone(), running.group);
             let watchdog = self.plan.duties[id].watchdog;
             running.link = Some(ComponentLink::begin(entry, move |answer| {
+                let Some(answer) = answer else {
+                    let _ = inputs.try_send(LauncherInput::Unheard(id));
+                    return;
+                };
                 let state = match answer {
                     Answer::State { state, .. } => Some(*state),
                     Answer::Beat { call } => {

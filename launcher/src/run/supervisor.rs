@@ -14,7 +14,7 @@ use std::time::Duration;
 use armor_inspect::run_control::AbsentComponent;
 use armor_robotfile::model::Restart;
 
-use child::{Child, ChildState};
+use child::{AfterDeath, Child, ChildState};
 pub use event::{
     ChildExit, ChildId, ChildOrder, ChildRole, Duty, LogLevel, RunVerdict, StopRequest,
     SupervisorAction, SupervisorEvent,
@@ -74,22 +74,23 @@ impl Supervisor {
         self.looked = now;
         match event {
             SupervisorEvent::Tick => {}
-            SupervisorEvent::SpawnFailed(id, reason) => {
-                self.died(id, &format!("cannot be started: {reason}"), false, now);
-            }
+            SupervisorEvent::SpawnFailed(id, reason) => self.start_failed(id, &reason, now),
             SupervisorEvent::Ready(id) => self.children[id].became_ready(now),
             SupervisorEvent::Heard(id, state) => self.children[id].record_beat(state, now),
+            SupervisorEvent::Unheard(id) => self.children[id].excuse_silence(now),
             SupervisorEvent::Stuck(id, call) => {
-                if self.children[id].is_stuck() {
-                    let why = format!(
-                        "one call has taken {:.1} s, longer than its watchdog allows: killed",
-                        call.as_secs_f64()
-                    );
-                    self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, why));
-                    self.actions.push(SupervisorAction::Kill(id));
-                }
+                let call_s = call.as_secs_f64();
+                let why = format!(
+                    "one call has taken {call_s:.1} s, longer than its watchdog allows: killed"
+                );
+                self.kill_stuck(id, why);
             }
             SupervisorEvent::Vanished(id) => self.children[id].record_absence(now),
+            SupervisorEvent::Suspended(id) => {
+                let why = "a signal has stopped it (SIGSTOP), and it does not answer: suspected of \
+                           hanging and killed";
+                self.kill_stuck(id, why.into());
+            }
             SupervisorEvent::Exited(id, exit) => self.exited(id, exit, now),
             SupervisorEvent::Stop(request) => self.asked_to_stop(request),
             SupervisorEvent::Order(id, order) => self.obey_order(id, order, now),
@@ -117,10 +118,38 @@ impl Supervisor {
             self.children.iter().filter(|child| child.duty.role == ChildRole::Component);
         let absent = components.filter_map(|child| {
             let state = child.absence()?;
-            let component = child.duty.name.clone();
-            Some(AbsentComponent { component, state, reason: child.last_end.clone() })
+            Some(AbsentComponent {
+                component: child.duty.name.clone(),
+                state,
+                reason: child.last_end.clone(),
+                starts: child.starts,
+                ends: child.ends.iter().cloned().collect(),
+            })
         });
         absent.take(MAX_LISTED).collect()
+    }
+
+    /// Kills a process that is known to hang, once.
+    fn kill_stuck(&mut self, id: ChildId, why: String) {
+        if self.children[id].is_stuck() {
+            self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, why));
+            self.actions.push(SupervisorAction::Kill(id));
+        }
+    }
+
+    /// A process could not be started. That is no fault of a component, so it is tried again and
+    /// again.
+    fn start_failed(&mut self, id: ChildId, reason: &str, now: Duration) {
+        let how = format!("cannot be started: {reason}");
+        let child = &mut self.children[id];
+        if self.stage == RunStage::Running && child.duty.role == ChildRole::Component {
+            let delay = child.after_failed_start(now);
+            let text = format!("{how}; it is tried again in {:.1} s", delay.as_secs_f64());
+            child.last_end.clone_from(&text);
+            self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, text));
+        } else {
+            self.died(id, &how, false, now);
+        }
     }
 
     fn exited(&mut self, id: ChildId, exit: ChildExit, now: Duration) {
@@ -161,6 +190,7 @@ impl Supervisor {
             child.state = ChildState::Ended;
             return;
         }
+        child.remember_end(how);
         let component = child.duty.role == ChildRole::Component;
         let restarts = !component
             || match child.duty.restart {
@@ -177,21 +207,21 @@ impl Supervisor {
             return;
         }
         match child.after_death(now) {
-            Some(delay) => {
+            AfterDeath::Again(delay) => {
                 let text = format!("{how}; it starts again in {:.1} s", delay.as_secs_f64());
                 child.last_end.clone_from(&text);
                 self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, text));
             }
-            None => {
-                let text = format!(
-                    "{how}, {} times within {} s; it is given up",
-                    child::MAX_DEATHS,
-                    child::DEATHS_WITHIN.as_secs()
-                );
+            AfterDeath::GivenUp { starts, within } => {
+                let after = format!("after {starts} starts in {:.1} s", within.as_secs_f64());
+                let text = format!("{how}; it is given up {after}");
                 child.last_end.clone_from(&text);
+                let name = child.duty.name.clone();
                 self.actions.push(SupervisorAction::Log(LogLevel::Error, id, text));
-                if !component {
-                    let name = self.children[id].duty.name.clone();
+                if component {
+                    let why = format!("{name} was given up {after}: {how}");
+                    self.actions.push(SupervisorAction::ReportGivenUp(id, why));
+                } else {
                     self.stop(RunVerdict::Essential(name));
                 }
             }

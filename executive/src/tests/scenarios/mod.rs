@@ -147,6 +147,62 @@ fn one_that_is_not_started_again_is_not_waited_for() {
 }
 
 #[test]
+fn a_component_that_is_given_up_fails_its_place_with_the_reason() {
+    let why = "driver was given up after 5 starts in 1.6 s: ended with code 7";
+    let given_up = |bench: &mut Bench, component| {
+        bench.tell(ControllerEvent::GivenUp { component, why: Some(why.to_owned()) });
+    };
+    for connection_ends_first in [true, false] {
+        let office = office();
+        let driver = office.driver;
+        let mut bench = Bench::begun(office);
+        if connection_ends_first {
+            bench.gone(driver);
+            given_up(&mut bench, driver);
+        } else {
+            given_up(&mut bench, driver);
+            assert_eq!(bench.wanted(), [] as [&str; 0], "its last process may not have ended");
+            bench.gone(driver);
+        }
+        assert_eq!(bench.wanted(), ["freeze explorer"], "immediately");
+        assert_eq!(bench.controller.ledger().why(), format!("`driver` failed: {why}"));
+    }
+
+    // One that has never appeared cannot run either.
+    let office = office();
+    let driver = office.driver;
+    let mut bench = Bench::of(office);
+    given_up(&mut bench, driver);
+    for component in bench.plan.component_ids().filter(|component| *component != driver) {
+        bench.appears(component, Doing::Frozen, 0);
+    }
+    assert!(bench.controller.ledger().why().contains(why), "{}", bench.controller.ledger().why());
+}
+
+#[test]
+fn one_that_is_given_up_while_it_is_not_needed_fails_the_start_that_needs_it() {
+    let office = office();
+    let (explorer, homing, explored) = (office.explorer, office.homing, office.explored());
+    for comes_back in [false, true] {
+        let mut bench = Bench::begun(self::office().with("explored", explored.clone()));
+        bench.gone(homing);
+        let why = Some("homing was given up".to_owned());
+        bench.tell(ControllerEvent::GivenUp { component: homing, why });
+        bench.pass(60 * SECOND);
+        assert_eq!(bench.wanted(), [] as [&str; 0]);
+        if comes_back {
+            bench.tell(ControllerEvent::GivenUp { component: homing, why: None });
+            bench.appears(homing, Doing::Frozen, 0);
+        }
+        bench.done(explorer);
+        bench.obey();
+        let why = bench.controller.ledger().why().to_owned();
+        let expected = if comes_back { "" } else { "`homing` did not start: homing was given up" };
+        assert_eq!(why, expected);
+    }
+}
+
+#[test]
 fn a_killed_component_that_may_still_run_keeps_those_it_excludes_off() {
     let office = office();
     let (explorer, explored) = (office.explorer, office.explored());

@@ -11,12 +11,23 @@ use super::{ChildOrder, ChildRole, Duty, GRACE};
 
 /// Wait before the first restart.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
-/// Longest wait before a restart.
+/// Longest wait before a component's restart.
 const MOST_DELAY: Duration = Duration::from_secs(10);
-/// Deaths within [`DEATHS_WITHIN`] after which a process is given up.
+/// Longest wait before a daemon's restart: without it nothing is linked, configured or decided.
+const MOST_DAEMON_DELAY: Duration = Duration::from_secs(1);
+/// A process that was healthy for this long starts again after the first delay.
+const HEALTHY_AFTER: Duration = Duration::from_secs(10);
+/// Deaths within [`DEATHS_WITHIN`] after which a component is given up.
 pub const MAX_DEATHS: usize = 5;
 /// The time in which deaths are counted; a process that lived longer starts with a clean record.
 pub const DEATHS_WITHIN: Duration = Duration::from_secs(60);
+/// A daemon that was ready for this long did not fail immediately.
+const SETTLED_AFTER: Duration = Duration::from_secs(3);
+/// How long a daemon may fail immediately, start after start, before it is given up: the cause, such
+/// as a full disk or a port that is taken, may pass.
+pub const DAEMON_TRIES_FOR: Duration = Duration::from_secs(30);
+/// Number of ends that are remembered in words.
+const REMEMBERED_ENDS: usize = 3;
 /// Longest time until a daemon is ready after its start: a busy host, a cold disk.
 const READY_WITHIN: Duration = Duration::from_secs(20);
 /// Longest time from a component's registration to its first beat: connecting to two hundred
@@ -66,12 +77,38 @@ pub(super) struct Child {
     pub was_ready: bool,
     /// Its component has reported a failure, and is in no other state since.
     pub has_failed: bool,
-    /// How its last process ended, in words.
+    /// How its last process ended and what follows, in words.
     pub last_end: String,
-    deaths: VecDeque<Duration>,
+    /// Number of processes that were started.
+    pub starts: u32,
+    /// How its last processes ended, in words, the newest last.
+    pub ends: VecDeque<String>,
+    deaths: VecDeque<Death>,
+    /// When its process was started.
+    started: Duration,
+    /// Since when its process is ready.
+    healthy_since: Option<Duration>,
+    /// The end of the first of the starts in a row that failed immediately.
+    failing_since: Option<Duration>,
     delay: Duration,
     /// Carried out when its process has ended.
     order: Option<ChildOrder>,
+}
+
+/// The start and the end of a process that died.
+#[derive(Clone, Copy, Debug)]
+struct Death {
+    started: Duration,
+    ended: Duration,
+}
+
+/// What follows the death of a process.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum AfterDeath {
+    /// It starts again after a wait.
+    Again(Duration),
+    /// It is given up: its recent starts, and the time that they took.
+    GivenUp { starts: usize, within: Duration },
 }
 
 impl Child {
@@ -82,7 +119,12 @@ impl Child {
             was_ready: false,
             has_failed: false,
             last_end: String::new(),
+            starts: 0,
+            ends: VecDeque::new(),
             deaths: VecDeque::new(),
+            started: Duration::ZERO,
+            healthy_since: None,
+            failing_since: None,
             delay: FIRST_DELAY,
             order: None,
         }
@@ -114,6 +156,7 @@ impl Child {
 
     fn begin_again(&mut self, now: Duration) {
         self.deaths.clear();
+        self.failing_since = None;
         self.delay = FIRST_DELAY;
         self.has_failed = false;
         self.state = ChildState::Waiting { until: now };
@@ -146,6 +189,9 @@ impl Child {
                 ChildRole::Component | ChildRole::Executive => Silence::Nothing,
             };
             self.state = ChildState::Running { watch };
+            self.started = now;
+            self.starts += 1;
+            self.healthy_since = None;
         }
         due
     }
@@ -153,6 +199,9 @@ impl Child {
     pub fn became_ready(&mut self, now: Duration) {
         if let ChildState::Running { watch } = &mut self.state {
             self.was_ready = true;
+            if self.duty.role != ChildRole::Component {
+                self.healthy_since.get_or_insert(now);
+            }
             *watch = match self.duty.role {
                 ChildRole::Component => Silence::FirstBeat { until: now + FIRST_BEAT_WITHIN },
                 _ => Silence::Nothing,
@@ -165,12 +214,13 @@ impl Child {
             self.has_failed = reported == RunState::Failed;
         }
         if let ChildState::Running { watch } = &mut self.state {
+            self.healthy_since.get_or_insert(now);
             *watch = Silence::Beat { until: now + SILENCE };
         }
     }
 
-    /// Handles a call that takes too long, and returns whether the process must be killed; if so,
-    /// it counts as killed.
+    /// Handles a process that is known to hang, and returns whether it must be killed; if so, it
+    /// counts as killed.
     pub fn is_stuck(&mut self) -> bool {
         let running = matches!(self.state, ChildState::Running { .. });
         if running {
@@ -185,6 +235,25 @@ impl Child {
         {
             *watch = Silence::Return { until: now + MISSING_FOR };
         }
+    }
+
+    /// Handles a failure of the launcher to listen to it: the silence until now proves nothing.
+    pub fn excuse_silence(&mut self, now: Duration) {
+        if let ChildState::Running { watch } = &mut self.state {
+            match watch {
+                Silence::FirstBeat { until } | Silence::Beat { until } => {
+                    *until = (*until).max(now + FIRST_BEAT_WITHIN);
+                }
+                Silence::Nothing | Silence::Ready { .. } | Silence::Return { .. } => {}
+            }
+        }
+    }
+
+    /// Its process could not even be started, for want of something that the launcher or the host
+    /// needs: tried again after a wait, which is returned.
+    pub fn after_failed_start(&mut self, now: Duration) -> Duration {
+        self.starts = self.starts.saturating_sub(1);
+        self.wait_to_start(now)
     }
 
     /// Extends each deadline by `nap`, during which the launcher itself did not run: it could not
@@ -216,25 +285,51 @@ impl Child {
         Some(why)
     }
 
-    /// After a death: the wait before the next start, or nothing if it is given up.
-    pub fn after_death(&mut self, now: Duration) -> Option<Duration> {
-        while self.deaths.front().is_some_and(|death| *death + DEATHS_WITHIN < now) {
+    /// Remembers how its process ended.
+    pub fn remember_end(&mut self, how: &str) {
+        if self.ends.len() == REMEMBERED_ENDS {
+            self.ends.pop_front();
+        }
+        self.ends.push_back(how.to_owned());
+    }
+
+    /// Takes a death, and returns what follows.
+    pub fn after_death(&mut self, now: Duration) -> AfterDeath {
+        let healthy_for =
+            self.healthy_since.take().map_or(Duration::ZERO, |since| now.saturating_sub(since));
+        while self.deaths.front().is_some_and(|death| death.ended + DEATHS_WITHIN < now) {
             self.deaths.pop_front();
         }
         // Not after each good start: for a process that dies soon after it is ready, the delay
         // would never grow.
-        if self.deaths.is_empty() {
+        if self.deaths.is_empty() || healthy_for >= HEALTHY_AFTER {
             self.delay = FIRST_DELAY;
         }
-        self.deaths.push_back(now);
-        if self.deaths.len() >= MAX_DEATHS {
-            self.state = ChildState::Failed;
-            return None;
+        if healthy_for >= SETTLED_AFTER {
+            self.failing_since = None;
         }
+        let failing_since = *self.failing_since.get_or_insert(now);
+        self.deaths.push_back(Death { started: self.started, ended: now });
+        let component = self.duty.role == ChildRole::Component;
+        let has_tried = now.saturating_sub(failing_since) >= DAEMON_TRIES_FOR;
+        if self.deaths.len() >= MAX_DEATHS && (component || has_tried) {
+            self.state = ChildState::Failed;
+            let first = self.deaths.front().map_or(now, |death| death.started);
+            return AfterDeath::GivenUp { starts: self.deaths.len(), within: now - first };
+        }
+        AfterDeath::Again(self.wait_to_start(now))
+    }
+
+    /// Begins the wait before its next start; each is twice as long as the one before.
+    pub fn wait_to_start(&mut self, now: Duration) -> Duration {
+        let most = match self.duty.role {
+            ChildRole::Component => MOST_DELAY,
+            _ => MOST_DAEMON_DELAY,
+        };
         let delay = self.delay;
-        self.delay = (delay * 2).min(MOST_DELAY);
+        self.delay = (delay * 2).min(most);
         self.state = ChildState::Waiting { until: now + delay };
-        Some(delay)
+        delay
     }
 
     /// Asks it to end; whether that is new to it.

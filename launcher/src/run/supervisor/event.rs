@@ -64,10 +64,14 @@ pub enum SupervisorEvent {
     Ready(ChildId),
     /// A component's control port sent an answer: its state, if it was one.
     Heard(ChildId, Option<RunState>),
+    /// The launcher cannot connect to a component for want of descriptors of its own.
+    Unheard(ChildId),
     /// One call of the component's code has taken this long, longer than it may.
     Stuck(ChildId, Duration),
     /// The registry lost a process of which no end is known; the registry itself: it is silent.
     Vanished(ChildId),
+    /// The same of a daemon that a signal has stopped: it cannot come back by itself.
+    Suspended(ChildId),
     /// The process ended.
     Exited(ChildId, ChildExit),
     /// The run is to stop.
@@ -94,6 +98,8 @@ pub enum SupervisorAction {
     Terminate(ChildId),
     /// Kill the process and its group.
     Kill(ChildId),
+    /// Report to the executive that the component was given up, and why.
+    ReportGivenUp(ChildId, String),
     /// Log a message about the process.
     Log(LogLevel, ChildId, String),
     /// All processes have ended; the run is over.
