@@ -20,6 +20,7 @@ mod mutations;
 mod new_component;
 mod observers;
 mod operators;
+mod other_users;
 mod parameters;
 mod pictures;
 mod remote;
