@@ -114,7 +114,7 @@ fn a_missing_first_half_is_found() {
 #[test]
 fn a_deleted_end_is_found() {
     check_lines("deleted end", &["missing-end", "empty-journal"], |lines, at, _| {
-        lines.truncate(at)
+        lines.truncate(at);
     });
 }
 

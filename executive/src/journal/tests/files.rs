@@ -4,7 +4,7 @@ use super::{records, snapshot};
 use crate::journal::*;
 use crate::record::{JournalEntry, JournalRecord};
 use crate::terms::{ComponentReport, MissionOutcome};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A new folder of this test, and the path of a journal in it.
@@ -16,7 +16,7 @@ fn folder(name: &str) -> (PathBuf, PathBuf) {
     (folder, journal)
 }
 
-fn damage(path: &PathBuf) -> Box<JournalDamage> {
+fn damage(path: &Path) -> Box<JournalDamage> {
     match Journal::open(path) {
         Err(JournalError::Damaged(damage)) => damage,
         other => panic!("damage was expected: {other:?}"),
