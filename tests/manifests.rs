@@ -38,6 +38,7 @@ fn everything() -> Value {
              "maximum": 2, "doc": "of the wheel", "live": true},
             {"name": "side", "type": "choice", "choices": ["left", "right"]},
             {"name": "buttons", "type": "text"},
+            {"name": "report", "type": "path", "default": "", "written": true},
         ],
         "events": [
             {"name": "worn", "doc": "the tread is gone", "value": "number", "unit": "m"},

@@ -12,6 +12,13 @@ use crate::fixture::{Folder, Run, run_to_end, wait_for};
 /// The user and the group that own no files, by convention (Debian: `nobody`, `nogroup`).
 const OTHER: u32 = 65534;
 
+/// The rest of a system of one component.
+const SIMULATOR: &str = concat!(
+    "<component name='simulator' kind='simulator'><parameter name='world' value='",
+    env!("CARGO_MANIFEST_DIR"),
+    "/../missions/worlds/empty.svg'/></component></system></armor>"
+);
+
 /// Returns the name of the other user's group.
 fn name_of_group() -> String {
     let groups = std::fs::read_to_string("/etc/group").expect("readable");
@@ -22,16 +29,13 @@ fn name_of_group() -> String {
 
 /// Starts a system of one component, and waits until the component runs.
 fn start(folder: &Folder, attributes: &str) -> Run {
-    let text = format!(
-        "<armor version='1'><system name='shared' {attributes}>\
-         <component name='driver' kind='driver'/></system></armor>"
-    );
+    let text = format!("<armor version='1'><system name='shared' {attributes}>{SIMULATOR}");
     folder.write("shared.xml", &text);
     let run = folder.run("out", &["shared.xml"]);
     wait_for("the component", || {
         let registry = run.registry().to_string();
         let (code, out, _) = run_to_end(&mut folder.armor(&["ps", "--registry", &registry]));
-        (code == 0 && out.contains("driver")).then_some(())
+        (code == 0 && out.contains("simulator")).then_some(())
     });
     run
 }
@@ -63,7 +67,7 @@ fn a_member_of_the_group_that_the_file_names_takes_part() {
     // The system is root's, whom every user trusts, so the other user needs no variable.
     let (code, out, err) = look_as_other(&folder, &run, None);
     assert_eq!(code, 0, "{out}{err}{}", run.log());
-    assert!(out.contains("driver") && out.contains("configd"), "{out}");
+    assert!(out.contains("simulator") && out.contains("configd"), "{out}");
 }
 
 #[test]
@@ -76,15 +80,14 @@ fn a_file_without_a_group_admits_no_other_user_whatever_the_environment_of_eithe
     let run = start(&folder, "");
     let (code, out, err) = look_as_other(&folder, &run, Some(&name_of_group()));
     assert_ne!(code, 0, "{out}{err}");
-    assert!(!out.contains("driver"), "{out}");
+    assert!(!out.contains("simulator"), "{out}");
 }
 
 #[test]
 fn a_group_that_does_not_exist_is_refused_with_its_place() {
     let folder = Folder::new("unknown-group");
-    let text = "<armor version='1'><system name='shared' group='armor-no-such'>\
-                <component name='driver' kind='driver'/></system></armor>";
-    folder.write("shared.xml", text);
+    let system = "<armor version='1'><system name='shared' group='armor-no-such'>";
+    folder.write("shared.xml", &format!("{system}{SIMULATOR}"));
     let (code, out, err) =
         run_to_end(&mut folder.armor(&["run", "shared.xml", "--headless", "--for", "1s"]));
     assert_eq!(code, 1, "{out}{err}");

@@ -88,6 +88,6 @@ fn what_is_no_text_at_all_is_refused_with_the_reason() {
     }
     let mut harness = window(&folder, View::System);
     let message = harness.state_mut().workspace().messages.last().unwrap_or_default().to_owned();
-    assert!(message.contains("not a regular file"), "{message}");
+    assert!(message.contains("it is a folder"), "{message}");
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -18,7 +18,7 @@ fn every_test_that_the_definition_names_exists() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let text = std::fs::read_to_string(root.join("docs/semantics.md")).expect("the definition");
     let mut code = String::new();
-    ["executive", "robotfile", "configd", "sdk"]
+    ["executive", "robotfile", "configd", "sdk", "tests"]
         .iter()
         .for_each(|folder| sources(&root.join(folder), &mut code));
     let named: Vec<_> =
