@@ -405,7 +405,7 @@ mod tests {
             ("send buffers", HostCondition::Note, |it| it.send_buffer = Some(212_992)),
             ("file watches", HostCondition::Warning, |it| it.watches = Some((65536, 1))),
             ("clock", HostCondition::Note, |it| {
-                it.clock_doubts = Some("chronyc is missing".into())
+                it.clock_doubts = Some("chronyc is missing".into());
             }),
             ("real time", HostCondition::Note, |it| it.realtime = (Some(0), Some(0))),
         ];
