@@ -45,14 +45,14 @@ pub struct ExecutiveOptions {
     pub registry: String,
     /// The journal; an existing one is continued.
     pub journal: PathBuf,
-    /// Whether the journal was created before ([`journal::rest`]). A missing or empty one has been
+    /// Whether the journal was created before ([`crate::journal::rest`]). A missing or empty one has been
     /// lost then: the mission does not begin again, but goes to its safe place.
     pub is_laid_out: bool,
     /// Where newer versions of the file come from; without it the mission stays as it is.
     pub newer: Option<Newer>,
     /// The components that the launcher has given up: the mission does not wait for them.
     pub given_up: GivenUpComponents,
-    /// How long the journal grows before it is cut, in bytes; see [`journal::CUT_AT`].
+    /// How long the journal grows before it is cut, in bytes; see [`crate::journal::CUT_AT`].
     pub cut_at: u64,
     /// Whether this host's clock counts as right although no time service is known to keep it.
     pub trust_clock: bool,
