@@ -31,7 +31,6 @@ pub use story::{Story, began_with, clock, followed_clock, plan_of};
 pub use verification::JournalVerification;
 pub use writing::Journal;
 
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -115,7 +114,7 @@ pub fn read(path: &Path) -> Result<Story, JournalError> {
 pub fn verify(path: &Path) -> Result<JournalVerification, JournalError> {
     let missing = |it: &Path| matches!(it.try_exists(), Ok(false));
     if missing(path) && missing(&state_path(path)) {
-        let error = io::ErrorKind::NotFound.into();
+        let error = io::Error::new(io::ErrorKind::NotFound, "there is no such file");
         return Err(JournalError::Io { path: path.to_owned(), error });
     }
     read_and_verify(path)
@@ -154,7 +153,7 @@ fn read_and_verify(path: &Path) -> Result<JournalVerification, JournalError> {
 /// Returns the content of a file; `None` if it is missing.
 fn read_file(path: &Path) -> Result<Option<Vec<u8>>, JournalError> {
     let failed = |error| JournalError::Io { path: path.to_owned(), error };
-    let file = match File::open(path) {
+    let file = match armor_files::open_regular_file(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         other => other.map_err(failed)?,
     };

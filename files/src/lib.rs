@@ -23,6 +23,7 @@ pub use folder::save_folder_atomically;
 pub use pending::{Durability, PendingFile};
 pub use private::{
     create_own_folder, create_private_folder, create_unlinked_folder, open_own_file,
+    open_regular_file,
 };
 
 /// Why a file was not saved. Unless the last step failed, the old file is unchanged.

@@ -1,7 +1,7 @@
 //! Files and folders that no other user can redirect, and that no other user can read if this
 //! process creates them.
 
-use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, FileType, OpenOptions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::Path;
@@ -66,20 +66,51 @@ pub fn create_unlinked_folder(path: &Path) -> io::Result<()> {
 }
 
 /// Opens the file at `path` with `options`, which allow writing, and creates it if it does not
-/// exist, for this user only. A symbolic link there is an error: it could lead anywhere.
+/// exist, for this user only. A symbolic link there is an error: it could lead anywhere. So is what
+/// is no regular file: a pipe would wait for its other end.
 ///
 /// # Errors
-/// If it is a symbolic link, or the system refuses.
+/// If it is a symbolic link or no regular file, or the system refuses.
 pub fn open_own_file(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
-    let flags = OFlags::NOFOLLOW.bits().cast_signed();
+    let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
     let options = options.create(true).mode(PRIVATE_FILE_MODE).custom_flags(flags);
-    options.open(path).map_err(|error| {
+    let opened = options.open(path).map_err(|error| {
         if path.is_symlink() {
             io::Error::new(error.kind(), "it is a symbolic link, which is not followed")
         } else {
-            error
+            explain_irregular(path, error)
         }
-    })
+    })?;
+    refuse_irregular(opened)
+}
+
+/// Opens a file to read it. What is no regular file is an error: a pipe would wait for its other
+/// end.
+///
+/// # Errors
+/// If it is no regular file, or the system refuses.
+pub fn open_regular_file(path: &Path) -> io::Result<File> {
+    let flags = OFlags::NONBLOCK.bits().cast_signed();
+    let opened = OpenOptions::new().read(true).custom_flags(flags).open(path);
+    refuse_irregular(opened.map_err(|error| explain_irregular(path, error))?)
+}
+
+fn refuse_irregular(file: File) -> io::Result<File> {
+    let kind = file.metadata()?.file_type();
+    if kind.is_file() { Ok(file) } else { Err(irregular(kind)) }
+}
+
+/// Says what it is that cannot be opened, if it is no regular file.
+fn explain_irregular(path: &Path, error: io::Error) -> io::Error {
+    match fs::metadata(path).map(|metadata| metadata.file_type()) {
+        Ok(kind) if !kind.is_file() => irregular(kind),
+        _ => error,
+    }
+}
+
+fn irregular(kind: FileType) -> io::Error {
+    let what = if kind.is_dir() { "a folder" } else { "a pipe or a device" };
+    io::Error::new(io::ErrorKind::InvalidInput, format!("it is {what}, not a regular file"))
 }
 
 #[cfg(test)]
@@ -105,6 +136,25 @@ mod tests {
         fs::remove_file(&log).unwrap();
         open_own_file(&log, OpenOptions::new().append(true)).unwrap().write_all(b"new").unwrap();
         assert_eq!(fs::read_to_string(&log).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_pipe_or_a_folder_is_refused_without_waiting() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        for (path, what) in [(pipe.as_path(), "pipe"), (folder.path(), "folder")] {
+            let both = [
+                open_regular_file(path),
+                open_own_file(path, OpenOptions::new().read(true).write(true)),
+                open_own_file(path, OpenOptions::new().append(true)),
+            ];
+            for opened in both {
+                let error = opened.unwrap_err().to_string();
+                assert!(error.contains(what) && error.contains("not a regular file"), "{error}");
+            }
+        }
     }
 
     #[test]
