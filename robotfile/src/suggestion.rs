@@ -1,5 +1,7 @@
 //! "Did you mean …?": the known name that is most similar to an unknown one.
 
+use std::cmp::Reverse;
+
 /// Longer names are not compared: the effort stays bounded whatever a file contains.
 const MAX_COMPARED_LEN: usize = 32;
 /// The candidates that are compared, for the same reason.
@@ -25,7 +27,12 @@ pub fn suggest_similar<'a>(
         .take(MAX_CANDIDATES)
         .map(|candidate| (strsim::osa_distance(name, candidate), candidate))
         .filter(|(slips, candidate)| *slips <= max_slips && *slips < candidate.len())
-        .min()
+        // Of two that are as similar, the one that begins like it: the first letters are rarely
+        // wrong.
+        .min_by_key(|(slips, candidate)| {
+            let shared = name.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
+            (*slips, Reverse(shared), *candidate)
+        })
         .map(|(_, candidate)| format!("did you mean {candidate}?"))
 }
 
@@ -83,6 +90,8 @@ mod tests {
         let exchanged = suggest_similar("amr", ["arm"].into_iter());
         assert_eq!(exchanged.as_deref(), Some("did you mean arm?"));
         assert_eq!(suggest_similar("b", ["a"].into_iter()), None);
+        let forgotten = suggest_similar("sped", ["seed", "speed"].into_iter());
+        assert_eq!(forgotten.as_deref(), Some("did you mean speed?"));
     }
 
     #[test]

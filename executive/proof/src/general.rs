@@ -2,16 +2,19 @@
 
 use std::collections::BTreeSet;
 
-use armor_petri::PlaceId;
 use armor_petri::analysis::ExplorationEnd;
 use armor_petri::analysis::boundedness::PumpingSequence;
 use armor_petri::analysis::components::find_components;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
+use armor_petri::{NetTransition, PlaceId};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
 use armor_plan::ComponentId;
+
+/// Most transitions to the goal that a remedy explains.
+const MOST_LACKS: usize = 2;
 
 impl Proof<'_> {
     pub(super) fn complete(&self, findings: &mut Findings) {
@@ -57,7 +60,8 @@ impl Proof<'_> {
             let message = format!(
                 "{name} never comes in time: something else always fires before what leads there"
             );
-            (message, "compare the times on the path to it with those of what fires before")
+            let remedy = "compare the times on the path to it with those of what fires before";
+            (message, remedy.to_owned())
         } else {
             let stands =
                 self.standing().filter(|seen| !self.waiting_starts(&seen.marking).is_empty());
@@ -76,16 +80,55 @@ impl Proof<'_> {
     }
 
     /// What to do about a goal that nothing leads to.
-    fn advise_goal(&self, goal: PlaceId) -> &'static str {
+    fn advise_goal(&self, goal: PlaceId) -> String {
         let net = self.plan.net();
-        let is_target = |id| net.transition(id).outputs.iter().any(|(place, _)| *place == goal);
-        if net.transition_ids().any(is_target) {
+        let transitions = net.transition_ids().map(|id| net.transition(id));
+        let leading: Vec<_> = transitions
+            .filter(|transition| transition.outputs.iter().any(|(place, _)| *place == goal))
+            .collect();
+        let lacks: Vec<_> =
+            leading.iter().filter_map(|transition| self.describe_lack(transition)).collect();
+        if !lacks.is_empty() && lacks.len() == leading.len() {
+            return lacks.into_iter().take(MOST_LACKS).collect::<Vec<_>>().join("; ");
+        }
+        let advice = if !leading.is_empty() {
             "follow the transitions from the initial place: one of them needs what never is"
         } else if self.mission.submissions.is_empty() {
             "no transition leads to it: write its name into the to=\"…\" of the last one"
         } else {
             "no transition and no sub-mission leads to it: write its name into a to=\"…\" or out=\"…\""
+        };
+        advice.to_owned()
+    }
+
+    /// Which tokens a transition never has, as far as they are what it lacks.
+    fn describe_lack(&self, transition: &NetTransition) -> Option<String> {
+        let (name, net) = (&transition.name, self.plan.net());
+        let short = transition.inputs.iter().find(|(place, count)| self.most_in(*place) < *count);
+        if let Some((place, count)) = short {
+            let place_name = net.place(*place);
+            return Some(match self.most_in(*place) {
+                0 => format!("{name} needs a token in {place_name}, which is never marked"),
+                most => {
+                    format!(
+                        "{name} needs {count} tokens in {place_name}, which holds at most {most}"
+                    )
+                }
+            });
         }
+        let [(first, _), others @ ..] = transition.inputs.as_slice() else { return None };
+        if others.is_empty() {
+            return None;
+        }
+        let has_all = |marking: &[u32]| {
+            transition.inputs.iter().all(|(place, count)| marking[place.index()] >= *count)
+        };
+        if self.find_witness(&has_all).is_some() {
+            return None;
+        }
+        let others = others.iter().map(|(place, _)| net.place(*place)).collect::<Vec<_>>();
+        let (first, others) = (net.place(*first), others.join(", "));
+        Some(format!("{name} needs tokens in {first} and {others}, which never have them together"))
     }
 
     /// Of a mission that has places without a bound as far as tokens go.
