@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Args, CommandFactory};
+use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 
 use crate::arguments::OutputFormat;
@@ -20,7 +20,11 @@ pub struct CompletionsArguments {
 
 impl Verb for CompletionsArguments {
     fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
-        let mut program = CommandLine::command();
+        // Internal commands are completed no more than they are listed.
+        let whole = CommandLine::command();
+        let listed = whole.get_subcommands().filter(|it| !it.is_hide_set()).cloned();
+        let mut program =
+            Command::new("armor").args(whole.get_arguments().cloned()).subcommands(listed);
         // Into memory first: the generator panics when stdout is closed.
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut program, "armor", &mut script);

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use clap::{Args, Command};
 
-use crate::arguments::OutputFormat;
+use crate::arguments::{OutputFormat, advise_name};
 use crate::kinds::stock::STOCK;
 use crate::print::{end_printing, print_text};
 use crate::verb::Verb;
@@ -34,7 +34,8 @@ impl Verb for ComponentArguments {
         }
         let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {
             let known: Vec<_> = STOCK.iter().map(|stock| stock.kind).collect();
-            bail!("no stock component is called {kind}; there are {}", known.join(", "));
+            let advice = advise_name(&kind, known.iter().copied());
+            bail!("no stock component is called {kind}{advice} (there are: {})", known.join(", "));
         };
         Ok((stock.run)(arguments))
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 
-use crate::arguments::{RunningSystem, default_registry};
+use crate::arguments::{RunningSystem, advise_name, default_registry};
 use armor_inspect::systems::{self, RunRecord};
 
 /// Longest wait for a listener on this host.
@@ -44,6 +44,8 @@ fn choose_system(
     hint: impl Fn() -> String,
 ) -> Result<SocketAddr> {
     let all: Vec<String> = records.iter().map(describe_system).collect();
+    let names = records.iter().map(|record| record.system.as_str());
+    let advice = name.map(|name| advise_name(name, names)).unwrap_or_default();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
     }
@@ -57,7 +59,7 @@ fn choose_system(
         }
         ([], name) => {
             bail!(
-                "no system called {} is running; there are:\n{}",
+                "no system called {} is running{advice}; there are:\n{}",
                 name.unwrap_or(""),
                 all.join("\n")
             )

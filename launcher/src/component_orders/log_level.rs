@@ -10,6 +10,7 @@ use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role}
 use clap::Args;
 use serde_json::json;
 
+use super::watch::check_name;
 use crate::arguments::{OutputFormat, RunningSystem, parse_name};
 use crate::exit::CommandEnding;
 use crate::inspect_cli::select_system;
@@ -72,7 +73,12 @@ fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<Comm
     let LogArguments { component, filter, running } = arguments;
     let observed = select_system(running, "log")?;
     let process = find_commanded(component)?;
-    let entry = observed.directory().find_process(process, ANSWER_WITHIN)?;
+    let found = observed.directory().find_process(process, ANSWER_WITHIN);
+    let entry = match found {
+        Ok(entry) => entry,
+        // A misspelt name is answered with those that there are.
+        Err(error) => return check_name(&observed, process).and(Err(error.into())),
+    };
     let (sender, answers) = mpsc::channel();
     let sink = move |event| {
         let answer = match event {

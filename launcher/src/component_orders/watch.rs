@@ -7,12 +7,11 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use armor_inspect::words::describe_call;
 use armor_inspect::{LONG_CALL_S, ObservedSystem};
-use armor_robotfile::suggest_similar;
 use armor_sdk::control::{Answer, ControlConnection, ControlEvent, ReportKind, Role};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::arguments::{OutputFormat, RunningSystem, parse_name};
+use crate::arguments::{OutputFormat, RunningSystem, advise_name, parse_name};
 use crate::date::format_clock_time;
 use crate::inspect_cli::select_system;
 use crate::print::{end_printing, end_when_stdout_closes, print_line};
@@ -57,14 +56,13 @@ impl Verb for WatchArguments {
 
 /// # Errors
 /// If the registry does not answer, or no such component is registered.
-fn check_name(observed: &ObservedSystem, component: &str) -> Result<()> {
+pub(super) fn check_name(observed: &ObservedSystem, component: &str) -> Result<()> {
     let components = observed.list()?.components;
     if components.iter().any(|entry| entry.name == component) {
         return Ok(());
     }
     let names: Vec<&str> = components.iter().map(|entry| entry.name.as_str()).collect();
-    let advice = suggest_similar(component, names.iter().copied());
-    let advice = advice.map(|advice| format!("; {advice}")).unwrap_or_default();
+    let advice = advise_name(component, names.iter().copied());
     bail!("no component called {component} is running{advice} (there are: {})", names.join(", "))
 }
 

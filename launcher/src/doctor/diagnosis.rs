@@ -6,6 +6,8 @@ use super::network::LoopbackFault;
 /// Descriptors of a system of 100 components, measured as about 5 each in the launcher, and as many
 /// links in a component with many.
 const MANY_DESCRIPTORS: u64 = 1024;
+/// Descriptors without which no system of a few components starts.
+const FEW_DESCRIPTORS: u64 = 128;
 /// Processes and threads of a system of some dozen components.
 const MANY_PROCESSES: u64 = 1024;
 /// Send buffer that a link asks for.
@@ -129,12 +131,14 @@ fn diagnose_memory(free: Option<u64>) -> Diagnosis {
 fn diagnose_descriptors((current, maximum): ProcessLimit) -> Diagnosis {
     const SUBJECT: &str = "descriptors";
     let found = format!("{} open files per process", format_limit(current, maximum));
-    if maximum.is_some_and(|count| count < MANY_DESCRIPTORS) {
+    if let Some(count) = maximum.filter(|count| *count < MANY_DESCRIPTORS) {
+        let condition =
+            if count < FEW_DESCRIPTORS { HostCondition::Fault } else { HostCondition::Warning };
         let remedy = format!(
             "raise the hard limit: `* hard nofile {MANY_DESCRIPTORS}` in /etc/security/limits.conf, \
              or LimitNOFILE= of the service; then log in again"
         );
-        return Diagnosis::new(SUBJECT, HostCondition::Warning, found, remedy);
+        return Diagnosis::new(SUBJECT, condition, found, remedy);
     }
     if current.is_some_and(|count| count < MANY_DESCRIPTORS) {
         let remedy = format!("for a large system: `ulimit -n {MANY_DESCRIPTORS}`");
@@ -296,7 +300,13 @@ fn diagnose_cgroup(is_delegated: Option<bool>) -> Diagnosis {
             "of another user (cgroup v2)",
             "start in a group of its own: `systemd-run --user --scope -p Delegate=yes armor run …`",
         ),
-        None => Diagnosis::new(SUBJECT, HostCondition::Note, "cgroup v2 is not mounted", ""),
+        None => Diagnosis::new(
+            SUBJECT,
+            HostCondition::Note,
+            "cgroup v2 is not mounted, so processes that leave their group and clear their \
+             environment are not found",
+            "boot with `systemd.unified_cgroup_hierarchy=1` if components start such processes",
+        ),
     }
 }
 
@@ -389,9 +399,10 @@ mod tests {
     #[test]
     fn everything_that_is_wrong_has_a_remedy() {
         type Change = fn(&mut HostFacts);
-        let cases: [(&str, HostCondition, Change); 14] = [
+        let cases: [(&str, HostCondition, Change); 15] = [
             ("memory", HostCondition::Warning, |it| it.free_memory = Some(100 << 20)),
-            ("descriptors", HostCondition::Warning, |it| it.descriptors = (Some(64), Some(64))),
+            ("descriptors", HostCondition::Fault, |it| it.descriptors = (Some(64), Some(64))),
+            ("descriptors", HostCondition::Warning, |it| it.descriptors = (Some(256), Some(512))),
             ("descriptors", HostCondition::Note, |it| it.descriptors = (Some(256), Some(4096))),
             ("processes", HostCondition::Warning, |it| it.processes = (Some(100), None)),
             ("loopback", HostCondition::Fault, |it| {

@@ -98,7 +98,9 @@ impl HostFacts {
             send_buffer: read_number("/proc/sys/net/core/wmem_max"),
             watches: read_number("/proc/sys/fs/inotify/max_user_watches")
                 .zip(read_number("/proc/sys/fs/inotify/max_user_instances")),
-            is_out_writable: access(&existing, Access::WRITE_OK | Access::EXEC_OK).is_ok(),
+            is_out_writable: existing.is_dir()
+                && read_free_space(&existing).is_some()
+                && access(&existing, Access::WRITE_OK | Access::EXEC_OK).is_ok(),
             free_disk: read_free_space(&existing),
             out: existing,
             free_shared_memory: read_free_space(Path::new("/dev/shm")),
@@ -133,7 +135,8 @@ fn read_limit(resource: Resource) -> ProcessLimit {
 
 fn read_free_space(path: &Path) -> Option<u64> {
     let space = statvfs(path).ok()?;
-    Some(space.f_bavail.saturating_mul(space.f_frsize))
+    // Without blocks it is no place for files, such as /proc.
+    (space.f_blocks > 0).then(|| space.f_bavail.saturating_mul(space.f_frsize))
 }
 
 fn read_free_memory() -> Option<u64> {

@@ -11,7 +11,7 @@ use armor_wire::manifest::{EventManifest, EventValue, Manifest, ParameterManifes
 use clap::Args;
 use serde_json::json;
 
-use crate::arguments::{KindFolders, OutputFormat};
+use crate::arguments::{KindFolders, OutputFormat, advise_name};
 use crate::exit::CommandEnding;
 use crate::kinds::{Catalogue, ComponentKind};
 use crate::print;
@@ -60,7 +60,8 @@ fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result
         Some(name) => {
             let Some(kind) = catalogue.kinds.get(name) else {
                 let known: Vec<_> = catalogue.kinds.keys().map(String::as_str).collect();
-                bail!("no kind is called {name}; there are {}", known.join(", "));
+                let advice = advise_name(name, known.iter().copied());
+                bail!("no kind is called {name}{advice} (there are: {})", known.join(", "));
             };
             end_printing(match format {
                 OutputFormat::Json => print_line(with_origin(kind)),

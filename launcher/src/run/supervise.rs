@@ -334,7 +334,7 @@ impl Launcher {
                 let event = SupervisorEvent::Order(id, ChildOrder::Stop);
                 Ok((
                     Some(event),
-                    format!("{component} is stopped; `armor restart {component}` starts it"),
+                    format!("{component} is being stopped; `armor restart {component}` starts it"),
                 ))
             }
             RunRequest::StopAll => {

@@ -112,7 +112,7 @@ impl Supervisor {
         }
     }
 
-    /// Returns the components whose processes do not run.
+    /// Returns the components whose processes do not run, or have not registered yet.
     pub fn list_absent(&self) -> Vec<AbsentComponent> {
         let components =
             self.children.iter().filter(|child| child.duty.role == ChildRole::Component);
@@ -121,7 +121,7 @@ impl Supervisor {
             Some(AbsentComponent {
                 component: child.duty.name.clone(),
                 state,
-                reason: child.last_end.clone(),
+                reason: child.describe_absence(),
                 starts: child.starts,
                 ends: child.ends.iter().cloned().collect(),
             })
@@ -203,7 +203,10 @@ impl Supervisor {
             let level = if in_order { LogLevel::Info } else { LogLevel::Error };
             let text = format!("{how}; it is not started again");
             child.last_end.clone_from(&text);
+            // A mission that needs it need not wait for its return.
+            let why = format!("{} {how}, and is not started again", child.duty.name);
             self.actions.push(SupervisorAction::Log(level, id, text));
+            self.actions.push(SupervisorAction::ReportGivenUp(id, why));
             return;
         }
         match child.after_death(now) {

@@ -162,14 +162,24 @@ impl Child {
         self.state = ChildState::Waiting { until: now };
     }
 
-    /// What becomes of it, if its process does not run.
+    /// What becomes of it, if its process does not run, or has not registered yet.
     pub fn absence(&self) -> Option<AbsentState> {
         match self.state {
+            // It owes nothing before it has registered.
+            ChildState::Running { watch: Silence::Nothing } => Some(AbsentState::Starting),
             ChildState::Running { .. } | ChildState::Ending { .. } => None,
             ChildState::Waiting { .. } => Some(AbsentState::Starting),
             ChildState::Ended => Some(AbsentState::Ended),
             ChildState::Stopped => Some(AbsentState::Stopped),
             ChildState::Failed => Some(AbsentState::GivenUp),
+        }
+    }
+
+    /// Why it takes no part, in words.
+    pub fn describe_absence(&self) -> String {
+        match self.state {
+            ChildState::Running { .. } => "its process runs, but has not registered".into(),
+            _ => self.last_end.clone(),
         }
     }
 

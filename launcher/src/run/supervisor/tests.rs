@@ -414,8 +414,13 @@ fn without_a_mission_the_run_ends_when_its_components_have() {
     bench.on(SupervisorEvent::Ready(REGISTRY));
     assert_eq!(bench.on(SupervisorEvent::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM)]);
     bench.beats();
-    assert_eq!(bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))), []);
-    assert_eq!(bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0))), [Terminate(CONFIGD)]);
+    let report = |id, name: &str| {
+        SupervisorAction::ReportGivenUp(id, format!("{name} ended, and is not started again"))
+    };
+    let done = bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0)));
+    assert_eq!(done, [report(LASER, "laser")], "a mission that needs it fails now");
+    let done = bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0)));
+    assert_eq!(done, [report(SLAM, "slam"), Terminate(CONFIGD)]);
     bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0)));
     let end = SupervisorAction::End(RunVerdict::AllEnded { failed: vec![] });
     assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))), [end]);
@@ -455,7 +460,9 @@ fn an_operator_restarts_a_component_that_runs_has_ended_or_was_given_up() {
     let ended = SupervisorEvent::Exited(LASER, ChildExit::Code(0));
     assert_eq!(bench.on(ended.clone()), [Spawn(LASER)]);
     assert!(bench.logged.last().is_some_and(|text| text.contains("restarted")));
-    assert_eq!(bench.on(ended), [], "its policy is valid again");
+    let report =
+        SupervisorAction::ReportGivenUp(LASER, "laser ended, and is not started again".into());
+    assert_eq!(bench.on(ended), [report], "its policy is valid again");
     assert_eq!(bench.on(SupervisorEvent::Order(LASER, Again)), [Spawn(LASER)]);
     let mut bench = Bench::running(Restart::Always);
     for _ in 0..child::MAX_DEATHS {
