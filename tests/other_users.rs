@@ -35,7 +35,9 @@ fn start(folder: &Folder, attributes: &str) -> Run {
     wait_for("the component", || {
         let registry = run.registry().to_string();
         let (code, out, _) = run_to_end(&mut folder.armor(&["ps", "--registry", &registry]));
-        (code == 0 && out.contains("simulator")).then_some(())
+        // A process that has not registered yet is listed too, but only to its own user.
+        let mut rows = out.lines().filter(|row| row.starts_with("simulator"));
+        (code == 0 && rows.any(|row| row.contains("active"))).then_some(())
     });
     run
 }

@@ -4,7 +4,6 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armor_robotfile::suggest_similar;
 use armor_wire::name::{is_name, split_data};
 use armor_wire::quantity;
 use clap::{Args, ValueEnum};
@@ -39,11 +38,6 @@ pub struct RunningSystem {
     /// The system whose registry listens here.
     #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY")]
     pub registry: Option<SocketAddr>,
-}
-
-/// Returns what to add to the message about an unknown name: `; did you mean driver?`, or nothing.
-pub fn advise_name<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    suggest_similar(name, known).map(|advice| format!("; {advice}")).unwrap_or_default()
 }
 
 /// Returns the address at which a registry listens by default.

@@ -6,10 +6,11 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use clap::{Args, Command};
 
-use crate::arguments::{OutputFormat, advise_name};
+use crate::arguments::OutputFormat;
 use crate::kinds::stock::STOCK;
 use crate::print::{end_printing, print_text};
 use crate::verb::Verb;
+use armor_robotfile::advise_similar;
 
 /// Run one stock component alone.
 #[derive(Args, Debug)]
@@ -34,7 +35,7 @@ impl Verb for ComponentArguments {
         }
         let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {
             let known: Vec<_> = STOCK.iter().map(|stock| stock.kind).collect();
-            let advice = advise_name(&kind, known.iter().copied());
+            let advice = advise_similar(&kind, known.iter().copied());
             bail!("no stock component is called {kind}{advice} (there are: {})", known.join(", "));
         };
         Ok((stock.run)(arguments))

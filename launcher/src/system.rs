@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 
-use crate::arguments::{RunningSystem, advise_name, default_registry};
+use crate::arguments::{RunningSystem, default_registry};
 use armor_inspect::systems::{self, RunRecord};
+use armor_robotfile::advise_similar;
 
 /// Longest wait for a listener on this host.
 const REGISTRY_WITHIN: Duration = Duration::from_millis(200);
@@ -45,7 +46,7 @@ fn choose_system(
 ) -> Result<SocketAddr> {
     let all: Vec<String> = records.iter().map(describe_system).collect();
     let names = records.iter().map(|record| record.system.as_str());
-    let advice = name.map(|name| advise_name(name, names)).unwrap_or_default();
+    let advice = name.map(|name| advise_similar(name, names)).unwrap_or_default();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
     }

@@ -30,7 +30,8 @@ use std::collections::BTreeSet;
 
 use crate::check::activity::Activity;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::load::Reading;
 use crate::model::{Configuration, System};
 use crate::overrides::{self, Override};

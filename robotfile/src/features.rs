@@ -4,7 +4,8 @@
 use std::fmt;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 use crate::model::{Configuration, LinkMode, Transport};
 use crate::source::{Location, Spanned};

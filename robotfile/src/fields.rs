@@ -9,7 +9,8 @@ use armor_wire::name::is_name;
 use armor_wire::quantity::{self, Dimension, QuantityError};
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings, short};
+use crate::finding::{Finding, short};
+use crate::findings::Findings;
 use crate::guard::dimension_noun;
 use crate::model::Port;
 use crate::source::{Location, Source, Spanned};

@@ -6,7 +6,8 @@
 //! Without `in` it is marked from the start, without `out` nothing follows its goal.
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Submission, Transition};
 use crate::model::Configuration;
 use crate::read::MAX_ELEMENTS;

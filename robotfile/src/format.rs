@@ -6,7 +6,8 @@ use std::path::Path;
 
 use crate::code::Code;
 use crate::edit::{line_break, quote};
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::tree::{Attribute, Element, Node, Tree};
 use crate::xml::parse_tree;
 

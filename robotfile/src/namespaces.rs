@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
 use crate::tree::Element;
 

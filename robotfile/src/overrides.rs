@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use armor_wire::name::split_data;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::model::{Configuration, Parameter};
 use crate::source::{Location, Source, Span, Spanned};
 use crate::suggestion::suggest_similar;

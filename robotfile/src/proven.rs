@@ -3,7 +3,8 @@
 
 use crate::claim::{Claim, Statement};
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::Mission;
 use crate::model::Configuration;
 

@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 use crate::code::Code;
 use crate::fields::ElementFields;
-use crate::finding::{Finding, Findings, short};
+use crate::finding::{Finding, short};
+use crate::findings::Findings;
 use crate::mission::Mission;
 use crate::model::System;
 use crate::source::{Location, Source};

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::code::Code;
-use crate::finding::Findings;
+use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
 use crate::start_tag::{TagReader, unescape};
 use crate::tree::{Element, Node};

@@ -14,7 +14,8 @@
 
 use std::fmt::Write;
 
-use crate::finding::{Finding, Findings, Severity};
+use crate::finding::{Finding, Severity};
+use crate::findings::Findings;
 use crate::source::Location;
 
 /// Characters of a line that are shown; a longer line is cut around the piece that matters.

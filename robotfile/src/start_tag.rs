@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
 use crate::tree::{Attribute, Element};
 use crate::xml::MAX_ATTRIBUTES;

@@ -36,6 +36,11 @@ pub fn suggest_similar<'a>(
         .map(|(_, candidate)| format!("did you mean {candidate}?"))
 }
 
+/// Returns [`suggest_similar`] as the end of a sentence, `; did you mean …?`, or nothing.
+pub fn advise_similar<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+    suggest_similar(name, candidates).map(|advice| format!("; {advice}")).unwrap_or_default()
+}
+
 /// Words that are written for `true` and `false` elsewhere.
 const TRUTHS: [(&str, &[&str]); 2] =
     [("true", &["yes", "on", "1", "y", "t"]), ("false", &["no", "off", "0", "n", "f"])];

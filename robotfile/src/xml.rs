@@ -8,7 +8,8 @@ use quick_xml::events::Event;
 use quick_xml::reader::Reader;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
 use crate::start_tag::{TagReader, unescape};
 use crate::suggestion::suggest_similar;

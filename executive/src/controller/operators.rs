@@ -13,8 +13,8 @@ use crate::order::{Giver, Judged, MissionOrder};
 use crate::record::JournalEntry;
 use armor_petri::{FiringClass, TransitionId};
 use armor_plan::Plan;
+use armor_robotfile::advise_similar;
 use armor_robotfile::mission::Autonomy;
-use armor_robotfile::suggest_similar;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -346,8 +346,7 @@ pub(super) fn unknown_name<'a>(
     name: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> String {
-    let advice = suggest_similar(name, known).map(|advice| format!("; {advice}"));
-    format!("the mission has no {what} called `{name}`{}", advice.unwrap_or_default())
+    format!("the mission has no {what} called `{name}`{}", advise_similar(name, known))
 }
 
 fn in_command(order: &MissionOrder) -> String {

@@ -11,11 +11,12 @@ use armor_sdk::control::{Answer, ControlConnection, ControlEvent, ReportKind, Ro
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::arguments::{OutputFormat, RunningSystem, advise_name, parse_name};
+use crate::arguments::{OutputFormat, RunningSystem, parse_name};
 use crate::date::format_clock_time;
 use crate::inspect_cli::select_system;
 use crate::print::{end_printing, end_when_stdout_closes, print_line};
 use crate::verb::Verb;
+use armor_robotfile::advise_similar;
 
 /// Time between two looks at whether a component is registered again.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
@@ -62,7 +63,7 @@ pub(super) fn check_name(observed: &ObservedSystem, component: &str) -> Result<(
         return Ok(());
     }
     let names: Vec<&str> = components.iter().map(|entry| entry.name.as_str()).collect();
-    let advice = advise_name(component, names.iter().copied());
+    let advice = advise_similar(component, names.iter().copied());
     bail!("no component called {component} is running{advice} (there are: {})", names.join(", "))
 }
 

@@ -6,12 +6,12 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use armor_robotfile::{Colours, Findings};
+use armor_robotfile::{Colours, Findings, advise_similar};
 use armor_wire::manifest::{EventManifest, EventValue, Manifest, ParameterManifest, PortManifest};
 use clap::Args;
 use serde_json::json;
 
-use crate::arguments::{KindFolders, OutputFormat, advise_name};
+use crate::arguments::{KindFolders, OutputFormat};
 use crate::exit::CommandEnding;
 use crate::kinds::{Catalogue, ComponentKind};
 use crate::print;
@@ -60,7 +60,7 @@ fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result
         Some(name) => {
             let Some(kind) = catalogue.kinds.get(name) else {
                 let known: Vec<_> = catalogue.kinds.keys().map(String::as_str).collect();
-                let advice = advise_name(name, known.iter().copied());
+                let advice = advise_similar(name, known.iter().copied());
                 bail!("no kind is called {name}{advice} (there are: {})", known.join(", "));
             };
             end_printing(match format {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Error, anyhow};
 use armor_inspect::ObservedSystem;
-use armor_robotfile::suggest_similar;
+use armor_robotfile::advise_similar;
 use armor_sdk::directory::{DirectoryError, Listing};
 use armor_sdk::tap::TapError;
 use armor_wire::control::{RunState, Status};
@@ -95,8 +95,7 @@ pub fn explain_missing(error: Error, observed: &ObservedSystem, data: &str) -> E
 fn describe_missing(listing: &Listing, data: &str) -> String {
     let component = data.split('.').next().unwrap_or_default();
     let outputs = || listing.data.iter().map(|entry| entry.data.as_str());
-    let advice = suggest_similar(data, outputs());
-    let advice = advice.map(|advice| format!("; {advice}")).unwrap_or_default();
+    let advice = advise_similar(data, outputs());
     let own: Vec<&str> =
         outputs().filter(|output| output.split('.').next() == Some(component)).collect();
     let is_running = listing.components.iter().any(|entry| entry.name == component);
@@ -113,12 +112,7 @@ fn describe_missing(listing: &Listing, data: &str) -> String {
         }
         (false, _) => {
             let names = listing.components.iter().map(|entry| entry.name.as_str());
-            let advice = if advice.is_empty() {
-                let advice = suggest_similar(component, names);
-                advice.map(|advice| format!("; {advice}")).unwrap_or_default()
-            } else {
-                advice
-            };
+            let advice = if advice.is_empty() { advise_similar(component, names) } else { advice };
             format!(
                 "no component provides {data}: none called `{component}` is running{advice} \
                  (`armor data list` lists all outputs)"

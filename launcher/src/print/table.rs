@@ -221,7 +221,7 @@ mod tests {
         check("a line that is longer than that", "a line that is longer\nthan that");
         check("- a list with a long entry", "- a list with a long\n  entry");
         check("    code that is too long here", "    code that is too\n    long here");
-        check("waits       a report of somebody", "waits       a report of\n            somebody");
+        check("waits       a report of the arm", "waits       a report of\n            the arm");
         check("            the next row of it", "            the next row\n            of it");
     }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use armor_inspect::run_control::{AbsentComponent, RunReply, RunRequest};
-use armor_robotfile::suggest_similar;
+use armor_robotfile::advise_similar;
 use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::ComponentEntry;
@@ -350,8 +350,7 @@ impl Launcher {
         self.plan.duties.iter().position(is_it).ok_or_else(|| {
             let components = self.plan.duties.iter().filter(|it| it.role == ChildRole::Component);
             let names: Vec<&str> = components.map(|duty| duty.name.as_str()).collect();
-            let advice = suggest_similar(name, names.iter().copied());
-            let advice = advice.map(|advice| format!("; {advice}")).unwrap_or_default();
+            let advice = advise_similar(name, names.iter().copied());
             format!(
                 "this run has started no component called {name}{advice} (its components: {})",
                 names.join(", ")

@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{ArcKind, Mission};
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {

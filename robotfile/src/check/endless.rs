@@ -10,7 +10,8 @@ use std::time::Duration;
 use crate::check::graph::CheckGraph;
 use crate::check::names::listed;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Place, Transition};
 
 /// The transitions of a circle that are shown in addition to its first one.

@@ -8,7 +8,8 @@ use crate::check::activity::{Activity, needed_places};
 use crate::check::graph::CheckGraph;
 use crate::check::starved::is_about;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{Place, Transition};
 use crate::model::{Link, System};
 

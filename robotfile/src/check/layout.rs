@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings, short};
+use crate::finding::{Finding, short};
+use crate::findings::Findings;
 use crate::mission::Mission;
 use crate::model::{LayoutBlock, System};
 use crate::source::Spanned;

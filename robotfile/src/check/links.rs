@@ -7,7 +7,8 @@ use armor_wire::keep::Keep;
 
 use crate::check::graph::CheckGraph;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::model::{Component, Link, LinkMode, System};
 
 /// Links of a circle that are shown in addition to its last one.

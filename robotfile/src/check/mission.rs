@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::names::{KnownNames, listed};
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{ArcKind, Exclusive, Mission, Place, Submission, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;

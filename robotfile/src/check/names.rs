@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use armor_wire::name::is_name;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings, short};
+use crate::finding::{Finding, short};
+use crate::findings::Findings;
 use crate::source::{Location, Spanned};
 use crate::suggestion::suggest_similar;
 use crate::unreadable::UnreadableParts;

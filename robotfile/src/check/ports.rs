@@ -12,7 +12,8 @@ use armor_wire::{Message, WireType};
 use crate::check::manifests::unknown;
 use crate::check::names::listed;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::model::{Component, Link, Port, System};
 use crate::unreadable::UnreadableParts;
 

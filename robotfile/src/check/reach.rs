@@ -5,7 +5,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{ArcKind, Mission, Place, Transition};
 
 /// `whole` is the mission with its sub-missions. A goal that the main mission cannot reach is a

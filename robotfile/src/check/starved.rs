@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::check::activity::{Activity, needed_places};
 use crate::check::manifests::Manifests;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::model::{Link, LinkMode, System};
 use crate::source::Location;
 

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use crate::check::names::KnownNames;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::model::{Component, Link, System};
 use crate::source::Spanned;
 

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{ArcKind, Mission, Place, Transition};
 
 /// A component that is activated has not yet acted after this time: its start alone is a message to

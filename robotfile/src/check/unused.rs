@@ -8,7 +8,8 @@ use armor_wire::manifest::{Manifest, PortManifest};
 
 use crate::check::manifests::Manifests;
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::guard::{Guard, Name};
 use crate::model::{Component, Configuration, System};
 

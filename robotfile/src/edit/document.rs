@@ -6,7 +6,7 @@ use crate::edit::error::EditError;
 use crate::edit::new_element::NewElement;
 use crate::edit::patch::Patches;
 use crate::edit::{attribute, placement, removal};
-use crate::finding::Findings;
+use crate::findings::Findings;
 use crate::source::Source;
 use crate::tree::{Element, Tree};
 use crate::xml::{parse, parse_tree};

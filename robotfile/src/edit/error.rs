@@ -1,6 +1,6 @@
 //! Why an edit was not made.
 
-use crate::finding::Findings;
+use crate::findings::Findings;
 use crate::source::Location;
 
 /// Why an edit was not made. The document is as it was.

@@ -10,7 +10,7 @@ use crate::edit::mention::{Mention, MentionRole, mentions};
 use crate::edit::new_element::{escape_text, escape_value};
 use crate::edit::patch::Patches;
 use crate::edit::words::{ListForm, occurrences, replaced};
-use crate::finding::Findings;
+use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
 use crate::start_tag::unescape;
 

@@ -1,7 +1,8 @@
 //! Limits for the number of elements, so that the work for any file is bounded.
 
 use crate::code::Code;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::source::Location;
 
 /// The limit for the components, places, transitions and so on of a mission or system, for each

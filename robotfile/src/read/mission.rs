@@ -4,7 +4,8 @@ use std::sync::Arc as Shared;
 
 use crate::code::Code;
 use crate::fields::{ElementFields, digits};
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{
     Class, Exclusive, Mission, Place, PlaceParameter, Resume, Submission, Variable,
 };

@@ -6,7 +6,8 @@ use armor_wire::keep::{Keep, Wake};
 
 use crate::code::Code;
 use crate::fields::ElementFields;
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
 use crate::read::layout;
 use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use crate::code::Code;
 use crate::fields::{ElementFields, digits, duration};
-use crate::finding::{Finding, Findings};
+use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::mission::{
     Arc, ArcKind, Autonomy, Interval, LostLink, Missed, ReportRef, SetVariable, Transition,
 };

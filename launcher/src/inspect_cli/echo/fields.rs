@@ -1,7 +1,7 @@
 //! Fields of a message, named by their path: `pose.x`, `ranges.0`.
 
 use anyhow::{Result, bail};
-use armor_robotfile::suggest_similar;
+use armor_robotfile::advise_similar;
 use serde_json::{Map, Value};
 
 /// Returns an object of the named fields.
@@ -49,8 +49,7 @@ pub fn find_field<'a>(value: &'a Value, path: &str) -> Result<&'a Value> {
 fn describe_unknown(fields: &Map<String, Value>, name: &str, walked: &[&str]) -> String {
     let of = if walked.is_empty() { "the message".into() } else { walked.join(".") };
     let names: Vec<&str> = fields.keys().map(String::as_str).collect();
-    let advice = suggest_similar(name, names.iter().copied());
-    let advice = advice.map(|advice| format!("; {advice}")).unwrap_or_default();
+    let advice = advise_similar(name, names.iter().copied());
     format!("{of} has no field called {name}{advice} (it has: {})", names.join(", "))
 }
 

@@ -1,5 +1,8 @@
 use super::*;
 
+mod ends;
+mod orders;
+
 use StopRequest::{Interrupt, TimeUp};
 use SupervisorAction::{Kill, Spawn, Terminate};
 
@@ -100,7 +103,7 @@ impl Bench {
 }
 
 #[test]
-fn everybody_waits_for_the_daemons() {
+fn all_processes_wait_for_the_daemons() {
     let mut bench = Bench::new(system(Restart::OnFailure));
     assert_eq!(bench.on(SupervisorEvent::Tick), [Spawn(REGISTRY)]);
     assert_eq!(bench.pass(5.0, &[]), []);
@@ -254,7 +257,7 @@ fn the_policy_decides_who_comes_back() {
 }
 
 #[test]
-fn who_misses_three_beats_is_killed_and_started_again() {
+fn a_component_that_misses_three_beats_is_killed_and_started_again() {
     let mut bench = Bench::running(Restart::OnFailure);
     assert_eq!(bench.pass(1.6, &[SLAM]), []);
     assert_eq!(bench.pass(0.2, &[SLAM]), [Kill(LASER)]);
@@ -264,7 +267,7 @@ fn who_misses_three_beats_is_killed_and_started_again() {
 }
 
 #[test]
-fn who_registers_and_never_answers_is_killed() {
+fn a_component_that_registers_and_never_answers_is_killed() {
     let mut bench = Bench::running(Restart::OnFailure);
     bench.on(Bench::killed(LASER));
     bench.pass(0.1, &[SLAM]);
@@ -358,75 +361,6 @@ fn an_executive_that_crashed_is_started_again() {
 }
 
 #[test]
-fn a_stop_goes_in_order_and_kills_who_does_not_end() {
-    let mut bench = Bench::running(Restart::Always);
-    assert_eq!(bench.on(SupervisorEvent::Stop(Interrupt)), [Terminate(EXECUTIVE)]);
-    assert_eq!(bench.pass(4.9, &[LASER, SLAM]), [], "silence is no fault while stopping");
-    assert_eq!(bench.pass(0.2, &[]), [Kill(EXECUTIVE)]);
-    assert_eq!(bench.on(Bench::killed(EXECUTIVE)), [Terminate(LASER), Terminate(SLAM)]);
-    assert_eq!(
-        bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))),
-        [],
-        "no process comes back"
-    );
-    assert_eq!(bench.pass(5.1, &[]), [Kill(SLAM)]);
-    assert_eq!(bench.on(Bench::killed(SLAM)), [Terminate(CONFIGD)]);
-    assert_eq!(
-        bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0))),
-        [Terminate(REGISTRY)]
-    );
-    let end = SupervisorAction::End(RunVerdict::Interrupted);
-    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Signal(15))), [end]);
-    assert_eq!(bench.pass(60.0, &[]), [], "nothing follows the end");
-}
-
-#[test]
-fn the_second_interrupt_kills_immediately() {
-    let mut bench = Bench::running(Restart::OnFailure);
-    bench.on(Bench::killed(LASER));
-    bench.on(SupervisorEvent::Stop(Interrupt));
-    let killed = bench.on(SupervisorEvent::Stop(Interrupt));
-    assert_eq!(killed, [Kill(REGISTRY), Kill(CONFIGD), Kill(SLAM), Kill(EXECUTIVE)]);
-    for id in [REGISTRY, CONFIGD, SLAM] {
-        assert_eq!(bench.on(Bench::killed(id)), []);
-    }
-    assert_eq!(
-        bench.on(Bench::killed(EXECUTIVE)),
-        [SupervisorAction::End(RunVerdict::Interrupted)]
-    );
-}
-
-#[test]
-fn a_hang_that_is_being_mended_when_the_stop_comes_is_not_started_again() {
-    let mut bench = Bench::running(Restart::OnFailure);
-    assert_eq!(bench.pass(1.8, &[SLAM]), [Kill(LASER)]);
-    assert_eq!(bench.on(SupervisorEvent::Stop(TimeUp)), [Terminate(EXECUTIVE)]);
-    bench.on(Bench::killed(LASER));
-    assert_eq!(bench.on(SupervisorEvent::Exited(EXECUTIVE, ChildExit::Code(0))), [Terminate(SLAM)]);
-}
-
-#[test]
-fn without_a_mission_the_run_ends_when_its_components_have() {
-    let mut duties = system(Restart::OnFailure);
-    duties.pop();
-    let mut bench = Bench::new(duties);
-    bench.on(SupervisorEvent::Tick);
-    bench.on(SupervisorEvent::Ready(REGISTRY));
-    assert_eq!(bench.on(SupervisorEvent::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM)]);
-    bench.beats();
-    let report = |id, name: &str| {
-        SupervisorAction::ReportGivenUp(id, format!("{name} ended, and is not started again"))
-    };
-    let done = bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0)));
-    assert_eq!(done, [report(LASER, "laser")], "a mission that needs it fails now");
-    let done = bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0)));
-    assert_eq!(done, [report(SLAM, "slam"), Terminate(CONFIGD)]);
-    bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0)));
-    let end = SupervisorAction::End(RunVerdict::AllEnded { failed: vec![] });
-    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))), [end]);
-}
-
-#[test]
 fn an_idle_system_asks_for_no_look_before_something_can_be_due() {
     let mut bench = Bench::new(system(Restart::OnFailure));
     bench.on(SupervisorEvent::Tick);
@@ -449,55 +383,4 @@ fn a_component_whose_call_takes_too_long_is_killed_once_and_started_again() {
     assert_eq!(bench.on(SupervisorEvent::Stuck(LASER, s(3.0))), [], "it is being killed");
     bench.on(SupervisorEvent::Exited(LASER, ChildExit::Signal(9)));
     assert_eq!(bench.pass(0.2, &[SLAM]), [Spawn(LASER)]);
-}
-
-#[test]
-fn an_operator_restarts_a_component_that_runs_has_ended_or_was_given_up() {
-    use ChildOrder::Restart as Again;
-    let mut bench = Bench::running(Restart::Never);
-    assert_eq!(bench.on(SupervisorEvent::Order(LASER, Again)), [Terminate(LASER)]);
-    assert_eq!(bench.on(SupervisorEvent::Order(LASER, Again)), [], "it is ending already");
-    let ended = SupervisorEvent::Exited(LASER, ChildExit::Code(0));
-    assert_eq!(bench.on(ended.clone()), [Spawn(LASER)]);
-    assert!(bench.logged.last().is_some_and(|text| text.contains("restarted")));
-    let report =
-        SupervisorAction::ReportGivenUp(LASER, "laser ended, and is not started again".into());
-    assert_eq!(bench.on(ended), [report], "its policy is valid again");
-    assert_eq!(bench.on(SupervisorEvent::Order(LASER, Again)), [Spawn(LASER)]);
-    let mut bench = Bench::running(Restart::Always);
-    for _ in 0..child::MAX_DEATHS {
-        bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(1)));
-        bench.pass(10.5, &[SLAM]);
-    }
-    assert!(bench.logged.last().is_some_and(|text| text.contains("given up")));
-    assert_eq!(bench.on(SupervisorEvent::Order(LASER, Again)), [Spawn(LASER)]);
-    bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(1)));
-    assert_eq!(bench.pass(0.2, &[SLAM]), [Spawn(LASER)], "its record of deaths is cleared");
-}
-
-#[test]
-fn a_component_that_was_stopped_stays_down_and_the_run_goes_on_without_it() {
-    let mut duties = system(Restart::Always);
-    duties.remove(EXECUTIVE);
-    duties.remove(SLAM);
-    let mut bench = Bench::new(duties);
-    bench.on(SupervisorEvent::Tick);
-    bench.on(SupervisorEvent::Ready(REGISTRY));
-    bench.on(SupervisorEvent::Ready(CONFIGD));
-    let stop = SupervisorEvent::Order(LASER, ChildOrder::Stop);
-    assert_eq!(bench.on(stop.clone()), [Terminate(LASER)]);
-    assert_eq!(bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))), []);
-    assert_eq!(bench.pass(20.0, &[]), [], "neither started again nor the end of the run");
-    assert_eq!(bench.on(stop), []);
-    let restart = SupervisorEvent::Order(LASER, ChildOrder::Restart);
-    assert_eq!(bench.on(restart), [Spawn(LASER)]);
-}
-
-#[test]
-fn an_order_does_not_delay_the_end_of_the_system() {
-    let mut bench = Bench::running(Restart::Always);
-    bench.on(SupervisorEvent::Order(LASER, ChildOrder::Restart));
-    bench.on(SupervisorEvent::Stop(Interrupt));
-    assert_eq!(bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))), []);
-    assert_eq!(bench.on(SupervisorEvent::Order(LASER, ChildOrder::Restart)), []);
 }

@@ -1,0 +1,72 @@
+//! How a run ends.
+
+use super::*;
+
+#[test]
+fn a_stop_goes_in_order_and_kills_what_does_not_end() {
+    let mut bench = Bench::running(Restart::Always);
+    assert_eq!(bench.on(SupervisorEvent::Stop(Interrupt)), [Terminate(EXECUTIVE)]);
+    assert_eq!(bench.pass(4.9, &[LASER, SLAM]), [], "silence is no fault while stopping");
+    assert_eq!(bench.pass(0.2, &[]), [Kill(EXECUTIVE)]);
+    assert_eq!(bench.on(Bench::killed(EXECUTIVE)), [Terminate(LASER), Terminate(SLAM)]);
+    assert_eq!(
+        bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))),
+        [],
+        "no process comes back"
+    );
+    assert_eq!(bench.pass(5.1, &[]), [Kill(SLAM)]);
+    assert_eq!(bench.on(Bench::killed(SLAM)), [Terminate(CONFIGD)]);
+    assert_eq!(
+        bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0))),
+        [Terminate(REGISTRY)]
+    );
+    let end = SupervisorAction::End(RunVerdict::Interrupted);
+    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Signal(15))), [end]);
+    assert_eq!(bench.pass(60.0, &[]), [], "nothing follows the end");
+}
+
+#[test]
+fn the_second_interrupt_kills_immediately() {
+    let mut bench = Bench::running(Restart::OnFailure);
+    bench.on(Bench::killed(LASER));
+    bench.on(SupervisorEvent::Stop(Interrupt));
+    let killed = bench.on(SupervisorEvent::Stop(Interrupt));
+    assert_eq!(killed, [Kill(REGISTRY), Kill(CONFIGD), Kill(SLAM), Kill(EXECUTIVE)]);
+    for id in [REGISTRY, CONFIGD, SLAM] {
+        assert_eq!(bench.on(Bench::killed(id)), []);
+    }
+    assert_eq!(
+        bench.on(Bench::killed(EXECUTIVE)),
+        [SupervisorAction::End(RunVerdict::Interrupted)]
+    );
+}
+
+#[test]
+fn a_hang_that_is_being_mended_when_the_stop_comes_is_not_started_again() {
+    let mut bench = Bench::running(Restart::OnFailure);
+    assert_eq!(bench.pass(1.8, &[SLAM]), [Kill(LASER)]);
+    assert_eq!(bench.on(SupervisorEvent::Stop(TimeUp)), [Terminate(EXECUTIVE)]);
+    bench.on(Bench::killed(LASER));
+    assert_eq!(bench.on(SupervisorEvent::Exited(EXECUTIVE, ChildExit::Code(0))), [Terminate(SLAM)]);
+}
+
+#[test]
+fn without_a_mission_the_run_ends_when_its_components_have() {
+    let mut duties = system(Restart::OnFailure);
+    duties.pop();
+    let mut bench = Bench::new(duties);
+    bench.on(SupervisorEvent::Tick);
+    bench.on(SupervisorEvent::Ready(REGISTRY));
+    assert_eq!(bench.on(SupervisorEvent::Ready(CONFIGD)), [Spawn(LASER), Spawn(SLAM)]);
+    bench.beats();
+    let report = |id, name: &str| {
+        SupervisorAction::ReportGivenUp(id, format!("{name} ended, and is not started again"))
+    };
+    let done = bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0)));
+    assert_eq!(done, [report(LASER, "laser")], "a mission that needs it fails now");
+    let done = bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0)));
+    assert_eq!(done, [report(SLAM, "slam"), Terminate(CONFIGD)]);
+    bench.on(SupervisorEvent::Exited(CONFIGD, ChildExit::Code(0)));
+    let end = SupervisorAction::End(RunVerdict::AllEnded { failed: vec![] });
+    assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))), [end]);
+}
