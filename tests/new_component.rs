@@ -10,29 +10,27 @@ use crate::fixture::{Folder, run_to_end, send_signal, wait_for};
 
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Builds the project; the built dependencies are kept for the next run of the test.
+/// A `cargo` command in the project, without the lints of a caller that checks this workspace. The
+/// built dependencies are kept for the next run of the test.
+fn cargo(project: &Path, verb: &str) -> Command {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args([verb, "--offline", "--quiet"]).current_dir(project);
+    cargo.env("CARGO_TARGET_DIR", Path::new(REPOSITORY).join("target/new-component"));
+    cargo.env_remove("RUSTC_WORKSPACE_WRAPPER");
+    cargo
+}
+
 fn build(project: &Path) -> std::path::PathBuf {
     // The same versions as in this workspace: they are already downloaded, so `--offline` works.
     let lock = Path::new(REPOSITORY).join("Cargo.lock");
     std::fs::copy(lock, project.join("Cargo.lock")).expect("the lock file");
-    let target = Path::new(REPOSITORY).join("target/new-component");
-    let built = Command::new(env!("CARGO"))
-        .args(["build", "--offline", "--quiet"])
-        .current_dir(project)
-        .env("CARGO_TARGET_DIR", &target)
-        .status();
-    assert!(built.expect("cargo starts").success());
-    target.join("debug/odd-counter")
+    assert!(cargo(project, "build").status().expect("cargo starts").success());
+    Path::new(REPOSITORY).join("target/new-component/debug/odd-counter")
 }
 
 /// The tests that the project begins with pass.
 fn run_own_tests(project: &Path) {
-    let tested = Command::new(env!("CARGO"))
-        .args(["test", "--offline", "--quiet"])
-        .current_dir(project)
-        .env("CARGO_TARGET_DIR", Path::new(REPOSITORY).join("target/new-component"))
-        .output()
-        .expect("cargo starts");
+    let tested = cargo(project, "test").output().expect("cargo starts");
     let out = String::from_utf8_lossy(&tested.stdout);
     assert!(tested.status.success(), "{out}{}", String::from_utf8_lossy(&tested.stderr));
     assert!(out.contains("3 passed"), "{out}");
