@@ -1,5 +1,6 @@
 //! The fixture of every whole-system test: a separate folder in which `armor` runs.
 
+pub mod fault_proxy;
 pub mod program;
 
 use std::net::{SocketAddr, TcpListener};

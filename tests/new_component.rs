@@ -10,13 +10,11 @@ use crate::fixture::{Folder, run_to_end, send_signal, wait_for};
 
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// A `cargo` command in the project, without the lints of a caller that checks this workspace. The
-/// built dependencies are kept for the next run of the test.
+/// A `cargo` command in the project. The built dependencies are kept for the next run of the test.
 fn cargo(project: &Path, verb: &str) -> Command {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args([verb, "--offline", "--quiet"]).current_dir(project);
     cargo.env("CARGO_TARGET_DIR", Path::new(REPOSITORY).join("target/new-component"));
-    cargo.env_remove("RUSTC_WORKSPACE_WRAPPER");
     cargo
 }
 

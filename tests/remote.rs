@@ -2,12 +2,9 @@
 //! the system through a SOCKS5 proxy such as `ssh -D`; the system reaches them on one forwarded
 //! port.
 
-use std::io::{Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::sync::{Arc, Mutex};
-
 use serde_json::Value;
 
+use crate::fixture::fault_proxy::FaultProxy;
 use crate::fixture::{Folder, free_port, run_to_end, wait_for};
 
 const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
@@ -28,62 +25,8 @@ const SYSTEM: &str = r#"<armor version="1">
   </system>
 </armor>"#;
 
-/// A SOCKS5 proxy that records the targets of all requests.
-struct Proxy {
-    address: SocketAddr,
-    asked: Arc<Mutex<Vec<String>>>,
-}
-
-impl Proxy {
-    fn start() -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-        let address = listener.local_addr().expect("its address");
-        let asked = Arc::new(Mutex::new(Vec::new()));
-        let targets = Arc::clone(&asked);
-        std::thread::spawn(move || {
-            for stream in listener.incoming().flatten() {
-                let targets = Arc::clone(&targets);
-                std::thread::spawn(move || Self::serve(&stream, &targets));
-            }
-        });
-        Self { address, asked }
-    }
-
-    fn serve(mut client: &TcpStream, asked: &Mutex<Vec<String>>) -> Option<()> {
-        let mut greeting = [0; 3];
-        client.read_exact(&mut greeting).ok()?;
-        assert_eq!(greeting, [5, 1, 0], "no password is offered");
-        client.write_all(&[5, 0]).ok()?;
-        let mut head = [0; 5];
-        client.read_exact(&mut head).ok()?;
-        let mut rest = vec![0; usize::from(head[4]) + 2];
-        client.read_exact(&mut rest).ok()?;
-        let (host, port) = rest.split_at(usize::from(head[4]));
-        let port = u16::from_be_bytes([port[0], port[1]]);
-        let target = format!("{}:{port}", String::from_utf8_lossy(host));
-        asked.lock().expect("no panic").push(target.clone());
-        let Ok(server) = TcpStream::connect(target) else {
-            return client.write_all(&[5, 5, 0, 1, 0, 0, 0, 0, 0, 0]).ok();
-        };
-        client.write_all(&[5, 0, 0, 1, 0, 0, 0, 0, 0, 0]).ok()?;
-        let (from, to) = (client.try_clone().ok()?, server.try_clone().ok()?);
-        let back = std::thread::spawn(move || pass(&to, &from));
-        pass(client, &server);
-        back.join().ok()
-    }
-
-    fn was_asked_for(&self, address: &str) -> bool {
-        self.asked.lock().expect("no panic").iter().any(|asked| asked == address)
-    }
-}
-
-fn pass(mut from: &TcpStream, mut to: &TcpStream) {
-    let _ = std::io::copy(&mut from, &mut to);
-    let _ = to.shutdown(Shutdown::Both);
-}
-
 /// Runs a tool as on the far host; returns its output, one JSON object per line.
-fn lines(folder: &Folder, tool: &[&str], proxy: &Proxy) -> Vec<Value> {
+fn lines(folder: &Folder, tool: &[&str], proxy: &FaultProxy) -> Vec<Value> {
     let mut command = folder.armor(tool);
     command.args(["--format", "json"]).env("ARMOR_VIA", proxy.address.to_string());
     let (code, out, _) = run_to_end(&mut command);
@@ -102,7 +45,7 @@ fn a_component_on_another_host_takes_part_through_one_proxy_and_one_port() {
     let run = folder.run("out", &[file, "--headless", "--without", "far"]);
     let registry = run.registry().to_string();
 
-    let proxy = Proxy::start();
+    let proxy = FaultProxy::start(0);
     let port = free_port();
     let mut far = folder.armor(&["component", "simulator", "--name", "far"]);
     far.args(["--registry", &registry]).env("ARMOR_VIA", proxy.address.to_string());

@@ -115,15 +115,15 @@ impl Finding {
         self.code.severity()
     }
 
-    /// Returns whether both report the same name, which is unknown or cannot be used.
+    /// Returns whether it reports a name that is unknown or cannot be used.
+    pub(crate) fn is_about_name(&self) -> bool {
+        use Code::{NotControllable, UnknownComponent, UnknownPlace, UnknownVariable};
+        matches!(self.code, UnknownComponent | UnknownPlace | UnknownVariable | NotControllable)
+    }
+
+    /// Returns whether both report the same name.
     pub(crate) fn is_same_name(&self, other: &Self) -> bool {
-        let names = [
-            Code::UnknownComponent,
-            Code::UnknownPlace,
-            Code::UnknownVariable,
-            Code::NotControllable,
-        ];
-        names.contains(&self.code)
+        self.is_about_name()
             && self.code == other.code
             && matches!((&self.at, &other.at), (Some(a), Some(b)) if a.text() == b.text() && a.source.path() == b.source.path())
     }

@@ -24,7 +24,7 @@ impl Findings {
         self.list.pop_if(|last| last.code == Code::More);
         if finding.code == Code::More {
             self.left_out += finding.more;
-        } else if let Some(first) = self.list.iter_mut().find(|f| f.is_same_name(&finding)) {
+        } else if let Some(first) = self.find_same_name(&finding) {
             first.fold_mention(finding);
         } else if self.list.len() < MAX_FINDINGS {
             self.list.push(finding);
@@ -33,6 +33,13 @@ impl Findings {
             self.make_room(finding);
         }
         self.add_left_out();
+    }
+
+    fn find_same_name(&mut self, finding: &Finding) -> Option<&mut Finding> {
+        if !finding.is_about_name() {
+            return None;
+        }
+        self.list.iter_mut().find(|other| other.is_same_name(finding))
     }
 
     /// Replaces a finding that is not an error by an error.

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use armor_socket::{ComponentListeners, Stream};
 use armor_wire::frame::{self, FrameKind};
-use armor_wire::liveness::BEAT;
+use armor_wire::liveness::{BEAT, LOOK};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::background_thread::spawn_background;
@@ -37,6 +37,7 @@ pub(crate) fn start_thread(
         listeners,
         participant,
         last_beat: Instant::now(),
+        last_look: Instant::now(),
         accept_after: None,
     };
     spawn_background("service", move || service.serve_until_left())
@@ -48,6 +49,7 @@ struct ServiceThread {
     handshakes: Handshakes,
     control: ControlServer,
     last_beat: Instant,
+    last_look: Instant,
     /// Set after accepting has failed, as it does without free file descriptors.
     accept_after: Option<Instant>,
 }
@@ -63,11 +65,15 @@ impl ServiceThread {
                 self.control.serve_peers();
                 self.control.add_peer(admitted);
             }
-            if links || self.last_beat.elapsed() >= BEAT || self.participant.ports.is_gathering() {
+            if links || self.is_look_due() || self.participant.ports.is_gathering() {
                 self.serve_links();
             }
             self.control.serve_peers();
         }
+    }
+
+    fn is_look_due(&self) -> bool {
+        self.last_look.elapsed() >= LOOK || self.last_beat.elapsed() >= BEAT
     }
 
     /// Waits until there is something to do. Returns whether it concerns an output's link.
@@ -87,7 +93,8 @@ impl ServiceThread {
         }
         self.handshakes.add_poll_fds(&mut fds);
         self.control.add_poll_fds(&mut fds);
-        let mut timeout = BEAT.saturating_sub(self.last_beat.elapsed());
+        let beat = BEAT.saturating_sub(self.last_beat.elapsed());
+        let mut timeout = LOOK.saturating_sub(self.last_look.elapsed()).min(beat);
         if self.participant.ports.is_gathering() {
             timeout = timeout.min(GATHER_PERIOD);
         }
@@ -124,6 +131,12 @@ impl ServiceThread {
         let beat = frame::signal(FrameKind::Beat);
         for output in self.participant.ports.outputs() {
             output.serve_links(now, &beat);
+        }
+        if self.last_look.elapsed() >= LOOK {
+            self.last_look = Instant::now();
+            for input in self.participant.ports.inputs() {
+                input.check_silence();
+            }
         }
         if self.last_beat.elapsed() >= BEAT {
             self.last_beat = Instant::now();

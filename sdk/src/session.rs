@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use armor_socket::{Stream, is_temporary};
 use armor_wire::frame::{self, Frame, FrameKind};
-use armor_wire::liveness::{BEAT, Liveness};
+use armor_wire::liveness::Liveness;
 use armor_wire::message::WireType;
 use parking_lot::Mutex;
 
@@ -81,7 +81,7 @@ pub(crate) fn serve_frames(
                 Err(error) => return error.to_string(),
             }
         }
-        let wait = on_time().min(BEAT).max(LEAST_WAIT);
+        let wait = on_time();
         let now = start.elapsed();
         if liveness.is_silent(now) {
             return "it fell silent".into();
@@ -92,6 +92,7 @@ pub(crate) fn serve_frames(
             }
             liveness.spoke(now);
         }
+        let wait = wait.min(liveness.time_until_due(now)).max(LEAST_WAIT);
         if wait != timeout {
             timeout = wait;
             if let Err(error) = dialled.stream.set_read_timeout(Some(wait)) {

@@ -7,7 +7,7 @@ use armor_socket::{is_temporary, random_id};
 use armor_wire::frame::{self, DataHeader, FrameError, FrameKind};
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
 use armor_wire::keep::{Keep, Wake};
-use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::liveness::{BEAT, LOOK, SILENCE};
 use armor_wire::schema::{self, Schema};
 use armor_wire::transport::Transport;
 use thiserror::Error;
@@ -15,6 +15,9 @@ use thiserror::Error;
 use crate::dial::{self, ConnectError, Dialled};
 use crate::directory::{Directory, DirectoryError};
 use crate::session::LEAST_WAIT;
+
+/// How the names of tools begin, which are no components of the system.
+pub(crate) const TOOL_PREFIX: &str = "tool-";
 
 /// Why data cannot be read.
 #[derive(Debug, Error)]
@@ -68,7 +71,7 @@ impl Tap {
         keep: Keep,
         timeout: Duration,
     ) -> Result<Self, TapError> {
-        let from = (format!("tool-{}", std::process::id()), random_id());
+        let from = (format!("{TOOL_PREFIX}{}", std::process::id()), random_id());
         Self::open_from(directory, data, from, keep, timeout)
     }
 
@@ -138,7 +141,7 @@ impl Tap {
                     .map_err(|error| ended(error.to_string()))?;
                 self.spoke = now;
             }
-            let wait = deadline.duration_since(now).min(BEAT).max(LEAST_WAIT);
+            let wait = deadline.duration_since(now).min(LOOK).max(LEAST_WAIT);
             self.dialled.stream.set_read_timeout(Some(wait)).map_err(|e| ended(e.to_string()))?;
             match (&self.dialled.stream).read(self.dialled.reader.space()) {
                 Ok(0) => return Err(ended("the provider closed it".into())),

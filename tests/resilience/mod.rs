@@ -2,6 +2,7 @@
 //! components, false and hostile peers. The systems consist of [probes](../probe.rs), which record
 //! every call.
 
+mod bad_network;
 mod crowd;
 mod deaths;
 mod failures;

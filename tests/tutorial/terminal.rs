@@ -61,8 +61,7 @@ impl<'a> Terminal<'a> {
         command.env("REAL_CARGO", env!("CARGO")).env("CARGO_NET_OFFLINE", "true");
         command.env("XDG_RUNTIME_DIR", self.folder.path().join("run"));
         let others = ["ARMOR_REGISTRY", "ARMOR_COMPONENTS", "ARMOR_OUT", "ARMOR_LOG"];
-        let callers = ["CARGO_TARGET_DIR", "RUSTC_WORKSPACE_WRAPPER"];
-        for variable in others.into_iter().chain(callers) {
+        for variable in others.into_iter().chain(["CARGO_TARGET_DIR"]) {
             command.env_remove(variable);
         }
         command

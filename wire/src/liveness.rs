@@ -9,6 +9,11 @@ pub const BEAT: Duration = Duration::from_millis(500);
 pub const MISSED_BEATS: u32 = 3;
 /// Silence after which the other end is taken for dead; `TCP_USER_TIMEOUT` is the same.
 pub const SILENCE: Duration = Duration::from_millis(1750);
+/// Period with which an end that serves many connections looks after each of them. Together with
+/// [`SILENCE`] it bounds the time until a dead peer is noticed: 1.95 s.
+pub const LOOK: Duration = Duration::from_millis(200);
+
+const _: () = assert!(LOOK.as_millis() * 2 <= BEAT.as_millis(), "a beat would come too late");
 
 /// Watches one connection.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +43,11 @@ impl Liveness {
         now.saturating_sub(self.spoke) >= BEAT
     }
 
+    /// How long after `now` a beat is due, or the other end is taken for dead.
+    pub fn time_until_due(&self, now: Duration) -> Duration {
+        (self.spoke + BEAT).min(self.heard + SILENCE).saturating_sub(now)
+    }
+
     /// Whether the other end is taken for dead.
     pub fn is_silent(&self, now: Duration) -> bool {
         now.saturating_sub(self.heard) >= SILENCE
@@ -55,8 +65,11 @@ mod tests {
         assert!(!watch.owes_beat(at(1499)) && watch.owes_beat(at(1500)));
         watch.spoke(at(1500));
         assert!(!watch.owes_beat(at(1999)));
+        assert_eq!(watch.time_until_due(at(1600)), at(400), "a beat");
         assert!(!watch.is_silent(at(1000) + BEAT * MISSED_BEATS));
         assert!(!watch.is_silent(at(2749)) && watch.is_silent(at(2750)));
+        watch.spoke(at(2400));
+        assert_eq!(watch.time_until_due(at(2400)), at(350), "the end of the patience");
         watch.heard(at(2750));
         assert!(!watch.is_silent(at(3000)));
         // A moment before the last one is no overflow.

@@ -20,6 +20,8 @@ pub mod runs;
 pub mod space;
 mod store;
 pub mod stubborn;
+#[cfg(test)]
+mod walker;
 
 pub use budget::{AnalysisBudget, Exhausted};
 pub use explore::{ExplorationEnd, StateExploration, explore_states};

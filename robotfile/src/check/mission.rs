@@ -317,16 +317,22 @@ fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
             sets.entry(&component.value).or_default().push(set);
         }
     }
-    let mut at_start = BTreeMap::new();
-    for place in &mission.places {
-        let mut here = BTreeMap::new();
+    // Lists and not maps: thousands of sets times thousands of places are read in a moment.
+    let mut here = vec![None; mission.exclusives.len()];
+    let mut at_start = vec![None; mission.exclusives.len()];
+    for (number, place) in mission.places.iter().enumerate() {
+        // Two components that several sets declare exclusive are one mistake.
+        let mut reported = BTreeSet::new();
         for component in &place.components {
             for set in sets.get(component.value.as_str()).into_iter().flatten() {
-                let other = here.insert(*set, component);
+                let before = here[*set].replace((number, component));
+                let other = before.filter(|(place, _)| *place == number).map(|(_, other)| other);
                 let other = other.or_else(|| {
-                    if place.initial > 0 { at_start.insert(*set, component) } else { None }
+                    if place.initial > 0 { at_start[*set].replace(component) } else { None }
                 });
-                if let Some(other) = other.filter(|other| other.value != component.value) {
+                if let Some(other) = other.filter(|other| other.value != component.value)
+                    && reported.insert((&component.value, &other.value))
+                {
                     report_together(component, other, mission, *set, findings);
                 }
             }

@@ -117,7 +117,7 @@ fn a_component_that_no_mission_controls_is_named_once() {
     );
     let file = file.replace("kind=\"explorer\"", "kind=\"explorer\" controllable=\"false\"");
     let file = file.replace("<exclusive components=\"go arm\"/>", "");
-    only("E0206", "and named in 1 more place", &file);
+    only("E0206", "it is also named in 1 more place", &file);
 }
 
 #[test]
@@ -295,7 +295,7 @@ fn a_variable_that_is_missing_is_named_once() {
     let content = r#"<transition name="t" from="a" to="hold" on="go.empty" when="n &lt; 2"><set variable="n" value="n + 1"/></transition><check>never n &gt; 3</check>"#;
     only(
         "E0231",
-        "there is no variable called n, and named in 2 more places",
+        "there is no variable called n; it is also named in 2 more places",
         &robot(r#"safe="hold""#, &format!("{END}{content}")),
     );
 }

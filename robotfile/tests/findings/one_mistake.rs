@@ -60,7 +60,7 @@ fn one_mistake_about_a_component_is_one_finding() {
     ] {
         let (codes, shown) = found_in(&with(component));
         assert_eq!(codes, [code], "{component}\n{shown}");
-        assert_eq!(code == "E0103", shown.contains("and named in 3 more places"), "{shown}");
+        assert_eq!(code == "E0103", shown.contains("it is also named in 3 more places"), "{shown}");
     }
     let reserved = with(r#"<component name="executive" kind="k"/>"#)
         .replace("arm.", "executive.")

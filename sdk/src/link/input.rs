@@ -11,7 +11,7 @@ use armor_wire::control::InputStatus;
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::hello::Welcome;
 use armor_wire::keep::Keep;
-use armor_wire::liveness::MISSED_BEATS;
+use armor_wire::liveness::{BEAT, LOOK, MISSED_BEATS};
 use armor_wire::message::Message;
 use armor_wire::schema;
 use parking_lot::{Condvar, Mutex, MutexGuard};
@@ -19,6 +19,11 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 use super::inbox::{Inbox, InboxItem};
 use crate::counter::SingleWriterCounter;
 use crate::data::DeclaredType;
+
+/// Looks in a row without any byte after which a publisher is taken for dead: those of as many
+/// beats as may be missed. The last byte came up to one look before the first of them, so this
+/// is noticed after 1.6 to 1.8 s.
+const MAX_QUIET_LOOKS: u32 = (BEAT.as_millis() * MISSED_BEATS as u128 / LOOK.as_millis()) as u32;
 
 /// An input of this process.
 pub(crate) struct InputPort {
@@ -35,7 +40,7 @@ pub(crate) struct InputPort {
     /// Notified when a full inbox has room again.
     pub(super) room: Condvar,
     /// Whether the reader waits for bytes, and how many times it has received some. The reader
-    /// keeps both without reading a clock; the service thread judges them at every beat.
+    /// keeps both without reading a clock; the service thread judges them at every look.
     pub(super) listening: AtomicBool,
     pub(super) reads: SingleWriterCounter,
     /// The component has been frozen since the last data: what was published meanwhile is not lost.
@@ -53,9 +58,9 @@ pub(super) struct InputState {
     pub stream: Option<Arc<Stream>>,
     pub connections: u64,
     pub problem: String,
-    /// Reads up to the last beat, and for how many beats there was none.
+    /// Reads up to the last look, and for how many looks there was none.
     reads_before: u64,
-    pub quiet_beats: u32,
+    pub quiet_looks: u32,
 }
 
 impl InputPort {
@@ -144,18 +149,22 @@ impl InputPort {
         }
     }
 
-    /// Sends the publisher a beat, and ends the link if nothing has come from the publisher for too
-    /// long; called by the service thread at every beat.
+    /// Sends the publisher a beat.
     pub fn send_beat(&self) {
+        send_signal(self.lock_state().stream.as_deref(), FrameKind::Beat);
+    }
+
+    /// Ends the link if nothing has come from the publisher for too long; called by the service
+    /// thread every [`LOOK`].
+    pub fn check_silence(&self) {
         let mut state = self.lock_state();
-        send_signal(state.stream.as_deref(), FrameKind::Beat);
         let reads = self.reads.count();
         // A reader that is busy in the component's code does not listen: that is not the
         // publisher's silence.
         let is_quiet = self.listening.load(Ordering::Relaxed) && reads == state.reads_before;
-        state.quiet_beats = if is_quiet { state.quiet_beats + 1 } else { 0 };
+        state.quiet_looks = if is_quiet { state.quiet_looks + 1 } else { 0 };
         state.reads_before = reads;
-        if state.quiet_beats >= MISSED_BEATS
+        if state.quiet_looks > MAX_QUIET_LOOKS
             && let Some(stream) = state.stream.take()
         {
             let _ = stream.shutdown(Shutdown::Both);

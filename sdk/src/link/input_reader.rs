@@ -118,7 +118,7 @@ impl InputReader {
         let mut state = input.lock_state();
         state.stream = Some(Arc::new(stream));
         state.connections += 1;
-        state.quiet_beats = 0;
+        state.quiet_looks = 0;
         state.problem.clear();
         drop(state);
         // The component may have been activated or frozen since the request was written.
@@ -202,6 +202,9 @@ impl InputReader {
     ) -> Option<u64> {
         let was_paused = self.input.was_paused.load(Ordering::Relaxed);
         let lost = match last {
+            // A link never begins before the end of the one before: that one's last number was
+            // false, as a damaged one is, and must not hold up what is true.
+            Some(last) if is_first && header.sequence < last.sequence => 0,
             Some(last) if last.instance == header.instance => {
                 // A latched value is sent again at the start of each link.
                 if header.sequence <= last.sequence {

@@ -18,9 +18,14 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::publishing::{OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
+use crate::tap::TOOL_PREFIX;
 
 /// How long a `keep="all"` sender waits for a subscriber that takes nothing at all.
 const ALL_DEADLINE: Duration = Duration::from_secs(10);
+/// Most links of one output, and most of them to tools: each of them costs every message a system
+/// call. The links that a file asks for are far fewer, and tools cannot take their places.
+const MAX_LINKS: usize = 512;
+const MAX_TOOLS: usize = 64;
 
 /// The result of publishing data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,6 +78,7 @@ impl OutputPort {
 
     /// Whether a subscriber's request can be served.
     pub fn check_request(&self, link: &LinkRequest, from: &str) -> Result<(), Refusal> {
+        self.check_places(from)?;
         if link.schema_hash == 0 || link.schema_hash == self.schema_hash {
             return Ok(());
         }
@@ -83,6 +89,25 @@ impl OutputPort {
             self.entry.type_name
         );
         Err(Refusal::new(RefusalCode::TypeMismatch, text))
+    }
+
+    fn check_places(&self, from: &str) -> Result<(), Refusal> {
+        let is_tool = |name: &str| name.starts_with(TOOL_PREFIX);
+        let mut state = self.lock_state();
+        state.remove_broken();
+        let tools = state.links.iter().filter(|link| is_tool(&link.to)).count();
+        let (what, taken, places) = if is_tool(from) {
+            ("tools", tools, MAX_TOOLS)
+        } else {
+            ("components", state.links.len() - tools, MAX_LINKS - MAX_TOOLS)
+        };
+        drop(state);
+        if taken < places {
+            return Ok(());
+        }
+        let data = &self.entry.data;
+        let text = format!("`{data}` is already linked to {taken} {what}, the most it serves");
+        Err(Refusal::new(RefusalCode::Limit, text))
     }
 
     /// Adds a link after `welcome` has been sent on it, both under the lock: a welcomed subscriber

@@ -4,6 +4,8 @@ use std::sync::mpsc::channel;
 use std::time::Instant;
 
 use armor_sdk::prelude::*;
+use armor_sdk::tap::Tap;
+use armor_wire::keep::Keep;
 
 use crate::bench_system::{DEADLINE, ProbeEvent, System, data, sample};
 
@@ -24,6 +26,22 @@ fn burst(total: u64, count: u64, len: usize) -> impl FnMut(&Armor, Call) -> Resu
 /// Waits until the publisher's output has a link.
 fn linked(system: &System, name: &str, links: usize) {
     system.until(name, |status| status.outputs[0].links.len() == links);
+}
+
+#[test]
+fn a_crowd_of_tools_is_bounded_and_takes_no_place_of_a_component() {
+    let mut system = System::start();
+    system.run("source", &["--rate=10Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    let open = || Tap::open(&system.directory, "source.out", Keep::Latest, DEADLINE);
+    let mut taps: Vec<_> = (0..64).map(|_| open().expect("a place")).collect();
+    let refused = open().err().expect("one too many").to_string();
+    assert!(refused.contains("already linked to 64 tools"), "{refused}");
+    taps.truncate(10);
+    linked(&system, "source", 10);
+    open().expect("places are free again");
+    let (link, mut system) = (system.link("in", "source", "out", "latest"), system);
+    system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    system.until("source", |status| status.outputs[0].links.iter().any(|link| link.to == "sink"));
 }
 
 #[test]

@@ -8,14 +8,14 @@ use std::time::Duration;
 use armor_wire::codec;
 use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
 use armor_wire::hello::{HandshakeError, Hello};
-use armor_wire::liveness::Liveness;
+use armor_wire::liveness::{LOOK, Liveness};
 use armor_wire::message::WireType;
 use parking_lot::Mutex;
 use tokio::sync::mpsc;
 use tokio::time::{self, Instant, MissedTickBehavior};
 
 use crate::daemon::close_log::CloseLog;
-use crate::daemon::limits::{LINGER, LOOK, MAX_REQUEST_LEN, ServerLimits};
+use crate::daemon::limits::{LINGER, MAX_REQUEST_LEN, ServerLimits};
 use crate::daemon::outgoing::{Next, Outgoing};
 use crate::daemon::stream::AsyncStream;
 use armor_wire::peer::{CloseReason, PeerId};

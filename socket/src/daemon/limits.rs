@@ -3,15 +3,11 @@
 use std::time::Duration;
 
 use armor_wire::codec::{MAX_CONTROL_LEN, MAX_HELLO_LEN};
-use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::liveness::SILENCE;
 
 /// Longest frame a daemon reads, in bytes: a hello, or a request with one schema (16 KiB at most).
 /// It applies to the whole connection, so a connection never costs more memory than this to read.
 pub const MAX_REQUEST_LEN: usize = MAX_HELLO_LEN;
-
-/// Period with which a connection checks whether a beat is due or the peer is silent. Together with
-/// [`SILENCE`] it bounds the time until a dead peer is noticed: 2 s.
-pub const LOOK: Duration = Duration::from_millis(250);
 
 /// Most events that wait for the daemon. Further requests wait in the peer's socket.
 pub const MAX_EVENTS: usize = 256;
@@ -51,5 +47,3 @@ impl Default for ServerLimits {
         }
     }
 }
-
-const _: () = assert!(LOOK.as_millis() * 2 <= BEAT.as_millis(), "a beat would come too late");

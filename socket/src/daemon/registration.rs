@@ -10,7 +10,7 @@ use armor_wire::backoff::Backoff;
 use armor_wire::codec::MAX_CONTROL_LEN;
 use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
 use armor_wire::hello::{HandshakeError, Hello, Purpose, Refusal, Welcome, read_answer};
-use armor_wire::liveness::Liveness;
+use armor_wire::liveness::{LOOK, Liveness};
 use armor_wire::registry::ComponentEntry;
 use thiserror::Error;
 use tokio::net::TcpStream;
@@ -20,7 +20,6 @@ use tokio::time::{self, Instant, MissedTickBehavior};
 use tracing::{info, warn};
 
 use crate::connect::reject_self_connection;
-use crate::daemon::limits::LOOK;
 use crate::daemon::stream::AsyncStream;
 use crate::stream::Stream;
 use crate::tuning::tune;

@@ -231,27 +231,7 @@ fn fired_transitions(path: &[Visit<'_>]) -> Vec<TransitionId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::explore_states;
-    use crate::analysis::invariants::PlaceBounds;
-    use crate::net::Net;
-
-    /// Returns the space of one token that moves along these edges.
-    fn space_of_walker(places: usize, edges: &[(usize, usize)]) -> Space {
-        let mut net = Net::builder();
-        let places: Vec<_> =
-            (0..places).map(|p| net.place(format!("p{p}"), u32::from(p == 0))).collect();
-        for (index, &(from, to)) in edges.iter().enumerate() {
-            net.transition(format!("t{index}")).input(places[from], 1).output(places[to], 1);
-        }
-        let net = net.build().unwrap();
-        explore_states(
-            &net,
-            &PlaceBounds::of_net(&net, &|| false),
-            true,
-            &AnalysisBudget::UNLIMITED,
-        )
-        .space
-    }
+    use crate::analysis::walker::space_of_walker;
 
     fn ids(numbers: &[u32]) -> Vec<TransitionId> {
         numbers.iter().copied().map(TransitionId).collect()

@@ -1,5 +1,6 @@
 //! Lines into files: one per process, and `all.log`. A file that grows too large is renamed to
-//! `NAME.log.1`, and the oldest of those is removed.
+//! `NAME.log.1`, and the oldest of those is removed. So are the oldest of all processes, if together
+//! they take too much of the disk.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -18,6 +19,8 @@ use super::{LogLevel, RunLog};
 const MAX_FILE_LEN: u64 = 32 << 20;
 /// Number of renamed files that are kept of each.
 const KEPT_FILES: u32 = 3;
+/// Most bytes of all renamed files of a run. The journal and the maps are on the same disk.
+const MAX_RENAMED_LEN: u64 = 1 << 30;
 
 /// What happens to the files of an earlier run in the same folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,11 +68,13 @@ impl LogFiles {
     /// Writes what comes until the end; what waits is on disk before waiting for more.
     pub fn write_all(mut self, log: &RunLog) {
         while let Some((lines, left_out)) = log.files.take_lines() {
+            let mut has_renamed = false;
             for line in &lines {
                 let text = Dated(line).to_string();
-                self.all.write(&text);
+                has_renamed |= self.all.write(&text);
                 let (directory, earlier) = (&self.directory, self.earlier);
-                self.of
+                has_renamed |= self
+                    .of
                     .entry(line.name.clone())
                     .or_insert_with(|| {
                         let path = directory.join(format!("{}.log", line.name));
@@ -84,8 +89,51 @@ impl LogFiles {
             for target in self.of.values_mut().chain([&mut self.all]) {
                 target.flush(log);
             }
+            if has_renamed {
+                let removed = remove_oldest(&self.directory, MAX_RENAMED_LEN);
+                if !removed.is_empty() {
+                    let text = format!(
+                        "{} removed: the renamed logs of this run took more than {} MiB",
+                        removed.join(", "),
+                        MAX_RENAMED_LEN >> 20
+                    );
+                    log.report("launcher", LogLevel::Info, text);
+                }
+            }
         }
     }
+}
+
+/// Removes renamed logs, the oldest first, until those that are left take at most `max_len` bytes.
+/// Returns the names of the removed ones.
+fn remove_oldest(directory: &Path, max_len: u64) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(directory) else { return Vec::new() };
+    let is_renamed = |name: &str| {
+        let number = name.rsplit_once(".log.").map(|(_, number)| number);
+        number.is_some_and(|number| number.parse::<u32>().is_ok())
+    };
+    let mut renamed: Vec<_> = entries
+        .filter_map(|entry| {
+            let entry = entry.ok()?;
+            let name = entry.file_name().into_string().ok().filter(|name| is_renamed(name))?;
+            let metadata = entry.metadata().ok()?;
+            Some((metadata.modified().ok()?, name, metadata.len()))
+        })
+        .collect();
+    // Equally old ones of one process: the higher number is older.
+    renamed.sort_by(|a, b| (a.0, &b.1).cmp(&(b.0, &a.1)));
+    let mut len: u64 = renamed.iter().map(|(_, _, len)| len).sum();
+    let mut removed = Vec::new();
+    for (_, name, own_len) in renamed {
+        if len <= max_len {
+            break;
+        }
+        if fs::remove_file(directory.join(&name)).is_ok() {
+            len -= own_len;
+            removed.push(name);
+        }
+    }
+    removed
 }
 
 /// Creates a log in place of the one there.
@@ -113,9 +161,11 @@ impl Target {
         Self { path, file: None, len: 0, max_len: MAX_FILE_LEN, reported: false }
     }
 
-    fn write(&mut self, line: &str) {
+    /// Writes a line. Returns whether the file was renamed before.
+    fn write(&mut self, line: &str) -> bool {
         let len = line.len() as u64 + 1;
-        if self.len > 0 && self.len + len > self.max_len {
+        let is_full = self.len > 0 && self.len + len > self.max_len;
+        if is_full {
             self.rotate();
         }
         // An error stays in the file's state and shows at the flush.
@@ -123,6 +173,7 @@ impl Target {
             let _ = writeln!(file, "{line}");
             self.len += len;
         }
+        is_full
     }
 
     /// Renames the file and begins another one. A file that cannot be renamed grows on.
@@ -199,6 +250,27 @@ mod tests {
         assert_eq!(read(&numbered(&path, 1)), "line 008\nline 009\n");
         assert_eq!(read(&numbered(&path, 3)), "line 004\nline 005\n");
         assert!(!numbered(&path, 4).exists());
+    }
+
+    #[test]
+    fn the_oldest_renamed_files_make_room() {
+        let scratch = ScratchFolder::new("make-room");
+        let logs = ["laser.log", "laser.log.2", "laser.log.1", "all.log.1", "all.log", "notes.txt"];
+        for (age, name) in logs.into_iter().enumerate() {
+            let path = scratch.path().join(name);
+            fs::write(&path, "0123456789").expect("writable");
+            let time = std::time::UNIX_EPOCH + std::time::Duration::from_secs(1000 + age as u64);
+            File::options()
+                .write(true)
+                .open(path)
+                .and_then(|file| file.set_modified(time))
+                .expect("ours");
+        }
+        assert!(remove_oldest(scratch.path(), 30).is_empty(), "they are just short enough");
+        assert_eq!(remove_oldest(scratch.path(), 19), ["laser.log.2", "laser.log.1"]);
+        for name in ["laser.log", "all.log.1", "all.log", "notes.txt"] {
+            assert!(scratch.path().join(name).exists(), "{name}");
+        }
     }
 
     #[test]

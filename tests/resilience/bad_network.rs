@@ -1,0 +1,172 @@
+//! A component behind a bad network: cut connections are noticed at both ends and come back, and
+//! every message that does not arrive is counted.
+
+use std::fs::File;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::system::{Draft, System, probe};
+use super::trace::Got;
+use crate::dice::{Dice, seed};
+use crate::fixture::fault_proxy::{FaultProxy, NetworkFault};
+use crate::fixture::{Folder, wait_for};
+
+/// What the tests of this file share: a source, and a sink that reaches everything through a proxy.
+struct FarSink {
+    proxy: FaultProxy,
+    sink: Child,
+    system: System,
+}
+
+impl Drop for FarSink {
+    fn drop(&mut self) {
+        let _ = self.sink.kill();
+        let _ = self.sink.wait();
+    }
+}
+
+impl FarSink {
+    fn start(name: &str, seed: u64) -> Self {
+        let link = "<link from='source.numbers' to='sink.a' keep='64' transport='tcp'/>";
+        let draft = Draft::default().probe("source", "rate='100Hz'", "").probe("sink", "", "");
+        let system = draft.component(link).run_with(Folder::new(name), &["--without", "sink"]);
+        let proxy = FaultProxy::start(seed);
+        let log = File::create(system.folder.path().join("sink.log")).expect("writable");
+        let mut sink = Command::new(probe());
+        sink.args(["--name", "sink", "--registry", &system.registry.to_string()]);
+        sink.env("ARMOR_VIA", proxy.address.to_string()).current_dir(system.folder.path());
+        let sink = sink.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log).spawn();
+        let far = Self { proxy, sink: sink.expect("the probe starts"), system };
+        far.wait_for_data();
+        far
+    }
+
+    fn log(&self) -> String {
+        std::fs::read_to_string(self.system.folder.path().join("sink.log")).unwrap_or_default()
+    }
+
+    fn got(&self) -> Vec<Got> {
+        self.system.trace("sink").got("a")
+    }
+
+    /// Waits for data that are newer than those now.
+    fn wait_for_data(&self) {
+        let before = self.got().len();
+        wait_for(&format!("more data\n{}\n{}", self.log(), self.system.run.log()), || {
+            (self.got().len() > before).then_some(())
+        });
+    }
+
+    /// Whether the source and the registry still count on the sink.
+    fn is_known(&self) -> bool {
+        let source = self.system.status("source");
+        source.outputs.iter().any(|output| !output.links.is_empty())
+            || self.system.entries().iter().any(|entry| entry.name == "sink")
+    }
+
+    fn count_closed_links(&self) -> usize {
+        self.log().matches("link from source.numbers closed").count()
+    }
+
+    /// Checks that the sink has missed only what was counted, in the right order.
+    fn check_losses_counted(&self) {
+        let got = self.got();
+        for pair in got.windows(2) {
+            let [before, after] = pair else { continue };
+            assert_eq!(before.from, after.from, "the source never ended");
+            assert_eq!(before.count + 1 + after.lost, after.count, "{before:?} {after:?}");
+        }
+    }
+}
+
+fn summary(what: &str, mut times: Vec<Duration>) {
+    times.sort();
+    let (half, longest) = (times[times.len() / 2], times[times.len() - 1]);
+    println!("{what}: {} times, p50 {half:.2?}, longest {longest:.2?}", times.len());
+}
+
+#[test]
+fn a_cut_network_is_noticed_at_both_ends_and_links_come_back() {
+    let far = FarSink::start("cut", 1);
+    let (mut at_sink, mut at_host, mut back) = (Vec::new(), Vec::new(), Vec::new());
+    // Each cut takes about 3 s, most of which is waiting.
+    let cuts = if std::env::var_os("ARMOR_FULL").is_some() { 100 } else { 4 };
+    for round in 0..cuts {
+        let faults = [NetworkFault::Cut, NetworkFault::CutFromClients, NetworkFault::CutToClients];
+        let fault = faults[round % faults.len()];
+        let closed = far.count_closed_links();
+        far.proxy.set_fault(fault);
+        let cut = Instant::now();
+        let (mut sink, mut host) = (None, None);
+        wait_for(&format!("{fault:?} to be noticed\n{}", far.log()), || {
+            if sink.is_none() && far.count_closed_links() > closed {
+                sink = Some(cut.elapsed());
+            }
+            if host.is_none() && !far.is_known() {
+                host = Some(cut.elapsed());
+            }
+            (sink.is_some() && host.is_some()).then_some(())
+        });
+        at_sink.extend(sink);
+        at_host.extend(host);
+        far.proxy.set_fault(NetworkFault::None);
+        let healed = Instant::now();
+        far.wait_for_data();
+        back.push(healed.elapsed());
+    }
+    far.check_losses_counted();
+    summary("a cut is noticed by the sink", at_sink);
+    summary("a cut is noticed by source and registry", at_host);
+    summary("data are back after the network", back);
+}
+
+#[test]
+fn a_network_with_random_faults_loses_nothing_that_is_not_counted() {
+    let seed = seed(20_261_123);
+    let mut dice = Dice::of(seed);
+    let far = FarSink::start("faults", seed);
+    let source = far.system.pid("source");
+    let rounds = if std::env::var_os("ARMOR_FULL").is_some() { 300 } else { 15 };
+    for round in 0..rounds {
+        let fault = match dice.throw(7) {
+            0 => NetworkFault::Cut,
+            1 => NetworkFault::CutFromClients,
+            2 => NetworkFault::CutToClients,
+            3 => NetworkFault::Delay(Duration::from_millis(200)),
+            4 => NetworkFault::Bandwidth(4000),
+            5 => {
+                far.proxy.reset_all();
+                NetworkFault::None
+            }
+            _ => {
+                far.proxy.truncate_next();
+                NetworkFault::None
+            }
+        };
+        println!("round {round}: {fault:?}");
+        far.proxy.set_fault(fault);
+        std::thread::sleep(Duration::from_millis(50 + dice.throw(2500) as u64));
+        far.proxy.set_fault(NetworkFault::None);
+        far.wait_for_data();
+    }
+    far.check_losses_counted();
+    assert_eq!(far.system.pid("source"), source, "the source is the same process");
+}
+
+#[test]
+fn flipped_bits_do_no_harm_beyond_their_connection() {
+    let seed = seed(7);
+    let far = FarSink::start("bits", seed);
+    let source = far.system.pid("source");
+    // A false length may make an end wait for bytes that never come, so all connections end then.
+    for _ in 0..4 {
+        for _ in 0..10 {
+            far.proxy.corrupt_next();
+            std::thread::sleep(Duration::from_millis(30));
+        }
+        far.proxy.reset_all();
+        far.wait_for_data();
+    }
+    assert_eq!(far.system.pid("source"), source, "the source is the same process");
+    assert!(!far.log().contains("panicked"), "{}", far.log());
+}
