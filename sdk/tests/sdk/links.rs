@@ -32,6 +32,7 @@ fn linked(system: &System, name: &str, links: usize) {
 fn a_crowd_of_tools_is_bounded_and_takes_no_place_of_a_component() {
     let mut system = System::start();
     system.run("source", &["--rate=10Hz"], None, |_, _| Ok(Outcome::CarryOn));
+    system.until("source", |status| !status.outputs.is_empty());
     let open = || Tap::open(&system.directory, "source.out", Keep::Latest, DEADLINE);
     let mut taps: Vec<_> = (0..64).map(|_| open().expect("a place")).collect();
     let refused = open().err().expect("one too many").to_string();
