@@ -4,7 +4,9 @@
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
-use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
+use rustix::process::Signal;
+
+use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// Runs `armor` on a system; returns its exit code, stdout and stderr.
@@ -53,7 +55,9 @@ fn a_component_that_has_failed_is_restarted_and_one_is_stopped_for_good() {
     started(&system, "worker", 3);
     assert_eq!(system.trace("other").count("started"), 1, "the other one never noticed");
     armor_ok(&system, &["stop", "--all"]);
-    assert_eq!(system.run.code(), Some(130), "{}", system.run.log());
+    // A component has failed, so the run has.
+    assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
+    system.run.wait_for_log("probes: an operator has stopped it; failed: worker", 1);
 }
 
 #[test]
@@ -92,12 +96,35 @@ fn a_watch_shows_states_and_reports_through_a_restart() {
     let await_line = |part: &str| while !watch.read_line().contains(part) {};
     await_line("  worker  active");
     armor_ok(&system, &["restart", "worker"]);
-    await_line("  worker  gone: ");
+    await_line("  worker  gone: ended; an operator has restarted it");
+    await_line("  worker  started again: process ");
     await_line("  worker  active");
     await_line("  worker  reports failed: ");
     await_line("  worker  failed");
+    send_signal(system.pid("worker"), Signal::KILL);
+    await_line("  worker  gone: ended by signal 9 (SIGKILL); it starts again in 0.1 s");
+    await_line(", start number 3");
+    send_signal(system.pid("worker"), Signal::STOP);
+    await_line("  worker  gone: was killed while stopped (SIGSTOP or a debugger); it starts again");
+    await_line(", start number 4");
     let (code, _, err) = armor(&system, &["watch", "wroker"]);
     assert!(code == 1 && err.contains("did you mean worker?"), "{err}");
+}
+
+#[test]
+fn data_of_a_component_that_has_ended_for_good_is_not_waited_for() {
+    let draft = Draft::default().probe("worker", "rate='50Hz' restart='never'", "panic=20");
+    let system = draft.probe("other", "rate='50Hz'", "").run(Folder::new("echo-ended"));
+    started(&system, "worker", 1);
+    let why = "`worker` has been given up (ended with code 101; it is not started again); `armor \
+               restart worker` starts it again";
+    // The first may begin before its end, the second does not.
+    for command in ["echo", "hz"] {
+        let (code, _, err) = armor(&system, &[command, "worker.numbers"]);
+        assert!(code == 1 && err.contains(why), "{command}: {err}");
+    }
+    let (code, _, err) = armor(&system, &["echo", "other.nubmers"]);
+    assert!(code == 1 && err.contains("did you mean other.numbers?"), "{err}");
 }
 
 #[test]

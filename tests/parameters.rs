@@ -151,7 +151,10 @@ fn values_that_check_refuses_or_that_set_overrides_are_not_written() {
 fn a_parameter_that_the_kind_lacks_is_refused_with_the_reason() {
     let draft = Draft::default().probe("lamp", "rate='20Hz'", "ask=brust");
     let system = draft.run(Folder::new("param-unknown"));
-    system.run.wait_for_log("that has no parameter called `brust`; it has: trace, alone", 1);
+    system.run.wait_for_log(
+        "that has no parameter called `brust`; did you mean burst? It has: trace, alone",
+        1,
+    );
     system.traced("lamp", "that it runs on", |trace| (trace.count("started") > 0).then_some(()));
 }
 

@@ -1,5 +1,6 @@
 //! The status of `armor run` on stderr: plain lines if stderr is not a terminal.
 
+use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
 use crate::fixture::{Folder, run_to_end};
@@ -48,6 +49,25 @@ fn quiet_and_json_print_no_status() {
         let (code, _, err) = run_to_end(&mut folder.armor(&["run", "relay.xml", option]));
         assert_eq!((code, err.contains("status: ")), (0, false), "{option}: {err}");
     }
+}
+
+#[test]
+fn a_call_that_hangs_is_in_the_plain_lines() {
+    let folder = folder("run-hanging");
+    let script = format!("#!/bin/sh\nexec '{}' \"$@\"\n", probe().display());
+    folder.executable("components/probe", &script);
+    let system = "<armor version='1'><system><component name='first' kind='probe' rate='50Hz'>\
+                  <parameter name='hang' value='3'/></component></system></armor>";
+    folder.write("hanging.xml", system);
+    let mut command = folder.armor(&["run", "hanging.xml"]);
+    let mut run = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+    let lines = BufReader::new(run.stderr.take().expect("piped")).lines();
+    let mut statuses =
+        lines.map(|line| line.expect("UTF-8")).filter(|line| line.starts_with("status: "));
+    let shown = statuses.find(|line| line.contains(" | first in exec for "));
+    let _ = run.kill();
+    let _ = run.wait();
+    assert!(shown.is_some(), "the run has ended before");
 }
 
 const RETURN: &str = "<armor version='1'>

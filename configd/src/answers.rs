@@ -108,8 +108,12 @@ pub(crate) fn no_parameter(
     }
     let names: Vec<_> = manifest.parameters.iter().map(|known| known.name.as_str()).collect();
     let has = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let listed = match suggest_similar(parameter, names.iter().copied()) {
+        Some(advice) => format!("{advice} It has"),
+        None => "it has".into(),
+    };
     let text = format!(
-        "`{}` is a {}, and that has no parameter called `{parameter}`; it has: {has}",
+        "`{}` is a {}, and that has no parameter called `{parameter}`; {listed}: {has}",
         component.name.value, manifest.kind
     );
     Some(Refusal::new(RefusalCode::UnknownData, text))

@@ -18,9 +18,24 @@ pub enum FollowError {
     /// No component provides it, or its provider cannot be reached.
     #[error(transparent)]
     Tap(#[from] TapError),
+    /// Its provider has ended for good; the reason.
+    #[error("{0}")]
+    GoneForGood(String),
     /// Its provider and the whole system have ended.
     #[error("the system that provided {0} has ended")]
     Ended(String),
+}
+
+/// What a tool knows about the provider of data that it follows.
+pub trait ProviderWatcher {
+    /// The link has ended, for this reason; the next provider is waited for.
+    fn report_end(&self, reason: &str);
+
+    /// Called about once per second while no process provides the data.
+    ///
+    /// # Errors
+    /// In words, if the provider has ended for good.
+    fn check_return(&self) -> Result<(), String>;
 }
 
 /// A tap that links again.
@@ -28,12 +43,11 @@ pub struct FollowingTap {
     observed: ObservedSystem,
     data: String,
     tap: Tap,
-    report_end: Box<dyn Fn(&str)>,
+    watcher: Box<dyn ProviderWatcher>,
 }
 
 impl FollowingTap {
-    /// Links to `data`; waits until `timeout` for a provider. `report_end` is called with the
-    /// reason whenever a link ends, before waiting for the next provider.
+    /// Links to `data`; waits until `timeout` for a provider.
     ///
     /// # Errors
     /// If no component provides it, or the provider cannot be reached.
@@ -41,10 +55,10 @@ impl FollowingTap {
         observed: ObservedSystem,
         data: &str,
         timeout: Duration,
-        report_end: impl Fn(&str) + 'static,
+        watcher: impl ProviderWatcher + 'static,
     ) -> Result<Self, TapError> {
         let tap = observed.tap_within(data, timeout)?;
-        Ok(Self { observed, data: data.into(), tap, report_end: Box::new(report_end) })
+        Ok(Self { observed, data: data.into(), tap, watcher: Box::new(watcher) })
     }
 
     /// Returns the layout of the data, as the present provider declares it.
@@ -55,11 +69,11 @@ impl FollowingTap {
     /// Returns the next data; `None` if none comes within `timeout`.
     ///
     /// # Errors
-    /// If the system has ended.
+    /// If the system has ended, or the provider for good.
     pub fn next(&mut self, timeout: Duration) -> Result<Option<TapData>, FollowError> {
         match self.tap.next(timeout) {
             Err(TapError::Ended(reason)) => {
-                (self.report_end)(&reason);
+                self.watcher.report_end(&reason);
                 self.tap = self.link_again()?;
                 Ok(None)
             }
@@ -73,7 +87,10 @@ impl FollowingTap {
             match Tap::open(self.observed.directory(), data, TAP_KEEP, ASK_EVERY) {
                 Ok(tap) => return Ok(tap),
                 // No provider yet, or the registry ended with the system.
-                Err(_) if self.observed.list().is_ok() => std::thread::sleep(ASK_EVERY / 10),
+                Err(_) if self.observed.list().is_ok() => {
+                    self.watcher.check_return().map_err(FollowError::GoneForGood)?;
+                    std::thread::sleep(ASK_EVERY / 10);
+                }
                 Err(_) => return Err(FollowError::Ended(data.clone())),
             }
         }

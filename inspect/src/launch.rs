@@ -260,7 +260,8 @@ impl RunThread {
         let (how, is_fine) = match status {
             Ok(status) => match status.code() {
                 Some(0) => ("it ended".to_owned(), true),
-                Some(130) => ("stopped".to_owned(), true),
+                // Ctrl-C, and `armor stop --all` in the course of a mission.
+                Some(130 | 3) => ("stopped".to_owned(), true),
                 Some(code) => {
                     (format!("it ended with exit code {code}; the log states the reason"), false)
                 }

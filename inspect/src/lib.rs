@@ -22,7 +22,7 @@ mod wake;
 mod watch;
 pub mod words;
 
-pub use following::{FollowError, FollowingTap};
+pub use following::{FollowError, FollowingTap, ProviderWatcher};
 pub use links::{Looks, ObservedLink, combine_links, pair_reports};
 pub use mission::{FiringHistory, MissionLook, MissionWatch};
 pub use observation::{

@@ -35,6 +35,11 @@ pub enum RunRequest {
     StopAll,
     /// List the components whose processes do not run.
     List,
+    /// Return the starts and ends of the processes of a component or a daemon.
+    History {
+        /// The component or daemon.
+        component: String,
+    },
 }
 
 /// The launcher's reply.
@@ -47,6 +52,23 @@ pub struct RunReply {
     /// The components whose processes do not run, if they were asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<AbsentComponent>,
+    /// The starts and ends of the component's processes, if they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<ComponentHistory>,
+}
+
+/// The starts and ends of a component's processes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ComponentHistory {
+    /// What becomes of it; none if its process runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<AbsentState>,
+    /// Number of processes that were started.
+    pub starts: u32,
+    /// Number of processes that have ended.
+    pub ended: u32,
+    /// How its last process ended and what follows, in words; empty if none has.
+    pub last_end: String,
 }
 
 /// A component whose process does not run.

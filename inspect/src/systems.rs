@@ -17,6 +17,9 @@ use thiserror::Error;
 pub struct RunRecord {
     /// Name of the system.
     pub system: String,
+    /// The names that the system and the mission have in the file.
+    #[serde(default)]
+    pub file_names: Vec<String>,
     /// The launcher's process id.
     pub pid: u32,
     /// Where the registry listens.
@@ -40,6 +43,16 @@ impl RunRecord {
     pub fn resolved(mut self) -> Self {
         (self.file, self.out) = (self.resolve(&self.file), self.resolve(&self.out));
         self
+    }
+
+    /// Returns whether `name` names its file, with or without folder and ending, or is the name of
+    /// the system or of the mission in the file.
+    pub fn is_also_called(&self, name: &str) -> bool {
+        let is_file = |part: Option<&std::ffi::OsStr>| part.is_some_and(|part| part == name);
+        self.file_names.iter().any(|other| other == name)
+            || [self.file.file_name(), self.file.file_stem(), Some(self.file.as_os_str())]
+                .into_iter()
+                .any(is_file)
     }
 
     /// Returns whether it runs this file.

@@ -16,6 +16,7 @@ fn folder(name: &str) -> PathBuf {
 fn record(system: &str, pid: u32) -> RunRecord {
     RunRecord {
         system: system.into(),
+        file_names: vec![],
         pid,
         registry: ([127, 0, 0, 1], 7411).into(),
         started_s: f64::from(pid),

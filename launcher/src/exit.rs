@@ -9,6 +9,8 @@ pub enum CommandEnding {
     Fine,
     /// 1: the check or the run failed.
     Failed,
+    /// 3: `armor stop --all` has ended a run before its mission was over.
+    Stopped,
     /// 130: interrupted.
     Interrupted,
 }
@@ -19,6 +21,7 @@ impl CommandEnding {
         match self {
             Self::Fine => 0,
             Self::Failed => 1,
+            Self::Stopped => 3,
             Self::Interrupted => 130,
         }
     }

@@ -27,10 +27,12 @@ mod new;
 mod param;
 mod petri_cli;
 mod print;
+mod retry_advice;
 mod run;
 #[cfg(test)]
 mod scratch;
 mod system;
+mod usage_error;
 mod verb;
 
 use std::ffi::OsStr;
@@ -43,14 +45,17 @@ use arguments::OutputFormat;
 use command_line::{ArmorCommand, CommandLine};
 use exit::CommandEnding;
 use print::{StdoutClosed, help_width, print_notice};
+use retry_advice::advise_retry;
+use usage_error::exit_with;
 
 fn main() -> ExitCode {
     // Started from `/proc/self/exe`, it would be listed as `exe`.
     let _ = rustix::thread::set_name(c"armor");
-    let matches =
-        ignore_empty_variables(CommandLine::command()).term_width(help_width()).get_matches();
+    let parser = ignore_empty_variables(CommandLine::command()).term_width(help_width());
+    let parsed =
+        parser.try_get_matches().and_then(|matches| CommandLine::from_arg_matches(&matches));
     let CommandLine { format, command } =
-        CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        parsed.unwrap_or_else(|error| exit_with(error, &CommandLine::command()));
     if format == OutputFormat::Dot && !matches!(command, ArmorCommand::Graph(_)) {
         let text = "only `armor graph` has --format dot";
         CommandLine::command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
@@ -64,9 +69,10 @@ fn main() -> ExitCode {
     })
 }
 
-/// Returns an error with its causes, without those that the text before contains already.
+/// Returns an error with its causes, without those that the text before contains already, and with
+/// a remedy if it may pass by itself.
 fn describe_error(error: &anyhow::Error) -> String {
-    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+    let text = error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
         if text.is_empty() {
             cause
         } else if text.contains(&cause) {
@@ -74,7 +80,11 @@ fn describe_error(error: &anyhow::Error) -> String {
         } else {
             format!("{text}: {cause}")
         }
-    })
+    });
+    match advise_retry(error) {
+        Some(advice) => format!("{text}; {advice}"),
+        None => text,
+    }
 }
 
 /// Treats a variable that is set to the empty string as not set, as most programs do.

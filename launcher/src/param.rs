@@ -8,13 +8,14 @@ mod wire_records;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
+use armor_robotfile::advise_similar;
 use armor_sdk::configuration::{Differences, ParameterList, SetOutcome};
 use armor_wire::config::{ChangeRecord, ListedParameter};
 use serde_json::json;
 
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
-use crate::print::{Table, end_printing, print_line, print_notice, terminal_width};
+use crate::print::{Table, end_printing, print_line, print_notice, print_wrapped, terminal_width};
 use crate::verb::Verb;
 use arguments::{
     DiffArguments, GetArguments, ListArguments, ParamCommand, ParameterSource, SetArguments,
@@ -87,15 +88,20 @@ fn print_value(arguments: &GetArguments, format: OutputFormat) -> Result<()> {
     let found = ParameterStore::open(&arguments.source)?.parameters(Some(component))?;
     warn_if_refused(&found);
     let Some(one) = found.parameters.iter().find(|one| one.name == *parameter) else {
-        let names: Vec<_> = found.parameters.iter().map(|one| one.name.as_str()).collect();
-        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
-        bail!("{component} has no parameter called {parameter}; it has: {names}");
+        bail!(describe_missing(component, parameter, &found));
     };
     if format == OutputFormat::Json {
         print_line(record_to_json(one)?)
     } else {
         print_line(&one.value)
     }
+}
+
+fn describe_missing(component: &str, parameter: &str, found: &ParameterList) -> String {
+    let names: Vec<_> = found.parameters.iter().map(|one| one.name.as_str()).collect();
+    let advice = advise_similar(parameter, names.iter().copied());
+    let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+    format!("{component} has no parameter called {parameter}{advice} (it has: {names})")
 }
 
 fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEnding> {
@@ -107,13 +113,13 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
             let changes = changes.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
             print_line(json!({"set": true, "version": version, "changes": changes}))
         } else if changes.is_empty() {
-            print_line(format_args!(
+            print_wrapped(format_args!(
                 "{component}.{parameter} already has this value; nothing was written"
             ))
         } else {
             changes.iter().try_for_each(|change| match file {
-                Some(_) => print_line(&change.text),
-                None => print_line(format_args!("version {version}: {}", in_words(change))),
+                Some(_) => print_wrapped(&change.text),
+                None => print_wrapped(format_args!("version {version}: {}", in_words(change))),
             })
         }),
         SetOutcome::Rejected { text, findings, left_out } => {
@@ -149,7 +155,7 @@ fn print_differences(arguments: &DiffArguments, format: OutputFormat) -> Result<
         print_line("nothing that means anything else than before")?;
     }
     for change in changes {
-        if is_running { print_line(in_words(change))? } else { print_line(&change.text)? }
+        if is_running { print_wrapped(in_words(change))? } else { print_wrapped(&change.text)? }
     }
     if *left_out > 0 {
         print_line(format_args!("and {left_out} more"))?;

@@ -14,6 +14,7 @@ use rustix::io::Errno;
 use thiserror::Error;
 
 use crate::exit::CommandEnding;
+use table::count_columns;
 pub use table::{Table, flatten_text, wrap_lines, wrap_text};
 
 /// Columns of a terminal that does not report its size.
@@ -55,6 +56,12 @@ pub fn print_notice(line: impl Display) {
         Some(width) => writeln!(io::stderr(), "{}", wrap_lines(&line, width)),
         None => writeln!(io::stderr(), "{line}"),
     };
+}
+
+/// Returns whether no line of `text` is wider than the terminal that stderr is, if it is one.
+pub fn fits_stderr(text: &str) -> bool {
+    let is_narrow = |width: usize| text.lines().all(|line| count_columns(line) <= width);
+    width_of(&io::stderr()).is_none_or(is_narrow)
 }
 
 /// Prints text for people on stdout, wrapped if that is a terminal.

@@ -6,6 +6,7 @@ mod descriptors;
 mod environment;
 pub mod given_up;
 pub mod group_killer;
+mod hanging_calls;
 mod logs;
 mod output_folder;
 mod plan;
@@ -33,6 +34,7 @@ use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 use arguments::RunArguments;
 use armor_inspect::systems::{self, RunFile, RunRecord};
+use hanging_calls::HangingCalls;
 use logs::{EarlierLogs, RunLog};
 use plan::ProcessPlan;
 use port::PortLease;
@@ -83,6 +85,7 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     descriptors::raise_limit(descriptors::count_needed(configuration, plan.duties.len()))?;
     let record = RunRecord {
         system: name.clone(),
+        file_names: plan::list_file_names(configuration),
         pid: std::process::id(),
         registry: lease.address,
         started_s: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64(),
@@ -115,6 +118,7 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
         .build()
         .context("the launcher cannot start its event loop")?;
     let restarts = Arc::new(AtomicU32::new(0));
+    let hanging_calls = HangingCalls::default();
     // Programs that read JSON Lines from stdout do not expect plain lines on stderr.
     let is_wanted = !arguments.quiet && !line.is_discarded();
     let shows_status = is_wanted && (format != OutputFormat::Json || line.is_live());
@@ -124,13 +128,14 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
             has_mission: configuration.mission.is_some(),
             progress_outputs: plan::list_progress_outputs(configuration, &checked.catalogue),
             restarts: restarts.clone(),
+            hanging_calls: hanging_calls.clone(),
             start: log.start_time(),
         };
         StatusObserver::start(sources, line)
     });
     let observer = observer.transpose()?;
     let identity = RunIdentity { system: name.clone(), time: arguments.time };
-    let supervision = supervise::supervise(plan, identity, &log, restarts);
+    let supervision = supervise::supervise(plan, identity, &log, restarts, hanging_calls);
     let verdict = runtime.block_on(supervision);
     if let Some(observer) = observer {
         observer.finish();
@@ -155,7 +160,10 @@ fn ending_of(verdict: &RunVerdict) -> CommandEnding {
         RunVerdict::Goal => CommandEnding::Fine,
         RunVerdict::Interrupted => CommandEnding::Interrupted,
         RunVerdict::Safe | RunVerdict::Failed | RunVerdict::Essential(_) => CommandEnding::Failed,
-        RunVerdict::TimeUp { failed } | RunVerdict::AllEnded { failed } => {
+        RunVerdict::Stopped { is_unfinished: true, .. } => CommandEnding::Stopped,
+        RunVerdict::TimeUp { failed }
+        | RunVerdict::AllEnded { failed }
+        | RunVerdict::Stopped { failed, .. } => {
             if failed.is_empty() {
                 CommandEnding::Fine
             } else {
@@ -175,10 +183,35 @@ fn format_verdict(verdict: &RunVerdict) -> String {
         RunVerdict::Safe => "the mission ended in its safe place".into(),
         RunVerdict::Failed => "the mission failed".into(),
         RunVerdict::Interrupted => "interrupted".into(),
+        RunVerdict::Stopped { is_unfinished: false, failed } => {
+            with("an operator has stopped it", failed)
+        }
+        RunVerdict::Stopped { is_unfinished: true, failed } => {
+            with("an operator has stopped it before its mission was over", failed)
+        }
         RunVerdict::TimeUp { failed } => with("the time is over", failed),
         RunVerdict::AllEnded { failed } => with("every component has ended", failed),
         RunVerdict::Essential(name) => {
             format!("{name} failed for good, and the system needs it")
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_that_an_operator_stops_is_distinguished_from_an_interrupted_one() {
+        let check = |is_unfinished, failed: &[&str], code, text: &str| {
+            let failed = failed.iter().map(ToString::to_string).collect();
+            let verdict = RunVerdict::Stopped { is_unfinished, failed };
+            assert_eq!(ending_of(&verdict).code(), code, "{verdict:?}");
+            assert_eq!(format_verdict(&verdict), text);
+        };
+        check(false, &[], 0, "an operator has stopped it");
+        check(false, &["arm"], 1, "an operator has stopped it; failed: arm");
+        check(true, &[], 3, "an operator has stopped it before its mission was over");
+        assert_eq!(ending_of(&RunVerdict::Interrupted).code(), 130);
     }
 }

@@ -45,8 +45,7 @@ fn choose_system(
     hint: impl Fn() -> String,
 ) -> Result<SocketAddr> {
     let all: Vec<String> = records.iter().map(describe_system).collect();
-    let names = records.iter().map(|record| record.system.as_str());
-    let advice = name.map(|name| advise_similar(name, names)).unwrap_or_default();
+    let advice = name.map(|name| advise_system(name, &records)).unwrap_or_default();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
     }
@@ -81,6 +80,19 @@ fn choose_system(
     }
 }
 
+/// Returns which running system was probably meant: one that runs the file or mission of that name,
+/// or one with a similar name.
+fn advise_system(name: &str, records: &[RunRecord]) -> String {
+    let mut also_called = records.iter().filter(|record| record.is_also_called(name));
+    match also_called.next() {
+        Some(RunRecord { system, file, .. }) => {
+            let file = file.display();
+            format!("; {file} runs as the system {system}: give --system {system}")
+        }
+        None => advise_similar(name, records.iter().map(|record| record.system.as_str())),
+    }
+}
+
 /// Names the registry at the default address, if one answers there that no `armor run` of this user
 /// has started: components may have been started by hand.
 fn hint_at_registry() -> String {
@@ -104,7 +116,8 @@ mod tests {
             pid: 7,
             registry: ([127, 0, 0, 1], port).into(),
             started_s: 0.0,
-            file: "rover.xml".into(),
+            file: "robots/explorer.xml".into(),
+            file_names: vec!["patrol".into()],
             out: "out".into(),
         }
     }
@@ -126,6 +139,11 @@ mod tests {
         check(&[("rover", 1)], Some("arm"), Err("--system rover"));
         check(&[("rover", 1), ("arm", 2)], None, Err("--registry 127.0.0.1:2"));
         check(&[("rover", 1), ("arm", 2)], Some("arm"), Ok(2));
+        for other in ["explorer", "explorer.xml", "robots/explorer.xml", "patrol"] {
+            let meant = "explorer.xml runs as the system rover: give --system rover; there are:\n";
+            check(&[("rover", 1)], Some(other), Err(meant));
+        }
+        check(&[("rover", 1)], Some("rovr"), Err("did you mean rover?"));
         check(&[("rover", 1), ("rover", 2)], Some("rover"), Err("several systems called rover"));
     }
 }

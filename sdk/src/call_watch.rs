@@ -48,6 +48,18 @@ pub(crate) fn patience_for(period: Option<Duration>) -> Duration {
     periods.max(LEAST_PATIENCE)
 }
 
+/// Returns what the watchdog of a component does about a call that hangs, or could do.
+pub(crate) fn describe_watchdog(watchdog: Option<Duration>) -> String {
+    match watchdog {
+        Some(watchdog) => format!(
+            "its watchdog has the process killed and started again if the call takes longer than \
+             {} s",
+            watchdog.as_secs_f64()
+        ),
+        None => "`watchdog` in the file has such a process killed and started again".into(),
+    }
+}
+
 impl CallWatch {
     /// Takes the call that runs `now`; returns what is to be logged.
     pub fn look(
@@ -122,6 +134,13 @@ mod tests {
     fn many_short_calls_are_no_long_one() {
         let mut watch = CallWatch::default();
         assert!((0..100).all(|number| look(&mut watch, Some(number), 500 * number).is_none()));
+    }
+
+    #[test]
+    fn a_watchdog_is_recommended_only_where_none_is_set() {
+        let set = describe_watchdog(Some(Duration::from_millis(4500)));
+        assert!(set.ends_with("if the call takes longer than 4.5 s"), "{set}");
+        assert!(describe_watchdog(None).starts_with("`watchdog` in the file has"));
     }
 
     #[test]

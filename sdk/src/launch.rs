@@ -235,6 +235,10 @@ fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
 
 fn apply_settings(participant: &Participant, settings: &ComponentSettings) -> Result<(), Fault> {
     participant.lifecycle.set_controlled(settings.controlled);
+    let watchdog = settings.watchdog_s.and_then(|time_s| Duration::try_from_secs_f64(time_s).ok());
+    if let Some(watchdog) = watchdog {
+        participant.set_watchdog(watchdog);
+    }
     let (name, kind) = (&participant.identity.name, &participant.identity.kind);
     let inputs = participant.ports.inputs();
     for fed in &settings.inputs {

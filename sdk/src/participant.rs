@@ -45,6 +45,8 @@ pub(crate) struct Participant {
     pub wakers: Arc<Wakers>,
     /// The period of `exec`, once it is known and if there is one.
     period: OnceLock<Duration>,
+    /// How long one call of its code may take, once it is known and if the file limits it.
+    watchdog: OnceLock<Duration>,
     directory: OnceLock<Directory>,
 }
 
@@ -76,6 +78,7 @@ impl Participant {
             operator_orders: OrderInbox::default(),
             faults: Arc::default(),
             period: OnceLock::new(),
+            watchdog: OnceLock::new(),
             directory: OnceLock::new(),
             identity,
             wakers,
@@ -98,6 +101,15 @@ impl Participant {
     /// The period of `exec`, once it is known and if there is one.
     pub fn period(&self) -> Option<Duration> {
         self.period.get().copied()
+    }
+
+    pub fn set_watchdog(&self, watchdog: Duration) {
+        let _ = self.watchdog.set(watchdog);
+    }
+
+    /// How long one call of its code may take, once it is known and if the file limits it.
+    pub fn watchdog(&self) -> Option<Duration> {
+        self.watchdog.get().copied()
     }
 
     /// Answers an operator's order.

@@ -99,7 +99,12 @@ fn a_subscriber_that_stays_silent_is_killed_and_linked_again() {
         trace.got("a").into_iter().find(|got| got.pid != stopped)
     });
     let log = system.run.log();
-    assert!(log.contains("suspected of hanging and killed"), "{log}");
+    let killed = "WARN was killed while stopped (SIGSTOP or a debugger); it starts again";
+    assert!(
+        log.contains("stopped (SIGSTOP or a debugger): suspected of hanging and killed"),
+        "{log}"
+    );
+    assert!(log.contains(killed), "{log}");
 
     // Meanwhile the other subscribers received everything.
     let witness = system.trace("witness").got("a");
@@ -125,7 +130,8 @@ fn a_call_that_never_returns_is_a_hang_if_the_file_sets_a_watchdog() {
         trace.all("started").iter().any(|note| note.pid != hung).then_some(())
     });
     assert!(!is_alive(hung), "killed before");
-    system.run.wait_for_log("longer than its watchdog allows", 1);
+    system.run.wait_for_log("longer than its watchdog of 1 s allows", 1);
+    system.run.wait_for_log("was killed by its watchdog (one call took ", 1);
     let busy = system.trace("busy");
     assert!(busy.0.iter().all(|note| note.pid == busy.0[0].pid), "its calls return");
 }
@@ -134,7 +140,7 @@ fn a_call_that_never_returns_is_a_hang_if_the_file_sets_a_watchdog() {
 fn a_call_that_does_not_return_is_logged_once_and_shown_without_a_watchdog_too() {
     let draft = Draft::default().probe("stuck", "rate='50Hz'", "hang=3").probe(
         "slow",
-        "rate='50Hz'",
+        "rate='50Hz' watchdog='30s'",
         "work=3s",
     );
     let system = draft.run(Folder::new("long-calls"));
@@ -156,6 +162,8 @@ fn a_call_that_does_not_return_is_logged_once_and_shown_without_a_watchdog_too()
     assert!(shown.contains(" active ") && shown.contains("in exec for "), "{shown}");
     wait("slow", "exec has not returned for", 2);
     wait("slow", "exec has returned after", 2);
+    wait("slow", "if the call takes longer than 30 s", 2);
+    wait("stuck", "`watchdog` in the file has such a process killed", 1);
     assert_eq!(lines("stuck", "exec has not returned"), 1, "{}", system.run.log());
     assert_eq!(lines("stuck", "exec has returned"), 0);
 }

@@ -23,6 +23,9 @@ const REFUSALS: usize = 10;
 /// See [`REFUSALS`].
 const REFUSALS_WITHIN: Duration = Duration::from_secs(1);
 
+/// Most names that a refusal lists.
+const MAX_LISTED: usize = 20;
+
 /// The connection of the holder of the lease.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum HolderLink {
@@ -346,7 +349,14 @@ pub(super) fn unknown_name<'a>(
     name: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> String {
-    format!("the mission has no {what} called `{name}`{}", advise_similar(name, known))
+    let known: Vec<_> = known.collect();
+    let advice = advise_similar(name, known.iter().copied());
+    if !advice.is_empty() || known.is_empty() {
+        return format!("the mission has no {what} called `{name}`{advice}");
+    }
+    let more = if known.len() > MAX_LISTED { ", …" } else { "" };
+    let listed = known[..known.len().min(MAX_LISTED)].join(", ");
+    format!("the mission has no {what} called `{name}`; it has: {listed}{more}")
 }
 
 fn in_command(order: &MissionOrder) -> String {

@@ -107,6 +107,11 @@ fn stand_after(cx: &Context, moves: &[MovedTokens]) -> Stand {
 /// Judges whether these tokens may be moved, all of them in one step. Returns what follows, or all
 /// that is wrong.
 pub(super) fn judge_moves(cx: &Context, moves: &[MovedTokens]) -> Result<String, String> {
+    let names = moves.iter().flat_map(|it| [&it.from, &it.to]);
+    let unknown: Vec<_> = names.filter_map(|name| find_place(cx.plan(), name).err()).collect();
+    if !unknown.is_empty() {
+        return Err(unknown.join("; "));
+    }
     if cx.ledger().pause().is_none() {
         return Err("tokens are moved only while the mission is paused: pause it first".into());
     }
@@ -142,14 +147,14 @@ pub(super) fn judge_moves(cx: &Context, moves: &[MovedTokens]) -> Result<String,
     Ok(format!("{tokens} moved; what they activate starts when the mission continues"))
 }
 
+fn find_place(plan: &Plan, name: &str) -> Result<PlaceId, String> {
+    plan.place_named(name)
+        .ok_or_else(|| unknown_name("place", name, plan.net().places().iter().map(String::as_str)))
+}
+
 /// Carries out one move in `marking`; returns the place it leads to.
 fn move_one(plan: &Plan, it: &MovedTokens, marking: &mut [u32]) -> Result<PlaceId, String> {
-    let find = |name: &str| {
-        plan.place_named(name).ok_or_else(|| {
-            unknown_name("place", name, plan.net().places().iter().map(String::as_str))
-        })
-    };
-    let (from, to) = (find(&it.from)?, find(&it.to)?);
+    let (from, to) = (find_place(plan, &it.from)?, find_place(plan, &it.to)?);
     if it.tokens == 0 || from == to {
         return Err(format!("from `{}` to `{}` nothing would move", it.from, it.to));
     }

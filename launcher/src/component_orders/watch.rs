@@ -1,13 +1,17 @@
-//! `armor watch NAME`: the changes of a component's state, and its reports, as they come.
+//! `armor watch NAME`: the changes of a component's state, its reports, its deaths and starts, as
+//! they come.
 
 use std::process::ExitCode;
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
+use armor_inspect::run_control::{self, AbsentState, ComponentHistory, RunRequest};
+use armor_inspect::systems::RunRecord;
 use armor_inspect::words::describe_call;
 use armor_inspect::{LONG_CALL_S, ObservedSystem};
 use armor_sdk::control::{Answer, ControlConnection, ControlEvent, ReportKind, Role};
+use armor_wire::registry::ComponentEntry;
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -15,11 +19,15 @@ use crate::arguments::{OutputFormat, RunningSystem, parse_name};
 use crate::date::format_clock_time;
 use crate::inspect_cli::select_system;
 use crate::print::{end_printing, end_when_stdout_closes, print_line};
+use crate::system;
 use crate::verb::Verb;
 use armor_robotfile::advise_similar;
 
 /// Time between two looks at whether a component is registered again.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
+/// Longest time from the end of a connection until the launcher has noticed the end of the process:
+/// the silence after which it kills one, and the time for the last lines of its output.
+const CAUSE_WITHIN: Duration = Duration::from_secs(5);
 
 /// Follow what a component does: its states, its reports to the mission, its deaths and starts.
 #[derive(Args, Debug)]
@@ -42,15 +50,21 @@ impl Verb for WatchArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
         end_when_stdout_closes();
         let observed = select_system(&self.running, "watch")?;
-        check_name(&observed, &self.component)?;
-        let left = self.count.unwrap_or(u64::MAX);
         let mut printer = WatchPrinter {
             component: &self.component,
             format,
             observed: &observed,
-            left,
+            // Only the launcher knows why a process has ended; it is asked where it is of this user.
+            record: system::find_record(&self.running).ok(),
+            left: self.count.unwrap_or(u64::MAX),
             call: false,
+            ended: None,
+            closed: None,
+            instance: None,
         };
+        if printer.fetch_history().is_none() {
+            check_name(&observed, &self.component)?;
+        }
         Ok(end_printing(printer.follow())?.into())
     }
 }
@@ -71,10 +85,17 @@ struct WatchPrinter<'a> {
     component: &'a str,
     format: OutputFormat,
     observed: &'a ObservedSystem,
+    record: Option<RunRecord>,
     /// Lines to be printed.
     left: u64,
     /// The call that runs has been shown.
     call: bool,
+    /// Number of its processes whose end needs no line any more; none before the first look.
+    ended: Option<u32>,
+    /// Why and when the connection ended, until the end of the process is known.
+    closed: Option<(String, Instant)>,
+    /// The process start that was connected last.
+    instance: Option<u64>,
 }
 
 impl WatchPrinter<'_> {
@@ -82,18 +103,26 @@ impl WatchPrinter<'_> {
     fn follow(&mut self) -> Result<()> {
         while self.left > 0 {
             let Ok(listing) = self.observed.list() else {
+                if let Some((reason, _)) = self.closed.take() {
+                    self.report_closed(&reason)?;
+                }
                 return self.print("the system has ended", json!({"event": "end"}));
             };
+            let history = self.fetch_history();
+            self.report_end(history.as_ref())?;
             let entry = listing.components.into_iter().find(|entry| entry.name == self.component);
             let (sender, events) = mpsc::channel();
             let connection = entry.and_then(|entry| {
                 let sink = move |event| drop(sender.send(event));
-                ControlConnection::connect(&entry, Role::Observer, "armor watch", sink).ok()
+                let connected =
+                    ControlConnection::connect(&entry, Role::Observer, "armor watch", sink).ok()?;
+                Some((entry, connected))
             });
-            if connection.is_none() {
+            let Some((entry, _connected)) = connection else {
                 std::thread::sleep(LOOK_EVERY);
                 continue;
-            }
+            };
+            self.report_start(&entry, history.as_ref())?;
             while self.left > 0 {
                 // The sender is dropped after `Closed`.
                 let Ok(event) = events.recv() else { break };
@@ -101,6 +130,63 @@ impl WatchPrinter<'_> {
             }
         }
         Ok(())
+    }
+
+    fn fetch_history(&self) -> Option<ComponentHistory> {
+        let request = RunRequest::History { component: self.component.into() };
+        run_control::request(self.record.as_ref()?, &request).ok()?.history
+    }
+
+    /// Prints how its last process ended, once; without the launcher, why the connection did.
+    fn report_end(&mut self, history: Option<&ComponentHistory>) -> Result<()> {
+        if let Some(history) = history {
+            let seen = self.ended.replace(history.ended);
+            // At the first look only a component that does not run is worth a line.
+            let is_new = match seen {
+                Some(seen) => history.ended > seen,
+                None => history.state.is_some() && !history.last_end.is_empty(),
+            };
+            if is_new {
+                self.closed = None;
+                let text = describe_end(self.component, history);
+                let state = history.state.map(|state| state.to_string());
+                let fields = json!({"event": "gone", "reason": history.last_end, "becomes": state});
+                return self.print(&text, fields);
+            }
+        }
+        let is_unknown = |since: &Instant| history.is_none() || since.elapsed() > CAUSE_WITHIN;
+        match self.closed.take_if(|(_, since)| is_unknown(since)) {
+            Some((reason, _)) => self.report_closed(&reason),
+            None => Ok(()),
+        }
+    }
+
+    fn report_closed(&mut self, reason: &str) -> Result<()> {
+        self.print(
+            &format!("gone: {reason}; waiting for its next start"),
+            json!({"event": "gone", "reason": reason}),
+        )
+    }
+
+    /// Prints that another process of it runs, if an earlier one did.
+    fn report_start(
+        &mut self,
+        entry: &ComponentEntry,
+        history: Option<&ComponentHistory>,
+    ) -> Result<()> {
+        if let Some((reason, _)) = self.closed.take() {
+            self.report_closed(&reason)?;
+        }
+        let before = self.instance.replace(entry.instance);
+        if before.is_none_or(|before| before == entry.instance) {
+            return Ok(());
+        }
+        let (pid, start) = (entry.pid, history.map(|history| history.starts));
+        let number = start.map(|start| format!(", start number {start}")).unwrap_or_default();
+        self.print(
+            &format!("started again: process {pid}{number}"),
+            json!({"event": "start", "pid": pid, "start": start}),
+        )
     }
 
     fn print_event(&mut self, event: ControlEvent) -> Result<()> {
@@ -129,10 +215,10 @@ impl WatchPrinter<'_> {
                 self.print(&describe_call(&call), fields)
             }
             ControlEvent::Answer(_) => Ok(()),
-            ControlEvent::Closed(reason) => self.print(
-                &format!("gone: {reason}; waiting for its next start"),
-                json!({"event": "gone", "reason": reason}),
-            ),
+            ControlEvent::Closed(reason) => {
+                self.closed = Some((reason, Instant::now()));
+                Ok(())
+            }
         }
     }
 
@@ -145,6 +231,17 @@ impl WatchPrinter<'_> {
             return print_line(fields);
         }
         print_line(format_args!("{}  {}  {text}", format_clock_time(now_s), self.component))
+    }
+}
+
+/// Returns how its last process ended, and what brings the next one.
+fn describe_end(component: &str, history: &ComponentHistory) -> String {
+    let last_end = &history.last_end;
+    match history.state {
+        Some(AbsentState::Ended | AbsentState::Stopped | AbsentState::GivenUp) => {
+            format!("gone: {last_end}; `armor restart {component}` starts it")
+        }
+        Some(AbsentState::Starting) | None => format!("gone: {last_end}"),
     }
 }
 
@@ -165,6 +262,29 @@ fn describe_report(outcome: &ReportKind) -> (String, Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_end_names_its_cause_and_what_brings_the_next_start() {
+        let history = |state, last_end: &str| ComponentHistory {
+            state,
+            starts: 2,
+            ended: 2,
+            last_end: last_end.into(),
+        };
+        let check = |state, last_end, expected: &str| {
+            assert_eq!(describe_end("arm", &history(state, last_end)), expected);
+        };
+        let killed = "ended by signal 9 (SIGKILL); it starts again in 0.1 s";
+        let gone = "gone: ended by signal 9 (SIGKILL); it starts again in 0.1 s";
+        check(Some(AbsentState::Starting), killed, gone);
+        check(None, killed, gone);
+        check(
+            Some(AbsentState::GivenUp),
+            "ended with code 7; it is given up after 5 starts in 1.6 s",
+            "gone: ended with code 7; it is given up after 5 starts in 1.6 s; `armor restart arm` \
+             starts it",
+        );
+    }
 
     #[test]
     fn reports_are_lines_for_people_and_objects_for_programs() {

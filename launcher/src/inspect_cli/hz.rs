@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::silence::{NOTICE_AFTER, SilenceReporter};
 use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, end_when_stdout_closes, print_line};
+use crate::print::{end_printing, end_when_stdout_closes, print_line, print_wrapped};
 use crate::verb::Verb;
 
 const WINDOW: Duration = Duration::from_secs(1);
@@ -91,7 +91,7 @@ fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandE
             }
             match format {
                 OutputFormat::Json => print_line(serde_json::to_string(&summary)?)?,
-                _ => print_line(&summary)?,
+                _ => print_wrapped(&summary)?,
             }
         }
         Ok(())
@@ -140,7 +140,7 @@ impl std::fmt::Display for Summary {
             return match (self.last_period_s, self.silent_s) {
                 (Some(period_s), Some(silent_s)) => write!(
                     f,
-                    "{:9.2} Hz   last interval {period_s:.2} s, {silent_s:.1} s since the last data   \
+                    "{:8.2} Hz  last interval {period_s:.2} s, {silent_s:.1} s since the last data  \
                      {} received, {} lost",
                     // A longer silence already disproves the last interval.
                     1.0 / period_s.max(silent_s),
@@ -149,19 +149,19 @@ impl std::fmt::Display for Summary {
                 ),
                 (None, Some(silent_s)) => write!(
                     f,
-                    "        - Hz   only one so far, {silent_s:.1} s ago   {} received, {} lost",
+                    "       - Hz  only one so far, {silent_s:.1} s ago  {} received, {} lost",
                     self.received, self.lost
                 ),
-                _ => f.write_str("        - Hz   nothing so far"),
+                _ => f.write_str("       - Hz  nothing so far"),
             };
         }
         write!(
             f,
-            "{:9.2} Hz   period {} to {} ms, std {} ms   {} received, {} lost",
+            "{:8.2} Hz  period {} to {} ms, std {} ms  {} received, {} lost",
             self.rate_hz,
             ms(self.period_min_s),
             ms(self.period_max_s),
-            ms(self.period_std_s),
+            ms(self.period_std_s).trim_start(),
             self.received,
             self.lost
         )
@@ -187,6 +187,25 @@ mod tests {
     }
 
     #[test]
+    fn a_line_fits_a_terminal_of_eighty_columns() {
+        let mut window = RateWindow::default();
+        for number in 1..=1000 {
+            window.add(f64::from(number) * 0.001, 0);
+        }
+        window.lost = 12;
+        let text = window.close(1.0).to_string();
+        assert!(text.contains("1000 received, 12 lost") && text.len() <= 80, "{text}");
+        let mut window = RateWindow::default();
+        for arrived_s in [0.1, 0.7, 0.9] {
+            window.add(arrived_s, 0);
+        }
+        let text = window.close(1.0).to_string();
+        let expected =
+            "    2.50 Hz  period  200.00 to  600.00 ms, std 200.00 ms  3 received, 0 lost";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
     fn a_rate_below_one_hertz_shows_its_last_interval() {
         let mut window = RateWindow::default();
         assert!(window.close(1.0).to_string().contains("nothing so far"));
@@ -196,8 +215,9 @@ mod tests {
         window.add(5.5, 0);
         window.close(6.0);
         let text = window.close(7.0).to_string();
-        assert!(text.contains("0.25 Hz   last interval 4.00 s, 1.5 s since"), "{text}");
+        assert!(text.contains("0.25 Hz  last interval 4.00 s, 1.5 s since"), "{text}");
+        assert!(text.len() <= 80, "{text}");
         let text = window.close(15.5).to_string();
-        assert!(text.contains("0.10 Hz   last interval 4.00 s, 10.0 s since"), "{text}");
+        assert!(text.contains("0.10 Hz  last interval 4.00 s, 10.0 s since"), "{text}");
     }
 }

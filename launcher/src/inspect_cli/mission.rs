@@ -13,7 +13,7 @@ mod words;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, Error, Result, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use armor_marking::Marking;
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::directory::DirectoryError;
@@ -33,6 +33,8 @@ use words::format_marking;
 
 /// What the executive publishes, latched, at every change.
 const MARKING: &str = "executive.marking";
+/// The process that plays the mission.
+const EXECUTIVE: &str = "executive";
 /// How long a latched value may take to come.
 const FIRST_WITHIN: Duration = Duration::from_secs(3);
 /// Longest wait for a change before the link is checked; changes arrive without delay.
@@ -79,14 +81,20 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
 fn show(running: &RunningSystem, follow: bool, format: OutputFormat) -> Result<CommandEnding> {
     end_when_stdout_closes();
     let observed = super::select_system(running, "mission")?;
-    let following = super::follow_data(super::select_system(running, "mission")?, MARKING);
-    end_printing(follow_marking(&observed, following.map_err(why_nothing)?, follow, format))
+    let following = super::follow_data(running, "mission", MARKING);
+    let following = following.map_err(|error| why_nothing(error, running))?;
+    end_printing(follow_marking(&observed, following, follow, format))
 }
 
 /// Distinguishes a system without a mission from an executive that does not answer.
-fn why_nothing(error: Error) -> Error {
+fn why_nothing(error: Error, running: &RunningSystem) -> Error {
     let what = match error.downcast_ref::<TapError>() {
-        Some(TapError::Directory(DirectoryError::Refused(_))) => "no mission runs in this system",
+        Some(TapError::Directory(DirectoryError::Refused(_))) => {
+            if let Some(restarting) = super::describe_restarting(running, EXECUTIVE) {
+                return anyhow!(restarting);
+            }
+            "no mission runs in this system"
+        }
         Some(TapError::Directory(DirectoryError::OtherUser { .. })) => return error,
         Some(TapError::Directory(_)) => "it is unknown whether a mission runs",
         _ => "a mission runs, but its executive does not answer",

@@ -6,12 +6,12 @@ use anyhow::Result;
 use clap::Args;
 use serde_json::json;
 
+use super::absence::list_absent;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, terminal_width};
-use crate::system;
 use crate::verb::Verb;
-use armor_inspect::run_control::{self, AbsentComponent, RunRequest};
+use armor_inspect::run_control::AbsentComponent;
 use armor_inspect::words::{describe_call, format_duration, format_short_time};
 use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 
@@ -50,15 +50,6 @@ fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<Comm
         let table = Table::new(&headings, rows).dispensable(&["CLOCK", "CALLS", "UPTIME"]);
         print_line(table.format(terminal_width()).trim_end())
     })
-}
-
-/// Returns the components whose processes do not run. Only the launcher knows them, so there are
-/// none if it is of another user or on another host.
-fn list_absent(running: &RunningSystem) -> Vec<AbsentComponent> {
-    let reply = system::find_record(running)
-        .ok()
-        .and_then(|record| run_control::request(&record, &RunRequest::List).ok());
-    reply.map(|reply| reply.absent).unwrap_or_default()
 }
 
 fn format_absent(absent: &AbsentComponent) -> Vec<String> {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::arguments::OutputFormat;
 use crate::print;
-use crate::print::print_line;
+use crate::print::{print_line, print_notice};
 
 /// Returns the record as JSON.
 pub fn record_to_json<T: Message + WireType>(record: &T) -> Result<Value> {
@@ -42,7 +42,8 @@ pub fn print_rejection(
     if left_out > 0 {
         writeln!(err, "and {left_out} more findings")?;
     }
-    writeln!(err, "error: {text}")?;
+    drop(err);
+    print_notice(format_args!("error: {text}"));
     Ok(())
 }
 

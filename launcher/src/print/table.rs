@@ -127,7 +127,7 @@ fn gaps(columns: usize) -> usize {
     columns.saturating_sub(1) * GAP
 }
 
-fn count_columns(text: &str) -> usize {
+pub(super) fn count_columns(text: &str) -> usize {
     text.chars().count()
 }
 

@@ -20,6 +20,8 @@ const RETRY: Duration = Duration::from_millis(200);
 pub struct ComponentLink {
     /// The process start.
     pub instance: u64,
+    /// Its process, as registered.
+    pub pid: u32,
     connection: Arc<Mutex<Option<ControlConnection>>>,
     task: JoinHandle<()>,
 }
@@ -32,9 +34,9 @@ impl ComponentLink {
         heard: impl Fn(Option<&Answer>) + Clone + Send + 'static,
     ) -> Self {
         let connection = Arc::new(Mutex::new(None));
-        let instance = entry.instance;
+        let (instance, pid) = (entry.instance, entry.pid);
         let task = tokio::spawn(stay_connected(entry, connection.clone(), heard));
-        Self { instance, connection, task }
+        Self { instance, pid, connection, task }
     }
 
     /// Asks the component to come to rest and end, and returns whether the request was sent.

@@ -1,9 +1,10 @@
 //! The folder for what a run produces, for one run at a time.
 
 use std::fs::{File, OpenOptions};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, anyhow, bail};
 use armor_files::{create_own_folder, open_own_file};
 
 /// Most runs of one system that may write at the same time.
@@ -53,19 +54,57 @@ impl OutputFolder {
     }
 
     fn lock(path: &Path) -> Result<Option<Self>> {
-        let problem = || format!("the output folder {} cannot be used", path.display());
-        create_own_folder(path).with_context(problem)?;
-        let path = path.canonicalize().with_context(problem)?;
-        let lock = open_own_file(&path.join(".lock"), OpenOptions::new().write(true))
-            .with_context(problem)?;
-        Ok(lock.try_lock().is_ok().then_some(Self { path, _lock: lock }))
+        let problem = |error: io::Error| anyhow!(describe_problem(path, &error));
+        create_own_folder(path).map_err(problem)?;
+        let absolute = path.canonicalize().map_err(problem)?;
+        let lock = open_own_file(&absolute.join(".lock"), OpenOptions::new().write(true))
+            .map_err(problem)?;
+        Ok(lock.try_lock().is_ok().then_some(Self { path: absolute, _lock: lock }))
     }
+}
+
+/// Names the folder that refuses, and the remedy.
+fn describe_problem(path: &Path, error: &io::Error) -> String {
+    let out = path.display();
+    if path.exists() && !path.is_dir() {
+        return format!("the output folder {out} is no folder: give another --out");
+    }
+    if error.raw_os_error().is_none() {
+        // Its text names the remedy.
+        return format!("the output folder {out} cannot be used: {error}");
+    }
+    let text = error.to_string();
+    // The number of an error of the operating system helps no user.
+    let why = text.split(" (os error").next().unwrap_or_default();
+    let existing = path.ancestors().skip(1).find(|folder| folder.is_dir());
+    let within = match existing.filter(|_| !path.exists()) {
+        Some(folder) => format!("made in {}", folder.display()),
+        None if path.exists() => "used".into(),
+        None => "made in the current folder".into(),
+    };
+    format!(
+        "the output folder {out} cannot be {within}: {why}; give --out a folder that this user can \
+         make and write"
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scratch::ScratchFolder;
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_named_with_the_remedy() {
+        let error = OutputFolder::take(Some(Path::new("/proc/x/y")), "x").expect_err("no disk");
+        let error = error.to_string();
+        assert!(
+            error.starts_with("the output folder /proc/x/y cannot be made in /proc: "),
+            "{error}"
+        );
+        let file = OutputFolder::take(Some(Path::new("/dev/null")), "x").expect_err("a file");
+        assert!(file.to_string().starts_with("the output folder /dev/null is no folder"), "{file}");
+        assert!(error.contains("; give --out a folder ") && !error.contains("os error"), "{error}");
+    }
 
     #[test]
     fn two_runs_do_not_write_into_one_folder() {

@@ -50,6 +50,13 @@ pub fn name_of(configuration: &Configuration, file: &Path) -> String {
     named.or(stem.filter(|stem| is_name(stem))).unwrap_or_else(|| "system".into())
 }
 
+/// Returns the names that the system and the mission have in the file.
+pub fn list_file_names(configuration: &Configuration) -> Vec<String> {
+    let mission = configuration.mission.as_ref().and_then(|mission| mission.name.as_ref());
+    let names = [mission, configuration.system.name.as_ref()];
+    names.into_iter().flatten().map(|name| name.value.clone()).collect()
+}
+
 /// Returns the outputs by which components report their progress, `component.progress`.
 pub fn list_progress_outputs(configuration: &Configuration, catalogue: &Catalogue) -> Vec<String> {
     let reports_progress = |component: &&Component| {

@@ -126,18 +126,18 @@ impl ProcessGroup {
         let _ = kill_process(self.0, Signal::CONT);
     }
 
-    /// Whether a signal has stopped the process.
-    pub fn is_suspended(self) -> bool {
-        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid()));
-        // The name, which may contain anything, is in parentheses; the state follows.
-        let state = stat.ok().and_then(|stat| stat.rsplit_once(')')?.1.trim_start().chars().next());
-        matches!(state, Some('T' | 't'))
-    }
-
     /// Kills the process and all of its group.
     pub fn kill(self) {
         let _ = kill_process_group(self.0, Signal::KILL);
     }
+}
+
+/// Returns whether a signal or a debugger has stopped the process.
+pub fn is_suspended(pid: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
+    // The name, which may contain anything, is in parentheses; the state follows.
+    let state = stat.ok().and_then(|stat| stat.rsplit_once(')')?.1.trim_start().chars().next());
+    matches!(state, Some('T' | 't'))
 }
 
 fn exit_of(status: ExitStatus) -> ChildExit {

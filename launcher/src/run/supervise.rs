@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use armor_inspect::run_control::{AbsentComponent, RunReply, RunRequest};
+use armor_inspect::run_control::{RunReply, RunRequest};
 use armor_robotfile::advise_similar;
 use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
@@ -20,9 +20,10 @@ use super::component_link::ComponentLink;
 use super::descriptors::has_free_descriptor;
 use super::given_up::GivenUpReports;
 use super::group_killer::GroupKiller;
+use super::hanging_calls::HangingCalls;
 use super::logs::RunLog;
 use super::plan::{LAUNCHER, ProcessPlan};
-use super::process::{ChildProcess, ProcessGroup};
+use super::process::{ChildProcess, ProcessGroup, is_suspended};
 use super::requests::{ReceivedRequest, RequestSocket, refusal};
 use super::supervisor::{
     ChildExit, ChildId, ChildOrder, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, Supervisor,
@@ -69,6 +70,7 @@ struct Launcher {
     running: Vec<Option<RunningProcess>>,
     was_started: Vec<bool>,
     restarts: Arc<AtomicU32>,
+    hanging_calls: HangingCalls,
     group_killer: GroupKiller,
     given_up: GivenUpReports,
     inputs: mpsc::Sender<LauncherInput>,
@@ -80,7 +82,8 @@ struct Launcher {
     log: RunLog,
 }
 
-/// Runs the plan to its end, or for `time`, and counts the processes that are started again.
+/// Runs the plan to its end, or for `time`; counts the processes that are started again, and records
+/// the calls that hang.
 ///
 /// # Errors
 /// If the host refuses what the launcher itself needs.
@@ -89,6 +92,7 @@ pub async fn supervise(
     identity: RunIdentity,
     log: &RunLog,
     restarts: Arc<AtomicU32>,
+    hanging_calls: HangingCalls,
 ) -> Result<RunVerdict> {
     let mut supervisor = Supervisor::new(plan.duties.clone());
     let mut signals = Signals::new()?;
@@ -97,6 +101,7 @@ pub async fn supervise(
         running: plan.duties.iter().map(|_| None).collect(),
         was_started: vec![false; plan.duties.len()],
         restarts,
+        hanging_calls,
         group_killer: GroupKiller::start(&plan.mark)?,
         plan,
         given_up: GivenUpReports::default(),
@@ -120,8 +125,17 @@ pub async fn supervise(
     };
     let mut event = Some(SupervisorEvent::Tick);
     loop {
-        let actions = event.take().map(|event| supervisor.handle(event, log.elapsed()));
-        if let Some(verdict) = launcher.perform_actions(actions.unwrap_or_default()) {
+        let mut actions = Vec::new();
+        if let Some(event) = event.take() {
+            let now = log.elapsed();
+            for id in supervisor.list_overdue(now) {
+                if launcher.is_suspended(id) {
+                    actions.extend(supervisor.handle(SupervisorEvent::Suspended(id), now));
+                }
+            }
+            actions.extend(supervisor.handle(event, now));
+        }
+        if let Some(verdict) = launcher.perform_actions(actions) {
             launcher.group_killer.dismiss();
             return Ok(verdict);
         }
@@ -143,7 +157,7 @@ pub async fn supervise(
             }
             Some(input) = inputs.recv() => launcher.convert_input(input),
             Some(request) = requests.recv() => {
-                launcher.convert_request(request, supervisor.list_absent())
+                launcher.convert_request(request, &supervisor)
             }
         };
     }
@@ -231,6 +245,7 @@ impl Launcher {
     fn convert_input(&mut self, input: LauncherInput) -> Option<SupervisorEvent> {
         match input {
             LauncherInput::Exited(id, exit) => {
+                self.hanging_calls.forget_component(&self.plan.duties[id].name);
                 if let Some(running) = self.running[id].take() {
                     self.group_killer.remove_group(running.group);
                 }
@@ -269,13 +284,21 @@ impl Launcher {
             self.report_shortage();
             return None;
         }
-        let running = self.running[id].as_ref()?;
+        self.running[id].as_ref()?;
         // A busy host delays a process, and stops none: that state needs no further wait.
         let is_daemon = self.plan.duties[id].role != ChildRole::Component;
-        Some(match is_daemon && running.group.is_suspended() {
+        Some(match is_daemon && self.is_suspended(id) {
             true => SupervisorEvent::Suspended(id),
             false => SupervisorEvent::Vanished(id),
         })
+    }
+
+    /// Returns whether a signal or a debugger has stopped the process, or the one that a script
+    /// has started as this component.
+    fn is_suspended(&self, id: ChildId) -> bool {
+        let Some(running) = &self.running[id] else { return false };
+        let registered = running.link.as_ref().map(|link| link.pid);
+        [Some(running.group.pid()), registered].into_iter().flatten().any(is_suspended)
     }
 
     /// Reports once that descriptors are short.
@@ -291,7 +314,7 @@ impl Launcher {
     fn convert_request(
         &self,
         received: ReceivedRequest,
-        absent: Vec<AbsentComponent>,
+        supervisor: &Supervisor,
     ) -> Option<SupervisorEvent> {
         let ReceivedRequest { request, reply } = received;
         let (event, text) = match self.judge_request(&request) {
@@ -304,7 +327,15 @@ impl Launcher {
         if event.is_some() {
             self.log.report(LAUNCHER, LogLevel::Info, format!("an operator: {text}"));
         }
-        let answer = RunReply { accepted: true, text, absent };
+        let is_list = request == RunRequest::List;
+        let absent = if is_list { supervisor.list_absent() } else { Vec::new() };
+        let history = match &request {
+            RunRequest::History { component } => {
+                self.find_process(component).map(|id| supervisor.describe_history(id))
+            }
+            _ => None,
+        };
+        let answer = RunReply { accepted: true, text, absent, history };
         // A client that has left does not take back what it has asked for.
         let _ = reply.send(answer);
         event
@@ -338,11 +369,19 @@ impl Launcher {
                 ))
             }
             RunRequest::StopAll => {
-                let event = SupervisorEvent::Stop(StopRequest::Interrupt);
+                let event = SupervisorEvent::Stop(StopRequest::Ordered);
                 Ok((Some(event), "the system stops".into()))
             }
-            RunRequest::List => Ok((None, String::new())),
+            RunRequest::History { component } if self.find_process(component).is_none() => {
+                find(component).map(|_| (None, String::new()))
+            }
+            RunRequest::History { .. } | RunRequest::List => Ok((None, String::new())),
         }
+    }
+
+    /// Finds a component or a daemon.
+    fn find_process(&self, name: &str) -> Option<ChildId> {
+        self.plan.duties.iter().position(|duty| duty.name == name)
     }
 
     fn find_component(&self, name: &str) -> Result<ChildId, String> {
@@ -368,7 +407,8 @@ impl Launcher {
         let connected = running.link.as_ref().map(|link| link.instance) == Some(entry.instance);
         if self.plan.duties[id].role == ChildRole::Component && !connected {
             let (inputs, group) = (self.inputs.clone(), running.group);
-            let watchdog = self.plan.duties[id].watchdog;
+            let Duty { name, watchdog, .. } = self.plan.duties[id].clone();
+            let hanging_calls = self.hanging_calls.clone();
             running.link = Some(ComponentLink::begin(entry, move |answer| {
                 let Some(answer) = answer else {
                     let _ = inputs.try_send(LauncherInput::Unheard(id));
@@ -377,6 +417,7 @@ impl Launcher {
                 let state = match answer {
                     Answer::State { state, .. } => Some(*state),
                     Answer::Beat { call } => {
+                        hanging_calls.record_beat(&name, call.as_ref());
                         let call_s = call.as_ref().map_or(0.0, |call| call.call_s);
                         let call = Duration::try_from_secs_f64(call_s).unwrap_or_default();
                         if watchdog.is_some_and(|watchdog| call > watchdog) {

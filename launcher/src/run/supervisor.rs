@@ -11,12 +11,12 @@ mod tests;
 
 use std::time::Duration;
 
-use armor_inspect::run_control::AbsentComponent;
+use armor_inspect::run_control::{AbsentComponent, ComponentHistory};
 use armor_robotfile::model::Restart;
 
 use child::{AfterDeath, Child, ChildState};
 pub use event::{
-    ChildExit, ChildId, ChildOrder, ChildRole, Duty, LogLevel, RunVerdict, StopRequest,
+    ChildExit, ChildId, ChildOrder, ChildRole, Duty, HangCause, LogLevel, RunVerdict, StopRequest,
     SupervisorAction, SupervisorEvent,
 };
 
@@ -79,24 +79,28 @@ impl Supervisor {
             SupervisorEvent::Heard(id, state) => self.children[id].record_beat(state, now),
             SupervisorEvent::Unheard(id) => self.children[id].excuse_silence(now),
             SupervisorEvent::Stuck(id, call) => {
-                let call_s = call.as_secs_f64();
-                let why = format!(
-                    "one call has taken {call_s:.1} s, longer than its watchdog allows: killed"
-                );
-                self.kill_stuck(id, why);
+                let watchdog = self.children[id].duty.watchdog.unwrap_or_default();
+                self.kill_stuck(id, HangCause::LongCall { call, watchdog });
             }
             SupervisorEvent::Vanished(id) => self.children[id].record_absence(now),
-            SupervisorEvent::Suspended(id) => {
-                let why = "a signal has stopped it (SIGSTOP), and it does not answer: suspected of \
-                           hanging and killed";
-                self.kill_stuck(id, why.into());
-            }
+            SupervisorEvent::Suspended(id) => self.kill_stuck(id, HangCause::Suspended),
             SupervisorEvent::Exited(id, exit) => self.exited(id, exit, now),
             SupervisorEvent::Stop(request) => self.asked_to_stop(request),
             SupervisorEvent::Order(id, order) => self.obey_order(id, order, now),
         }
         self.advance(now);
         std::mem::take(&mut self.actions)
+    }
+
+    /// Returns the processes that the next event kills as hanging. One that a signal has stopped
+    /// should be reported as [`SupervisorEvent::Suspended`] before, for the reason to be complete.
+    pub fn list_overdue(&self, now: Duration) -> Vec<ChildId> {
+        if now.saturating_sub(self.looked) > NAP {
+            // Its deadlines are extended first.
+            return Vec::new();
+        }
+        let children = self.children.iter().enumerate();
+        children.filter(|(_, child)| child.is_overdue(now)).map(|(id, _)| id).collect()
     }
 
     /// When to look again, if nothing happens before.
@@ -129,10 +133,22 @@ impl Supervisor {
         absent.take(MAX_LISTED).collect()
     }
 
+    /// Returns the starts and ends of a component's processes.
+    pub fn describe_history(&self, id: ChildId) -> ComponentHistory {
+        let child = &self.children[id];
+        ComponentHistory {
+            state: child.absence().filter(|_| !child.is_alive()),
+            starts: child.starts,
+            ended: child.ended,
+            last_end: child.last_end.clone(),
+        }
+    }
+
     /// Kills a process that is known to hang, once.
-    fn kill_stuck(&mut self, id: ChildId, why: String) {
-        if self.children[id].is_stuck() {
-            self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, why));
+    fn kill_stuck(&mut self, id: ChildId, cause: HangCause) {
+        if self.children[id].is_stuck(cause) {
+            let text = cause.describe_kill();
+            self.actions.push(SupervisorAction::Log(LogLevel::Warn, id, text));
             self.actions.push(SupervisorAction::Kill(id));
         }
     }
@@ -153,6 +169,7 @@ impl Supervisor {
     }
 
     fn exited(&mut self, id: ChildId, exit: ChildExit, now: Duration) {
+        self.children[id].ended += 1;
         if self.stage == RunStage::Running
             && let Some(order) = self.children[id].end_by_order(now)
         {
@@ -164,8 +181,8 @@ impl Supervisor {
             self.actions.push(SupervisorAction::Log(LogLevel::Info, id, text));
             return;
         }
-        if matches!(self.children[id].state, ChildState::Ending { hung: false, .. }) {
-            self.children[id].state = ChildState::Ended;
+        if matches!(self.children[id].state, ChildState::Ending { hung: None, .. }) {
+            self.children[id].end_with_system(&exit.to_string());
             return;
         }
         let role = self.children[id].duty.role;
@@ -180,14 +197,15 @@ impl Supervisor {
             self.stop(verdict);
             return;
         }
-        self.died(id, &exit.to_string(), exit == ChildExit::Code(0), now);
+        let how = self.children[id].describe_exit(exit);
+        self.died(id, &how, exit == ChildExit::Code(0), now);
     }
 
     /// A process ended that was not asked to: start it again, or not.
     fn died(&mut self, id: ChildId, how: &str, in_order: bool, now: Duration) {
         let child = &mut self.children[id];
         if !matches!(self.stage, RunStage::Running) {
-            child.state = ChildState::Ended;
+            child.end_with_system(how);
             return;
         }
         child.remember_end(how);
@@ -238,7 +256,13 @@ impl Supervisor {
                 let failed = self.failed_components();
                 self.stop(RunVerdict::TimeUp { failed });
             }
-            (RunStage::Stopping { .. }, StopRequest::Interrupt) => {
+            (RunStage::Running, StopRequest::Ordered) => {
+                let is_unfinished =
+                    self.children.iter().any(|child| child.duty.role == ChildRole::Executive);
+                let failed = self.failed_components();
+                self.stop(RunVerdict::Stopped { is_unfinished, failed });
+            }
+            (RunStage::Stopping { .. }, StopRequest::Interrupt | StopRequest::Ordered) => {
                 for (id, child) in self.children.iter_mut().enumerate() {
                     if child.is_alive() {
                         child.end_immediately();

@@ -13,7 +13,7 @@ use armor_wire::liveness::{BEAT, Liveness};
 use rustix::event::PollFd;
 
 use super::handshake::AdmittedControl;
-use crate::call_watch::{CallNotice, CallWatch, ObservedCall, patience_for};
+use crate::call_watch::{CallNotice, CallWatch, ObservedCall, describe_watchdog, patience_for};
 use crate::faults::PeerFault;
 use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
 use crate::log;
@@ -270,10 +270,10 @@ impl ControlServer {
         match self.call_watch.look(running, now, patience_for(self.participant.period())) {
             Some(CallNotice::Hangs { function, taken }) => tracing::warn!(
                 "{} has not returned for {:.1} s; until it does, the component handles no data, \
-                 no parameter and no order, not even to freeze; `watchdog` in the file has such a \
-                 process killed and started again",
+                 no parameter and no order, not even to freeze; {}",
                 function.name(),
-                taken.as_secs_f64()
+                taken.as_secs_f64(),
+                describe_watchdog(self.participant.watchdog())
             ),
             Some(CallNotice::Returned { function, taken }) => tracing::warn!(
                 "{} has returned after {:.1} s",

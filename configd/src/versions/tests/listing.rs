@@ -158,7 +158,8 @@ fn an_unknown_parameter_is_refused_with_those_there_are() {
     match ask(&mut versions, 1, ConfigRequest::Parameter { request: 4, name: "sped".into() }) {
         ConfigReply::Refused { request: 4, refusal } => assert_eq!(
             refusal.text,
-            "`player` is a player, and that has no parameter called `sped`; it has: file, speed"
+            "`player` is a player, and that has no parameter called `sped`; did you mean speed? It has: file, \
+             speed"
         ),
         other => panic!("{other:?}"),
     }

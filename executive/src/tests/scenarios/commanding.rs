@@ -46,7 +46,7 @@ fn an_operator_fires_what_is_theirs_and_enabled_and_nothing_else() {
     assert_eq!(bench.wanted(), [] as [&str; 0], "it does not fire by itself");
     for (name, refused) in [
         ("late", "`late` is not the operator's: it fires by itself"),
-        ("none", "the mission has no transition called `none`"),
+        ("none", "the mission has no transition called `none`; it has: recall, late, slow, end"),
         ("end", "`end` is not enabled: `return` holds 0 of the 1 tokens it needs"),
         ("slow", "`slow` may not fire yet: its time comes in 2.0 s"),
     ] {

@@ -184,11 +184,16 @@ fn tokens_are_moved_in_a_pause_and_only_where_that_is_right() {
     let mut bench = Bench::begun(office.with("away", away));
     let unpaused = "refused: tokens are moved only while the mission is paused: pause it first";
     assert_eq!(bench.orders("ruth", moves(&[("explore", "return", 1)])), unpaused);
+    let misspelt = "refused: the mission has no place called `explor`; did you mean explore?";
+    assert_eq!(bench.orders("ruth", moves(&[("explor", "return", 1)])), misspelt);
     bench.orders("ruth", MissionOrder::Pause);
     bench.obey();
     bench.wanted();
     for (them, wrong) in [
-        (vec![("explore", "nowhere", 1)], "the mission has no place called `nowhere`"),
+        (
+            vec![("explore", "nowhere", 1)],
+            "the mission has no place called `nowhere`; it has: explore, return, home, hold, stop, stock",
+        ),
         (vec![("explore", "home", 2)], "`explore` holds 1 tokens, not 2"),
         (vec![("stock", "stock", 1)], "from `stock` to `stock` nothing would move"),
         (vec![("stock", "home", 0)], "from `stock` to `home` nothing would move"),

@@ -9,11 +9,12 @@ use armor_petri::analysis::rules::FiringRules;
 use armor_petri::{PlaceId, TransitionId};
 use armor_plan::Plan;
 use armor_proof::Analysed;
+use armor_robotfile::advise_similar;
 use serde_json::{Map, Value, json};
 
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, print_line, print_wrapped};
 
 /// Prints the marking at the start and after each firing.
 ///
@@ -85,7 +86,11 @@ impl FiringWalk<'_> {
         if found.is_empty() {
             let mut all = self.analysed.shown.clone();
             all.dedup();
-            bail!("the mission has no transition {name}; it has {}", all.join(", "));
+            let advice = advise_similar(name, all.iter().map(String::as_str));
+            bail!(
+                "the mission has no transition called {name}{advice} (it has: {})",
+                all.join(", ")
+            );
         }
         Ok(found)
     }
@@ -136,7 +141,7 @@ impl FiringWalk<'_> {
                     "fired": fired, "marking": marked, "variables": values, "enabled": enabled
                 }))
             }
-            _ => print_line(format!(
+            _ => print_wrapped(format!(
                 "{:20} = {}",
                 fired.unwrap_or("at the start"),
                 self.words(marking)

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line, print_notice};
+use crate::print::{end_printing, print_line, print_notice, print_wrapped};
 use crate::system;
 
 /// Prints a journal; without `path` that of the running system.
@@ -123,7 +123,7 @@ impl RecordPrinter {
             OutputFormat::Json => {
                 print_line(json!({ "at_s": record.at.as_secs_f64(), "record": record }))
             }
-            _ => print_line(format!("{}  {}", time(record), self.words(&record.entry))),
+            _ => print_wrapped(format!("{}  {}", time(record), self.words(&record.entry))),
         }
     }
 

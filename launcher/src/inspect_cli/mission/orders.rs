@@ -5,15 +5,17 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use armor_inspect::systems::{self, RunRecord};
 use armor_inspect::{ObservedSystem, this_user};
+use armor_robotfile::advise_similar;
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::operator::{Operator, OrderError, OrderVerdict};
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 
-use super::super::select_system;
+use super::super::{describe_restarting, select_system};
+use super::EXECUTIVE;
 use super::arguments::OrderArguments;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
@@ -37,7 +39,7 @@ const WORDS: &str = "fire T, pause, resume, safe, move FROM TO [N], confirm T, d
 /// If there is no answer.
 pub fn give(by: &OrderArguments, order: &Order, format: OutputFormat) -> Result<CommandEnding> {
     let mut operator = operator(by)?;
-    let verdict = operator.order(by.take, order, by.within)?;
+    let verdict = send_order(&mut operator, by.take, order, by)?;
     report(&verdict, None, format)?;
     Ok(if verdict.accepted { CommandEnding::Fine } else { CommandEnding::Failed })
 }
@@ -50,7 +52,7 @@ pub fn give(by: &OrderArguments, order: &Order, format: OutputFormat) -> Result<
 pub fn operate(by: &OrderArguments, format: OutputFormat) -> Result<CommandEnding> {
     let mut commanded = Commanded::find(&by.running)?;
     let mut operator = operator(by)?;
-    let taken = operator.order(by.take, &Order::Lease, by.within)?;
+    let taken = send_order(&mut operator, by.take, &Order::Lease, by)?;
     if !taken.accepted {
         report(&taken, None, format)?;
         return Ok(CommandEnding::Failed);
@@ -96,10 +98,10 @@ fn carry_out(
     format: OutputFormat,
 ) -> Result<bool> {
     let Some(order) = read(line) else {
-        print_notice(format_args!("`{line}` is no order; there are: {WORDS}"));
+        print_notice(describe_unreadable(line));
         return Ok(false);
     };
-    let verdict = operator.order(false, &order, by.within)?;
+    let verdict = send_order(operator, false, &order, by)?;
     report(&verdict, Some(line), format)?;
     Ok(verdict.accepted)
 }
@@ -151,6 +153,24 @@ impl Commanded {
             }
         }
     }
+}
+
+/// Sends an order; an error distinguishes a system without a mission from an executive that is being
+/// started again.
+fn send_order(
+    operator: &mut Operator,
+    take: bool,
+    order: &Order,
+    by: &OrderArguments,
+) -> Result<OrderVerdict> {
+    operator.order(take, order, by.within).map_err(|error| {
+        let is_missing = matches!(error, OrderError::NoExecutive(_));
+        let restarting = is_missing.then(|| describe_restarting(&by.running, EXECUTIVE)).flatten();
+        match restarting {
+            Some(restarting) => anyhow!("the order was not sent: {restarting}"),
+            None => error.into(),
+        }
+    })
 }
 
 fn operator(by: &OrderArguments) -> Result<Operator> {
@@ -214,6 +234,14 @@ fn inputs() -> Result<Receiver<OperatorLine>> {
     Ok(inputs)
 }
 
+/// Returns why a line is no order, and what was probably meant.
+fn describe_unreadable(line: &str) -> String {
+    let names = || WORDS.split(", ").filter_map(|order| order.split(' ').next());
+    let name = line.split_whitespace().next().unwrap_or_default();
+    let advice = advise_similar(name, names().filter(|known| *known != name));
+    format!("`{line}` is no order{advice} (there are: {WORDS})")
+}
+
 /// An order as people write it.
 fn read(line: &str) -> Option<Order> {
     let words: Vec<_> = line.split_whitespace().collect();
@@ -245,6 +273,9 @@ mod tests {
         assert_eq!(read(" fire  recall "), Some(Order::Fire { transition: "recall".into() }));
         assert_eq!(read("move a b"), Some(moved("a", "b", 1)));
         assert_eq!(read("move a b 3"), Some(moved("a", "b", 3)));
+        let advice = describe_unreadable("fier recall");
+        assert!(advice.starts_with("`fier recall` is no order; did you mean fire? (there are: "));
+        assert!(describe_unreadable("fire a b").starts_with("`fire a b` is no order (there are: "));
         for nothing in ["", "fire", "fire a b", "move a", "move a b many", "fly"] {
             assert_eq!(read(nothing), None, "{nothing:?}");
         }

@@ -19,7 +19,7 @@ use super::journal::{PastJournal, RecordPrinter, fail_if_damaged, read, time};
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
-use crate::print::{end_printing, print_line};
+use crate::print::{end_printing, print_line, print_wrapped};
 
 /// Prints each record and the marking after it.
 ///
@@ -59,7 +59,7 @@ fn play(
             }))?,
             _ => {
                 printer.print_record(record, format)?;
-                print_line(format!("{:13}{}", "", in_words(&ledger)))?;
+                print_wrapped(format!("{:13}{}", "", in_words(&ledger)))?;
             }
         }
         if arguments.step && io::stdin().read_line(&mut String::new())? == 0 {

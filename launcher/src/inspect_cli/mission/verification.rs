@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use armor_executive::JournalRecord;
 use armor_executive::journal::{self, JournalFault, JournalVerification};
 use serde_json::json;
@@ -18,6 +18,7 @@ use crate::print::{end_printing, print_line};
 /// If it cannot be read, or was written by another version.
 pub fn print(path: &Path, format: OutputFormat) -> Result<CommandEnding> {
     let path = if path.is_dir() { path.join(JOURNAL) } else { path.to_owned() };
+    refuse_links(&path)?;
     let verification = journal::verify(&path)?;
     let printed = match format {
         OutputFormat::Json => print_line(describe_json(&path, &verification)),
@@ -25,6 +26,23 @@ pub fn print(path: &Path, format: OutputFormat) -> Result<CommandEnding> {
     };
     let ending = end_printing(printed)?;
     Ok(if verification.fault.is_some() { CommandEnding::Failed } else { ending })
+}
+
+/// A run neither reads nor writes its journal through a symbolic link, so one that is a link is not
+/// in order, whatever the file that it names holds.
+fn refuse_links(path: &Path) -> Result<()> {
+    let mut state = path.as_os_str().to_owned();
+    state.push(".state");
+    for path in [path, Path::new(&state)] {
+        if let Ok(target) = std::fs::read_link(path) {
+            let (link, target) = (path.display(), target.display());
+            bail!(
+                "{link} is a symbolic link to {target}, and `armor run` uses no journal through a \
+                 link: verify {target} itself, or put the file in place of the link"
+            );
+        }
+    }
+    Ok(())
 }
 
 /// The number of records in the file, clocks of executives included.
@@ -103,5 +121,33 @@ fn help(fault: &JournalFault) -> &'static str {
             "`armor run FILE --resume` goes to the safe place of the mission; without --resume the \
              mission begins again, and this journal is kept"
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+    use crate::scratch::ScratchFolder;
+
+    #[test]
+    fn a_symbolic_link_is_no_journal() {
+        let scratch = ScratchFolder::new("linked-journal");
+        let (journal, link) = (scratch.path().join("a"), scratch.path().join(JOURNAL));
+        std::fs::write(&journal, "").expect("writable");
+        assert!(refuse_links(&journal).is_ok() && refuse_links(&link).is_ok());
+        symlink(&journal, &link).expect("writable");
+        // The folder of a run stands for its journal.
+        for path in [&link, &scratch.path().to_owned()] {
+            let error = print(path, OutputFormat::Text).expect_err("it is a link").to_string();
+            assert!(
+                error.contains("is a symbolic link to ") && error.contains("verify "),
+                "{error}"
+            );
+        }
+        symlink("elsewhere", scratch.path().join("a.state")).expect("writable");
+        let error = refuse_links(&journal).expect_err("its state is a link").to_string();
+        assert!(error.contains("a.state is a symbolic link to elsewhere"), "{error}");
     }
 }

@@ -10,10 +10,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use armor_inspect::words::describe_call;
-use armor_inspect::{
-    HANGING_CALL_S, MissionWatch, ObservedLink, SystemWatch, WakeCallback, WatchedValues,
-};
+use armor_inspect::{MissionWatch, ObservedLink, SystemWatch, WakeCallback, WatchedValues};
 use armor_marking::{Marking, MissionComponentState};
 use armor_sdk::directory::Directory;
 use armor_sdk::messages::Progress;
@@ -22,6 +19,7 @@ use armor_wire::codec;
 use super::display::StatusLine;
 use super::line::{RunStatus, TaskStatus};
 use super::rates::{FallenRate, RateHistory};
+use crate::run::hanging_calls::HangingCalls;
 
 /// The line is redrawn this often, and whenever the marking changes.
 const DRAW_EVERY: Duration = Duration::from_millis(500);
@@ -40,6 +38,8 @@ pub struct StatusSources {
     pub progress_outputs: Vec<String>,
     /// Processes that were started again.
     pub restarts: Arc<AtomicU32>,
+    /// The calls of components' code that hang.
+    pub hanging_calls: HangingCalls,
     /// The beginning of the run.
     pub start: Instant,
 }
@@ -136,7 +136,7 @@ impl Collector {
             elapsed_s: self.sources.start.elapsed().as_secs_f64(),
             places: marking.as_deref().map(list_places).unwrap_or_default(),
             tasks: self.list_tasks(marking.as_deref()),
-            hanging_calls: self.list_hanging_calls(),
+            hanging_calls: self.sources.hanging_calls.describe_calls(),
             fallen_rates: self.fallen_rates.clone(),
             restarts: self.sources.restarts.load(Ordering::Relaxed),
         }
@@ -155,17 +155,6 @@ impl Collector {
             .filter(has_active_ends)
             .filter_map(|edge| Some((format!("{} -> {}", edge.from, edge.to), edge.rate_hz?)));
         self.history.update(rates)
-    }
-
-    fn list_hanging_calls(&self) -> Vec<String> {
-        let Some(watch) = &self.watch else { return Vec::new() };
-        let picture = watch.picture();
-        let calls =
-            picture.processes.iter().filter_map(|(name, it)| Some((name, it.call.as_ref()?)));
-        calls
-            .filter(|(_, call)| call.call_s >= HANGING_CALL_S)
-            .map(|(name, call)| format!("{name} {}", describe_call(call)))
-            .collect()
     }
 
     fn list_tasks(&self, marking: Option<&Marking>) -> Vec<TaskStatus> {

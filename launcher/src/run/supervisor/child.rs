@@ -7,7 +7,7 @@ use armor_inspect::run_control::AbsentState;
 use armor_wire::control::RunState;
 use armor_wire::liveness::SILENCE;
 
-use super::{ChildOrder, ChildRole, Duty, GRACE};
+use super::{ChildExit, ChildOrder, ChildRole, Duty, GRACE, HangCause};
 
 /// Wait before the first restart.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
@@ -44,7 +44,7 @@ pub(super) enum ChildState {
     /// It runs.
     Running { watch: Silence },
     /// It was asked to end, or killed because it hung.
-    Ending { kill_at: Option<Duration>, hung: bool },
+    Ending { kill_at: Option<Duration>, hung: Option<HangCause> },
     /// It ended and stays down.
     Ended,
     /// An operator has stopped it; it stays down until it is restarted.
@@ -81,6 +81,8 @@ pub(super) struct Child {
     pub last_end: String,
     /// Number of processes that were started.
     pub starts: u32,
+    /// Number of processes that have ended.
+    pub ended: u32,
     /// How its last processes ended, in words, the newest last.
     pub ends: VecDeque<String>,
     deaths: VecDeque<Death>,
@@ -120,6 +122,7 @@ impl Child {
             has_failed: false,
             last_end: String::new(),
             starts: 0,
+            ended: 0,
             ends: VecDeque::new(),
             deaths: VecDeque::new(),
             started: Duration::ZERO,
@@ -231,12 +234,26 @@ impl Child {
 
     /// Handles a process that is known to hang, and returns whether it must be killed; if so, it
     /// counts as killed.
-    pub fn is_stuck(&mut self) -> bool {
+    pub fn is_stuck(&mut self, cause: HangCause) -> bool {
         let running = matches!(self.state, ChildState::Running { .. });
         if running {
-            self.state = ChildState::Ending { kill_at: None, hung: true };
+            self.state = ChildState::Ending { kill_at: None, hung: Some(cause) };
         }
         running
+    }
+
+    /// Returns how its process ended, in words: what the launcher killed it for explains more than
+    /// the signal.
+    pub fn describe_exit(&self, exit: ChildExit) -> String {
+        match self.state {
+            ChildState::Ending { hung: Some(cause), .. } => cause.describe_end(),
+            _ => exit.to_string(),
+        }
+    }
+
+    /// Returns whether its process runs and owes something that is overdue.
+    pub fn is_overdue(&self, now: Duration) -> bool {
+        matches!(self.state, ChildState::Running { watch } if watch.find_overdue(now).is_some())
     }
 
     pub fn record_absence(&mut self, now: Duration) {
@@ -285,7 +302,10 @@ impl Child {
     /// Why it must be killed now, in words; it then counts as killed.
     pub fn take_overdue(&mut self, now: Duration) -> Option<String> {
         let (why, hung) = match &self.state {
-            ChildState::Running { watch } => (watch.describe_overdue(now)?, true),
+            ChildState::Running { watch } => {
+                let cause = watch.find_overdue(now)?;
+                (cause.describe_kill(), Some(cause))
+            }
             ChildState::Ending { kill_at: Some(kill_at), hung } if *kill_at <= now => {
                 (format!("has not ended within {} s; it is killed", GRACE.as_secs()), *hung)
             }
@@ -301,6 +321,12 @@ impl Child {
             self.ends.pop_front();
         }
         self.ends.push_back(how.to_owned());
+    }
+
+    /// Its process has ended while the system stops.
+    pub fn end_with_system(&mut self, how: &str) {
+        self.last_end = format!("{how}; the system stops");
+        self.state = ChildState::Ended;
     }
 
     /// Takes a death, and returns what follows.
@@ -346,20 +372,20 @@ impl Child {
     pub fn ask_to_end(&mut self, now: Duration) -> bool {
         let running = matches!(self.state, ChildState::Running { .. });
         if running {
-            self.state = ChildState::Ending { kill_at: Some(now + GRACE), hung: false };
+            self.state = ChildState::Ending { kill_at: Some(now + GRACE), hung: None };
         }
         running
     }
 
     pub fn end_immediately(&mut self) {
-        self.state = ChildState::Ending { kill_at: None, hung: false };
+        self.state = ChildState::Ending { kill_at: None, hung: None };
     }
 
     /// The system stops: what waits will not start, what was killed to be restarted will not be.
     pub fn abandon_start(&mut self) {
         match &mut self.state {
             ChildState::Waiting { .. } => self.state = ChildState::Ended,
-            ChildState::Ending { hung, .. } => *hung = false,
+            ChildState::Ending { hung, .. } => *hung = None,
             _ => {}
         }
     }
@@ -385,21 +411,16 @@ impl Silence {
         }
     }
 
-    fn describe_overdue(self, now: Duration) -> Option<String> {
+    fn find_overdue(self, now: Duration) -> Option<HangCause> {
         if self.deadline().is_none_or(|until| until > now) {
             return None;
         }
-        let why = match self {
-            Self::Nothing => return None,
-            Self::Ready { .. } => format!("is not ready after {} s", READY_WITHIN.as_secs()),
-            Self::FirstBeat { .. } => {
-                format!("has not answered within {} s", FIRST_BEAT_WITHIN.as_secs())
-            }
-            Self::Beat { .. } => format!("has been silent for {} s", SILENCE.as_secs_f64()),
-            Self::Return { .. } => {
-                format!("has not answered for {} s", MISSING_FOR.as_secs())
-            }
-        };
-        Some(format!("{why}: suspected of hanging and killed"))
+        match self {
+            Self::Nothing => None,
+            Self::Ready { .. } => Some(HangCause::NotReady(READY_WITHIN)),
+            Self::FirstBeat { .. } => Some(HangCause::NoFirstBeat(FIRST_BEAT_WITHIN)),
+            Self::Beat { .. } => Some(HangCause::Silent(SILENCE)),
+            Self::Return { .. } => Some(HangCause::Missing(MISSING_FOR)),
+        }
     }
 }

@@ -44,11 +44,35 @@ pub enum ChildExit {
     Signal(i32),
 }
 
+/// Why a process that runs must be killed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HangCause {
+    /// One call of the component's code has taken longer than its watchdog allows.
+    LongCall {
+        /// How long it had taken.
+        call: Duration,
+        /// How long it may take.
+        watchdog: Duration,
+    },
+    /// A signal or a debugger has stopped it.
+    Suspended,
+    /// It has not registered within this time.
+    NotReady(Duration),
+    /// It has registered, and has not sent its first beat within this time.
+    NoFirstBeat(Duration),
+    /// It has sent no beat for this time.
+    Silent(Duration),
+    /// It is missing at the registry, or is the registry and does not answer, for this time.
+    Missing(Duration),
+}
+
 /// Why the run should stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopRequest {
     /// Ctrl-C or a signal to end. The second one kills.
     Interrupt,
+    /// `armor stop --all`.
+    Ordered,
     /// `--for` is over.
     TimeUp,
 }
@@ -70,7 +94,8 @@ pub enum SupervisorEvent {
     Stuck(ChildId, Duration),
     /// The registry lost a process of which no end is known; the registry itself: it is silent.
     Vanished(ChildId),
-    /// The same of a daemon that a signal has stopped: it cannot come back by itself.
+    /// A signal or a debugger has stopped a process that is missing or overdue: it cannot come back
+    /// by itself.
     Suspended(ChildId),
     /// The process ended.
     Exited(ChildId, ChildExit),
@@ -128,6 +153,13 @@ pub enum RunVerdict {
     Failed,
     /// Interrupted.
     Interrupted,
+    /// An operator has stopped it.
+    Stopped {
+        /// Whether its mission was not over.
+        is_unfinished: bool,
+        /// Components that failed for good.
+        failed: Vec<String>,
+    },
     /// The time it was to run is over.
     TimeUp {
         /// Components that failed for good.
@@ -140,6 +172,45 @@ pub enum RunVerdict {
     },
     /// A process that the system needs failed for good.
     Essential(String),
+}
+
+impl HangCause {
+    /// Returns what is logged when the process is killed.
+    pub fn describe_kill(self) -> String {
+        match self {
+            Self::LongCall { call, watchdog } => format!(
+                "one call has taken {:.1} s, longer than its watchdog of {} s allows: killed",
+                call.as_secs_f64(),
+                watchdog.as_secs_f64()
+            ),
+            _ => format!("{}: suspected of hanging and killed", self.describe_state()),
+        }
+    }
+
+    /// Returns how its process ended, in words that follow its name.
+    pub fn describe_end(self) -> String {
+        match self {
+            Self::LongCall { .. } => {
+                format!("was killed by its watchdog ({})", self.describe_state())
+            }
+            Self::Suspended => format!("was killed while {}", self.describe_state()),
+            _ => format!("was killed as hanging ({})", self.describe_state()),
+        }
+    }
+
+    fn describe_state(self) -> String {
+        match self {
+            Self::LongCall { call, watchdog } => {
+                let (call_s, limit_s) = (call.as_secs_f64(), watchdog.as_secs_f64());
+                format!("one call took {call_s:.1} s, longer than {limit_s} s")
+            }
+            Self::Suspended => "stopped (SIGSTOP or a debugger)".into(),
+            Self::NotReady(within) => format!("not ready after {} s", within.as_secs()),
+            Self::NoFirstBeat(within) => format!("no answer within {} s", within.as_secs()),
+            Self::Silent(time) => format!("silent for {} s", time.as_secs_f64()),
+            Self::Missing(time) => format!("no answer for {} s", time.as_secs()),
+        }
+    }
 }
 
 impl fmt::Display for ChildExit {

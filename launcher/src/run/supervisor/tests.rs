@@ -1,6 +1,7 @@
 use super::*;
 
 mod ends;
+mod hangs;
 mod orders;
 
 use StopRequest::{Interrupt, TimeUp};
@@ -44,7 +45,11 @@ impl Bench {
 
     /// All processes run and have sent their first beat.
     fn running(restart: Restart) -> Self {
-        let mut bench = Self::new(system(restart));
+        Self::started(system(restart))
+    }
+
+    fn started(duties: Vec<Duty>) -> Self {
+        let mut bench = Self::new(duties);
         assert_eq!(bench.on(SupervisorEvent::Tick), [Spawn(REGISTRY)]);
         assert_eq!(bench.on(SupervisorEvent::Ready(REGISTRY)), [Spawn(CONFIGD)]);
         assert_eq!(
@@ -369,18 +374,4 @@ fn an_idle_system_asks_for_no_look_before_something_can_be_due() {
     assert_eq!(bench.supervisor.next_deadline(), Some(bench.now + s(1.75)), "the next beat");
     bench.on(Bench::killed(LASER));
     assert_eq!(bench.supervisor.next_deadline(), Some(bench.now + s(0.1)), "the restart");
-}
-
-#[test]
-fn a_component_whose_call_takes_too_long_is_killed_once_and_started_again() {
-    let mut bench = Bench::running(Restart::OnFailure);
-    assert_eq!(bench.on(SupervisorEvent::Stuck(LASER, s(2.5))), [Kill(LASER)]);
-    assert!(
-        bench.logged.last().is_some_and(|logged| logged.contains("2.5 s")),
-        "{:?}",
-        bench.logged
-    );
-    assert_eq!(bench.on(SupervisorEvent::Stuck(LASER, s(3.0))), [], "it is being killed");
-    bench.on(SupervisorEvent::Exited(LASER, ChildExit::Signal(9)));
-    assert_eq!(bench.pass(0.2, &[SLAM]), [Spawn(LASER)]);
 }

@@ -70,3 +70,28 @@ fn without_a_mission_the_run_ends_when_its_components_have() {
     let end = SupervisorAction::End(RunVerdict::AllEnded { failed: vec![] });
     assert_eq!(bench.on(SupervisorEvent::Exited(REGISTRY, ChildExit::Code(0))), [end]);
 }
+
+#[test]
+fn a_run_that_an_operator_stops_has_a_verdict_of_its_own() {
+    let verdict_of = |duties: Vec<Duty>| {
+        let mut bench = Bench::new(duties);
+        bench.on(SupervisorEvent::Tick);
+        bench.on(SupervisorEvent::Ready(REGISTRY));
+        bench.on(SupervisorEvent::Ready(CONFIGD));
+        let mut actions = bench.on(SupervisorEvent::Stop(StopRequest::Ordered));
+        loop {
+            match actions.pop() {
+                Some(Terminate(id)) => {
+                    actions.extend(bench.on(SupervisorEvent::Exited(id, ChildExit::Code(0))));
+                }
+                Some(SupervisorAction::End(verdict)) => return verdict,
+                other => panic!("{other:?} ends no run"),
+            }
+        }
+    };
+    let mut duties = system(Restart::OnFailure);
+    let stopped = |is_unfinished| RunVerdict::Stopped { is_unfinished, failed: vec![] };
+    assert_eq!(verdict_of(duties.clone()), stopped(true), "its mission was not over");
+    duties.pop();
+    assert_eq!(verdict_of(duties), stopped(false));
+}
