@@ -8,6 +8,7 @@ mod dates;
 mod ending;
 mod endless;
 mod feedback;
+mod followers;
 mod frozen;
 mod graph;
 mod guards;
@@ -52,6 +53,7 @@ pub fn check(
 ) -> Reading {
     let mut findings = std::mem::take(&mut reading.findings);
     drop_end_tags(&mut findings);
+    drop_guesses(&mut findings);
     if let Some(configuration) = &mut reading.configuration {
         let mut found = Findings::default();
         findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
@@ -71,6 +73,7 @@ pub fn check(
             }
             without_errors(configuration, manifests, &mut found);
         }
+        followers::drop_followers(&mut found, &configuration.system);
         let is_partial = reading.is_partial;
         findings.absorb(found, |f| !is_partial || !f.code.is_of_something_missing());
     }
@@ -81,7 +84,9 @@ pub fn check(
 /// Drops findings about end tags whose start tag is misspelt, which is a finding already.
 fn drop_end_tags(findings: &mut Findings) {
     let place = |at: &Location| (at.source.path().to_path_buf(), at.span);
-    let unknown = findings.iter().filter(|finding| finding.code == Code::UnknownElement);
+    let unknown = findings
+        .iter()
+        .filter(|finding| matches!(finding.code, Code::UnknownElement | Code::WrongRoot));
     let unknown: BTreeSet<_> =
         unknown.filter_map(|finding| finding.at.as_ref()).map(place).collect();
     let is_repeated = |finding: &Finding| {
@@ -92,6 +97,29 @@ fn drop_end_tags(findings: &mut Findings) {
             && suggest_similar(start.text(), std::iter::once(name)).is_some()
     };
     findings.retain(|finding| finding.code != Code::EndTag || !is_repeated(finding));
+}
+
+/// Drops findings about names on the line of something that is not closed, such as a quotation mark:
+/// which of its characters belong to a name is only a guess.
+fn drop_guesses(findings: &mut Findings) {
+    let line = |at: &Location| (at.source.path().to_path_buf(), at.line_column().0);
+    let malformed = findings.iter().filter(|finding| finding.code == Code::Malformed);
+    let malformed: Vec<_> = malformed
+        .filter(|finding| finding.message.contains("not closed"))
+        .filter_map(|finding| finding.at.as_ref())
+        .map(|at| (line(at), at.span.start()))
+        .collect();
+    let is_guess = |finding: &Finding| {
+        matches!(finding.code, Code::BadName | Code::UnknownElement | Code::UnknownAttribute)
+            && finding.at.as_ref().is_some_and(|at| {
+                malformed
+                    .iter()
+                    .any(|(there, start)| line(at) == *there && at.span.start() >= *start)
+            })
+    };
+    if !malformed.is_empty() {
+        findings.retain(|finding| !is_guess(finding));
+    }
 }
 
 /// Returns whether the finding repeats, for a use of a component's name, that the name is

@@ -178,6 +178,7 @@ codes! {
         NoGoal = "W0260", "no goal";
         NoInput = "W0261", "a transition that takes tokens from no place";
         NoOutput = "W0271", "a transition that puts tokens into no place";
+        ImmediateExit = "W0272", "a transition without a condition next to others that wait";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";

@@ -7,6 +7,7 @@ use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::Mission;
 use crate::model::Configuration;
+use crate::source::Location;
 
 impl Findings {
     /// Adds the results of the proof of the mission that are new and do not follow from others.
@@ -25,6 +26,9 @@ impl Findings {
             let is_there =
                 |result: &Finding| result.at.as_ref().is_some_and(|at| at.span == end.name.at.span);
             proven.retain(|result| result.code != Code::Standstill || !is_there(result));
+        }
+        if let Some(mission) = &configuration.mission {
+            merge_after_goal(&mut proven, mission);
         }
         if proven.iter().any(|result| result.code == Code::GoalNeverReached) {
             self.keep_reason(&mut proven, &causes, configuration);
@@ -60,6 +64,45 @@ impl Findings {
                 result.remedy.clone_from(&cause.remedy);
             }
         }
+    }
+}
+
+/// Merges transitions that never fire because they lead on from the goal, where the mission is over:
+/// probably another place was meant. Checks fail for the same reason.
+fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
+    let Some(goal) = &mission.goal else { return };
+    let leads_on = |result: &Finding| {
+        let at = result.at.as_ref().filter(|_| result.code == Code::NeverFires)?;
+        mission.transitions.iter().find(|transition| {
+            transition.name.at.span == at.span
+                && transition.inputs().any(|arc| arc.place.value == goal.value)
+        })
+    };
+    let Some(first) = proven.iter().position(|result| leads_on(result).is_some()) else { return };
+    let name = leads_on(&proven[first]).map_or("", |transition| transition.name.value.as_str());
+    let message = format!(
+        "{name} never fires: it leads on from {0}, the goal, and the mission is over when {0} is \
+         marked",
+        goal.value
+    );
+    proven[first].message = message;
+    proven[first].remedy = "name another place as goal, or remove what leads on from it".into();
+    let mut also: Vec<(Location, String)> = vec![(goal.at.clone(), "the goal".into())];
+    let mut number = 0;
+    proven.retain(|result| {
+        let is_first = number == first;
+        number += 1;
+        if is_first {
+            return true;
+        }
+        if leads_on(result).is_some() {
+            also.extend(result.at.iter().map(|at| (at.clone(), "nor does this one".to_owned())));
+            return false;
+        }
+        result.code != Code::CheckFails
+    });
+    if let Some(first) = proven.iter_mut().find(|result| leads_on(result).is_some()) {
+        first.related.extend(also);
     }
 }
 

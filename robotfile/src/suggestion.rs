@@ -53,7 +53,9 @@ pub(crate) fn suggest_choice<'a>(
 ) -> Option<String> {
     let plain = |text: &str| text.to_lowercase().replace(['_', ' '], "-");
     let bare = value.trim_matches(|letter: char| !letter.is_alphanumeric());
-    if bare.len() > MAX_COMPARED_LEN {
+    // A negative number is not meant as a word.
+    let is_negative = value.trim_start().starts_with('-') && bare.parse::<f64>().is_ok();
+    if bare.len() > MAX_COMPARED_LEN || is_negative {
         return None;
     }
     let typed = bare;

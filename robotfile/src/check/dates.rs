@@ -11,6 +11,10 @@ pub fn passed_dates(configuration: &Configuration, now: Date) -> Vec<Finding> {
     let transitions = configuration.missions().flat_map(|mission| &mission.transitions);
     let passed = transitions.filter_map(|transition| {
         let last = transition.not_after.as_ref().filter(|last| last.value <= now)?;
+        // Dates in the wrong order are a finding of their own.
+        if transition.not_before.as_ref().is_some_and(|first| first.value >= last.value) {
+            return None;
+        }
         let name = &transition.name.value;
         let so = match transition.missed.as_deref().copied().unwrap_or_default() {
             Missed::Fire => format!("{name} fires once, late"),

@@ -11,6 +11,7 @@ use crate::check::ports;
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
+use crate::mission::PlaceParameter;
 use crate::model::{Component, Configuration, Parameter};
 use crate::source::Spanned;
 use crate::suggestion::{suggest_choice, suggest_similar};
@@ -53,9 +54,15 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
     }
     let places = configuration.missions().flat_map(|mission| &mission.places);
-    for given in places.flat_map(|place| &place.parameters) {
-        if let Some(manifest) = kinds.get(given.component.value.as_str()) {
-            check_value(&given.parameter, manifest, findings);
+    for place in places {
+        // The parameter of a component that is not active there is a finding already.
+        let is_active = |given: &&PlaceParameter| {
+            place.components.iter().any(|component| component.value == given.component.value)
+        };
+        for given in place.parameters.iter().filter(is_active) {
+            if let Some(manifest) = kinds.get(given.component.value.as_str()) {
+                check_value(&given.parameter, manifest, findings);
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::mission::{ArcKind, Autonomy, Mission, Place, Transition};
 
 /// A component that is activated has not yet acted after this time: its start alone is a message to
 /// its process, a call, and a message back.
@@ -21,6 +21,7 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         let remedy = "write initial=\"true\"; to count tokens, use a place without components";
         too_many_tokens(&place.name, place, remedy, findings);
     }
+    immediate_exits(mission, &safe_places, findings);
     for transition in &mission.transitions {
         let before = findings.total();
         for arc in &transition.arcs {
@@ -57,6 +58,53 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
             report_missing_output(transition, from, findings);
         }
     }
+}
+
+/// Reports transitions without any condition out of a place in which components are active: they
+/// fire as soon as the place is marked, so the components and the other transitions have no time.
+fn immediate_exits(
+    mission: &Mission,
+    safe_places: &BTreeMap<&str, &Place>,
+    findings: &mut Findings,
+) {
+    let mut waiting: BTreeMap<&str, &Transition> = BTreeMap::new();
+    for transition in &mission.transitions {
+        if transition.on.is_some() || transition.interval.is_some() {
+            for arc in transition.inputs() {
+                waiting.entry(&arc.place.value).or_insert(transition);
+            }
+        }
+    }
+    for transition in &mission.transitions {
+        let [arc] = &transition.inputs().collect::<Vec<_>>()[..] else { continue };
+        let place = arc.place.value.as_str();
+        let is_plain =
+            transition.arcs.iter().all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put));
+        if !is_plain || has_condition(transition) || !safe_places.contains_key(place) {
+            continue;
+        }
+        let Some(other) = waiting.get(place) else { continue };
+        let message = format!(
+            "{} has no condition: it fires as soon as {place} is marked, before {} can",
+            transition.name.value, other.name.value
+        );
+        let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+        findings.push(
+            finding
+                .remedy("write on=\"…\", when=\"…\" or timeout=\"…\", or remove it")
+                .related(&other.name.at, "this one waits"),
+        );
+    }
+}
+
+fn has_condition(transition: &Transition) -> bool {
+    transition.on.is_some()
+        || transition.interval.is_some()
+        || transition.when.is_some()
+        || transition.not_before.is_some()
+        || transition.not_after.is_some()
+        || transition.autonomy != Autonomy::Auto
+        || transition.is_doubtful
 }
 
 fn too_many_tokens(

@@ -11,6 +11,10 @@ use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 /// guard.
 pub(super) fn constants(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<GuardProblem> {
     let mut bounds = GuardBounds { guard, text, meanings, problems: Vec::new() };
+    bounds.report_divisions(&guard.root);
+    if !bounds.problems.is_empty() {
+        return bounds.problems;
+    }
     let whole = bounds.find_truth(&guard.root);
     if let (Some(truth), true) = (whole, bounds.problems.is_empty()) {
         bounds.report_constant(&guard.root, truth, String::new(), None);
@@ -59,6 +63,18 @@ impl GuardBounds<'_> {
                 let name = deciding_name(node, *operator, self.meanings)?;
                 self.report_decided(node, absorbing, name);
                 Some(absorbing)
+            }
+            GuardNodeKind::Binary(operator, left, right)
+                if operator.is_comparison() && left.has_name() && left.is_same(right) =>
+            {
+                let truth = matches!(
+                    operator,
+                    GuardOperator::LessOrEqual
+                        | GuardOperator::GreaterOrEqual
+                        | GuardOperator::Equal
+                );
+                self.report_same(node, truth);
+                Some(truth)
             }
             GuardNodeKind::Binary(operator, left, right) if operator.is_comparison() => {
                 let truth =
@@ -147,9 +163,56 @@ impl GuardBounds<'_> {
         [(left, right), (right, left)].into_iter().find_map(|(number, other)| {
             let GuardNodeKind::Number(value, None) = number.kind else { return None };
             let (low, high) = self.find_range(other);
-            let is_fraction = low >= 0.0 && high <= 1.0;
+            // A counter counts whole things, not percent.
+            let is_fraction = low >= 0.0 && high <= 1.0 && self.is_measured(other);
             (is_fraction && value > 1.0 && value <= 100.0).then(|| format!("{value}%"))
         })
+    }
+
+    fn is_measured(&self, node: &GuardNode) -> bool {
+        match &node.kind {
+            GuardNodeKind::Name(index) => {
+                self.meanings.get(*index).is_some_and(|meaning| meaning.is_measured)
+            }
+            GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => self.is_measured(inner),
+            GuardNodeKind::Binary(_, left, right) => {
+                self.is_measured(left) || self.is_measured(right)
+            }
+            _ => false,
+        }
+    }
+
+    /// Reports a comparison of something with itself.
+    fn report_same(&mut self, node: &GuardNode, truth: bool) {
+        let text = self.text.get(node.at.clone()).unwrap_or_default();
+        self.problems.push(GuardProblem {
+            code: Code::GuardConstant,
+            at: node.at.clone(),
+            message: format!("`{text}` is always {truth}: both sides are the same"),
+            remedy: "compare it with something else".into(),
+        });
+    }
+
+    /// Reports divisions by a number that is always 0: what is divided has no value then.
+    fn report_divisions(&mut self, node: &GuardNode) {
+        match &node.kind {
+            GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => self.report_divisions(inner),
+            GuardNodeKind::Binary(operator, left, right) => {
+                if *operator == GuardOperator::By && self.find_range(right) == (0.0, 0.0) {
+                    let text = self.text.get(node.at.clone()).unwrap_or_default();
+                    self.problems.push(GuardProblem {
+                        code: Code::GuardConstant,
+                        at: node.at.clone(),
+                        message: format!("`{text}` has no value: it is divided by 0"),
+                        remedy: "divide by another number".into(),
+                    });
+                    return;
+                }
+                self.report_divisions(left);
+                self.report_divisions(right);
+            }
+            _ => {}
+        }
     }
 
     fn report_constant(

@@ -45,6 +45,36 @@ pub(super) struct GuardNode {
     pub(super) at: Range<usize>,
 }
 
+impl GuardNode {
+    /// Returns whether it is written like `other`, apart from spaces and parentheses.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        use GuardNodeKind::{Binary, Known, Minus, Name, Not, Number, Text, Truth};
+        match (&self.kind, &other.kind) {
+            (Number(a, unit), Number(b, with)) => {
+                a.total_cmp(b).is_eq() && unit.map(|unit| unit.name) == with.map(|unit| unit.name)
+            }
+            (Truth(a), Truth(b)) => a == b,
+            (Text(a), Text(b)) => a == b,
+            (Name(a), Name(b)) | (Known(a), Known(b)) => a == b,
+            (Not(a), Not(b)) | (Minus(a), Minus(b)) => a.is_same(b),
+            (Binary(a, left, right), Binary(b, other_left, other_right)) => {
+                a == b && left.is_same(other_left) && right.is_same(other_right)
+            }
+            _ => false,
+        }
+    }
+
+    /// Returns whether it contains a name.
+    pub(super) fn has_name(&self) -> bool {
+        match &self.kind {
+            GuardNodeKind::Name(_) | GuardNodeKind::Known(_) => true,
+            GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => inner.has_name(),
+            GuardNodeKind::Binary(_, left, right) => left.has_name() || right.has_name(),
+            _ => false,
+        }
+    }
+}
+
 #[derive(Clone)]
 pub(super) enum GuardNodeKind {
     /// As written, with its unit; never negative.

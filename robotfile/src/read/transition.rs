@@ -11,7 +11,7 @@ use crate::mission::{
     Arc, ArcKind, Autonomy, Interval, LostLink, Missed, ReportRef, SetVariable, Transition,
 };
 use crate::source::{Source, Spanned};
-use crate::tree::Element;
+use crate::tree::{Attribute, Element};
 
 /// Reads one; None if it has no name.
 pub(super) fn read(
@@ -48,7 +48,12 @@ pub(super) fn read(
         autonomy_at,
         is_doubtful: false,
     };
-    without_effect(&transition, &mut fields);
+    let words: [(&str, &[&str]); 2] =
+        [("operator", &["true", "false"]), ("autonomy", &["auto", "confirm", "operator"])];
+    let is_clear = |(name, words): &(&str, &[&str])| {
+        element.attribute(name).is_none_or(|it| words.contains(&it.value.as_str()))
+    };
+    without_effect(&transition, words.iter().all(is_clear), &mut fields);
     for child in fields.finish(&["arc", "read", "inhibitor", "reset", "set"]) {
         if child.name == "set" {
             transition.sets.extend(read_set(child, source, findings));
@@ -61,8 +66,15 @@ pub(super) fn read(
     named.then_some(transition)
 }
 
+/// The first rows of the table below are about an operator.
+const AUTONOMY_ROWS: usize = 3;
+
 /// Reports attributes that have no effect because this transition lacks another one.
-fn without_effect(transition: &Transition, fields: &mut ElementFields<'_, '_>) {
+fn without_effect(
+    transition: &Transition,
+    has_clear_autonomy: bool,
+    fields: &mut ElementFields<'_, '_>,
+) {
     let confirms = matches!(transition.autonomy, Autonomy::Confirm { .. });
     let has_last_date = fields.attribute_at("not-after").is_some();
     let has_deadline =
@@ -96,7 +108,17 @@ fn without_effect(transition: &Transition, fields: &mut ElementFields<'_, '_>) {
             "without a latest time it cannot be late: write timeout or interval, or remove it",
         ),
     ];
-    for (_, name, why) in table.into_iter().filter(|(matters, ..)| !matters) {
+    // An autonomy that cannot be read may be the one that they need.
+    let mut is_known = !has_clear_autonomy;
+    for (number, (_, name, why)) in
+        table.into_iter().enumerate().filter(|(_, (matters, ..))| !matters)
+    {
+        // Without an operator, what is asked and what is answered are one mistake.
+        if number < AUTONOMY_ROWS {
+            if fields.attribute_at(name).is_none() || std::mem::replace(&mut is_known, true) {
+                continue;
+            }
+        }
         fields.without_effect(name, why);
     }
 }
@@ -109,6 +131,7 @@ fn short_form(fields: &mut ElementFields<'_, '_>) -> Vec<Arc> {
 
 /// `<arc from=…/>`, `<arc to=…/>`, `<read place=…/>`, `<inhibitor place=…/>`, `<reset place=…/>`.
 fn read_arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Arc> {
+    let is_unknown = |it: &Attribute| !["from", "to", "weight"].contains(&it.name.as_str());
     let mut fields = ElementFields::new(element, source, findings);
     let (kind, place) = match element.name.as_str() {
         "read" => (ArcKind::Read, fields.required_name("place")),
@@ -118,6 +141,8 @@ fn read_arc(element: &Element, source: &Shared<Source>, findings: &mut Findings)
             fields.only_one_of(&["from", "to"]);
             match (fields.name("from"), fields.name("to")) {
                 (None, Some(to)) => (ArcKind::Put, Some(to)),
+                // A misspelt attribute is a finding already.
+                (None, None) if element.attributes.iter().any(is_unknown) => (ArcKind::Take, None),
                 (None, None) => {
                     let finding =
                         Finding::new(Code::NoArcs, &fields.at(), "this arc joins no place");

@@ -309,3 +309,76 @@ fn of_a_branch_that_is_never_reached_its_first_place_is_named() {
         &robot(r#"safe="hold""#, &format!("{END}{LATE}{branch}")),
     );
 }
+
+#[test]
+fn a_name_that_is_taken_is_one_finding() {
+    let file = system(
+        r#"<component name="eye" kind="laser"/><component name="map" kind="mapper"/><link from="eye.scan" to="map.scan"/>"#,
+    );
+    // It takes the name of another, so its own name is missing, and its port seems to be.
+    let renamed =
+        |from: &str, to: &str| file.replace(&format!("name=\"{from}\""), &format!("name=\"{to}\""));
+    only("E0101", "a second component called eye", &renamed("map", "eye"));
+    only("E0101", "a second component called map", &renamed("eye", "map"));
+    only("E0115", "registry is a reserved name", &renamed("map", "registry"));
+    let file = robot(r#"safe="hold""#, &format!("{END}{LATE}"));
+    only("E0201", "a second place called a", &file.replace(r#"name="hold""#, r#"name="a""#));
+}
+
+#[test]
+fn what_cannot_be_read_of_a_transition_has_no_follow_ups() {
+    let asked = r#"<transition name="asked" from="a" to="hold" autonomy="confirm" answer-within="30s" unanswered="fire" lost-link="fire"/>"#;
+    let file = |from: &str, to: &str| {
+        robot(r#"safe="hold""#, &format!("{END}{}", asked.replace(from, to)))
+    };
+    only("E0019", "did you mean confirm?", &file("\"confirm\"", "\"confrim\""));
+    only("E0019", "did you mean true?", &file("autonomy=\"confirm\"", "operator=\"TRUE\""));
+    // Without it, the three attributes that need it are one mistake.
+    only("W0027", "write operator=", &file("autonomy=\"confirm\"", "timeout=\"9s\""));
+    let arc = r#"<transition name="t" timeout="3s"><arc from="a"/><arc plac="hold"/></transition>"#;
+    only("E0016", "<arc> has no attribute plac", &robot(r#"safe="hold""#, &format!("{END}{arc}")));
+    let sets = r#"<variable name="n" source="power.state.level" min="0" max="1"/><transition name="t" from="a" to="hold" when="n &lt; 0.5"><set variable="n" value="n + 1"/></transition>"#;
+    only("E0239", "no transition may set it", &robot(r#"safe="hold""#, &format!("{sets}{END}")));
+}
+
+#[test]
+fn what_is_not_closed_leaves_no_names_on_its_line() {
+    let late = "\n<transition name=\"late\" from=\"a\" to=\"hold timeout=\"60s\"/>\n";
+    only("E0004", "not closed", &robot(r#"safe="hold""#, &format!("{END}{late}")));
+}
+
+#[test]
+fn dates_in_the_wrong_order_have_not_passed_too() {
+    let dates = r#"not-before="2024-06-01T12:00:00Z" not-after="2023-06-01T12:00:00Z""#;
+    let file = robot(r#"safe="hold""#, &format!("{END}{}", LATE.replace("timeout=\"60s\"", dates)));
+    let reading = read(Path::new("a.xml"), &mut |_| Ok(file.clone().into()));
+    let configuration = reading.configuration.expect("it is readable");
+    let now = "2030-01-01T00:00:00Z".parse().expect("a date");
+    assert!(armor_robotfile::passed_dates(&configuration, now).is_empty());
+}
+
+#[test]
+fn a_comparison_with_itself_and_a_division_by_nothing_are_found() {
+    let file = |guard: &str| {
+        let variable = r#"<variable name="n" source="power.state.level" min="0" max="1"/>"#;
+        let go = format!(r#"<transition name="t" from="a" to="hold" when="{guard}"/>"#);
+        robot(r#"safe="hold""#, &format!("{variable}{go}{END}"))
+    };
+    only("W0236", "`n < n` is always false: both sides are the same", &file("n &lt; n"));
+    only("W0236", "is always true: both sides are the same", &file("n - 0.1 &gt;= (n - 0.1)"));
+    only("W0236", "`n/0` has no value: it is divided by 0", &file("n/0 &lt; 0.5"));
+}
+
+#[test]
+fn no_number_is_taken_for_a_truth_or_a_count_for_percent() {
+    let file = robot(r#"safe="hold""#, &format!("{END}{LATE}"));
+    let negative = file.replace(r#"initial="true""#, r#"initial="-1""#);
+    let reading = read(Path::new("a.xml"), &mut |_| Ok(negative.clone().into()));
+    let text = check(reading, &[], None).findings.render(Colours::No);
+    assert!(!text.contains("did you mean true"), "{text}");
+    let counts = r#"<variable name="n" min="0" max="1"/><transition name="t" from="a" to="hold" when="n &lt; 2"><set variable="n" value="1"/></transition>"#;
+    let counts = robot(r#"safe="hold""#, &format!("{counts}{END}"));
+    let reading = read(Path::new("a.xml"), &mut |_| Ok(counts.clone().into()));
+    let text = check(reading, &[], None).findings.render(Colours::No);
+    assert!(text.contains("W0236") && !text.contains('%'), "{text}");
+}

@@ -53,7 +53,9 @@ impl Sets<'_> {
     }
 
     fn check_set(&mut self, set: &SetVariable) {
+        let before = self.findings.total();
         let target = self.find_target(set);
+        let is_refused = self.findings.total() > before;
         let count = match Count::parse(&set.value.value) {
             Ok(count) => count,
             Err(error) => {
@@ -80,6 +82,10 @@ impl Sets<'_> {
                 self.used.insert(name.as_str().to_owned());
             }
             if self.find_variable(name.as_str()).is_some_and(|variable| variable.source.is_some()) {
+                // The same variable cannot be set either, which is a finding already.
+                if is_refused && name.as_str() == set.variable.value {
+                    return;
+                }
                 let message = format!("{name} follows data, which a value that is set may not use");
                 let at = within(&set.value, name.at.clone());
                 let finding = Finding::new(Code::CountSyntax, &at, message);

@@ -1,0 +1,52 @@
+//! Findings that only follow from a name that is given twice or reserved: the name that it replaced
+//! seems to be missing, and what is linked to the one seems to be linked to the other.
+
+use std::collections::BTreeSet;
+
+use crate::code::Code;
+use crate::findings::Findings;
+use crate::model::System;
+use crate::source::Location;
+
+/// Drops them. They appear when the name is mended, if they are more than that.
+pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
+    // As many names may be missing as are given twice.
+    for (taken, missing) in [
+        (&[Code::DuplicateComponent, Code::ReservedName][..], Code::UnknownComponent),
+        (&[Code::DuplicatePlace], Code::UnknownPlace),
+    ] {
+        let count = |codes: &[Code]| findings.iter().filter(|it| codes.contains(&it.code)).count();
+        if (1..=count(taken)).contains(&count(&[missing])) {
+            findings.retain(|finding| finding.code != missing);
+        }
+    }
+    let ends = find_ends_of_duplicates(findings, system);
+    findings.retain(|finding| {
+        let is_inside = |at: &Location| {
+            let is_around =
+                |(start, end): &(usize, usize)| *start <= at.span.start() && at.span.end() <= *end;
+            ends.iter().any(is_around)
+        };
+        !matches!(finding.code, Code::UnknownPort | Code::WrongDirection)
+            || !finding.at.as_ref().is_some_and(is_inside)
+    });
+    // A component of a set that is in no place is one mistake, also if a check names it.
+    let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
+    findings.retain(|finding| {
+        finding.code != Code::UnknownComponent
+            || finding.at.as_ref().is_none_or(|at| !inactive.contains(at.text()))
+    });
+}
+
+/// Returns the bytes of the ends of links that name a component whose name is given twice.
+fn find_ends_of_duplicates(findings: &Findings, system: &System) -> Vec<(usize, usize)> {
+    let names = names_at(findings, Code::DuplicateComponent);
+    let ends = system.links.iter().flat_map(|link| [&link.from, &link.to]);
+    let of_duplicates = ends.filter(|end| names.contains(&end.component.value));
+    of_duplicates.map(|end| (end.component.at.span.start(), end.port.at.span.end())).collect()
+}
+
+fn names_at(findings: &Findings, code: Code) -> BTreeSet<String> {
+    let of_code = findings.iter().filter(|finding| finding.code == code);
+    of_code.filter_map(|finding| Some(finding.at.as_ref()?.text().to_owned())).collect()
+}
