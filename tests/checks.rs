@@ -90,3 +90,28 @@ fn an_unreadable_check_is_refused_with_its_position() {
         assert_eq!((&found["line"], &found["column"]), (&11.into(), &column.into()), "{found}");
     }
 }
+
+#[test]
+fn a_goal_in_the_middle_is_one_finding_and_failing_checks_stay_errors() {
+    let goal = |check: &str| {
+        let folder = folder("goal-in-the-middle", check);
+        let text = LATE.replace("CHECK", check).replace(
+            "<transition name=\"late\"",
+            "<transition name=\"emptied\" from=\"full\" to=\"stopped\" timeout=\"9s\"/>\n    \
+             <transition name=\"late\"",
+        );
+        folder.write("late.xml", &text);
+        let (code, out, err) = run_to_end(&mut folder.armor(&["check", "late.xml"]));
+        let findings = out.matches("error[").count()
+            + out.matches("warning[").count()
+            + err.matches("error[").count()
+            + err.matches("warning[").count();
+        assert_eq!(findings, 1, "{out}{err}");
+        (code, out + &err)
+    };
+    let (code, text) = goal("never stopped and filling");
+    assert!(code == 0 && text.contains("W0217"), "{text}");
+    assert!(text.contains("emptied never fires: it leads on from full, the goal"), "{text}");
+    let (code, text) = goal("full leads to stopped");
+    assert!(code == 1 && text.contains("E0252") && text.contains("emptied never fires"), "{text}");
+}

@@ -307,3 +307,30 @@ fn killed_daemons_come_back_where_they_were() {
     assert_eq!(run.code(), Some(130));
     assert_eq!(run.log().matches("here").count(), 1, "the component never noticed");
 }
+
+#[test]
+fn a_component_uses_of_the_host_what_the_file_allows() {
+    let folder = Folder::new("resources");
+    folder.script("sleeper", "exec sleep 600");
+    let file = folder.system("limited", &["a sleeper nice=\"7\" cpus=\"0\" memory=\"64MiB\""]);
+    let run = folder.run("out", &[&file, "--headless", "--components", "components"]);
+    let is_sleeper = |pid: &i32| {
+        let line = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        line.starts_with("sleep\0")
+    };
+    let pid = wait_for("the component", || run.children().into_iter().find(is_sleeper));
+    let read =
+        |what: &str| std::fs::read_to_string(format!("/proc/{pid}/{what}")).expect("it runs");
+    let stat = read("stat");
+    let fields: Vec<_> = stat.rsplit_once(')').expect("a name").1.split_whitespace().collect();
+    assert_eq!(fields[16], "7", "{stat}");
+    assert!(read("status").contains("Cpus_allowed_list:\t0\n"), "{}", read("status"));
+    let limits = read("limits");
+    let data = limits.lines().find(|line| line.starts_with("Max data size")).expect("a limit");
+    assert_eq!(data.split_whitespace().nth(3), Some("67108864"), "{data}");
+
+    let file = folder.system("elsewhere", &["a sleeper cpus=\"1023\""]);
+    let (code, _, err) = run_to_end(&mut folder.armor(&["run", &file, "--headless"]));
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("elsewhere.xml:3:") && err.contains("no processor 1023"), "{err}");
+}

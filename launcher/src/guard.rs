@@ -8,7 +8,11 @@ use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal, setpgid};
+use rustix::process::{
+    Pid, Resource, Rlimit, Signal, geteuid, getppid, getpriority_process, getrlimit,
+    set_parent_process_death_signal, setpgid, setpriority_process, setrlimit,
+};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::arguments::OutputFormat;
 use crate::run::process::OWN_PROGRAM;
@@ -19,9 +23,26 @@ use crate::verb::Verb;
 pub struct GuardArguments {
     /// Process id of the parent that must be alive.
     pub parent: i32,
+    /// What it may use of the host.
+    #[command(flatten)]
+    pub resources: GuardedResources,
     /// The program and its arguments.
     #[arg(last = true, required = true)]
     pub program: Vec<OsString>,
+}
+
+/// What a program and all that it starts may use of the host; what is not given is not limited.
+#[derive(Args, Clone, Debug, Default, PartialEq, Eq)]
+pub struct GuardedResources {
+    /// Its niceness.
+    #[arg(long, allow_negative_numbers = true)]
+    pub nice: Option<i32>,
+    /// The processors on which it may run.
+    #[arg(long, value_delimiter = ',')]
+    pub cpus: Vec<usize>,
+    /// The bytes that each process may allocate.
+    #[arg(long)]
+    pub memory: Option<u64>,
 }
 
 impl Verb for GuardArguments {
@@ -38,6 +59,7 @@ fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
         bail!("process {}, which started this one, has ended", guard.parent);
     }
     setpgid(None, None).context("making a process group")?;
+    guard.resources.limit_own()?;
     let (program, arguments) =
         guard.program.split_first().context("no program is given after `--`")?;
     let mut command = Command::new(program);
@@ -53,10 +75,106 @@ fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
 /// Returns the arguments that start `program` under the guard of process `parent`.
 pub fn list_arguments<'a>(
     parent: u32,
+    resources: &GuardedResources,
     program: &'a OsString,
     arguments: &'a [OsString],
 ) -> impl Iterator<Item = OsString> + 'a {
-    ["guard".into(), parent.to_string().into(), "--".into(), program.clone()]
+    let resources = resources.list_arguments();
+    ["guard".into(), parent.to_string().into()]
         .into_iter()
+        .chain(resources.into_iter().map(OsString::from))
+        .chain(["--".into(), program.clone()])
         .chain(arguments.iter().cloned())
+}
+
+impl GuardedResources {
+    /// Limits this process, and so the program that it becomes.
+    fn limit_own(&self) -> Result<()> {
+        if let Some(nice) = self.nice {
+            setpriority_process(None, nice).with_context(|| format!("nice=\"{nice}\""))?;
+        }
+        if !self.cpus.is_empty() {
+            let mut set = CpuSet::new();
+            self.cpus.iter().filter(|cpu| **cpu < CpuSet::MAX_CPU).for_each(|cpu| set.set(*cpu));
+            sched_setaffinity(None, &set).with_context(|| format!("cpus {:?}", self.cpus))?;
+        }
+        if let Some(bytes) = self.memory {
+            let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
+            setrlimit(Resource::Data, limit).with_context(|| format!("{bytes} bytes of memory"))?;
+        }
+        Ok(())
+    }
+
+    fn list_arguments(&self) -> Vec<String> {
+        let nice = self.nice.map(|nice| format!("--nice={nice}"));
+        let numbers: Vec<_> = self.cpus.iter().map(ToString::to_string).collect();
+        let cpus = (!numbers.is_empty()).then(|| format!("--cpus={}", numbers.join(",")));
+        let memory = self.memory.map(|bytes| format!("--memory={bytes}"));
+        [nice, cpus, memory].into_iter().flatten().collect()
+    }
+
+    /// Returns why this user cannot have the niceness, and what to do.
+    pub fn refuse_nice(&self) -> Option<String> {
+        let nice = self.nice.filter(|nice| !may_be_as_nice(*nice))?;
+        Some(format!(
+            "this user may not run processes with a niceness of {nice}: write a higher one, or \
+             raise the limit `nice` of the user in /etc/security/limits.conf"
+        ))
+    }
+
+    /// Returns why the processors cannot be used.
+    pub fn refuse_cpus(&self) -> Option<String> {
+        let own = sched_getaffinity(None).ok()?;
+        let is_missing = |cpu: &&usize| **cpu >= CpuSet::MAX_CPU || !own.is_set(**cpu);
+        let missing = self.cpus.iter().find(is_missing)?;
+        let usable: Vec<_> = (0..CpuSet::MAX_CPU).filter(|cpu| own.is_set(*cpu)).collect();
+        let usable = usable.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
+        Some(format!(
+            "there is no processor {missing} here: this process may use {usable}; name some of these"
+        ))
+    }
+}
+
+/// Whether a process of this user may have this niceness. Only a lower one than its own needs a
+/// right, which the kernel states as 20 minus the lowest.
+fn may_be_as_nice(nice: i32) -> bool {
+    let own = getpriority_process(None).unwrap_or(0);
+    let lowest = getrlimit(Resource::Nice).current.map_or(-20, |right| 20 - right.min(40) as i32);
+    nice >= own || geteuid().is_root() || nice >= lowest
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        guard: GuardArguments,
+    }
+
+    #[test]
+    fn limits_reach_the_guard_as_they_are() {
+        for resources in [
+            GuardedResources::default(),
+            GuardedResources { nice: Some(-5), cpus: vec![0, 3], memory: Some(1 << 40) },
+        ] {
+            let (program, arguments) = ("p".into(), ["--nice".into(), "x".into()]);
+            let line = list_arguments(7, &resources, &program, &arguments);
+            let guard = Line::try_parse_from(line).expect("it is understood").guard;
+            assert_eq!((guard.parent, guard.resources), (7, resources));
+            assert_eq!(guard.program, ["p", "--nice", "x"]);
+        }
+    }
+
+    #[test]
+    fn what_the_host_cannot_grant_is_named() {
+        let missing = GuardedResources { cpus: vec![0, 1023], ..GuardedResources::default() };
+        let why = missing.refuse_cpus().expect("no host has so many");
+        assert!(why.contains("no processor 1023") && why.contains("name some of these"), "{why}");
+        let nice = GuardedResources { nice: Some(19), ..GuardedResources::default() };
+        assert_eq!((nice.refuse_nice(), nice.refuse_cpus()), (None, None));
+    }
 }

@@ -10,6 +10,7 @@ use armor_wire::keep::{Keep, Wake};
 
 use crate::mission::Mission;
 use crate::overrides::OVERRIDE;
+use crate::resources::ResourceLimits;
 use crate::source::{Location, Source, Spanned};
 use crate::unreadable::UnreadableParts;
 
@@ -81,6 +82,8 @@ pub struct Component {
     /// Names of environment variables that its process gets of the launcher's, in addition to those
     /// that every process gets.
     pub variables: Option<Spanned<Vec<String>>>,
+    /// What its process may use of the host.
+    pub resources: ResourceLimits,
     /// The assigned parameters, in the order of the file.
     pub parameters: Vec<Parameter>,
 }

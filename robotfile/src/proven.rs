@@ -68,7 +68,8 @@ impl Findings {
 }
 
 /// Merges transitions that never fire because they lead on from the goal, where the mission is over:
-/// probably another place was meant. Checks fail for the same reason.
+/// probably another place was meant. If checks fail, which is an error, the first of them is kept,
+/// with this reason.
 fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
     let Some(goal) = &mission.goal else { return };
     let leads_on = |result: &Finding| {
@@ -78,32 +79,35 @@ fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
                 && transition.inputs().any(|arc| arc.place.value == goal.value)
         })
     };
-    let Some(first) = proven.iter().position(|result| leads_on(result).is_some()) else { return };
-    let name = leads_on(&proven[first]).map_or("", |transition| transition.name.value.as_str());
-    let message = format!(
+    let Some(first) = proven.iter().find_map(leads_on) else { return };
+    let name = first.name.value.clone();
+    let reason = format!(
         "{name} never fires: it leads on from {0}, the goal, and the mission is over when {0} is \
          marked",
         goal.value
     );
-    proven[first].message = message;
-    proven[first].remedy = "name another place as goal, or remove what leads on from it".into();
-    let mut also: Vec<(Location, String)> = vec![(goal.at.clone(), "the goal".into())];
-    let mut number = 0;
-    proven.retain(|result| {
-        let is_first = number == first;
-        number += 1;
-        if is_first {
-            return true;
+    let remedy = "name another place as goal, or remove what leads on from it";
+    let mut related: Vec<(Location, String)> = vec![(goal.at.clone(), "the goal".into())];
+    let (ends, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| leads_on(result).is_some());
+    let (checks, others): (Vec<_>, Vec<_>) =
+        others.into_iter().partition(|result| result.code == Code::CheckFails);
+    let mut ends = ends.into_iter();
+    let kept = match (checks.into_iter().next(), ends.next()) {
+        (Some(check), end) => {
+            related.extend(end.and_then(|end| end.at).map(|at| (at, reason)));
+            Some(check)
         }
-        if leads_on(result).is_some() {
-            also.extend(result.at.iter().map(|at| (at.clone(), "nor does this one".to_owned())));
-            return false;
-        }
-        result.code != Code::CheckFails
-    });
-    if let Some(first) = proven.iter_mut().find(|result| leads_on(result).is_some()) {
-        first.related.extend(also);
-    }
+        (None, end) => end.map(|end| Finding { message: reason, ..end }),
+    };
+    let label = |at| (at, "nor does this one ever fire".to_owned());
+    related.extend(ends.filter_map(|end| end.at).map(label));
+    *proven = others;
+    proven.extend(kept.map(|mut kept| {
+        kept.remedy = remedy.into();
+        kept.related.extend(related);
+        kept
+    }));
 }
 
 /// Merges results that the same firings show into one: the first check that fails, with the remedy of

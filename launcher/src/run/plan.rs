@@ -5,8 +5,8 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use armor_robotfile::Configuration;
 use armor_robotfile::model::{Component, Restart};
+use armor_robotfile::{Configuration, ResourceLimits};
 use armor_sdk::messages::Progress;
 use armor_wire::Message;
 use armor_wire::name::is_name;
@@ -16,6 +16,7 @@ use super::environment::select_variables;
 use super::process::{OWN_PROGRAM, ProcessStart};
 use super::supervisor::{ChildRole, Duty};
 use super::{survivors, unfinished};
+use crate::guard::GuardedResources;
 use crate::kinds::{Catalogue, Origin};
 use armor_socket::GROUP_VARIABLE;
 
@@ -191,6 +192,9 @@ impl ProcessPlan {
             }));
             start.environment = select_variables(std::env::vars_os(), &named.value);
         }
+        if let Some(start) = self.starts.last_mut() {
+            start.resources = find_resources(component)?;
+        }
         if let Some(duty) = self.duties.last_mut() {
             duty.watchdog = component.watchdog.as_ref().map(|watchdog| watchdog.value);
         }
@@ -209,8 +213,37 @@ impl ProcessPlan {
         let environment = select_variables(std::env::vars_os(), &[]);
         let takes_reports = role == ChildRole::Executive;
         let name = name.into();
-        let mark = String::new();
-        let start = ProcessStart { name, program, arguments, environment, mark, takes_reports };
-        self.starts.push(start);
+        self.starts.push(ProcessStart {
+            name,
+            program,
+            arguments,
+            environment,
+            mark: String::new(),
+            resources: GuardedResources::default(),
+            takes_reports,
+        });
     }
+}
+
+/// Returns what the file lets a component use of the host.
+///
+/// # Errors
+/// If the host or the user cannot grant it.
+fn find_resources(component: &Component) -> Result<GuardedResources> {
+    let ResourceLimits { nice, cpus, memory } = &component.resources;
+    let resources = GuardedResources {
+        nice: nice.as_ref().map(|nice| nice.value),
+        cpus: cpus.iter().flat_map(|cpus| cpus.value.iter().copied()).collect(),
+        memory: memory.as_ref().map(|memory| memory.value),
+    };
+    let obstacles = [
+        (nice.as_ref().map(|nice| &nice.at), resources.refuse_nice()),
+        (cpus.as_ref().map(|cpus| &cpus.at), resources.refuse_cpus()),
+    ];
+    for obstacle in obstacles {
+        if let (Some(at), Some(why)) = obstacle {
+            bail!("{at}: {why}");
+        }
+    }
+    Ok(resources)
 }

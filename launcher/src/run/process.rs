@@ -15,7 +15,7 @@ use tokio::task::JoinHandle;
 use super::logs::{LogStream, RunLog};
 use super::supervisor::ChildExit;
 use super::survivors::kill_survivors;
-use crate::guard;
+use crate::guard::{self, GuardedResources};
 
 /// How to start a process.
 #[derive(Clone, Debug)]
@@ -30,6 +30,8 @@ pub struct ProcessStart {
     pub environment: Vec<(OsString, OsString)>,
     /// What the processes that it starts itself inherit, in [`super::survivors::VARIABLE`].
     pub mark: String,
+    /// What it may use of the host.
+    pub resources: GuardedResources,
     /// Whether the launcher reports to it on its stdin.
     pub takes_reports: bool,
 }
@@ -66,7 +68,12 @@ impl ChildProcess {
         };
         let mut child = Command::new(OWN_PROGRAM)
             .arg0(own_path())
-            .args(guard::list_arguments(std::process::id(), &program, &start.arguments))
+            .args(guard::list_arguments(
+                std::process::id(),
+                &start.resources,
+                &program,
+                &start.arguments,
+            ))
             .env_clear()
             .envs(start.environment.iter().map(|(name, value)| (name, value)))
             .stdin(stdin)

@@ -1,11 +1,11 @@
-//! Findings that only follow from a name that is given twice or reserved: the name that it replaced
-//! seems to be missing, and what is linked to the one seems to be linked to the other.
+//! Findings that only follow from others. Where a name is given twice or reserved, the name that it
+//! replaced seems to be missing, and what is linked to the one seems to be linked to the other.
 
 use std::collections::BTreeSet;
 
 use crate::code::Code;
 use crate::findings::Findings;
-use crate::model::System;
+use crate::model::{Port, System};
 use crate::source::Location;
 
 /// Drops them. They appear when the name is mended, if they are more than that.
@@ -23,12 +23,24 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     let ends = find_ends_of_duplicates(findings, system);
     findings.retain(|finding| {
         let is_inside = |at: &Location| {
-            let is_around =
-                |(start, end): &(usize, usize)| *start <= at.span.start() && at.span.end() <= *end;
-            ends.iter().any(is_around)
+            ends.iter().any(|end| {
+                end.component.at.source.path() == at.source.path()
+                    && end.component.at.span.start() <= at.span.start()
+                    && at.span.end() <= end.port.at.span.end()
+            })
         };
         !matches!(finding.code, Code::UnknownPort | Code::WrongDirection)
             || !finding.at.as_ref().is_some_and(is_inside)
+    });
+    // The reason why another transition never fires is named there.
+    let reasons: Vec<_> = findings
+        .iter()
+        .filter(|finding| finding.code == Code::NeverFires)
+        .flat_map(|finding| finding.related.iter().map(|(at, _)| at.span))
+        .collect();
+    findings.retain(|finding| {
+        finding.code != Code::ImmediateExit
+            || finding.at.as_ref().is_none_or(|at| !reasons.contains(&at.span))
     });
     // A component of a set that is in no place is one mistake, also if a check names it.
     let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
@@ -38,12 +50,11 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     });
 }
 
-/// Returns the bytes of the ends of links that name a component whose name is given twice.
-fn find_ends_of_duplicates(findings: &Findings, system: &System) -> Vec<(usize, usize)> {
+/// Returns the ends of links that name a component whose name is given twice.
+fn find_ends_of_duplicates<'a>(findings: &Findings, system: &'a System) -> Vec<&'a Port> {
     let names = names_at(findings, Code::DuplicateComponent);
     let ends = system.links.iter().flat_map(|link| [&link.from, &link.to]);
-    let of_duplicates = ends.filter(|end| names.contains(&end.component.value));
-    of_duplicates.map(|end| (end.component.at.span.start(), end.port.at.span.end())).collect()
+    ends.filter(|end| names.contains(&end.component.value)).collect()
 }
 
 fn names_at(findings: &Findings, code: Code) -> BTreeSet<String> {

@@ -5,6 +5,7 @@ use super::Subject;
 use crate::date::Date;
 use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Place, Transition, Variable};
 use crate::model::{Component, Configuration, Link, LinkMode, Parameter, Restart};
+use crate::resources::ResourceLimits;
 use crate::source::Spanned;
 
 /// One thing of a configuration.
@@ -68,6 +69,7 @@ fn of_component(component: &Component) -> ComparedItem {
         Restart::Never => "never",
     };
     let (rate, watchdog) = (component.rate_hz.as_ref(), component.watchdog.as_ref());
+    let ResourceLimits { nice, cpus, memory } = &component.resources;
     let aspects = vec![
         plain_aspect("kind", &*component.kind.value),
         rate.map(|rate| new_aspect("rate", rate.value.to_string(), rate.at.text())),
@@ -80,6 +82,11 @@ fn of_component(component: &Component) -> ComparedItem {
             .variables
             .as_ref()
             .map(|variables| new_aspect("env", variables.value.join(" "), variables.at.text())),
+        nice.as_ref().map(|nice| new_aspect("nice", nice.value.to_string(), nice.at.text())),
+        cpus.as_ref().map(|cpus| new_aspect("cpus", format!("{:?}", cpus.value), cpus.at.text())),
+        memory
+            .as_ref()
+            .map(|memory| new_aspect("memory", memory.value.to_string(), memory.at.text())),
     ];
     ComparedItem::new(Subject::Component, &*component.name.value, aspects)
 }

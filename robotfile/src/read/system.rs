@@ -11,6 +11,7 @@ use crate::findings::Findings;
 use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
 use crate::read::layout;
 use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};
+use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
@@ -78,6 +79,11 @@ fn read_component(
     let watchdog = fields.longer_than_nothing("watchdog");
     let controllable = fields.flag("controllable", true);
     let variables = fields.converted("env", parse_variables);
+    let resources = ResourceLimits {
+        nice: fields.converted("nice", parse_nice),
+        cpus: fields.converted("cpus", parse_cpus),
+        memory: fields.converted("memory", parse_memory),
+    };
     let children = fields.finish(&["parameter"]);
     let parameters =
         children.iter().filter_map(|child| read_parameter(child, source, findings)).collect();
@@ -89,6 +95,7 @@ fn read_component(
         watchdog,
         controllable,
         variables,
+        resources,
         parameters,
     })
 }

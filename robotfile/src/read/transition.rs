@@ -114,10 +114,10 @@ fn without_effect(
         table.into_iter().enumerate().filter(|(_, (matters, ..))| !matters)
     {
         // Without an operator, what is asked and what is answered are one mistake.
-        if number < AUTONOMY_ROWS {
-            if fields.attribute_at(name).is_none() || std::mem::replace(&mut is_known, true) {
-                continue;
-            }
+        if number < AUTONOMY_ROWS
+            && (fields.attribute_at(name).is_none() || std::mem::replace(&mut is_known, true))
+        {
+            continue;
         }
         fields.without_effect(name, why);
     }

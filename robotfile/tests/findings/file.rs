@@ -4,7 +4,7 @@ use std::path::Path;
 
 use armor_robotfile::read;
 
-use super::{found_in, mission, one, system};
+use super::{found_in, mission, none, one, system};
 
 #[test]
 fn bytes_and_xml() {
@@ -85,6 +85,22 @@ fn a_wrong_quantity_is_named_and_the_right_one_shown() {
         let (codes, shown) = found_in(&file);
         assert!(codes == ["E0019"] && shown.contains(words), "{words}\n{shown}");
     }
+}
+
+#[test]
+fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
+    for (attribute, words) in [
+        (r#"nice="20""#, "from -20"),
+        (r#"cpus="0,1""#, "such as \"0 2-3\""),
+        (r#"memory="512""#, "such as 512MiB"),
+        (r#"memory="1kB""#, "at least 16MiB"),
+    ] {
+        let (codes, shown) =
+            found_in(&system(&format!(r#"<component name="a" kind="k" {attribute}/>"#)));
+        assert!(codes == ["E0019"] && shown.contains(words), "{words}\n{shown}");
+    }
+    let all = r#"<component name="a" kind="k" nice="-5" cpus="0 2-3" memory="64MiB"/>"#;
+    none(&system(all));
 }
 
 #[test]

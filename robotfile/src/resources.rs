@@ -1,0 +1,99 @@
+//! What the file allows a component of its host: processor and memory.
+
+use std::collections::BTreeSet;
+
+use crate::source::Spanned;
+
+/// Highest number of a processor that a file may name.
+const MAX_CPU: usize = 1023;
+/// Units of an amount of memory, in bytes; longer names first.
+const MEMORY_UNITS: [(&str, u64); 6] = [
+    ("KiB", 1 << 10),
+    ("MiB", 1 << 20),
+    ("GiB", 1 << 30),
+    ("kB", 1_000),
+    ("MB", 1_000_000),
+    ("GB", 1_000_000_000),
+];
+
+/// What a component's process may use of its host; what is not given is not limited.
+#[derive(Clone, Debug, Default)]
+pub struct ResourceLimits {
+    /// Its niceness, -20 to 19: the higher, the more it leaves to others.
+    pub nice: Option<Spanned<i32>>,
+    /// The processors on which it may run, from 0.
+    pub cpus: Option<Spanned<BTreeSet<usize>>>,
+    /// The memory that it may allocate, in bytes.
+    pub memory: Option<Spanned<u64>>,
+}
+
+pub(crate) fn parse_nice(text: &str) -> Result<i32, String> {
+    let number = text.parse().ok().filter(|number| (-20..=19).contains(number));
+    number.filter(|_| !text.starts_with('+')).ok_or_else(|| {
+        "a whole number from -20 (goes before others) to 19 (leaves to others) is expected".into()
+    })
+}
+
+/// Reads numbers and ranges, such as `0 2-3`.
+pub(crate) fn parse_cpus(text: &str) -> Result<BTreeSet<usize>, String> {
+    let number = |text: &str| {
+        let number = text.parse::<usize>().ok().filter(|number| *number <= MAX_CPU);
+        number.filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let mut cpus = BTreeSet::new();
+    for part in text.split_whitespace() {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        match (number(first), number(last)) {
+            (Some(first), Some(last)) if first <= last => cpus.extend(first..=last),
+            _ => return Err(expected_cpus()),
+        }
+    }
+    if cpus.is_empty() { Err(expected_cpus()) } else { Ok(cpus) }
+}
+
+fn expected_cpus() -> String {
+    format!("numbers and ranges of processors from 0 to {MAX_CPU} are expected, such as \"0 2-3\"")
+}
+
+/// Reads an amount of memory, such as `512MiB`.
+pub(crate) fn parse_memory(text: &str) -> Result<u64, String> {
+    let expected = || "an amount such as 512MiB or 2GB is expected".to_owned();
+    let units = || MEMORY_UNITS.iter();
+    let (number, factor) = units()
+        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)))
+        .ok_or_else(expected)?;
+    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    let number: u64 = number.parse().ok().filter(|_| is_number).ok_or_else(expected)?;
+    let bytes = number.checked_mul(factor).ok_or("this is more than a computer has")?;
+    if bytes < LEAST_MEMORY {
+        return Err("a process needs at least 16MiB".into());
+    }
+    Ok(bytes)
+}
+
+/// Below this no component starts: each of its threads needs 2 MiB.
+const LEAST_MEMORY: u64 = 16 << 20;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_component_may_use_is_read() {
+        assert_eq!((parse_nice("-20"), parse_nice("19")), (Ok(-20), Ok(19)));
+        assert_eq!(parse_cpus("3 0-1"), Ok(BTreeSet::from([0, 1, 3])));
+        assert_eq!(parse_memory("512MiB"), Ok(512 << 20));
+        assert_eq!(parse_memory("2GB"), Ok(2_000_000_000));
+        for wrong in ["20", "-21", "+5", "1.5", "", "low"] {
+            assert!(parse_nice(wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["", "-1", "1-", "3-1", "0,1", "1024", "a", "+1"] {
+            assert!(parse_cpus(wrong).is_err(), "{wrong}");
+        }
+        for wrong in
+            ["", "512", "MiB", "1.5GB", "1 MiB", "15MiB", "99999999999GiB", "-1GB", "512mb"]
+        {
+            assert!(parse_memory(wrong).is_err(), "{wrong}");
+        }
+    }
+}
