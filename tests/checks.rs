@@ -72,7 +72,7 @@ fn a_violated_check_shows_firings_that_can_be_replayed() {
     );
     let (code, _, err) = replay("soon");
     assert_eq!(code, 1);
-    assert!(err.contains("no transition soon; it has enough, late"), "{err}");
+    assert!(err.contains("no transition called soon (it has: enough, late)"), "{err}");
 }
 
 #[test]

@@ -158,7 +158,8 @@ fn schema_and_format_name_every_transport() {
     let row = document.lines().find(|line| line.starts_with("| `transport` |")).unwrap();
     for (name, transport) in Transport::NAMED {
         assert_eq!(transport.name(), name);
-        assert!(SCHEMA.contains(&format!("<xs:enumeration value=\"{name}\"/>")), "{name}");
-        assert!(row.contains(&format!("`{name}`")), "{name}: {row}");
+        let value = format!("<xs:enumeration value=\"{name}\"/>");
+        assert!(SCHEMA.contains(&value), "add {value} to robotfile/armor.xsd");
+        assert!(row.contains(&format!("`{name}`")), "add {name} to docs/file-format.md: {row}");
     }
 }

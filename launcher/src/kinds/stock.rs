@@ -47,9 +47,11 @@ mod tests {
 
     /// A program of its own, since it brings a window.
     const SEPARATE: &str = "operator-view";
+    /// What components share.
+    const SHARED: [&str; 2] = ["convert", "grid"];
 
     #[test]
-    fn the_readme_of_the_components_lists_them_all() {
+    fn the_folders_and_the_readme_of_the_components_list_them_all() {
         let readme = include_str!("../../../components/README.md");
         let linked = readme.lines().filter_map(|line| line.strip_prefix("| ["));
         let mut listed: Vec<&str> =
@@ -59,6 +61,14 @@ mod tests {
         listed.sort_unstable();
         expected.sort_unstable();
         assert_eq!(listed, expected);
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../components");
+        let folders = std::fs::read_dir(folder).expect("readable").flatten();
+        let crates = folders.filter(|entry| entry.path().join("Cargo.toml").exists());
+        let mut crates: Vec<_> =
+            crates.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+        crates.retain(|name| !SHARED.contains(&name.as_str()));
+        crates.sort_unstable();
+        assert_eq!(crates, expected, "a component is missing in stock.rs, or its folder");
     }
 
     #[test]
