@@ -68,8 +68,8 @@ impl Findings {
 }
 
 /// Merges transitions that never fire because they lead on from the goal, where the mission is over:
-/// probably another place was meant. If checks fail, which is an error, the first of them is kept,
-/// with this reason.
+/// probably another place was meant. If checks fail that wait for something, which is an error, the
+/// first of them is kept, with this reason.
 fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
     let Some(goal) = &mission.goal else { return };
     let leads_on = |result: &Finding| {
@@ -91,7 +91,7 @@ fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
     let (ends, others): (Vec<_>, Vec<_>) =
         std::mem::take(proven).into_iter().partition(|result| leads_on(result).is_some());
     let (checks, others): (Vec<_>, Vec<_>) =
-        others.into_iter().partition(|result| result.code == Code::CheckFails);
+        others.into_iter().partition(|result| find_awaited(result).is_some());
     let mut ends = ends.into_iter();
     let kept = match (checks.into_iter().next(), ends.next()) {
         (Some(check), end) => {
@@ -147,12 +147,15 @@ fn merge_witnesses(proven: &mut Vec<Finding>) {
 
 /// Returns whether the check that fails waits for the place.
 fn waits_for(result: &Finding, place: &str) -> bool {
-    let Some(claim) = result.at.as_ref().and_then(|at| {
-        let mut of_xml = Findings::default();
-        Claim::parse(&crate::start_tag::unescape(at, &mut of_xml)).ok()
-    }) else {
-        return false;
-    };
+    let is_it = |claim: Claim| claim.names().iter().any(|(_, name)| name.as_str() == place);
+    find_awaited(result).is_some_and(is_it)
+}
+
+/// Returns the check that fails, if it waits for something to happen.
+fn find_awaited(result: &Finding) -> Option<Claim> {
+    let at = result.at.as_ref().filter(|_| result.code == Code::CheckFails)?;
+    let mut of_xml = Findings::default();
+    let claim = Claim::parse(&crate::start_tag::unescape(at, &mut of_xml)).ok()?;
     let is_awaited = matches!(
         claim.statement,
         Statement::Reachable(_)
@@ -161,5 +164,5 @@ fn waits_for(result: &Finding, place: &str) -> bool {
             | Statement::LeadsTo(..)
             | Statement::Duration { .. }
     );
-    is_awaited && claim.names().iter().any(|(_, name)| name.as_str() == place)
+    is_awaited.then_some(claim)
 }

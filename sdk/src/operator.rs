@@ -14,7 +14,7 @@ use crate::control::{ControlConnection, ControlEvent};
 use crate::directory::{Directory, DirectoryError};
 
 /// The name under which the executive is registered.
-const EXECUTIVE: &str = "executive";
+pub(crate) const EXECUTIVE: &str = "executive";
 /// Between two attempts to reach an executive that is being restarted.
 const RETRY: Duration = Duration::from_millis(100);
 

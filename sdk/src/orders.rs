@@ -44,16 +44,39 @@ pub struct GivenOrder {
 /// Stands between the connections and the thread that carries out orders.
 #[derive(Default)]
 pub(crate) struct OrderInbox {
-    taker: Mutex<Option<Sender<OrderEvent>>>,
+    taker: Mutex<OrderTaker>,
     answers: Mutex<VecDeque<(u64, Answer)>>,
     waiting: AtomicUsize,
 }
 
+/// Where orders go.
+#[derive(Default)]
+enum OrderTaker {
+    /// They are refused.
+    #[default]
+    None,
+    /// They wait until they are accepted: an executive that is being started again can be reached
+    /// before it has read its journal, and an operator who returns then must not be refused.
+    Awaited(Vec<OrderEvent>),
+    Accepted(Sender<OrderEvent>),
+}
+
 impl OrderInbox {
+    /// An inbox whose orders wait until they are accepted.
+    pub fn awaiting_taker() -> Self {
+        Self { taker: Mutex::new(OrderTaker::Awaited(Vec::new())), ..Self::default() }
+    }
+
     /// Accepts orders from now on. Returns where they arrive.
     pub fn accept_orders(&self) -> Receiver<OrderEvent> {
         let (sender, receiver) = mpsc::channel();
-        *self.taker.lock() = Some(sender);
+        let mut taker = self.taker.lock();
+        if let OrderTaker::Awaited(early) = std::mem::take(&mut *taker) {
+            // The receiver is here, so none of them is lost; the lock keeps their order.
+            early.into_iter().for_each(|event| drop(sender.send(event)));
+        }
+        *taker = OrderTaker::Accepted(sender);
+        drop(taker);
         receiver
     }
 
@@ -65,12 +88,16 @@ impl OrderInbox {
         if self.waiting.load(Ordering::Relaxed) >= MAX_WAITING {
             return refused("too many orders wait for their answers; try again");
         }
-        let taker = self.taker.lock();
-        let Some(taker) = &*taker else {
-            return refused("this process takes no orders; the executive does");
-        };
-        if taker.send(OrderEvent::Given(order)).is_err() {
-            return refused("the mission is over");
+        match &mut *self.taker.lock() {
+            OrderTaker::None => {
+                return refused("this process takes no orders; the executive does");
+            }
+            OrderTaker::Awaited(early) => early.push(OrderEvent::Given(order)),
+            OrderTaker::Accepted(taker) => {
+                if taker.send(OrderEvent::Given(order)).is_err() {
+                    return refused("the mission is over");
+                }
+            }
         }
         self.waiting.fetch_add(1, Ordering::Relaxed);
         None
@@ -78,8 +105,21 @@ impl OrderInbox {
 
     /// A connection has ended.
     pub fn report_closed(&self, connection: u64) {
-        if let Some(taker) = &*self.taker.lock() {
-            let _ = taker.send(OrderEvent::Closed { connection });
+        match &mut *self.taker.lock() {
+            OrderTaker::None => {}
+            // An order of it that waits must not make its operator the holder.
+            OrderTaker::Awaited(early) => {
+                let is_its = |event: &OrderEvent| match event {
+                    OrderEvent::Given(order) => order.connection == connection,
+                    OrderEvent::Closed { .. } => false,
+                };
+                let before = early.len();
+                early.retain(|event| !is_its(event));
+                self.waiting.fetch_sub(before - early.len(), Ordering::Relaxed);
+            }
+            OrderTaker::Accepted(taker) => {
+                let _ = taker.send(OrderEvent::Closed { connection });
+            }
         }
     }
 
@@ -108,6 +148,24 @@ mod tests {
 
     fn is_refused(answer: Option<Answer>, why: &str) -> bool {
         matches!(answer, Some(Answer::Ordered { accepted: false, text, .. }) if text.contains(why))
+    }
+
+    #[test]
+    fn early_orders_wait_until_they_are_accepted_unless_their_connection_ends() {
+        let orders = OrderInbox::awaiting_taker();
+        let of = |connection, request| GivenOrder { connection, ..order(request) };
+        for (connection, request) in [(1, 10), (2, 20), (1, 11)] {
+            assert_eq!(orders.submit_order(of(connection, request)), None);
+        }
+        orders.report_closed(2);
+        let taken = orders.accept_orders();
+        assert_eq!(orders.submit_order(of(3, 30)), None);
+        let given = taken.try_iter().map(|event| match event {
+            OrderEvent::Given(order) => order.request,
+            OrderEvent::Closed { .. } => panic!("it was closed before"),
+        });
+        assert_eq!(given.collect::<Vec<_>>(), [10, 11, 30]);
+        assert_eq!(orders.waiting.load(Ordering::Relaxed), 3);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::directory::Directory;
 use crate::faults::PeerFaultLog;
 use crate::identity::ProcessIdentity;
 use crate::lifecycle::{EnteredState, Lifecycle};
+use crate::operator::EXECUTIVE;
 use crate::orders::OrderInbox;
 use crate::port_table::PortTable;
 use crate::reports::ReportQueue;
@@ -75,7 +76,10 @@ impl Participant {
             lifecycle: Lifecycle::new(Arc::clone(&wakers)),
             reports: ReportQueue::new(Arc::clone(&wakers)),
             calls: CallCounter::default(),
-            operator_orders: OrderInbox::default(),
+            operator_orders: match identity.kind.as_str() {
+                EXECUTIVE => OrderInbox::awaiting_taker(),
+                _ => OrderInbox::default(),
+            },
             faults: Arc::default(),
             period: OnceLock::new(),
             watchdog: OnceLock::new(),

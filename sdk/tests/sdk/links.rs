@@ -33,16 +33,17 @@ fn a_crowd_of_tools_is_bounded_and_takes_no_place_of_a_component() {
     let mut system = System::start();
     system.run("source", &["--rate=10Hz"], None, |_, _| Ok(Outcome::CarryOn));
     system.until("source", |status| !status.outputs.is_empty());
-    let open = || Tap::open(&system.directory, "source.out", Keep::Latest, DEADLINE);
+    let data = format!("{}.out", system.name("source"));
+    let open = || Tap::open(&system.directory, &data, Keep::Latest, DEADLINE);
     let mut taps: Vec<_> = (0..64).map(|_| open().expect("a place")).collect();
     let refused = open().err().expect("one too many").to_string();
     assert!(refused.contains("already linked to 64 tools"), "{refused}");
     taps.truncate(10);
     linked(&system, "source", 10);
     open().expect("places are free again");
-    let (link, mut system) = (system.link("in", "source", "out", "latest"), system);
+    let (link, sink) = (system.link("in", "source", "out", "latest"), system.name("sink"));
     system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
-    system.until("source", |status| status.outputs[0].links.iter().any(|link| link.to == "sink"));
+    system.until("source", |status| status.outputs[0].links.iter().any(|link| link.to == sink));
 }
 
 #[test]
