@@ -6,7 +6,7 @@ use crate::source::Spanned;
 
 /// Highest number of a processor that a file may name.
 const MAX_CPU: usize = 1023;
-/// Units of an amount of memory, in bytes; longer names first.
+/// Units of an amount of memory, in bytes.
 const MEMORY_UNITS: [(&str, u64); 6] = [
     ("KiB", 1 << 10),
     ("MiB", 1 << 20),

@@ -131,7 +131,9 @@ fn short_form(fields: &mut ElementFields<'_, '_>) -> Vec<Arc> {
 
 /// `<arc from=…/>`, `<arc to=…/>`, `<read place=…/>`, `<inhibitor place=…/>`, `<reset place=…/>`.
 fn read_arc(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Option<Arc> {
-    let is_unknown = |it: &Attribute| !["from", "to", "weight"].contains(&it.name.as_str());
+    let is_unknown = |it: &Attribute| {
+        !["from", "to", "weight"].contains(&it.name.as_str()) && !it.name.contains(':')
+    };
     let mut fields = ElementFields::new(element, source, findings);
     let (kind, place) = match element.name.as_str() {
         "read" => (ArcKind::Read, fields.required_name("place")),

@@ -337,6 +337,9 @@ fn what_cannot_be_read_of_a_transition_has_no_follow_ups() {
     only("W0027", "write operator=", &file("autonomy=\"confirm\"", "timeout=\"9s\""));
     let arc = r#"<transition name="t" timeout="3s"><arc from="a"/><arc plac="hold"/></transition>"#;
     only("E0016", "<arc> has no attribute plac", &robot(r#"safe="hold""#, &format!("{END}{arc}")));
+    // An attribute of another namespace is no misspelt one.
+    let foreign = arc.replace("plac=", "xmlns:x=\"urn:x\" x:place=");
+    only("E0205", "this arc joins no place", &robot(r#"safe="hold""#, &format!("{END}{foreign}")));
     let sets = r#"<variable name="n" source="power.state.level" min="0" max="1"/><transition name="t" from="a" to="hold" when="n &lt; 0.5"><set variable="n" value="n + 1"/></transition>"#;
     only("E0239", "no transition may set it", &robot(r#"safe="hold""#, &format!("{sets}{END}")));
 }
