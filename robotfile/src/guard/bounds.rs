@@ -136,7 +136,7 @@ impl GuardBounds<'_> {
 
     /// Reports a chain of conditions that the name at this index decides.
     fn report_decided(&mut self, node: &GuardNode, truth: bool, name: usize) {
-        let text = self.text.get(node.at.clone()).unwrap_or_default();
+        let text = self.text_of(node);
         let name = &self.guard.names[name];
         let (why, remedy) = if truth {
             (
@@ -149,12 +149,8 @@ impl GuardBounds<'_> {
                 "what depends on it never happens; change one of the conditions, or write or between them",
             )
         };
-        self.problems.push(GuardProblem {
-            code: Code::GuardConstant,
-            at: node.at.clone(),
-            message: format!("`{text}` is always {truth}: {why}"),
-            remedy: remedy.into(),
-        });
+        let message = format!("`{text}` is always {truth}: {why}");
+        self.report_problem(node, message, remedy);
     }
 
     /// Returns the number with a percent sign, if it is written without one and compared with a
@@ -184,13 +180,9 @@ impl GuardBounds<'_> {
 
     /// Reports a comparison of something with itself.
     fn report_same(&mut self, node: &GuardNode, truth: bool) {
-        let text = self.text.get(node.at.clone()).unwrap_or_default();
-        self.problems.push(GuardProblem {
-            code: Code::GuardConstant,
-            at: node.at.clone(),
-            message: format!("`{text}` is always {truth}: both sides are the same"),
-            remedy: "compare it with something else".into(),
-        });
+        let message =
+            format!("`{}` is always {truth}: both sides are the same", self.text_of(node));
+        self.report_problem(node, message, "compare it with something else");
     }
 
     /// Reports divisions by a number that is always 0: what is divided has no value then.
@@ -199,14 +191,9 @@ impl GuardBounds<'_> {
             GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => self.report_divisions(inner),
             GuardNodeKind::Binary(operator, left, right) => {
                 if *operator == GuardOperator::By && self.find_range(right) == (0.0, 0.0) {
-                    let text = self.text.get(node.at.clone()).unwrap_or_default();
-                    self.problems.push(GuardProblem {
-                        code: Code::GuardConstant,
-                        at: node.at.clone(),
-                        message: format!("`{text}` has no value: it is divided by 0"),
-                        remedy: "divide by another number".into(),
-                    });
-                    return;
+                    let message =
+                        format!("`{}` has no value: it is divided by 0", self.text_of(node));
+                    return self.report_problem(node, message, "divide by another number");
                 }
                 self.report_divisions(left);
                 self.report_divisions(right);
@@ -222,7 +209,7 @@ impl GuardBounds<'_> {
         why: String,
         meant: Option<String>,
     ) {
-        let text = self.text.get(node.at.clone()).unwrap_or_default();
+        let text = self.text_of(node);
         let is_whole = node.at == self.guard.root.at;
         let remedy = match (truth, why.is_empty()) {
             (true, false) => "remove it, or compare with a value within the domain",
@@ -245,12 +232,16 @@ impl GuardBounds<'_> {
             (_, true) => format!("`{text}` is always {truth}: it contains no value that changes"),
             (_, false) => format!("`{text}` is always {truth}: {why}"),
         };
-        self.problems.push(GuardProblem {
-            code: Code::GuardConstant,
-            at: node.at.clone(),
-            message,
-            remedy,
-        });
+        self.report_problem(node, message, remedy);
+    }
+
+    fn text_of(&self, node: &GuardNode) -> &str {
+        self.text.get(node.at.clone()).unwrap_or_default()
+    }
+
+    fn report_problem(&mut self, node: &GuardNode, message: String, remedy: impl Into<String>) {
+        let (code, at) = (Code::GuardConstant, node.at.clone());
+        self.problems.push(GuardProblem { code, at, message, remedy: remedy.into() });
     }
 }
 

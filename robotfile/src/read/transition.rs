@@ -109,13 +109,13 @@ fn without_effect(
         ),
     ];
     // An autonomy that cannot be read may be the one that they need.
-    let mut is_known = !has_clear_autonomy;
+    let mut is_reported = !has_clear_autonomy;
     for (number, (_, name, why)) in
         table.into_iter().enumerate().filter(|(_, (matters, ..))| !matters)
     {
         // Without an operator, what is asked and what is answered are one mistake.
         if number < AUTONOMY_ROWS
-            && (fields.attribute_at(name).is_none() || std::mem::replace(&mut is_known, true))
+            && (fields.attribute_at(name).is_none() || std::mem::replace(&mut is_reported, true))
         {
             continue;
         }
