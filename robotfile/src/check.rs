@@ -4,6 +4,7 @@
 mod activity;
 mod claims;
 mod concurrency;
+mod cut_short;
 mod dates;
 mod ending;
 mod endless;
@@ -157,6 +158,9 @@ fn without_errors(
     system::expect_components(&configuration.system, findings);
     links::check_circles(&configuration.system, findings);
     layout::check_system(&configuration.system, findings);
+    if let Some(mission) = &configuration.mission {
+        cut_short::check(mission, findings);
+    }
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
         ending::check(mission, findings);

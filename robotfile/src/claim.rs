@@ -102,8 +102,9 @@ pub enum Relation {
     Unequal,
 }
 
-/// A name in a claim: `home`, or `dock.near` of a sub-mission.
-#[derive(Clone, Debug, PartialEq)]
+/// A name in a claim: `home`, or `dock.near` of a sub-mission. Two are equal if they are spelt alike,
+/// wherever they are.
+#[derive(Clone, Debug)]
 pub struct Name {
     text: String,
     /// The bytes of the text where it occurs.
@@ -174,6 +175,12 @@ impl Formula {
                 right.gather(names);
             }
         }
+    }
+}
+
+impl PartialEq for Name {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
     }
 }
 

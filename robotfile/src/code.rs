@@ -179,6 +179,7 @@ codes! {
         NoInput = "W0261", "a transition that takes tokens from no place";
         NoOutput = "W0271", "a transition that puts tokens into no place";
         ImmediateExit = "W0272", "a transition without a condition next to others that wait";
+        EndsTooSoon = "W0273", "a transition that ends the mission and begins work";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";

@@ -14,12 +14,23 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     for (taken, missing) in [
         (&[Code::DuplicateComponent, Code::ReservedName][..], Code::UnknownComponent),
         (&[Code::DuplicatePlace], Code::UnknownPlace),
+        (&[Code::DuplicateVariable], Code::UnknownVariable),
     ] {
         let count = |codes: &[Code]| findings.iter().filter(|it| codes.contains(&it.code)).count();
         if (1..=count(taken)).contains(&count(&[missing])) {
             findings.retain(|finding| finding.code != missing);
         }
     }
+    // Which of the two variables a guard names is not known.
+    let variables = names_at(findings, Code::DuplicateVariable);
+    findings.retain(|finding| {
+        use Code::{GuardConstant, GuardType, GuardUnit, NotSettable, NothingSets};
+        let is_of_value = matches!(
+            finding.code,
+            GuardConstant | GuardType | GuardUnit | NotSettable | NothingSets
+        );
+        !is_of_value || !variables.iter().any(|name| finding.message.contains(name))
+    });
     let ends = find_ends_of_duplicates(findings, system);
     findings.retain(|finding| {
         let is_inside = |at: &Location| {

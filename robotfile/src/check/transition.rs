@@ -60,8 +60,9 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     }
 }
 
-/// Reports transitions without any condition out of a place in which components are active: they
-/// fire as soon as the place is marked, so the components and the other transitions have no time.
+/// Reports transitions without any condition out of a place in which components are active, or in
+/// which the mission waits for a report: they fire as soon as the place is marked, so the components
+/// and the other transitions have no time.
 fn immediate_exits(
     mission: &Mission,
     safe_places: &BTreeMap<&str, &Place>,
@@ -69,9 +70,11 @@ fn immediate_exits(
 ) {
     let mut waiting: BTreeMap<&str, &Transition> = BTreeMap::new();
     for transition in &mission.transitions {
-        if transition.on.is_some() || transition.interval.is_some() {
-            for arc in transition.inputs() {
-                waiting.entry(&arc.place.value).or_insert(transition);
+        for arc in transition.inputs() {
+            let place = arc.place.value.as_str();
+            let is_timed = transition.interval.is_some() && safe_places.contains_key(place);
+            if is_timed || transition.on.is_some() {
+                waiting.entry(place).or_insert(transition);
             }
         }
     }
@@ -80,7 +83,7 @@ fn immediate_exits(
         let place = arc.place.value.as_str();
         let is_plain =
             transition.arcs.iter().all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put));
-        if !is_plain || has_condition(transition) || !safe_places.contains_key(place) {
+        if !is_plain || has_condition(transition) {
             continue;
         }
         let Some(other) = waiting.get(place) else { continue };
@@ -88,12 +91,9 @@ fn immediate_exits(
             "{} has no condition: it fires as soon as {place} is marked, before {} can",
             transition.name.value, other.name.value
         );
+        let remedy = "write on=\"…\", when=\"…\", timeout=\"…\" or operator=\"true\", or remove it";
         let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
-        findings.push(
-            finding
-                .remedy("write on=\"…\", when=\"…\" or timeout=\"…\", or remove it")
-                .related(&other.name.at, "this one waits"),
-        );
+        findings.push(finding.remedy(remedy).related(&other.name.at, "this one waits"));
     }
 }
 

@@ -11,7 +11,7 @@ use crate::guard::node::{Guard, GuardNode, GuardNodeKind, GuardOperator};
 /// guard.
 pub(super) fn constants(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<GuardProblem> {
     let mut bounds = GuardBounds { guard, text, meanings, problems: Vec::new() };
-    bounds.report_divisions(&guard.root);
+    bounds.report_fixed_values(&guard.root);
     if !bounds.problems.is_empty() {
         return bounds.problems;
     }
@@ -185,18 +185,33 @@ impl GuardBounds<'_> {
         self.report_problem(node, message, "compare it with something else");
     }
 
-    /// Reports divisions by a number that is always 0: what is divided has no value then.
-    fn report_divisions(&mut self, node: &GuardNode) {
+    /// Reports calculations whose result is fixed: divisions by a number that is always 0, where what
+    /// is divided has no value, and something minus or divided by itself.
+    fn report_fixed_values(&mut self, node: &GuardNode) {
         match &node.kind {
-            GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => self.report_divisions(inner),
+            GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => {
+                self.report_fixed_values(inner);
+            }
             GuardNodeKind::Binary(operator, left, right) => {
-                if *operator == GuardOperator::By && self.find_range(right) == (0.0, 0.0) {
-                    let message =
-                        format!("`{}` has no value: it is divided by 0", self.text_of(node));
-                    return self.report_problem(node, message, "divide by another number");
-                }
-                self.report_divisions(left);
-                self.report_divisions(right);
+                let is_same = left.has_name() && left.is_same(right);
+                let (what, remedy) = match operator {
+                    GuardOperator::By if self.find_range(right) == (0.0, 0.0) => {
+                        ("has no value: it is divided by 0", "divide by another number")
+                    }
+                    GuardOperator::By if is_same => {
+                        ("is always 1: both sides are the same", "divide by something else")
+                    }
+                    GuardOperator::Minus if is_same => {
+                        ("is always 0: both sides are the same", "subtract something else")
+                    }
+                    _ => {
+                        self.report_fixed_values(left);
+                        self.report_fixed_values(right);
+                        return;
+                    }
+                };
+                let message = format!("`{}` {what}", self.text_of(node));
+                self.report_problem(node, message, remedy);
             }
             _ => {}
         }

@@ -40,6 +40,10 @@ impl GuardJudge<'_> {
         message: String,
         remedy: impl Into<String>,
     ) {
+        // The same mistake about a name that is written twice is shown once.
+        if self.problems.iter().any(|it| it.code == code && it.message == message) {
+            return;
+        }
         let problem = GuardProblem { code, at: node.at.clone(), message, remedy: remedy.into() };
         self.problems.push(problem);
     }

@@ -205,7 +205,8 @@ impl<'a> Lexer<'a> {
         Ok(GuardToken::Number(value, unit))
     }
 
-    /// Reads the longest unit that the text continues with.
+    /// Reads the longest unit that the text continues with. As in attributes, spaces may separate it
+    /// from the number.
     fn read_unit(&mut self) -> Result<Option<&'static Unit>, GuardError> {
         let rest = self.rest();
         let continues = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -219,7 +220,7 @@ impl<'a> Lexer<'a> {
             return Ok(Some(unit));
         }
         if !rest.starts_with(continues) {
-            return self.refuse_apart(continues).map_or(Ok(None), Err);
+            return self.read_unit_apart(continues);
         }
         let start = self.at;
         let word = self.take_while(continues);
@@ -234,8 +235,12 @@ impl<'a> Lexer<'a> {
         Err(GuardError { at: start..self.at, message: format!("`{word}` is not a unit"), remedy })
     }
 
-    /// A unit that spaces separate from its number.
-    fn refuse_apart(&self, continues: impl Fn(char) -> bool) -> Option<GuardError> {
+    /// Reads a unit that spaces separate from its number. A number is followed by no other word than
+    /// an operator, so a word that is similar to a unit is probably meant to be one.
+    fn read_unit_apart(
+        &mut self,
+        continues: impl Fn(char) -> bool,
+    ) -> Result<Option<&'static Unit>, GuardError> {
         let rest = self.rest();
         let word = rest.trim_start();
         let start = self.at + rest.len() - word.len();
@@ -243,17 +248,26 @@ impl<'a> Lexer<'a> {
             true => 1,
             false => word.find(|c| !continues(c)).unwrap_or(word.len()),
         };
-        let word = &word[..len];
+        let (word, rest) = word.split_at(len);
+        // `m/s` and `m/s2` continue after their first word.
+        let longest = UNITS.iter().filter(|unit| {
+            let after = unit.name.strip_prefix(word).and_then(|end| rest.strip_prefix(end));
+            after.is_some_and(|after| unit.name == "%" || !after.starts_with(&continues))
+        });
+        if let Some(unit) = longest.filter(|_| len > 0).max_by_key(|unit| unit.name.len()) {
+            self.at = start + unit.name.len();
+            return Ok(Some(unit));
+        }
         // Another single letter may be a variable.
-        let unit = match Unit::named(word) {
-            None if word.len() > 1 => quantity::find_similar(word, None)?,
-            named => named?,
-        };
-        Some(GuardError {
-            at: start..start + len,
-            message: format!("`{word}` is separated from its number"),
-            remedy: format!("write the unit directly after the number: {}", unit.name),
-        })
+        let similar = (word.len() > 1).then(|| quantity::find_similar(word, None)).flatten();
+        match similar {
+            None => Ok(None),
+            Some(meant) => Err(GuardError {
+                at: start..start + len,
+                message: format!("`{word}` is not a unit"),
+                remedy: format!("did you mean {}?", meant.name),
+            }),
+        }
     }
 }
 

@@ -236,8 +236,14 @@ fn the_units_of_the_expected_quantity_are_suggested() {
         robot(r#"safe="hold""#, &format!("{END}{when}"))
     };
     only("E0230", "did you mean V?", &guard("11v"));
-    only("E0230", "write the unit directly after the number: V", &guard("11 V"));
-    only("E0230", "write the unit directly after the number: %", &guard("30 percent"));
+    super::none(&robot(
+        r#"safe="hold""#,
+        &format!(
+            r#"{END}{}<check>duration(over or hold) &lt;= 18 min</check>"#,
+            LATE.replace("timeout=\"60s\"", "when=\"power.state.voltage &lt; 11 V\"")
+        ),
+    ));
+    only("E0230", "did you mean %?", &guard("30 percent"));
     only("E0230", "did you mean V?", &guard("11volts"));
     let check = robot(
         r#"safe="hold""#,
@@ -384,4 +390,56 @@ fn no_number_is_taken_for_a_truth_or_a_count_for_percent() {
     let reading = read(Path::new("a.xml"), &mut |_| Ok(counts.clone().into()));
     let text = check(reading, &[], None).findings.render(Colours::No);
     assert!(text.contains("W0236") && !text.contains('%'), "{text}");
+}
+
+#[test]
+fn a_variable_with_a_taken_name_is_one_finding() {
+    let power = r#"<variable name="n" source="power.state.level" min="0" max="1"/>"#;
+    let guards = r#"<transition name="t" from="a" to="hold" when="n &lt; 30% and m == 0"><set variable="m" value="m + 1"/></transition>"#;
+    let content = format!(r#"{power}<variable name="n" min="0" max="2"/>{END}{guards}"#);
+    only("E0210", "a second variable called n", &robot(r#"safe="hold""#, &content));
+}
+
+#[test]
+fn a_transition_that_ends_the_mission_begins_no_work() {
+    let twice = |to: &str| {
+        let place = r#"<place name="b" components="arm"/><transition name="t" from="b" to="hold" timeout="9s"/>"#;
+        let to = END.replace("to=\"over\"", &format!("to=\"{to}\""));
+        robot(
+            r#"safe="hold""#,
+            &format!(
+                r#"{place}{to}<transition name="u" from="a" to="b" timeout="9s"/><transition name="v" from="b" to="over" on="arm.done"/>"#
+            ),
+        )
+    };
+    only("W0273", "end marks over, the goal, together with b", &twice("b over"));
+    only("W0273", "end marks hold, the safe place, together with b", &twice("hold b"));
+    super::none(&twice("over"));
+}
+
+#[test]
+fn a_mistake_that_a_guard_repeats_is_one_finding() {
+    let guard = |text: &str| {
+        let when = format!(r#"<transition name="t" from="a" to="hold" when="{text}"/>"#);
+        robot(r#"safe="hold""#, &format!("{END}{when}"))
+    };
+    let level = "power.state.level";
+    only("E0233", "each side of and", &guard(&format!("{level} and {level}")));
+    only("W0236", "is always 0: both sides", &guard(&format!("{level} - {level} &lt; 1")));
+    only("W0236", "is always 1: both sides", &guard(&format!("{level} / {level} &lt; 1")));
+    super::none(&guard(&format!("{level} - 0.1 &lt; {level} * 2")));
+}
+
+#[test]
+fn an_exit_without_a_condition_leaves_no_time_for_reports() {
+    let passive = r#"<place name="b"/><transition name="t" from="b" to="a" on="free.done"/>"#;
+    let into = r#"<transition name="u" from="a" to="b" on="go.failed"/>"#;
+    let file = |exit: &str| {
+        let free = r#"<component name="free" kind="arm" controllable="false"/></system>"#;
+        let content = format!("{END}{LATE}{passive}{into}{exit}");
+        robot(r#"safe="hold""#, &content).replace("</system>", free)
+    };
+    let plain = r#"<transition name="v" from="b" to="hold"/>"#;
+    only("W0272", "v has no condition", &file(plain));
+    super::none(&file(&plain.replace("/>", " operator=\"true\"/>")));
 }

@@ -60,7 +60,7 @@ fn missions() {
     one(
         "W0214",
         &mission(
-            r#"<place name="b" components="go"/><transition name="s" from="a" to="b"/><transition name="t" from="a" on="[[go]].done"/>"#,
+            r#"<place name="b" components="go"/><transition name="s" from="a" to="b" timeout="1s"/><transition name="t" from="a" on="[[go]].done"/>"#,
         ),
     );
     one("W0215", &mission(r#"<[[exclusive]] components="go"/>"#));

@@ -88,3 +88,68 @@ fn results_of_the_same_firings_are_one_finding() {
     expect(&file, &["E0252"], "this check fails by the same firings");
     expect(&file, &["E0252"], "the mission stands still");
 }
+
+#[test]
+fn a_join_without_one_of_its_places_is_one_finding() {
+    let fork = |join: &str| {
+        format!(
+            r#"<mission goal="over" safe="hold"><place name="a" initial="true" components="go"/><place name="x" initial="true" components="back"/><place name="b"/><place name="y"/><place name="met"/><place name="q" components="back"/><place name="over"/><place name="hold"/>
+               <transition name="there" from="a" to="b" on="go.done"/><transition name="come" from="x" to="y" on="back.done"/>
+               <transition name="alone" from="b" to="hold" timeout="9s"/><transition name="late" from="y" to="hold" timeout="9s"/>
+               <transition name="stay" from="a" to="hold" timeout="60s"/><transition name="blocked" from="x" to="q" on="back.failed"/>
+               <transition name="meet" from="{join}" to="met"/><transition name="part" from="met" to="q" timeout="3s"/>
+               <transition name="end" from="q" to="over" on="back.done"/><transition name="lost" from="q" to="hold" timeout="60s"/></mission>"#
+        )
+    };
+    expect(&fork("b y"), &[], "");
+    expect(&fork("b"), &["W0244"], "alone never fires: meet always fires before it");
+}
+
+#[test]
+fn what_follows_from_a_value_outside_its_domain_is_one_finding() {
+    let rounds = |max: &str, when: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="{max}"/>{OUT}<transition name="again" from="b" to="a" on="back.done" {when}><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="home" on="back.done" when="n == 2"/><check>never hold</check><check>never n &gt; 2</check>"#
+        );
+        mission(BOTH, &content)
+    };
+    expect(&rounds("2", r#"when="n &lt; 2""#), &[], "");
+    expect(&rounds("2", ""), &["E0254"], "this check fails, too");
+    expect(&rounds("1", r#"when="n &lt; 2""#), &["E0254"], "`n < 2` is always true");
+}
+
+#[test]
+fn checks_that_ask_for_more_than_one_that_fails_are_merged() {
+    let waits = r#"<place name="c"/><transition name="in" from="b" to="home" on="back.done"/><transition name="late" from="b" to="c" timeout="60s"/><transition name="again" from="c" to="c" timeout="60s"/>"#;
+    let checks = r#"<check>duration(home or hold) &lt;= 5min</check><check>eventually home or hold</check><check>always reachable(home or hold)</check>"#;
+    let file = mission(BOTH, &format!("{OUT}{waits}{checks}"));
+    expect(&file, &["E0252"], "this check fails, too");
+}
+
+#[test]
+fn a_mission_that_is_over_at_its_start_is_one_finding() {
+    let home = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
+    let file = mission(r#"goal="a" safe="hold""#, &format!("{OUT}{home}{LATE}"));
+    expect(&file, &["W0262"], "");
+    let check = "<check>eventually home or hold</check><check>reachable(home)</check>";
+    let file = mission(r#"goal="a" safe="hold""#, &format!("{OUT}{home}{LATE}{check}"));
+    expect(&file, &["E0252"], "the mission is over at its start");
+}
+
+#[test]
+fn a_place_that_is_marked_together_with_the_goal_is_too_late() {
+    let out = OUT.replace("to=\"b\"", "to=\"c home\"");
+    let rest = r#"<place name="c"/><transition name="on" from="c" to="b" timeout="1s"/><transition name="in" from="b" to="home" on="back.done"/>"#;
+    let file = mission(BOTH, &format!("{out}{rest}{LATE}"));
+    expect(&file, &["W0217"], "on never fires: out marks home, the goal, too");
+}
+
+#[test]
+fn a_missing_safe_place_explains_the_checks_that_wait_for_it() {
+    let home = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
+    let check = "<check>always reachable(home or hold)</check><place name=\"c\"/>";
+    let stuck = LATE.replace("to=\"hold\"", "to=\"c\"");
+    let file = mission(r#"goal="home""#, &format!("{OUT}{home}{LATE}{stuck}{check}"));
+    let file = file.replace(r#"name="late" from="b" to="c""#, r#"name="stuck" from="a" to="c""#);
+    expect(&file, &["E0252"], "the mission has no safe place");
+}

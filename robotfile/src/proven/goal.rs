@@ -1,0 +1,138 @@
+//! What follows from the place that is the goal: where it is marked, the mission is over.
+
+use super::{find_awaited, merging};
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::mission::{Mission, Transition};
+use crate::source::Location;
+
+/// Merges transitions that never fire because the mission is over before: they lead on from the
+/// goal, or from a place that is marked together with it. Probably another place was meant. If checks
+/// fail that wait for something, which is an error, the first of them is kept, with this reason.
+pub(super) fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
+    let Some(goal) = &mission.goal else { return };
+    let leads_on = |result: &Finding| {
+        let at = result.at.as_ref().filter(|_| result.code == Code::NeverFires)?;
+        let transition = mission.transitions.iter().find(|it| it.name.at.span == at.span)?;
+        Some((transition, find_place_after_end(transition, mission, &goal.value)?))
+    };
+    let Some((first, after)) = proven.iter().find_map(leads_on) else { return };
+    let (name, goal_name) = (&first.name.value, &goal.value);
+    let reason = match after {
+        AfterEnd::Goal => format!(
+            "{name} never fires: it leads on from {goal_name}, the goal, and the mission is over \
+             when {goal_name} is marked"
+        ),
+        AfterEnd::WithGoal(by) => format!(
+            "{name} never fires: {} marks {goal_name}, the goal, too, so the mission is over then",
+            by.name.value
+        ),
+    };
+    let mut related: Vec<(Location, String)> = Vec::new();
+    let remedy = match after {
+        AfterEnd::Goal => {
+            related.push((goal.at.clone(), "the goal".into()));
+            "name another place as goal, or remove what leads on from it".to_owned()
+        }
+        AfterEnd::WithGoal(by) => {
+            related.push((by.name.at.clone(), "this one ends the mission".into()));
+            format!("remove {goal_name} from what {} leads to", by.name.value)
+        }
+    };
+    let (ends, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| leads_on(result).is_some());
+    let (checks, mut others): (Vec<_>, Vec<_>) =
+        others.into_iter().partition(|result| find_awaited(result).is_some());
+    others.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
+    let mut ends = ends.into_iter();
+    let kept = match (checks.into_iter().next(), ends.next()) {
+        (Some(check), end) => {
+            related.extend(end.and_then(|end| end.at).map(|at| (at, reason)));
+            Some(check)
+        }
+        (None, end) => end.map(|end| Finding { message: reason, ..end }),
+    };
+    let label = |at| (at, "nor does this one ever fire".to_owned());
+    related.extend(ends.filter_map(|end| end.at).map(label));
+    *proven = others;
+    proven.extend(kept.map(|mut kept| {
+        kept.remedy = remedy;
+        kept.related.extend(related);
+        kept
+    }));
+}
+
+/// Why a place is marked only when the mission is over.
+enum AfterEnd<'a> {
+    /// It is the goal.
+    Goal,
+    /// Each transition that marks it marks the goal, too; this is the first of them.
+    WithGoal(&'a Transition),
+}
+
+/// Returns why the mission is over when a place is marked that the transition takes a token from.
+fn find_place_after_end<'a>(
+    transition: &Transition,
+    mission: &'a Mission,
+    goal: &str,
+) -> Option<AfterEnd<'a>> {
+    if transition.inputs().any(|arc| arc.place.value == goal) {
+        return Some(AfterEnd::Goal);
+    }
+    transition.inputs().find_map(|arc| {
+        let place = &arc.place.value;
+        let is_initial = mission.place(place).is_none_or(|it| it.initial > 0);
+        let marks = |it: &&Transition, name: &str| it.outputs().any(|arc| arc.place.value == name);
+        let mut marking = mission.transitions.iter().filter(|it| marks(it, place)).peekable();
+        let first = *marking.peek()?;
+        (!is_initial && marking.all(|it| marks(&it, goal))).then_some(AfterEnd::WithGoal(first))
+    })
+}
+
+/// Merges a mission that is over at its start with the checks that fail because of that. They are
+/// errors, so the first of them is kept, with this reason.
+pub(super) fn merge_over_at_start(proven: &mut Vec<Finding>) {
+    let Some(at) = proven.iter().position(|result| result.code == Code::OverAtStart) else {
+        return;
+    };
+    let over = proven.remove(at);
+    let (checks, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| result.code == Code::CheckFails);
+    *proven = others;
+    let mut checks = checks.into_iter();
+    let kept = match checks.next() {
+        None => over,
+        Some(mut first) => {
+            first.remedy = over.remedy;
+            first.related.extend(over.at.map(|at| (at, over.message)));
+            first.related.extend(merging::label_checks(checks));
+            first
+        }
+    };
+    proven.push(kept);
+}
+
+/// Points to a sub-mission that nothing enters and that leads nowhere, as the reason why the goal is
+/// never reached, and leaves out the checks that fail and what it does at the start.
+pub(super) fn explain_by_submission(proven: &mut Vec<Finding>, mission: &Mission) {
+    let mut submissions = mission.submissions.iter();
+    let Some(apart) = submissions.find(|it| it.enter.is_none() && it.leave.is_none()) else {
+        return;
+    };
+    let (checks, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| result.code == Code::CheckFails);
+    *proven = others;
+    proven.retain(|result| !matches!(result.code, Code::MarkedTogether | Code::TwoTokens));
+    let Some(never) = proven.iter_mut().find(|it| it.code == Code::GoalNeverReached) else {
+        return;
+    };
+    let message = format!(
+        "{} has neither in=… nor out=…, so it begins at the start and leads nowhere",
+        apart.file.value
+    );
+    never.related.push((apart.file.at.clone(), message));
+    never.related.extend(merging::label_checks(checks.into_iter()));
+    never.remedy = "name the place that enters the sub-mission, in=\"…\", and the place that it \
+                    leaves to, out=\"…\""
+        .into();
+}

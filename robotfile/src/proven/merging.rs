@@ -1,0 +1,144 @@
+//! Results of one fault: shown by the same firings, by firings that end alike, or by a check that
+//! asks for more than another one that fails.
+
+use super::read_claim;
+use crate::claim::{Formula, Relation, Statement};
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::source::Location;
+
+/// Returns the locations of further checks that fail, with a label.
+pub(super) fn label_checks(
+    checks: impl Iterator<Item = Finding>,
+) -> impl Iterator<Item = (Location, String)> {
+    checks.filter_map(|check| check.at).map(|at| (at, "this check fails, too".to_owned()))
+}
+
+/// Merges results that the same firings show into one: the first check that fails, with the remedy of
+/// the others. A mission that stands still makes its checks fail, for example.
+pub(super) fn merge_witnesses(proven: &mut Vec<Finding>) {
+    let is_check = |result: &Finding| result.code == Code::CheckFails && result.trace.is_some();
+    let (checks, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| is_check(result));
+    let mut merged: Vec<Finding> = Vec::new();
+    for check in checks {
+        match merged.iter_mut().find(|first| first.trace == check.trace) {
+            Some(first) => {
+                let label = "this check fails by the same firings".to_owned();
+                first.related.extend(check.at.map(|at| (at, label)));
+            }
+            None => merged.push(check),
+        }
+    }
+    for other in others {
+        let is_shown = matches!(
+            other.code,
+            Code::Standstill | Code::GoalLost | Code::TwoTokens | Code::MarkedTogether
+        );
+        match merged.iter_mut().find(|check| is_shown && check.trace == other.trace) {
+            // The proof may find a meeting twice.
+            Some(check) if check.related.iter().any(|(_, label)| *label == other.message) => {}
+            Some(check) => {
+                check.remedy = other.remedy;
+                check.related.extend(other.at.map(|at| (at, other.message)));
+                check.related.extend(other.related);
+            }
+            None => proven.push(other),
+        }
+    }
+    proven.extend(merged);
+}
+
+/// Merges places that hold two tokens, or that must not be marked together, after firings that end
+/// with the same one: that one fires too early, or puts too many tokens.
+pub(super) fn merge_last_firings(proven: &mut Vec<Finding>) {
+    let mut merged: Vec<Finding> = Vec::new();
+    for result in std::mem::take(proven) {
+        let same = merged.iter_mut().find(|first| {
+            let (last, of_first) = (find_last_firing(&result), find_last_firing(first));
+            last.is_some() && last == of_first
+        });
+        match same {
+            Some(first) => {
+                first.related.extend(result.at.map(|at| (at, result.message)));
+                first.related.extend(result.related);
+            }
+            None => merged.push(result),
+        }
+    }
+    *proven = merged;
+}
+
+/// Returns the last firing that leads to too many tokens.
+fn find_last_firing(result: &Finding) -> Option<&String> {
+    let trace = result.trace.as_ref().filter(|_| has_too_many_tokens(result))?;
+    trace.firings.last()
+}
+
+fn has_too_many_tokens(result: &Finding) -> bool {
+    matches!(result.code, Code::TwoTokens | Code::MarkedTogether)
+}
+
+/// Merges checks that ask for more than another one that fails: what cannot always be reached does
+/// not always happen, and has no longest time.
+pub(super) fn merge_stronger_claims(proven: &mut Vec<Finding>) {
+    let mut merged: Vec<Finding> = Vec::new();
+    let mut claims: Vec<(usize, u8, Formula)> = Vec::new();
+    let (mut checks, others): (Vec<_>, Vec<_>) = std::mem::take(proven)
+        .into_iter()
+        .partition(|result| find_awaited_formula(result).is_some());
+    // Those that ask for less come first; among equals, the order of the file stays.
+    checks.sort_by_key(|result| find_awaited_formula(result).map(|(strength, _)| strength));
+    for check in checks {
+        let Some((strength, formula)) = find_awaited_formula(&check) else { continue };
+        let weaker = claims.iter().find(|(_, other, of)| *other < strength && *of == formula);
+        match weaker {
+            Some((first, ..)) => merged[*first].related.extend(label_checks([check].into_iter())),
+            None => {
+                claims.push((merged.len(), strength, formula));
+                merged.push(check);
+            }
+        }
+    }
+    *proven = others;
+    proven.extend(merged);
+}
+
+/// Returns what a check that fails waits for, and how much it asks for: a check fails if one of the
+/// same formula fails that asks for less.
+fn find_awaited_formula(result: &Finding) -> Option<(u8, Formula)> {
+    let at = result.at.as_ref().filter(|_| result.code == Code::CheckFails)?;
+    match read_claim(at)?.statement {
+        Statement::Reachable(formula) => Some((0, formula)),
+        Statement::AlwaysReachable(formula) => Some((1, formula)),
+        Statement::Eventually(formula) => Some((2, formula)),
+        Statement::Duration { until, relation: Relation::Less | Relation::LessOrEqual, .. } => {
+            Some((3, until))
+        }
+        _ => None,
+    }
+}
+
+impl Findings {
+    /// Merges a transition that never fires, because another one always fires first, with too many
+    /// tokens that the firing of that other one leads to: it lacks a condition or a place.
+    pub(super) fn merge_preempted(&mut self, proven: &mut [Finding]) {
+        for result in proven.iter_mut().filter(|result| has_too_many_tokens(result)) {
+            let Some(trace) = &result.trace else { continue };
+            let is_fired = |finding: &Finding| {
+                finding.code == Code::NeverFires
+                    && finding
+                        .related
+                        .iter()
+                        .any(|(other, _)| trace.firings.iter().any(|it| it == other.text()))
+            };
+            let preempted: Vec<_> = self.iter().filter(|it| is_fired(it)).cloned().collect();
+            self.retain(|finding| !is_fired(finding));
+            for finding in preempted {
+                result.related.extend(finding.at.map(|at| (at, finding.message)));
+                result.related.extend(finding.related);
+            }
+        }
+    }
+}

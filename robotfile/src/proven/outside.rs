@@ -1,0 +1,67 @@
+//! A firing that would take a variable out of its domain: it does not happen, and the mission goes to
+//! its safe place. What the proof shows after it, and guards that the domain decides, follow from it.
+
+use super::merging;
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::guard::Guard;
+use crate::mission::Mission;
+use crate::source::Location;
+
+/// The end of a firing's name in a trace, if it would take a variable out of its domain.
+const OUTSIDE: &str = "/outside";
+
+impl Findings {
+    /// Merges what follows from a value outside of a variable's domain.
+    pub(super) fn merge_outside(&mut self, proven: &mut Vec<Finding>, mission: &Mission) {
+        let Some(first) = proven.iter().position(|it| it.code == Code::ValueOutside) else {
+            return;
+        };
+        let mut cause = proven.remove(first);
+        let (after, others): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(is_after_outside);
+        *proven = others;
+        let checks = after.into_iter().filter(|result| result.code == Code::CheckFails);
+        cause.related.extend(merging::label_checks(checks));
+        if let Some(variable) = cause.at.as_ref().and_then(|at| find_variable(mission, at)) {
+            let is_decided = |finding: &Finding| {
+                finding.code == Code::GuardConstant
+                    && finding.at.as_ref().is_some_and(|at| compares(mission, at, variable))
+            };
+            let decided = self.iter().filter(|it| is_decided(it));
+            let labels = decided.filter_map(|it| Some((it.at.clone()?, it.message.clone())));
+            cause.related.extend(labels);
+            self.retain(|finding| !is_decided(finding));
+        }
+        proven.insert(0, cause);
+    }
+}
+
+fn is_after_outside(result: &Finding) -> bool {
+    let mut firings = result.trace.iter().flat_map(|trace| &trace.firings);
+    result.code != Code::ValueOutside && firings.any(|firing| firing.ends_with(OUTSIDE))
+}
+
+/// Returns the variable that is set by the text at this location.
+fn find_variable<'a>(mission: &'a Mission, at: &Location) -> Option<&'a str> {
+    let mut sets = mission.transitions.iter().flat_map(|transition| &transition.sets);
+    let set = sets.find(|set| contains(&set.value.at, at))?;
+    Some(&set.variable.value)
+}
+
+/// Returns whether the guard at this location names the variable.
+fn compares(mission: &Mission, at: &Location, variable: &str) -> bool {
+    let mut guards = mission.transitions.iter().flat_map(|transition| &transition.when);
+    guards.any(|when| {
+        contains(&when.at, at)
+            && Guard::parse(&when.value)
+                .is_ok_and(|guard| guard.names().iter().any(|name| name.as_str() == variable))
+    })
+}
+
+fn contains(outer: &Location, inner: &Location) -> bool {
+    outer.source.path() == inner.source.path()
+        && outer.span.start() <= inner.span.start()
+        && inner.span.end() <= outer.span.end()
+}
