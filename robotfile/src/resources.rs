@@ -27,15 +27,22 @@ pub struct ResourceLimits {
     pub memory: Option<Spanned<u64>>,
 }
 
-pub(crate) fn parse_nice(text: &str) -> Result<i32, String> {
+/// Reads a niceness, such as `5`.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_nice(text: &str) -> Result<i32, String> {
     let number = text.parse().ok().filter(|number| (-20..=19).contains(number));
     number.filter(|_| !text.starts_with('+')).ok_or_else(|| {
         "a whole number from -20 (goes before others) to 19 (leaves to others) is expected".into()
     })
 }
 
-/// Reads numbers and ranges, such as `0 2-3`.
-pub(crate) fn parse_cpus(text: &str) -> Result<BTreeSet<usize>, String> {
+/// Reads numbers and ranges of processors, such as `0 2-3`.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_cpus(text: &str) -> Result<BTreeSet<usize>, String> {
     let number = |text: &str| {
         let number = text.parse::<usize>().ok().filter(|number| *number <= MAX_CPU);
         number.filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))
@@ -55,8 +62,11 @@ fn expected_cpus() -> String {
     format!("numbers and ranges of processors from 0 to {MAX_CPU} are expected, such as \"0 2-3\"")
 }
 
-/// Reads an amount of memory, such as `512MiB`.
-pub(crate) fn parse_memory(text: &str) -> Result<u64, String> {
+/// Reads an amount of memory in bytes, such as `512MiB`.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_memory(text: &str) -> Result<u64, String> {
     let expected = || "an amount such as 512MiB or 2GB is expected".to_owned();
     let units = || MEMORY_UNITS.iter();
     let (number, factor) = units()

@@ -132,3 +132,31 @@ fn a_flag_and_a_choice_have_editors_that_fit() {
     window.click("fast");
     assert!(window.text().contains(r#"<parameter name="mode" value="fast"/>"#));
 }
+
+#[test]
+fn what_a_component_may_use_of_the_host_is_edited() {
+    let mut window = Window::open(Some(EYE));
+    window.click("component arm");
+    window.click("Execution");
+    for (field, text, written) in [
+        ("component nice", "5", r#"nice="5""#),
+        ("component cpus", "0 2-3", r#"cpus="0 2-3""#),
+        ("component memory", "512MiB", r#"memory="512MiB""#),
+    ] {
+        window.fill(field, text);
+        assert!(window.text().contains(written), "{}", window.text());
+    }
+    window.fill("component memory", "512");
+    let findings = &window.harness.state_mut().workspace().project.checked().findings.clone();
+    let messages: Vec<_> = findings.iter().map(ToString::to_string).collect();
+    let expected = "an amount such as 512MiB";
+    assert!(messages.iter().any(|message| message.contains(expected)), "{messages:?}");
+    for field in ["component memory", "component nice"] {
+        window.click(field);
+        window.keys(Modifiers::COMMAND, Key::A);
+        window.key(Key::Delete);
+        window.key(Key::Enter);
+    }
+    let text = window.text();
+    assert!(!text.contains("nice=") && !text.contains("memory="), "{text}");
+}

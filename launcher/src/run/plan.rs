@@ -5,8 +5,9 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use armor_robotfile::Configuration;
 use armor_robotfile::model::{Component, Restart};
-use armor_robotfile::{Configuration, ResourceLimits};
+use armor_robotfile::resources::ResourceLimits;
 use armor_sdk::messages::Progress;
 use armor_wire::Message;
 use armor_wire::name::is_name;

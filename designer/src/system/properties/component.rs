@@ -1,7 +1,9 @@
 //! A component: its name, how it is run, its parameters and its ports.
 
 use armor_robotfile::model::{Component, Restart};
+use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice};
 use armor_wire::manifest::Manifest;
+use armor_wire::quantity;
 use eframe::egui::{self, ComboBox, RichText};
 
 use crate::item::Item;
@@ -86,35 +88,17 @@ impl SystemView {
             let path = document.find(item.named()?)?;
             Some(document.tree().element(&path)?.attribute(attribute)?.value.clone())
         };
-        for (attribute, label, hint, doc) in [
-            (
-                "rate",
-                "Rate",
-                "after each data",
-                "How many times per second its exec is called, such as 10Hz.",
-            ),
-            (
-                "watchdog",
-                "Watchdog",
-                "none",
-                "Longest time of one call, such as 2s; after that it is killed.",
-            ),
-        ] {
-            ui.label(label).on_hover_text(doc);
-            let name = format!("component {attribute}");
-            let form = Form { name: &name, hint, width: 0.0, rows: 1 };
-            let value = written(attribute).unwrap_or_default();
-            let is_rate = attribute == "rate";
-            self.drafts.text(ui, &Field::Attribute(item, attribute), &value, form, &|text| {
-                check_quantity(text, is_rate)
+        for row in EXECUTION_ROWS {
+            ui.label(row.label).on_hover_text(row.doc);
+            let name = format!("component {}", row.attribute);
+            let form = Form { name: &name, hint: row.hint, width: 0.0, rows: 1 };
+            let value = written(row.attribute).unwrap_or_default();
+            let field = Field::Attribute(item, row.attribute);
+            self.drafts.text(ui, &field, &value, form, &|text| match text {
+                "" => Ok(()),
+                text => (row.check)(text),
             });
         }
-        ui.label("Environment").on_hover_text(
-            "Names of further environment variables that its process gets, such as MAP_TOKEN.",
-        );
-        let form = Form { name: "component env", hint: "as every process", width: 0.0, rows: 1 };
-        let value = written("env").unwrap_or_default();
-        self.drafts.text(ui, &Field::Attribute(item, "env"), &value, form, &|_| Ok(()));
         ui.label("Restart").on_hover_text("What happens when its process ends by itself.");
         let restarts = [
             (Restart::OnFailure, "", "unless it ended well"),
@@ -176,14 +160,57 @@ impl SystemView {
     }
 }
 
-fn check_quantity(text: &str, is_rate: bool) -> Result<(), String> {
-    if text.is_empty() {
-        return Ok(());
-    }
-    let read = if is_rate {
-        armor_wire::quantity::hertz(text)
-    } else {
-        armor_wire::quantity::seconds(text)
-    };
-    read.map(|_| ()).map_err(|error| error.to_string())
+/// An attribute of a component that is edited as text.
+struct ExecutionRow {
+    attribute: &'static str,
+    label: &'static str,
+    /// What an empty field means.
+    hint: &'static str,
+    doc: &'static str,
+    check: fn(&str) -> Result<(), String>,
 }
+
+const EXECUTION_ROWS: [ExecutionRow; 6] = [
+    ExecutionRow {
+        attribute: "rate",
+        label: "Rate",
+        hint: "after each data",
+        doc: "How many times per second its exec is called, such as 10Hz.",
+        check: |text| quantity::hertz(text).map(drop).map_err(|error| error.to_string()),
+    },
+    ExecutionRow {
+        attribute: "watchdog",
+        label: "Watchdog",
+        hint: "none",
+        doc: "Longest time of one call, such as 2s; after that it is killed.",
+        check: |text| quantity::seconds(text).map(drop).map_err(|error| error.to_string()),
+    },
+    ExecutionRow {
+        attribute: "env",
+        label: "Environment",
+        hint: "as every process",
+        doc: "Names of further environment variables that its process gets, such as MAP_TOKEN.",
+        check: |_| Ok(()),
+    },
+    ExecutionRow {
+        attribute: "nice",
+        label: "Niceness",
+        hint: "that of armor run",
+        doc: "-20 to 19: a low one goes before other processes, a high one leaves to them.",
+        check: |text| parse_nice(text).map(drop),
+    },
+    ExecutionRow {
+        attribute: "cpus",
+        label: "Processors",
+        hint: "all",
+        doc: "The processors on which it may run, from 0, such as 0 2-3.",
+        check: |text| parse_cpus(text).map(drop),
+    },
+    ExecutionRow {
+        attribute: "memory",
+        label: "Memory",
+        hint: "no limit",
+        doc: "The memory that it may allocate, such as 512MiB.",
+        check: |text| parse_memory(text).map(drop),
+    },
+];
