@@ -329,6 +329,22 @@ fn a_component_uses_of_the_host_what_the_file_allows() {
     let data = limits.lines().find(|line| line.starts_with("Max data size")).expect("a limit");
     assert_eq!(data.split_whitespace().nth(3), Some("67108864"), "{data}");
 
+    let file = folder.system("urgent", &["a sleeper realtime=\"3\""]);
+    let run = folder.run("urgent", &[&file, "--headless", "--components", "components"]);
+    match wait_for("an end or a component", || {
+        let child = run.children().into_iter().find(is_sleeper);
+        child.map(Some).or_else(|| run.log().contains("`rtprio`").then_some(None))
+    }) {
+        Some(pid) => {
+            let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("it runs");
+            let (_, fields) = stat.rsplit_once(')').expect("a name");
+            let fields: Vec<_> = fields.split_whitespace().collect();
+            assert_eq!((fields[37], fields[38]), ("3", "1"), "priority and policy: {stat}");
+        }
+        // Not every user has the right to it.
+        None => assert!(run.log().contains("urgent.xml:3:"), "{}", run.log()),
+    }
+
     let file = folder.system("elsewhere", &["a sleeper cpus=\"1023\""]);
     let (code, _, err) = run_to_end(&mut folder.armor(&["run", &file, "--headless"]));
     assert_eq!(code, 1, "{err}");

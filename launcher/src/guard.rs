@@ -6,13 +6,18 @@ use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use rustix::process::{
     Pid, Resource, Rlimit, Signal, geteuid, getppid, getpriority_process, getrlimit,
     set_parent_process_death_signal, setpgid, setpriority_process, setrlimit,
 };
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
 
 use crate::arguments::OutputFormat;
 use crate::run::process::OWN_PROGRAM;
@@ -37,6 +42,9 @@ pub struct GuardedResources {
     /// Its niceness.
     #[arg(long, allow_negative_numbers = true)]
     pub nice: Option<i32>,
+    /// Its priority in real time.
+    #[arg(long)]
+    pub realtime: Option<u8>,
     /// The processors on which it may run.
     #[arg(long, value_delimiter = ',')]
     pub cpus: Vec<usize>,
@@ -93,6 +101,9 @@ impl GuardedResources {
         if let Some(nice) = self.nice {
             setpriority_process(None, nice).with_context(|| format!("nice=\"{nice}\""))?;
         }
+        if let Some(priority) = self.realtime {
+            run_in_real_time(priority).with_context(|| format!("realtime=\"{priority}\""))?;
+        }
         if !self.cpus.is_empty() {
             let mut set = CpuSet::new();
             self.cpus.iter().filter(|cpu| **cpu < CpuSet::MAX_CPU).for_each(|cpu| set.set(*cpu));
@@ -107,10 +118,11 @@ impl GuardedResources {
 
     fn list_arguments(&self) -> Vec<String> {
         let nice = self.nice.map(|nice| format!("--nice={nice}"));
+        let realtime = self.realtime.map(|priority| format!("--realtime={priority}"));
         let numbers: Vec<_> = self.cpus.iter().map(ToString::to_string).collect();
         let cpus = (!numbers.is_empty()).then(|| format!("--cpus={}", numbers.join(",")));
         let memory = self.memory.map(|bytes| format!("--memory={bytes}"));
-        [nice, cpus, memory].into_iter().flatten().collect()
+        [nice, realtime, cpus, memory].into_iter().flatten().collect()
     }
 
     /// Returns why this user cannot have the niceness, and what to do.
@@ -119,6 +131,18 @@ impl GuardedResources {
         Some(format!(
             "this user may not run processes with a niceness of {nice}: write a higher one, or \
              raise the limit `nice` of the user in /etc/security/limits.conf"
+        ))
+    }
+
+    /// Returns why this user cannot have the priority in real time, and what to do.
+    pub fn refuse_realtime(&self) -> Option<String> {
+        let priority = self.realtime?;
+        // Rights, limits and control groups decide together, so a thread tries it.
+        let tried = std::thread::spawn(move || run_in_real_time(priority)).join();
+        let why = tried.unwrap_or_else(|_| Err(anyhow!("it could not be tried"))).err()?;
+        Some(format!(
+            "this user may not run processes with a real-time priority of {priority} ({why:#}): \
+             raise the limit `rtprio` of the user in /etc/security/limits.conf, or leave it out"
         ))
     }
 
@@ -133,6 +157,17 @@ impl GuardedResources {
             "there is no processor {missing} here: this process may use {usable}; name some of these"
         ))
     }
+}
+
+/// Gives the calling thread, and so all that it starts, this priority in real time.
+fn run_in_real_time(priority: u8) -> Result<()> {
+    let priority = ThreadPriorityValue::try_from(priority).map_err(|why| anyhow!("{why}"))?;
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let priority = ThreadPriority::Crossplatform(priority);
+    set_thread_priority_and_policy(thread_native_id(), priority, policy).map_err(|why| match why {
+        thread_priority::Error::OS(code) => std::io::Error::from_raw_os_error(code).into(),
+        other => anyhow!("{other}"),
+    })
 }
 
 /// Whether a process of this user may have this niceness. Only a lower one than its own needs a
@@ -159,7 +194,12 @@ mod tests {
     fn limits_reach_the_guard_as_they_are() {
         for resources in [
             GuardedResources::default(),
-            GuardedResources { nice: Some(-5), cpus: vec![0, 3], memory: Some(1 << 40) },
+            GuardedResources {
+                nice: Some(-5),
+                realtime: Some(99),
+                cpus: vec![0, 3],
+                memory: Some(1 << 40),
+            },
         ] {
             let (program, arguments) = ("p".into(), ["--nice".into(), "x".into()]);
             let line = list_arguments(7, &resources, &program, &arguments);
@@ -176,5 +216,8 @@ mod tests {
         assert!(why.contains("no processor 1023") && why.contains("name some of these"), "{why}");
         let nice = GuardedResources { nice: Some(19), ..GuardedResources::default() };
         assert_eq!((nice.refuse_nice(), nice.refuse_cpus()), (None, None));
+        let urgent = GuardedResources { realtime: Some(99), ..GuardedResources::default() };
+        let why = urgent.refuse_realtime();
+        assert!(why.is_none_or(|why| why.contains("`rtprio`")));
     }
 }

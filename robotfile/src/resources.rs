@@ -21,6 +21,9 @@ const MEMORY_UNITS: [(&str, u64); 6] = [
 pub struct ResourceLimits {
     /// Its niceness, -20 to 19: the higher, the more it leaves to others.
     pub nice: Option<Spanned<i32>>,
+    /// Its priority among processes in real time (`SCHED_FIFO`), 1 to 99: each goes before all that
+    /// have a lower one or none.
+    pub realtime: Option<Spanned<u8>>,
     /// The processors on which it may run, from 0.
     pub cpus: Option<Spanned<BTreeSet<usize>>>,
     /// The memory that it may allocate, in bytes.
@@ -35,6 +38,18 @@ pub fn parse_nice(text: &str) -> Result<i32, String> {
     let number = text.parse().ok().filter(|number| (-20..=19).contains(number));
     number.filter(|_| !text.starts_with('+')).ok_or_else(|| {
         "a whole number from -20 (goes before others) to 19 (leaves to others) is expected".into()
+    })
+}
+
+/// Reads a priority in real time, such as `10`.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_realtime(text: &str) -> Result<u8, String> {
+    let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
+    let number = text.parse().ok().filter(|number| is_number && (1..=99).contains(number));
+    number.ok_or_else(|| {
+        "a priority from 1 to 99 is expected; a higher one goes before a lower one".into()
     })
 }
 
@@ -91,6 +106,10 @@ mod tests {
     #[test]
     fn what_a_component_may_use_is_read() {
         assert_eq!((parse_nice("-20"), parse_nice("19")), (Ok(-20), Ok(19)));
+        assert_eq!((parse_realtime("1"), parse_realtime("99")), (Ok(1), Ok(99)));
+        for wrong in ["0", "100", "+5", "-1", "fifo", ""] {
+            assert!(parse_realtime(wrong).is_err(), "{wrong}");
+        }
         assert_eq!(parse_cpus("3 0-1"), Ok(BTreeSet::from([0, 1, 3])));
         assert_eq!(parse_memory("512MiB"), Ok(512 << 20));
         assert_eq!(parse_memory("2GB"), Ok(2_000_000_000));

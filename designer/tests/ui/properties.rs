@@ -140,6 +140,7 @@ fn what_a_component_may_use_of_the_host_is_edited() {
     window.click("Execution");
     for (field, text, written) in [
         ("component nice", "5", r#"nice="5""#),
+        ("component realtime", "10", r#"realtime="10""#),
         ("component cpus", "0 2-3", r#"cpus="0 2-3""#),
         ("component memory", "512MiB", r#"memory="512MiB""#),
     ] {

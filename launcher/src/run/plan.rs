@@ -231,14 +231,16 @@ impl ProcessPlan {
 /// # Errors
 /// If the host or the user cannot grant it.
 fn find_resources(component: &Component) -> Result<GuardedResources> {
-    let ResourceLimits { nice, cpus, memory } = &component.resources;
+    let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
     let resources = GuardedResources {
         nice: nice.as_ref().map(|nice| nice.value),
+        realtime: realtime.as_ref().map(|priority| priority.value),
         cpus: cpus.iter().flat_map(|cpus| cpus.value.iter().copied()).collect(),
         memory: memory.as_ref().map(|memory| memory.value),
     };
     let obstacles = [
         (nice.as_ref().map(|nice| &nice.at), resources.refuse_nice()),
+        (realtime.as_ref().map(|priority| &priority.at), resources.refuse_realtime()),
         (cpus.as_ref().map(|cpus| &cpus.at), resources.refuse_cpus()),
     ];
     for obstacle in obstacles {

@@ -37,6 +37,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     for component in &system.components {
         parameters_once(component, findings);
         possible_times(component, findings);
+        report_nice_in_real_time(component, findings);
         if RESERVED_NAMES.contains(&component.name.value.as_str()) {
             let message = format!("{} is a reserved name", component.name.value);
             let finding = Finding::new(Code::ReservedName, &component.name.at, message);
@@ -82,6 +83,16 @@ fn possible_times(component: &Component, findings: &mut Findings) {
         );
         let finding = Finding::new(Code::WatchdogTooShort, &watchdog.at, message);
         findings.push(finding.remedy("write 0.5s or more"));
+    }
+}
+
+/// Niceness is only for processes that are not in real time.
+fn report_nice_in_real_time(component: &Component, findings: &mut Findings) {
+    let limits = &component.resources;
+    if let (Some(nice), Some(_)) = (&limits.nice, &limits.realtime) {
+        let message = "nice has no effect on a process in real time";
+        let finding = Finding::new(Code::NoEffect, &nice.at, message);
+        findings.push(finding.remedy("remove it, or remove realtime"));
     }
 }
 

@@ -69,7 +69,7 @@ fn of_component(component: &Component) -> ComparedItem {
         Restart::Never => "never",
     };
     let (rate, watchdog) = (component.rate_hz.as_ref(), component.watchdog.as_ref());
-    let ResourceLimits { nice, cpus, memory } = &component.resources;
+    let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
     let aspects = vec![
         plain_aspect("kind", &*component.kind.value),
         rate.map(|rate| new_aspect("rate", rate.value.to_string(), rate.at.text())),
@@ -83,6 +83,9 @@ fn of_component(component: &Component) -> ComparedItem {
             .as_ref()
             .map(|variables| new_aspect("env", variables.value.join(" "), variables.at.text())),
         nice.as_ref().map(|nice| new_aspect("nice", nice.value.to_string(), nice.at.text())),
+        realtime
+            .as_ref()
+            .map(|priority| new_aspect("realtime", priority.value.to_string(), priority.at.text())),
         cpus.as_ref().map(|cpus| new_aspect("cpus", format!("{:?}", cpus.value), cpus.at.text())),
         memory
             .as_ref()

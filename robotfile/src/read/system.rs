@@ -11,7 +11,7 @@ use crate::findings::Findings;
 use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
 use crate::read::layout;
 use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};
-use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice};
+use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice, parse_realtime};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
@@ -81,6 +81,7 @@ fn read_component(
     let variables = fields.converted("env", parse_variables);
     let resources = ResourceLimits {
         nice: fields.converted("nice", parse_nice),
+        realtime: fields.converted("realtime", parse_realtime),
         cpus: fields.converted("cpus", parse_cpus),
         memory: fields.converted("memory", parse_memory),
     };

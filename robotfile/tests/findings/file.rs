@@ -91,6 +91,7 @@ fn a_wrong_quantity_is_named_and_the_right_one_shown() {
 fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
     for (attribute, words) in [
         (r#"nice="20""#, "from -20"),
+        (r#"realtime="0""#, "from 1 to 99"),
         (r#"cpus="0,1""#, "such as \"0 2-3\""),
         (r#"memory="512""#, "such as 512MiB"),
         (r#"memory="1kB""#, "at least 16MiB"),
@@ -101,6 +102,7 @@ fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
     }
     let all = r#"<component name="a" kind="k" nice="-5" cpus="0 2-3" memory="64MiB"/>"#;
     none(&system(all));
+    one("W0027", &system(r#"<component name="a" kind="k" realtime="10" nice="[[-5]]"/>"#));
 }
 
 #[test]

@@ -214,6 +214,7 @@ const ATTRIBUTES: &[&str] = &[
     "watchdog",
     "env",
     "nice",
+    "realtime",
     "cpus",
     "memory",
     "on-stop-fail",

@@ -1,7 +1,7 @@
 //! A component: its name, how it is run, its parameters and its ports.
 
 use armor_robotfile::model::{Component, Restart};
-use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice};
+use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice, parse_realtime};
 use armor_wire::manifest::Manifest;
 use armor_wire::quantity;
 use eframe::egui::{self, ComboBox, RichText};
@@ -170,7 +170,7 @@ struct ExecutionRow {
     check: fn(&str) -> Result<(), String>,
 }
 
-const EXECUTION_ROWS: [ExecutionRow; 6] = [
+const EXECUTION_ROWS: [ExecutionRow; 7] = [
     ExecutionRow {
         attribute: "rate",
         label: "Rate",
@@ -198,6 +198,13 @@ const EXECUTION_ROWS: [ExecutionRow; 6] = [
         hint: "that of armor run",
         doc: "-20 to 19: a low one goes before other processes, a high one leaves to them.",
         check: |text| parse_nice(text).map(drop),
+    },
+    ExecutionRow {
+        attribute: "realtime",
+        label: "Real-time priority",
+        hint: "not in real time",
+        doc: "1 to 99: it goes before every process with a lower one or none (SCHED_FIFO).",
+        check: |text| parse_realtime(text).map(drop),
     },
     ExecutionRow {
         attribute: "cpus",
