@@ -9,9 +9,9 @@ use armor_mutants::{
 };
 
 const COUNT: usize = 2000;
-/// Mutants of seed 1 that passed with another meaning when this was written: 312. A change of an
+/// Mutants of seed 1 that passed with another meaning when this was written: 309. A change of an
 /// example moves it a little; a check that finds less moves it more.
-const MAX_PASSED: usize = 325;
+const MAX_PASSED: usize = 322;
 
 fn examples() -> Vec<Example> {
     Example::read_all(&missions_folder()).unwrap()
