@@ -143,7 +143,8 @@ fn by_itself(configuration: &Configuration, findings: &mut Findings) {
     links::check(system, findings);
     mission::check(configuration, findings);
     for mission in configuration.missions() {
-        transition::check(mission, findings);
+        let period = configuration.mission.as_ref().and_then(|main| main.period.as_ref());
+        transition::check(mission, period, findings);
         order::check(mission, findings);
         endless::check(mission, findings);
     }
@@ -161,6 +162,7 @@ fn without_errors(
     if let Some(mission) = &configuration.mission {
         cut_short::check(mission, findings);
     }
+    reports::check_always_active(configuration, findings);
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
         ending::check(mission, findings);

@@ -180,6 +180,7 @@ codes! {
         NoOutput = "W0271", "a transition that puts tokens into no place";
         ImmediateExit = "W0272", "a transition without a condition next to others that wait";
         EndsTooSoon = "W0273", "a transition that ends the mission and begins work";
+        DoneAtAnyTime = "W0274", "the end of a component that is always active";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";

@@ -51,6 +51,8 @@ pub struct Finding {
     pub takes: Option<MissionDuration>,
     /// Whether a transition never fires because of it.
     pub(crate) stops_transition: bool,
+    /// Whether only the times of the mission show it.
+    pub(crate) is_by_times: bool,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
     pub(crate) more: usize,
 }
@@ -74,6 +76,7 @@ impl Finding {
             trace: None,
             takes: None,
             stops_transition: false,
+            is_by_times: false,
             more: 0,
         }
     }
@@ -102,6 +105,12 @@ impl Finding {
     pub fn trace(mut self, trace: FiringTrace) -> Self {
         self.trace = Some(trace);
         self
+    }
+
+    /// Records that only the times of the mission show it: it may follow from any other finding.
+    #[must_use]
+    pub fn by_times(self) -> Self {
+        Self { is_by_times: true, ..self }
     }
 
     /// Records that a transition never fires because of it.

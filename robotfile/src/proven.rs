@@ -7,7 +7,7 @@ mod outside;
 
 use crate::claim::{Claim, Statement};
 use crate::code::Code;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::findings::Findings;
 use crate::mission::Mission;
 use crate::model::Configuration;
@@ -23,6 +23,17 @@ impl Findings {
         }
         if causes.iter().any(|cause| cause.code == Code::NoOutput) {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
+        }
+        let is_doubtful =
+            |mission: &Mission| mission.transitions.iter().any(|transition| transition.is_doubtful);
+        let is_other = |result: &Finding| {
+            !matches!(result.code, Code::NeverFires) && result.severity() != Severity::Note
+        };
+        if configuration.missions().any(is_doubtful)
+            || self.iter().any(|finding| finding.code == Code::NoEffect)
+            || proven.iter().any(is_other)
+        {
+            proven.retain(|result| !result.is_by_times);
         }
         if let Some(mission) = &configuration.mission {
             self.explain_by_missing_end(&mut proven, mission);

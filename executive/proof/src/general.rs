@@ -7,7 +7,8 @@ use armor_petri::analysis::boundedness::PumpingSequence;
 use armor_petri::analysis::components::find_components;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
-use armor_petri::{NetTransition, PlaceId};
+use armor_petri::{NetTransition, PlaceId, TransitionId};
+use armor_robotfile::mission::Autonomy;
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
@@ -220,29 +221,61 @@ impl Proof<'_> {
     }
 
     fn dead_transitions(&self, findings: &mut Findings) {
-        let dead: BTreeSet<_> = if self.times_bound_it() {
-            let (classes, _) = self.timed_so_far();
+        let timed = self.timed_if_small().map(|classes| {
             let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
             let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
-            self.net.transition_ids().filter(|id| !fire.contains(id)).collect()
-        } else {
-            self.exploration.space.dead_transitions().collect()
+            self.net.transition_ids().filter(|id| !fire.contains(id)).collect::<BTreeSet<_>>()
+        });
+        let dead: BTreeSet<_> = match &timed {
+            Some(timed) if self.times_bound_it() => timed.clone(),
+            _ => self.exploration.space.dead_transitions().collect(),
         };
         for source in self.plan.net().transition_ids() {
-            if !self.copies(source).iter().all(|copy| dead.contains(copy)) {
-                continue;
-            }
-            // Where a place is never marked, the finding is about that place, or about a transition
-            // that leads to it.
-            let arcs = self.plan.net().transition(source);
-            if arcs.inputs.iter().chain(&arcs.reads).any(|(place, _)| self.most_in(*place) == 0) {
-                continue;
-            }
+            let is_in = |dead: &BTreeSet<_>| self.copies(source).iter().all(|it| dead.contains(it));
             let name = &self.plan.net().transition(source).name;
-            let message = format!("{name} never fires: no sequence of firings contains it");
+            let is_by_times = !is_in(&dead);
+            let (message, remedy) = if !is_by_times {
+                // Where a place is never marked, the finding is about that place, or about a
+                // transition that leads to it.
+                let arcs = self.plan.net().transition(source);
+                if arcs.inputs.iter().chain(&arcs.reads).any(|(place, _)| self.most_in(*place) == 0)
+                {
+                    continue;
+                }
+                (
+                    format!("{name} never fires: no sequence of firings contains it"),
+                    "add transitions that lead to its places, or remove it",
+                )
+            } else if timed.as_ref().is_some_and(is_in) && self.is_always_too_late(source) {
+                (
+                    format!("{name} never fires in time: something else always fires before it"),
+                    "compare its times with those of the transitions that leave its places before",
+                )
+            } else {
+                continue;
+            };
             let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
-            findings.push(finding.remedy("add transitions that lead to its places, or remove it"));
+            let finding = finding.remedy(remedy);
+            findings.push(if is_by_times { finding.by_times() } else { finding });
         }
+    }
+
+    /// Whether a transition has its tokens in some run, but never until its time has come. The
+    /// examination of times leaves out that a person declines a question which fires without an
+    /// answer: what competes with such a question may fire then.
+    fn is_always_too_late(&self, transition: TransitionId) -> bool {
+        let arcs = self.plan.net().transition(transition);
+        let has_tokens = |marking: &[u32]| {
+            arcs.inputs.iter().chain(&arcs.reads).all(|(place, n)| marking[place.index()] >= *n)
+        };
+        let competes = self.mission.transitions.iter().any(|other| {
+            let shares =
+                |place: &str| arcs.inputs.iter().any(|(id, _)| self.plan.net().place(*id) == place);
+            other.name.value != arcs.name
+                && matches!(other.autonomy, Autonomy::Confirm { fire_unanswered: true, .. })
+                && other.inputs().any(|arc| shares(&arc.place.value))
+        });
+        !competes && self.find_witness(&has_tokens).is_some()
     }
 
     /// A place is active or not: a second token in it means that two branches meet there without a join.

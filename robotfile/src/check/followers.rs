@@ -43,15 +43,15 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         !matches!(finding.code, Code::UnknownPort | Code::WrongDirection)
             || !finding.at.as_ref().is_some_and(is_inside)
     });
-    // The reason why another transition never fires is named there.
-    let reasons: Vec<_> = findings
+    // That another transition never fires follows from the missing condition.
+    let exits: Vec<_> = findings
         .iter()
-        .filter(|finding| finding.code == Code::NeverFires)
-        .flat_map(|finding| finding.related.iter().map(|(at, _)| at.span))
+        .filter(|finding| finding.code == Code::ImmediateExit)
+        .filter_map(|finding| finding.at.as_ref().map(|at| at.span))
         .collect();
     findings.retain(|finding| {
-        finding.code != Code::ImmediateExit
-            || finding.at.as_ref().is_none_or(|at| !reasons.contains(&at.span))
+        finding.code != Code::NeverFires
+            || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
     // A component of a set that is in no place is one mistake, also if a check names it.
     let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);

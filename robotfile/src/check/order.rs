@@ -100,7 +100,11 @@ impl<'a> Conditions<'a> {
         }
         let always = other.is_met_with(self);
         let is_free = other.transition.on.is_none() && other.transition.when.is_none();
-        let is_earlier = other.latest.is_some_and(|latest| latest < self.earliest);
+        // The clock of one that waits for a report starts only with that.
+        let is_earlier = other.latest.is_some_and(|latest| {
+            latest < self.earliest
+                || (latest == self.earliest && !latest.is_zero() && self.transition.on.is_some())
+        });
         // A pause stops all clocks but those of safety.
         if always && is_free && is_earlier && (other.is_safety || !self.is_safety) {
             return Some(self.never_fires(other, &format!("{name} always fires before it")));

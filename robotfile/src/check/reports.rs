@@ -50,6 +50,38 @@ pub(super) fn check(
     }
 }
 
+/// Reports transitions that wait for the `done` of a component which the mission does not activate,
+/// although it could: it is always active, and has perhaps finished long before. One that is meant to
+/// be so has `controllable="false"`.
+pub(super) fn check_always_active(configuration: &Configuration, findings: &mut Findings) {
+    let places = || configuration.missions().flat_map(|mission| &mission.places);
+    let activated: BTreeSet<&str> =
+        places().flat_map(|place| &place.components).map(|name| name.value.as_str()).collect();
+    for transition in configuration.missions().flat_map(|mission| &mission.transitions) {
+        let Some(on) = transition.on.as_ref().filter(|on| on.event.value == "done") else {
+            continue;
+        };
+        let name = on.component.value.as_str();
+        let is_controllable =
+            configuration.system.component(name).is_some_and(|component| component.controllable);
+        let is_later = |place: &str| places().any(|it| it.name.value == place && it.initial == 0);
+        let mut from = transition.inputs().map(|arc| &arc.place.value);
+        let Some(place) = from.find(|place| is_later(place)) else { continue };
+        if activated.contains(name) || !is_controllable {
+            continue;
+        }
+        let message = format!(
+            "{name} is in no place, so it is always active: that it was done before {place} was \
+             marked counts, too"
+        );
+        let finding = Finding::new(Code::DoneAtAnyTime, &on.component.at, message);
+        findings.push(finding.remedy(format!(
+            "activate it in {place}; or write controllable=\"false\" on the component, if it works \
+             all the time"
+        )));
+    }
+}
+
 /// A component that declares events reports no others.
 fn check_declared(
     on: &ReportRef,

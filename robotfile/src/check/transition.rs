@@ -7,13 +7,19 @@ use std::time::Duration;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{ArcKind, Autonomy, Mission, Place, Transition};
+use crate::mission::{ArcKind, Autonomy, LostLink, Mission, Place, Transition};
+use crate::source::Spanned;
 
 /// A component that is activated has not yet acted after this time: its start alone is a message to
 /// its process, a call, and a message back.
 const SHORTEST_TIME: Duration = Duration::from_millis(10);
 
-pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+/// Checks the transitions of a mission; `period` is that of the main mission, in which it is played.
+pub(super) fn check(
+    mission: &Mission,
+    period: Option<&Spanned<Duration>>,
+    findings: &mut Findings,
+) {
     let with_components = mission.places.iter().filter(|place| !place.components.is_empty());
     let safe_places: BTreeMap<&str, &Place> =
         with_components.map(|place| (place.name.value.as_str(), place)).collect();
@@ -46,8 +52,9 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         }
         excluded_by_itself(transition, findings);
         check_dates(transition, findings);
-        shorter_than_period(transition, mission, findings);
+        shorter_than_period(transition, period, findings);
         too_short(transition, findings);
+        report_latest_of_operator(transition, findings);
         if mission.lacks_input(transition) && !transition.is_doubtful {
             report_missing_input(transition, findings);
         }
@@ -107,19 +114,14 @@ fn has_condition(transition: &Transition) -> bool {
         || transition.is_doubtful
 }
 
-fn too_many_tokens(
-    at: &crate::source::Spanned<String>,
-    place: &Place,
-    remedy: &str,
-    findings: &mut Findings,
-) {
+fn too_many_tokens(at: &Spanned<String>, place: &Place, remedy: &str, findings: &mut Findings) {
     let message = format!("{} activates components, so it has one token at most", place.name.value);
     findings.push(Finding::new(Code::TooManyTokens, &at.at, message).remedy(remedy));
 }
 
 fn report_never(
     transition: &Transition,
-    at: &crate::source::Spanned<String>,
+    at: &Spanned<String>,
     why: &str,
     remedy: &str,
     findings: &mut Findings,
@@ -219,8 +221,33 @@ fn check_dates(transition: &Transition, findings: &mut Findings) {
 }
 
 /// With a period the net is examined only at that interval, so a shorter time is missed.
-fn shorter_than_period(transition: &Transition, mission: &Mission, findings: &mut Findings) {
-    let (Some(period), Some(interval)) = (&mission.period, &transition.interval) else { return };
+/// An operator's transition has no latest moment: what `timeout` or `interval` states for it has no
+/// effect.
+fn report_latest_of_operator(transition: &Transition, findings: &mut Findings) {
+    let Some(interval) = &transition.interval else { return };
+    if transition.autonomy != Autonomy::Operator
+        || interval.value.latest.is_none()
+        || transition.lost_link.as_ref().is_some_and(|it| it.value == LostLink::Fire)
+    {
+        return;
+    }
+    let message = format!(
+        "this latest time has no effect: {} fires only when the operator decides, after {:?} at the \
+         earliest",
+        transition.name.value, interval.value.earliest
+    );
+    let finding = Finding::new(Code::NoEffect, &interval.at, message);
+    findings.push(finding.remedy(
+        "write after=\"…\" for the earliest time; for a time out, add a transition of its own",
+    ));
+}
+
+fn shorter_than_period(
+    transition: &Transition,
+    period: Option<&Spanned<Duration>>,
+    findings: &mut Findings,
+) {
+    let (Some(period), Some(interval)) = (period, &transition.interval) else { return };
     let Some(latest) = interval.latest.filter(|latest| !latest.is_zero()) else { return };
     if latest < period.value {
         let message = format!(

@@ -431,6 +431,43 @@ fn a_mistake_that_a_guard_repeats_is_one_finding() {
 }
 
 #[test]
+fn a_component_that_is_always_active_may_have_been_done_before() {
+    let arm = |place: &str, of_arm: &str| {
+        let b = format!(r#"<place name="b"{place}/>"#);
+        let out = END.replace("to=\"over\"", "to=\"b\"");
+        let content = format!(
+            r#"{b}{out}{LATE}<transition name="t" from="b" to="over" on="arm.done"/><transition name="u" from="b" to="hold" timeout="9s"/>"#
+        );
+        robot(r#"safe="hold""#, &content).replace("kind=\"arm\"", &format!("kind=\"arm\"{of_arm}"))
+    };
+    only("W0274", "arm is in no place", &arm("", ""));
+    super::none(&arm(r#" components="arm""#, ""));
+    super::none(&arm("", r#" controllable="false""#));
+}
+
+#[test]
+fn an_operator_is_never_too_late() {
+    let by_hand = LATE.replace("/>", " operator=\"true\"/>");
+    only(
+        "W0027",
+        "this latest time has no effect",
+        &robot(r#"safe="hold""#, &format!("{END}{by_hand}")),
+    );
+    let after = by_hand.replace("timeout=", "after=");
+    super::none(&robot(r#"safe="hold""#, &format!("{END}{after}")));
+}
+
+#[test]
+fn a_report_with_a_time_loses_against_the_same_time_alone() {
+    let both = r#"<transition name="t" from="a" to="hold" on="go.failed" timeout="60s"/>"#;
+    only(
+        "W0217",
+        "t never fires: late always fires before it",
+        &robot(r#"safe="hold""#, &format!("{END}{LATE}{both}")),
+    );
+}
+
+#[test]
 fn an_exit_without_a_condition_leaves_no_time_for_reports() {
     let passive = r#"<place name="b"/><transition name="t" from="b" to="a" on="free.done"/>"#;
     let into = r#"<transition name="u" from="a" to="b" on="go.failed"/>"#;

@@ -113,7 +113,7 @@ fn transitions_that_hinder_themselves_or_each_other() {
         r#"<transition name="s" from="b" to="hold" on="go.done"/><transition name="t" from="b" to="hold" timeout="3s"/>"#,
     );
     fine(
-        r#"<transition name="s" from="b" to="hold" timeout="2s" operator="true"/><transition name="t" from="b" to="hold" timeout="3s"/>"#,
+        r#"<transition name="s" from="b" to="hold" after="2s" operator="true"/><transition name="t" from="b" to="hold" timeout="3s"/>"#,
     );
     with(
         "W0217",
@@ -188,7 +188,8 @@ fn a_circle_that_takes_no_time_is_a_warning() {
     };
     one("W0222", &circle("", ""));
     one("W0222", &mission(r#"<transition name="[[t]]" from="a" to="a"/>"#));
-    for rest in [r#" after="1s""#, r#" timeout="1s""#, r#" on="go.done""#, r#" operator="true""#] {
+    for rest in [r#" after="1s""#, r#" timeout="1s""#, r#" on="free.done""#, r#" operator="true""#]
+    {
         none(&circle(rest, "").replace("[[u]]", "u"));
     }
     // Another one goes first, and leads out of it.

@@ -89,3 +89,19 @@ fn a_missing_system_file_is_one_finding() {
     let found = codes_of(&[("robot.xml", robot), ("dock.xml", dock)]);
     assert!(found.len() == 1 && found[0].contains("E0023"), "{found:?}");
 }
+
+#[test]
+fn the_period_is_that_of_the_mission_that_is_played() {
+    let robot = r#"<armor version="1"><system><component name="go" kind="k"/></system>
+        <mission goal="over" safe="hold" period="1.5s"><place name="a" initial="true"/><place name="b"/>
+        <place name="over"/><place name="hold"/><submission ref="dock.xml" in="a" out="b"/>
+        <transition name="t" from="b" to="over" timeout="2s"/></mission></armor>"#;
+    let dock = r#"<armor version="1"><mission goal="y" safe="z"><place name="x" initial="true" components="go"/><place name="y"/>
+        <place name="z"/><transition name="t" from="x" to="y" timeout="1s"/></mission></armor>"#;
+    let found = codes_of(&[("robot.xml", robot), ("dock.xml", dock)]);
+    let [only] = &found[..] else { panic!("{found:?}") };
+    assert!(only.contains("W0220") && only.starts_with("dock.xml"), "{only}");
+    let robot = robot.replace(" period=\"1.5s\"", "");
+    let slow = dock.replace("safe=\"z\"", "safe=\"z\" period=\"30s\"");
+    assert_eq!(codes_of(&[("robot.xml", &robot), ("dock.xml", &slow)]), [""; 0]);
+}

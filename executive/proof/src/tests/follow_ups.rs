@@ -153,3 +153,18 @@ fn a_missing_safe_place_explains_the_checks_that_wait_for_it() {
     let file = file.replace(r#"name="late" from="b" to="c""#, r#"name="stuck" from="a" to="c""#);
     expect(&file, &["E0252"], "the mission has no safe place");
 }
+
+#[test]
+fn a_question_that_comes_too_late_is_never_asked() {
+    let ask = |after: &str| {
+        let ask = format!(
+            r#"<transition name="ask" from="c" to="home" after="{after}" autonomy="confirm" answer-within="3s" unanswered="fire"/>"#
+        );
+        let lead = OUT.replace("to=\"b\"", "to=\"c\"");
+        let fast = r#"<transition name="fast" from="c" to="b" timeout="2s"/>"#;
+        let home = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
+        mission(BOTH, &format!(r#"<place name="c"/>{lead}{ask}{fast}{home}{LATE}"#))
+    };
+    expect(&ask("1s"), &[], "");
+    expect(&ask("5s"), &["W0217"], "ask never fires in time: something else always fires before");
+}

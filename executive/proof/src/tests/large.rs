@@ -74,7 +74,7 @@ fn a_standstill_that_times_exclude_is_not_warned_of() {
         )
     };
     assert_eq!(codes(&net("2s")), ["W0242"]);
-    assert_eq!(codes(&net("3s")), [""; 0]);
+    assert_eq!(codes(&net("3s")), ["W0217"], "`u` comes too late");
 }
 
 #[test]
