@@ -127,8 +127,7 @@ fn check_reading(
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         let needed = needed_paths(configuration, &manifests);
-        let missing = needed.iter().filter(|needed| !needed.path.exists());
-        reading.findings.extend(missing.map(NeededPath::missing));
+        reading.findings.extend(needed.iter().filter_map(NeededPath::find_fault));
         reading.findings.extend(passed_dates(configuration, armor_executive::utc()));
     }
     // The executive proves only missions that are valid otherwise.

@@ -24,15 +24,9 @@ impl Findings {
         if causes.iter().any(|cause| cause.code == Code::NoOutput) {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
-        let is_doubtful =
-            |mission: &Mission| mission.transitions.iter().any(|transition| transition.is_doubtful);
-        let is_other = |result: &Finding| {
-            !matches!(result.code, Code::NeverFires) && result.severity() != Severity::Note
-        };
-        if configuration.missions().any(is_doubtful)
-            || self.iter().any(|finding| finding.code == Code::NoEffect)
-            || proven.iter().any(is_other)
-        {
+        let is_fault = |result: &Finding| result.severity() != Severity::Note;
+        let is_other = |result: &Finding| result.code != Code::NeverFires && is_fault(result);
+        if self.iter().any(is_fault) || proven.iter().any(is_other) {
             proven.retain(|result| !result.is_by_times);
         }
         if let Some(mission) = &configuration.mission {

@@ -147,8 +147,7 @@ fn check_without_proof(disk: &mut Disk, wanted: &Wanted) -> Reading {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         if let Some(manifests) = manifests {
             let needed = needed_paths(configuration, manifests);
-            let missing = needed.iter().filter(|needed| !needed.path.exists());
-            reading.findings.extend(missing.map(NeededPath::missing));
+            reading.findings.extend(needed.iter().filter_map(NeededPath::find_fault));
         }
         let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let utc = Date::since_1970(utc);

@@ -1,5 +1,5 @@
-//! Files that parameters name. This crate opens none of them: it returns the paths, and the caller
-//! checks them.
+//! Files that parameters name. The check itself opens none of them: it returns the paths, and who calls
+//! it tries them.
 
 use std::path::{Path, PathBuf};
 
@@ -23,11 +23,16 @@ pub struct NeededPath {
 }
 
 impl NeededPath {
-    /// Returns the finding that it does not exist.
-    pub fn missing(&self) -> Finding {
+    /// Returns the finding that it cannot be opened, with the reason.
+    pub fn refuse(&self, why: &std::io::Error) -> Finding {
         let Self { component, parameter, written, path } = self;
-        let message =
-            format!("{component}.{parameter} names {}, which does not exist", written.value);
+        let names = format!("{component}.{parameter} names {}", written.value);
+        if why.kind() != std::io::ErrorKind::NotFound {
+            let message = format!("{names}, which cannot be read: {why}");
+            let remedy = format!("check the permissions of {}", path.display());
+            return Finding::new(Code::FileMissing, &written.at, message).remedy(remedy);
+        }
+        let message = format!("{names}, which does not exist");
         let finding = Finding::new(Code::FileMissing, &written.at, message);
         let place = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let place =
@@ -35,10 +40,20 @@ impl NeededPath {
         finding
             .remedy(format!("it was expected in {place}: correct the path, or put the file there"))
     }
+
+    /// Tries to read it, and returns the finding if that fails. Only a file is opened: a device or a
+    /// pipe might wait, or do something.
+    pub fn find_fault(&self) -> Option<Finding> {
+        let found = std::fs::metadata(&self.path);
+        let tried = found.and_then(|found| match found.is_file() {
+            true => std::fs::File::open(&self.path).map(drop),
+            false => Ok(()),
+        });
+        tried.err().map(|why| self.refuse(&why))
+    }
 }
 
-/// Returns the paths in parameters without a default. A parameter with a default is left out: its
-/// file is optional, or the component writes it.
+/// Returns the paths that the file gives, apart from those that the component writes.
 pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec<NeededPath> {
     let system = &configuration.system;
     let mut needed = Vec::new();
@@ -46,8 +61,8 @@ pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec
         let wanted = manifests.get(kind).and_then(|manifest| {
             manifest.parameters.iter().find(|wanted| wanted.name == given.name.value)
         });
-        let is_needed = wanted
-            .is_some_and(|wanted| wanted.kind == ParameterType::Path && wanted.default.is_none());
+        let is_needed =
+            wanted.is_some_and(|wanted| wanted.kind == ParameterType::Path && !wanted.written);
         if is_needed && !given.value.value.is_empty() {
             needed.push(NeededPath {
                 component: component.to_owned(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use armor_robotfile::{Colours, Manifests, check, read};
+use armor_robotfile::{Colours, Manifests, check, needed_paths, read};
 use armor_wire::manifest::Manifest;
 
 use super::{one, system};
@@ -479,4 +479,27 @@ fn an_exit_without_a_condition_leaves_no_time_for_reports() {
     let plain = r#"<transition name="v" from="b" to="hold"/>"#;
     only("W0272", "v has no condition", &file(plain));
     super::none(&file(&plain.replace("/>", " operator=\"true\"/>")));
+}
+
+#[test]
+fn a_file_that_cannot_be_opened_is_named_with_the_reason() {
+    let player = |file: &str| {
+        system(&format!(
+            r#"<component name="p" kind="player"><parameter name="file" value="{file}"/></component>"#
+        ))
+    };
+    let fault = |path: &Path| {
+        let text = player(&path.display().to_string());
+        let reading = read(Path::new("a.xml"), &mut |_| Ok(text.clone().into()));
+        let needed = needed_paths(&reading.configuration.expect("it is read"), &kinds());
+        let [only] = &needed[..] else { panic!("{}", needed.len()) };
+        let denied = only.refuse(&std::io::ErrorKind::PermissionDenied.into()).message;
+        assert!(denied.contains("which cannot be read: permission denied"), "{denied}");
+        only.find_fault().map(|finding| finding.message)
+    };
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    assert_eq!(fault(&here.join("Cargo.toml")), None);
+    assert_eq!(fault(here), None, "a folder may be meant");
+    let missing = fault(&here.join("gone.log")).expect("a finding");
+    assert!(missing.contains("which does not exist"), "{missing}");
 }

@@ -58,8 +58,7 @@ pub fn check_text(path: &Path, text: &str, manifests: &Manifests) -> Findings {
     if let Some(configuration) = &reading.configuration {
         configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         let needed = needed_paths(configuration, manifests);
-        let missing = needed.iter().filter(|needed| !needed.path.exists());
-        reading.findings.extend(missing.map(NeededPath::missing));
+        reading.findings.extend(needed.iter().filter_map(NeededPath::find_fault));
         let today = Date::since_1970(Duration::from_secs(TODAY_S));
         reading.findings.extend(passed_dates(configuration, today));
     }
