@@ -377,7 +377,8 @@ async fn refuse(stream: &mut TlsStream<TcpStream>, refusal: Refusal) {
     let refused = async {
         write_control(stream, &GateReply::Refused { refusal }).await?;
         stream.shutdown().await?;
-        io::Result::Ok(drain(stream).await)
+        drain(stream).await;
+        io::Result::Ok(())
     };
     let _ = time::timeout(LINGER, refused).await;
 }

@@ -21,7 +21,7 @@ pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
     if let Some(registry) = running.registry {
         return Ok(registry);
     }
-    if is_elsewhere() {
+    if armor_socket::has_proxy() {
         bail!(
             "ARMOR_VIA is set, for a system on another host: give the --registry of that system, or \
              set ARMOR_REGISTRY; `armor connect` sets both"
@@ -31,18 +31,12 @@ pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
     choose_system(records, running.system.as_deref(), hint_at_registry)
 }
 
-/// Returns whether this process reaches the system through a proxy: then it is none of this host,
-/// although its registry may have the same address.
-fn is_elsewhere() -> bool {
-    std::env::var_os("ARMOR_VIA").is_some_and(|value| !value.is_empty())
-}
-
 /// Returns the record of the selected system, if this user runs it on this host.
 ///
 /// # Errors
 /// If there is none, or several.
 pub fn find_record(running: &RunningSystem) -> Result<RunRecord> {
-    if is_elsewhere() {
+    if armor_socket::has_proxy() {
         bail!(
             "ARMOR_VIA is set, for a system on another host; its launcher can only be reached on \
              that host"

@@ -61,12 +61,7 @@ fn connect(
     send_hello(versions, peer, Hello::new(from, 1, purpose), None)
 }
 
-fn connect_through(
-    versions: &mut Versions,
-    peer: u64,
-    from: &str,
-    preface: Option<armor_wire::acting::Preface>,
-) {
+fn connect_through(versions: &mut Versions, peer: u64, from: &str, preface: Option<Preface>) {
     send_hello(versions, peer, Hello::new(from, 1, Purpose::Config), preface);
 }
 
@@ -74,7 +69,7 @@ fn send_hello(
     versions: &mut Versions,
     peer: u64,
     hello: Hello,
-    preface: Option<armor_wire::acting::Preface>,
+    preface: Option<Preface>,
 ) -> armor_wire::peer::PeerAction<ConfigReply> {
     let (peer, address) = (PeerId(peer), ([127, 0, 0, 1], 4000).into());
     let connected = armor_wire::peer::PeerEvent::Connected { peer, address, hello, preface };

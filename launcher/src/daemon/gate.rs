@@ -38,7 +38,7 @@ pub struct GateArguments {
 impl Verb for GateArguments {
     fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
         armor_sdk::log::init();
-        if std::env::var_os("ARMOR_VIA").is_some_and(|value| !value.is_empty()) {
+        if armor_socket::has_proxy() {
             bail!("ARMOR_VIA is set, for systems on another host; unset it for a gate to this one");
         }
         let limits = GateLimits::default();
