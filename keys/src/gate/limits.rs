@@ -38,9 +38,9 @@ impl Default for GateLimits {
             handshake: Duration::from_secs(2),
             strangers: 64,
             strangers_per_address: 16,
-            sessions: 400,
-            sessions_per_name: 200,
-            sessions_per_process: 24,
+            sessions: 440,
+            sessions_per_name: 256,
+            sessions_per_process: 40,
         }
     }
 }
