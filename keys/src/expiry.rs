@@ -1,5 +1,7 @@
 //! When a key expires, in words.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
@@ -28,6 +30,12 @@ pub fn describe_notice(name: &str, not_after_s: i64, now_s: i64) -> Option<Strin
         _ => format!("expires in {days} days ({date})"),
     };
     Some(format!("the key of {name} {when}; where the authority's key is: armor keys renew {name}"))
+}
+
+/// This host's wall clock, in seconds since 1970.
+pub fn now_s() -> i64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(now.as_secs()).unwrap_or(i64::MAX)
 }
 
 /// The day, in UTC.

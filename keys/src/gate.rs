@@ -7,6 +7,7 @@
 mod dial;
 mod keys;
 mod limits;
+mod session;
 mod sessions;
 mod strangers;
 
@@ -15,34 +16,29 @@ use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use armor_socket::{FaultTable, Stream, explain_bind_error, tune};
 use armor_wire::acting::Preface;
-use armor_wire::frame::{self, FrameKind};
-use armor_wire::gate::{GateReply, GateRequest};
-use armor_wire::hello::{Refusal, RefusalCode};
-use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::gate::GateRequest;
 use parking_lot::Mutex;
 use thiserror::Error;
-use tokio::io::{AsyncReadExt, AsyncWriteExt, copy_bidirectional_with_sizes};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
 use tokio::time::{self, MissedTickBehavior};
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
-use tracing::{debug, error, info, warn};
+use tracing::{error, info, warn};
 
 use crate::certificate::CertificateFacts;
-use crate::expiry::{describe_notice, find_notice};
-use crate::frames::{read_control, read_frame, write_control};
+use crate::expiry::{describe_notice, find_notice, now_s};
+use crate::frames::read_control;
 use crate::tls::explain_refused_key;
-use dial::dial_process;
 use keys::GateKeys;
 pub use keys::GateKeysError;
 pub use limits::GateLimits;
-use limits::{ACCEPT_REST, COPY_LEN, LINGER, LOOK_AT_KEYS};
-use sessions::{SessionPlace, Sessions};
+use limits::{ACCEPT_REST, LOOK_AT_KEYS};
+use session::drain_and_close;
+use sessions::Sessions;
 use strangers::Strangers;
 
 /// How a gate is run.
@@ -264,135 +260,6 @@ impl Gate {
         let preface = Preface { name: facts.holder.name.clone(), role };
         Ok(Client { stream, facts, preface, request })
     }
-
-    async fn serve_session(&self, mut client: Client, address: SocketAddr) {
-        let process = match &client.request {
-            GateRequest::Watch => "the gate",
-            GateRequest::Connect { address } => address,
-        };
-        let place = self.sessions.admit(&client.facts, process).and_then(|place| {
-            // It may have been revoked after the handshake, and before it had its place.
-            let is_revoked = self.keys.lock().revoked.contains(&client.facts.serial);
-            if is_revoked { Err("the key is revoked".into()) } else { Ok(place) }
-        });
-        match place {
-            Ok(place) => match client.request.clone() {
-                GateRequest::Watch => self.serve_watch(client, place, address).await,
-                GateRequest::Connect { address } => self.forward(client, place, address).await,
-            },
-            Err(text) => {
-                self.log_once(address.ip(), &text);
-                let refusal = Refusal::new(RefusalCode::Limit, text);
-                refuse(&mut client.stream, refusal).await;
-            }
-        }
-    }
-
-    /// Beats, so that both ends notice the loss of the other, until the key is no longer accepted.
-    async fn serve_watch(&self, client: Client, mut place: SessionPlace, address: SocketAddr) {
-        let Client { mut stream, facts, preface, .. } = client;
-        let session = GateReply::Session {
-            host: self.keys.lock().host.facts.holder.name.clone(),
-            name: preface.name,
-            role: preface.role,
-            registry: self.registry.to_string(),
-        };
-        if write_control(&mut stream, &session).await.is_err() {
-            return;
-        }
-        let (holder, from) = (&facts.holder, address.ip());
-        info!("{holder} has connected from {from}");
-        let why = {
-            let (mut reader, mut writer) = tokio::io::split(&mut stream);
-            tokio::select! {
-                why = place.ended() => Some(why),
-                () = beat(&mut writer) => None,
-                () = hear_beats(&mut reader) => None,
-            }
-        };
-        match why {
-            Some(why) => {
-                info!("{holder} at {from} is disconnected: {why}");
-                refuse(&mut stream, Refusal::new(RefusalCode::Role, why)).await;
-            }
-            None => info!("{holder} at {from} has gone"),
-        }
-    }
-
-    /// Connects the client to a process of the system.
-    async fn forward(&self, client: Client, mut place: SessionPlace, address: String) {
-        let Client { mut stream, preface, .. } = client;
-        let name = preface.name.clone();
-        let registry = self.registry;
-        let dial = {
-            let address = address.clone();
-            move || dial_process(registry, &address, &preface)
-        };
-        let failed = |error: String| Refusal::new(RefusalCode::Limit, error);
-        let dialled = match tokio::task::spawn_blocking(dial).await {
-            Ok(dialled) => dialled,
-            Err(error) => Err(failed(error.to_string())),
-        };
-        let connected = dialled.and_then(|dialled| {
-            dialled.set_nonblocking(true).map_err(|error| failed(error.to_string()))?;
-            TcpStream::from_std(dialled).map_err(|error| failed(error.to_string()))
-        });
-        let mut process = match connected {
-            Ok(process) => process,
-            Err(refusal) => {
-                debug!(%name, %address, %refusal, "refused");
-                return refuse(&mut stream, refusal).await;
-            }
-        };
-        if write_control(&mut stream, &GateReply::Connected).await.is_err() {
-            return;
-        }
-        tokio::select! {
-            why = place.ended() => debug!(%name, %address, %why, "disconnected"),
-            _ = copy_bidirectional_with_sizes(&mut stream, &mut process, COPY_LEN, COPY_LEN) => {}
-        }
-    }
-}
-
-async fn beat(writer: &mut (impl tokio::io::AsyncWrite + Unpin)) {
-    let bytes = frame::signal(FrameKind::Beat);
-    loop {
-        time::sleep(BEAT).await;
-        let written = async {
-            writer.write_all(&bytes).await?;
-            writer.flush().await
-        };
-        if !matches!(time::timeout(SILENCE, written).await, Ok(Ok(()))) {
-            return;
-        }
-    }
-}
-
-async fn hear_beats(reader: &mut (impl tokio::io::AsyncRead + Unpin)) {
-    while let Ok(Ok((FrameKind::Beat, _))) = time::timeout(SILENCE, read_frame(reader)).await {}
-}
-
-/// Sends a refusal, as far as the client takes it.
-async fn refuse(stream: &mut TlsStream<TcpStream>, refusal: Refusal) {
-    let refused = async {
-        write_control(stream, &GateReply::Refused { refusal }).await?;
-        stream.shutdown().await?;
-        drain(stream).await;
-        io::Result::Ok(())
-    };
-    let _ = time::timeout(LINGER, refused).await;
-}
-
-/// Waits until the client has read the alert: closing a socket that has unread bytes would reset the
-/// connection and discard it.
-async fn drain_and_close(mut stream: TcpStream) {
-    let _ = stream.shutdown().await;
-    let _ = time::timeout(LINGER, drain(&mut stream)).await;
-}
-
-async fn drain(stream: &mut (impl tokio::io::AsyncRead + Unpin)) {
-    let mut waste = [0; 4 << 10];
-    while matches!(stream.read(&mut waste).await, Ok(len) if len > 0) {}
 }
 
 /// Lets a connection notice within two seconds that the other host has fallen silent.
@@ -403,10 +270,4 @@ pub(crate) fn tune_stream(stream: TcpStream) -> io::Result<TcpStream> {
         Stream::Tcp(stream) => TcpStream::from_std(stream),
         Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
     }
-}
-
-/// This host's wall clock, in seconds since 1970.
-pub(crate) fn now_s() -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
-    i64::try_from(now.as_secs()).unwrap_or(i64::MAX)
 }

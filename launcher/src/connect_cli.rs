@@ -5,10 +5,11 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use armor_keys::connect::{GateClient, GateError, GateNotice, GateSession};
-use armor_keys::expiry::describe_notice;
+use armor_keys::expiry::{describe_notice, find_notice};
 use armor_socket::{FaultTable, listen};
 use armor_wire::gate::GATE_PORT;
 use clap::Args;
@@ -23,6 +24,8 @@ use crate::exit::CommandEnding;
 use crate::print::{print_line, print_notice};
 use crate::verb::Verb;
 
+/// Period with which the end of the key is looked at.
+const LOOK_AT_KEY: Duration = Duration::from_secs(60 * 60);
 /// Changes of the connection that wait to be printed.
 const MAX_NOTICES: usize = 16;
 
@@ -66,12 +69,7 @@ impl Verb for ConnectArguments {
 async fn connect(arguments: &ConnectArguments, format: OutputFormat) -> Result<ExitCode> {
     let mut signals = Signals::new()?;
     let client = Arc::new(GateClient::new(&with_port(&arguments.gate), &arguments.key)?);
-    let facts = client.facts();
-    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    let now_s = i64::try_from(now.unwrap_or_default().as_secs()).unwrap_or(i64::MAX);
-    if let Some(text) = describe_notice(&facts.holder.name, facts.not_after_s, now_s) {
-        print_notice(format_args!("warning: {text}"));
-    }
+    tokio::spawn(announce_end(Arc::clone(&client)));
     let listen_at = arguments.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
     let proxy = listen_for_tools(listen_at)?;
     let via = proxy.local_addr()?;
@@ -119,6 +117,23 @@ async fn connect(arguments: &ConnectArguments, format: OutputFormat) -> Result<E
         () = report_changes(&mut notices, &session) => CommandEnding::Failed.code(),
     };
     Ok(code.into())
+}
+
+/// Announces the end of the key, once for each of the times ahead.
+async fn announce_end(client: Arc<GateClient>) {
+    let mut announced = None;
+    loop {
+        let facts = client.facts();
+        let now_s = armor_keys::expiry::now_s();
+        let notice = find_notice(facts.not_after_s, now_s).map(|days| (facts.serial, days));
+        if notice != announced
+            && let Some(text) = describe_notice(&facts.holder.name, facts.not_after_s, now_s)
+        {
+            print_notice(format_args!("warning: {text}"));
+        }
+        announced = notice;
+        tokio::time::sleep(LOOK_AT_KEY).await;
+    }
 }
 
 /// Prints when the gate is lost and when it is back.

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
-use armor_keys::expiry::{describe_notice, format_date};
+use armor_keys::expiry::{describe_notice, format_date, now_s};
 use armor_keys::folder::{AddedKey, KeyState, ListedKey, REVOKED};
 use armor_keys::{CertificateFacts, KeyHolder, KeyPurpose, KeysFolder};
 use clap::{Args, Subcommand};
@@ -228,6 +227,15 @@ fn revoke_keys(arguments: &RevokeArguments, format: OutputFormat) -> Result<()> 
     if format == OutputFormat::Json {
         return revoked.iter().try_for_each(|facts| print_line(describe_key(facts)));
     }
+    let is_host = |facts: &CertificateFacts| facts.holder.purpose == KeyPurpose::Host;
+    if revoked.iter().any(is_host) {
+        return print_wrapped(format_args!(
+            "{0}: the key is marked as revoked, but `armor connect` reads no list of revoked keys. If \
+             it was stolen, who has it can pass for the gate of {0}: make another authority in \
+             another folder, and new keys for everyone",
+            arguments.name
+        ));
+    }
     let count = match revoked.len() {
         1 => "its key".to_owned(),
         count => format!("its {count} keys"),
@@ -255,9 +263,4 @@ fn word_for(state: KeyState) -> &'static str {
         KeyState::Revoked => "revoked",
         KeyState::Expired => "expired",
     }
-}
-
-fn now_s() -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(now.as_secs()).unwrap_or(i64::MAX)
 }
