@@ -156,7 +156,7 @@ fn each_role_gets_what_it_may_and_a_refusal_names_the_role_that_is_needed() {
             assert!(allowed[at] || err.contains(&refusal), "{role} {tool:?}: {err}");
         }
         if role == "observer" {
-            // Whoever may only look may stop the robot. The operator continues.
+            // An observer may bring the robot to rest; an operator resumes.
             assert_eq!(site.mission(&run)["stage"], "paused");
             site.add("helper", "operator");
             site.remote_ok("authority/helper.key", &["mission", "resume"]);
@@ -165,14 +165,14 @@ fn each_role_gets_what_it_may_and_a_refusal_names_the_role_that_is_needed() {
     let system = fs::read_to_string(site.path("guarded.xml")).expect("readable");
     assert!(system.contains("other"), "the engineer has set it: {system}");
     // Logged once each, with the name.
-    let log = run.log();
+    run.wait_for_log("engineer has set robot.start", 1);
     for refused in [
         "firing a transition needs the role operator, and the key of observer",
         "setting robot.start needs the role engineer, and the key of operator",
     ] {
-        assert_eq!(log.matches(refused).count(), 1, "{log}");
+        run.wait_for_log(refused, 1);
+        assert_eq!(run.log().matches(refused).count(), 1, "{}", run.log());
     }
-    assert!(log.contains("engineer has set robot.start"), "{log}");
     // The safe place, for anyone.
     site.remote_ok("authority/observer.key", &["mission", "safe"]);
     run.wait_for_log("hold", 1);
@@ -288,6 +288,7 @@ fn a_revocation_closes_live_links_and_a_renewal_closes_none() {
     for _ in 0..100 {
         bob.read_line();
     }
+    run.wait_for_log("bob (observer) at 127.0.0.1 has gone", 1);
     assert_eq!(
         run.log().matches("bob (observer) at 127.0.0.1 has gone").count(),
         1,
@@ -314,6 +315,7 @@ fn idle_strangers_and_garbage_keep_no_one_with_a_key_out() {
     let seen = site.remote_ok("authority/alice.key", &["ps"]);
     assert!(seen.contains("simulator"), "{seen}");
     drop(idle);
+    run.wait_for_log("a connection from 127.0.0.1 is refused", 1);
     let refusals = run.log().matches("a connection from 127.0.0.1 is refused").count();
     assert!((1..=4).contains(&refusals), "once for each kind: {}", run.log());
 }
@@ -415,4 +417,43 @@ fn a_gate_without_keys_that_it_can_trust_does_not_listen() {
     set_mode("robot", 0o700);
     fs::remove_file(site.path("robot/robot.key")).expect("it was there");
     refused("robot", "there is no key of a host here");
+}
+
+#[test]
+fn tools_wait_for_a_robot_that_is_cut_off_for_long() {
+    let site = Site::new("key-cut-off");
+    let run = site.folder.run("out", &["guarded.xml", "--headless"]);
+    run.wait_for_log("the start: nowhere -> up", 1);
+    site.add("alice", "observer");
+    let (gate, registry) = (site.gate.to_string(), run.registry().to_string());
+    let start_gate = || {
+        let listen = ["gate", "--listen", &gate, "--registry", &registry, "--keys", "robot"];
+        let gate = Dialogue::start(&mut site.folder.armor(&listen));
+        wait_for("the gate", || TcpStream::connect(site.gate).ok());
+        gate
+    };
+    let first = start_gate();
+    let key = ["connect", &gate, "--key", "authority/alice.key", "--format", "json"];
+    let connected = Dialogue::start(&mut site.folder.armor(&key));
+    let session: Value = serde_json::from_str(&connected.read_line()).expect("JSON");
+    let tool = |arguments: &[&str]| {
+        let mut command = site.folder.armor(arguments);
+        command.env("ARMOR_VIA", session["via"].as_str().expect("an address"));
+        command.env("ARMOR_REGISTRY", &registry);
+        command
+    };
+    let echo = Dialogue::start(&mut tool(&["echo", "robot.odometry"]));
+    echo.read_line();
+    first.kill();
+    // A tool that asks once gives up after three seconds; one that follows data does not.
+    for _ in 0..2 {
+        let (code, _, err) = run_to_end(&mut tool(&["ps"]));
+        assert!(code == 1 && err.contains("no answer from the registry"), "{code} {err}");
+    }
+    let _second = start_gate();
+    let back_s = now_s();
+    wait_for("data that was published after that", || {
+        let data: Value = serde_json::from_str(&echo.read_line()).expect("JSON");
+        (data["stamp_s"].as_f64()? > back_s).then_some(())
+    });
 }

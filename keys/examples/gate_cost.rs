@@ -71,7 +71,7 @@ fn main() -> Result<(), Failure> {
 }
 
 /// A process of the system: acknowledges a preface if there is one, then echoes messages, or
-/// swallows what follows a byte that says so. The gate takes its address for that of the registry.
+/// swallows what follows the byte for bulk data. The gate takes its address for that of the registry.
 fn start_process() -> Result<SocketAddr, Failure> {
     let listener = TcpListener::bind("127.0.0.1:0")?;
     let address = listener.local_addr()?;
@@ -211,4 +211,4 @@ fn median_us(mut times: Vec<Duration>) -> f64 {
     times[times.len() / 2].as_secs_f64() * 1e6
 }
 
-const _: () = assert!(PREFIX_LEN < MESSAGE_LEN, "a preface is told from a message by its length");
+const _: () = assert!(PREFIX_LEN < MESSAGE_LEN, "a preface is recognized by its length");

@@ -15,13 +15,13 @@ use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, print_notice, print_wrapped, terminal_width};
 use crate::verb::Verb;
 
-/// How long a key is valid, unless it is said otherwise.
+/// How long a key is valid by default.
 const DAYS: u32 = 365;
 
 /// Make, list, renew and revoke the keys with which people reach robots from other hosts.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:
-  armor keys init                          an authority, on the computer of who decides about access
+  armor keys init                          an authority, on the computer of the person who decides about access
   armor keys add robot --role host         the key of a robot's gate
   armor keys add alice --role operator     a key for alice, in one file
   armor keys revoke alice
@@ -231,7 +231,7 @@ fn revoke_keys(arguments: &RevokeArguments, format: OutputFormat) -> Result<()> 
     if revoked.iter().any(is_host) {
         return print_wrapped(format_args!(
             "{0}: the key is marked as revoked, but `armor connect` reads no list of revoked keys. If \
-             it was stolen, who has it can pass for the gate of {0}: make another authority in \
+             it was stolen, its holder can pass for the gate of {0}: make another authority in \
              another folder, and new keys for everyone",
             arguments.name
         ));

@@ -139,7 +139,7 @@ impl CloseReason {
         if let Self::Hello(HandshakeError::Refused(refusal)) = self
             && refusal.code == RefusalCode::Role
         {
-            // It names the holder of the key: everybody's first such fault is logged.
+            // It names the holder of the key: the first such fault of each holder is logged.
             return Some(Cow::Owned(refusal.text.clone()));
         }
         self.plain_fault_kind().map(Cow::Borrowed)

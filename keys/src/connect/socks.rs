@@ -67,7 +67,7 @@ pub(super) async fn read_request(
     Ok(format!("{host}:{port}"))
 }
 
-/// Answers a request. The address from which the gate connects is not told.
+/// Answers a request. The address from which the gate connects is not sent: no tool needs it.
 pub(super) async fn answer(
     stream: &mut (impl AsyncWrite + Unpin),
     answer: SocksAnswer,

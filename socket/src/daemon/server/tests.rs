@@ -97,7 +97,7 @@ fn a_refused_peer_gets_the_reason_and_causes_no_further_event() {
         server.perform(PeerAction::Refuse { peer: id, refusal: refusal.clone() });
         server.perform(PeerAction::Send { peer: id, message: 7 });
         let (kind, body) = peer.hear().await.unwrap();
-        let heard = hello::read_answer(&frame::Frame { kind, flags: 0, body: &body });
+        let heard = hello::read_answer(&Frame { kind, flags: 0, body: &body });
         assert_eq!(heard.unwrap_err().to_string(), refusal.text);
         assert!(peer.hear().await.is_none());
         // The next event is of another connection.
