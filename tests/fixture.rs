@@ -57,6 +57,7 @@ impl Folder {
             "ARMOR_LOG",
             "ARMOR_VIA",
             "ARMOR_PORT",
+            "ARMOR_KEYS",
         ] {
             command.env_remove(variable);
         }

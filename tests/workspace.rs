@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-wire-derive", &["armor-quantity"]),
     ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
     ("armor-socket", &["armor-wire"]),
+    ("armor-keys", &["armor-files", "armor-socket", "armor-wire"]),
     ("armor-registry", &["armor-socket", "armor-wire"]),
     ("armor-robotfile", &["armor-wire"]),
     ("armor-configd", &["armor-files", "armor-robotfile", "armor-socket", "armor-wire"]),

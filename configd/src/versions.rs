@@ -12,6 +12,8 @@ use std::path::PathBuf;
 
 use armor_robotfile::model::System;
 use armor_robotfile::{Configuration, Findings, Manifests, Reading};
+use armor_socket::FaultTable;
+use armor_wire::acting::Preface;
 use armor_wire::config::{Assigned, ChangeRecord, ConfigReply, ConfigRequest, ConfigurationState};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::peer::PeerId;
@@ -111,6 +113,8 @@ pub struct Versions {
     roles: Roles,
     clients: BTreeMap<PeerId, ConfigdClient>,
     settings: SettingQueue,
+    /// Holders of keys for whom a refusal was logged.
+    role_faults: FaultTable<String>,
 }
 
 /// One component's or tool's connection.
@@ -118,6 +122,8 @@ struct ConfigdClient {
     component: String,
     /// The parameters it asked for: changes of those that are live are sent to it.
     asked: BTreeSet<String>,
+    /// On whose behalf it acts, if a gate forwards it.
+    preface: Option<Preface>,
 }
 
 impl Versions {
@@ -209,6 +215,7 @@ impl Versions {
             roles: Roles::default(),
             clients: BTreeMap::new(),
             settings: SettingQueue::default(),
+            role_faults: FaultTable::default(),
         }
     }
 
@@ -236,8 +243,8 @@ impl Versions {
     pub fn handle(&mut self, event: ConfigdEvent) -> Vec<ConfigdAction> {
         use armor_wire::peer::PeerEvent::{Beat, Closed, Connected, Message};
         match event {
-            ConfigdEvent::Peer(Connected { peer, address, hello }) => {
-                vec![self.welcome_client(peer, address, &hello)]
+            ConfigdEvent::Peer(Connected { peer, address, hello, preface }) => {
+                vec![self.welcome_client(peer, address, &hello, preface)]
             }
             ConfigdEvent::Peer(Message { peer, message, .. }) => self.answer_request(peer, message),
             ConfigdEvent::Peer(Closed { peer, .. }) => {
@@ -256,6 +263,7 @@ impl Versions {
         peer: PeerId,
         address: SocketAddr,
         hello: &Hello,
+        preface: Option<Preface>,
     ) -> ConfigdAction {
         if !matches!(hello.purpose, Purpose::Config) {
             tracing::warn!(%address, from = %hello.from, "refused: it did not come for configuration");
@@ -264,14 +272,17 @@ impl Versions {
             return ConfigdAction::Peer(armor_wire::peer::PeerAction::Refuse { peer, refusal });
         }
         // A component that is not in the file yet may be in its next version.
-        self.clients
-            .insert(peer, ConfigdClient { component: hello.from.clone(), asked: BTreeSet::new() });
+        let (component, asked) = (hello.from.clone(), BTreeSet::new());
+        self.clients.insert(peer, ConfigdClient { component, asked, preface });
         let welcome =
             Welcome { name: "configd".into(), instance: self.instance, schema: String::new() };
         ConfigdAction::Peer(armor_wire::peer::PeerAction::Welcome { peer, welcome })
     }
 
     fn answer_request(&mut self, peer: PeerId, message: ConfigRequest) -> Vec<ConfigdAction> {
+        if let Some(reply) = self.refuse_role(peer, &message) {
+            return vec![send_reply(peer, reply)];
+        }
         if !self.is_in_force() {
             if let (ConfigRequest::Parameter { name, .. }, Some(client)) =
                 (&message, self.clients.get_mut(&peer))
@@ -297,12 +308,42 @@ impl Versions {
                 Some(self.diff_versions(request, from, to))
             }
             ConfigRequest::Set { request, component, parameter, value } => {
-                let wanted = setting::WantedSetting { peer, request, component, parameter, value };
-                return self.set_parameter(wanted);
+                let preface = self.clients.get(&peer).and_then(|client| client.preface.clone());
+                let by = preface.map(|preface| preface.name);
+                return self.set_parameter(setting::WantedSetting {
+                    peer,
+                    request,
+                    component,
+                    parameter,
+                    value,
+                    by,
+                });
             }
             ConfigRequest::Beat => None,
         };
         reply.map(|reply| send_reply(peer, reply)).into_iter().collect()
+    }
+
+    /// Returns the answer to a request that the role of its sender does not allow.
+    fn refuse_role(&mut self, peer: PeerId, message: &ConfigRequest) -> Option<ConfigReply> {
+        let preface = self.clients.get(&peer)?.preface.as_ref()?;
+        let refusal = preface.check(message).err()?;
+        if self.role_faults.is_new(None, preface.name.clone()) {
+            tracing::warn!("refused: {refusal}; further ones of that key are not logged");
+        }
+        Some(match message {
+            ConfigRequest::Set { request, .. } => {
+                let (text, findings) = (refusal.text, Vec::new());
+                ConfigReply::Rejected { request: *request, text, findings, left_out: 0 }
+            }
+            ConfigRequest::Settings { request }
+            | ConfigRequest::Parameter { request, .. }
+            | ConfigRequest::List { request, .. }
+            | ConfigRequest::Diff { request, .. } => {
+                ConfigReply::Refused { request: *request, refusal }
+            }
+            ConfigRequest::Beat => return None,
+        })
     }
 
     /// Returns the answer to any request while no version is in force.

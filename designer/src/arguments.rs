@@ -17,7 +17,7 @@ Usage: armor-designer [OPTIONS] [FILE]
        armor-designer --export OUT.svg [--view VIEW] FILE
 
   --attach [REGISTRY]    watches a running system without affecting it; without REGISTRY,
-                         the only one of yours on this host
+                         that of ARMOR_REGISTRY, or the only one of yours on this host
   --components DIR       looks for components there too; may be given again
   --check                prints what is wrong with the files, as `armor check` does, and ends
   --screenshot OUT.png   saves a picture of the whole window without opening one, and ends

@@ -91,6 +91,10 @@ impl FollowingTap {
                     self.watcher.check_return().map_err(FollowError::GoneForGood)?;
                     std::thread::sleep(ASK_EVERY / 10);
                 }
+                // A system on another host may be cut off, and is waited for.
+                Err(_) if self.observed.directory().is_remote() => {
+                    std::thread::sleep(ASK_EVERY / 10);
+                }
                 Err(_) => return Err(FollowError::Ended(data.clone())),
             }
         }

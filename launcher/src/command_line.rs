@@ -12,8 +12,10 @@ use crate::check::CheckArguments;
 use crate::completions::CompletionsArguments;
 use crate::component_cli::ComponentArguments;
 use crate::component_orders::{LogArguments, RestartArguments, StopArguments, WatchArguments};
+use crate::connect_cli::ConnectArguments;
 use crate::daemon::configd::ConfigdArguments;
 use crate::daemon::executive::ExecutiveArguments;
+use crate::daemon::gate::GateArguments;
 use crate::daemon::registry::RegistryArguments;
 use crate::doctor::DoctorArguments;
 use crate::evaluate_cli::EvalArguments;
@@ -27,6 +29,7 @@ use crate::inspect_cli::graph::GraphArguments;
 use crate::inspect_cli::hz::HzArguments;
 use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
+use crate::keys_cli::KeysCommand;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
@@ -91,12 +94,15 @@ commands! {
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
     #[command(subcommand)] Param(ParamCommand),
+    Connect(ConnectArguments),
+    #[command(subcommand)] Keys(KeysCommand),
     New(NewArguments),
     Sdk(SdkArguments),
     Completions(CompletionsArguments),
     Registry(RegistryArguments),
     Configd(ConfigdArguments),
     Executive(ExecutiveArguments),
+    Gate(GateArguments),
     Component(ComponentArguments),
     #[command(hide = true)] Guard(GuardArguments),
     #[command(hide = true)] GroupKiller(GroupKillerArguments),

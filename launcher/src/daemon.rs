@@ -3,5 +3,6 @@
 
 pub mod configd;
 pub mod executive;
+pub mod gate;
 pub mod registry;
 mod serving;

@@ -2,7 +2,7 @@
 
 pub mod arguments;
 mod component_link;
-mod descriptors;
+pub mod descriptors;
 mod environment;
 pub mod given_up;
 pub mod group_killer;

@@ -21,6 +21,12 @@ pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
     if let Some(registry) = running.registry {
         return Ok(registry);
     }
+    if armor_socket::has_proxy() {
+        bail!(
+            "ARMOR_VIA is set, for a system on another host: give the --registry of that system, or \
+             set ARMOR_REGISTRY; `armor connect` sets both"
+        );
+    }
     let records = systems::list_running(&systems::record_directory()?)?;
     choose_system(records, running.system.as_deref(), hint_at_registry)
 }
@@ -30,6 +36,12 @@ pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
 /// # Errors
 /// If there is none, or several.
 pub fn find_record(running: &RunningSystem) -> Result<RunRecord> {
+    if armor_socket::has_proxy() {
+        bail!(
+            "ARMOR_VIA is set, for a system on another host; its launcher can only be reached on \
+             that host"
+        );
+    }
     let mut records = systems::list_running(&systems::record_directory()?)?;
     if let Some(registry) = running.registry {
         records.retain(|record| record.registry == registry);

@@ -71,7 +71,10 @@ mod tests {
         };
         check("fire", "tip: did you mean `armor mission fire`?");
         check("fier", "tip: did you mean `armor mission fire`?");
-        check("list", "tip: did you mean `armor data list` or `armor param list`?");
+        check(
+            "list",
+            "tip: did you mean `armor data list` or `armor param list` or `armor keys list`?",
+        );
         check("chek", "'check'");
         assert!(!render(&["armor", "xyzzy"]).contains("did you mean"));
         assert!(render(&["armor", "mission", "fier", "t"]).contains("'fire'"));

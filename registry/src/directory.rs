@@ -68,7 +68,7 @@ impl RegistryDirectory {
     /// Handles an event and returns the resulting actions.
     pub fn handle(&mut self, event: PeerEvent<RegistryRequest>, now: Duration) -> Actions {
         match event {
-            PeerEvent::Connected { peer, address, hello } => {
+            PeerEvent::Connected { peer, address, hello, .. } => {
                 self.welcome_client(peer, address, hello, now);
             }
             PeerEvent::Message { peer, arrived, message } => {

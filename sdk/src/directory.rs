@@ -245,6 +245,12 @@ impl Directory {
         &self.inner.clock
     }
 
+    /// Whether connections lead through a proxy, to a system on another host: it may be cut off for
+    /// any time, and still run.
+    pub fn is_remote(&self) -> bool {
+        armor_socket::has_proxy()
+    }
+
     /// Leaves the registry, for all clones of this. That withdraws the declared outputs.
     pub fn close(&self) {
         self.inner.closing.store(true, Ordering::Relaxed);

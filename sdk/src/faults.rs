@@ -5,7 +5,7 @@ use std::net::IpAddr;
 
 use armor_socket::FaultTable;
 use armor_wire::frame::FrameError;
-use armor_wire::hello::{HandshakeError, RefusalCode};
+use armor_wire::hello::{HandshakeError, Refusal, RefusalCode};
 
 /// A fault of a peer, logged once per address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,6 +61,8 @@ impl From<RefusalCode> for PeerFault {
 #[derive(Default)]
 pub(crate) struct PeerFaultLog {
     logged: FaultTable<PeerFault>,
+    /// Requests that a role does not allow. Each names the holder of the key.
+    roles: FaultTable<String>,
 }
 
 impl PeerFaultLog {
@@ -69,6 +71,13 @@ impl PeerFaultLog {
         if self.logged.is_new(peer, fault) {
             let from = peer.map(|peer| format!(" from {peer}")).unwrap_or_default();
             tracing::warn!("connection{from} closed: {why}; further ones like it are not logged");
+        }
+    }
+
+    /// Logs what the role of a key does not allow, once for each key and kind of request.
+    pub fn log_role_once(&self, refusal: &Refusal) {
+        if self.roles.is_new(None, refusal.text.clone()) {
+            tracing::warn!("refused: {refusal}; further ones like it are not logged");
         }
     }
 }

@@ -25,5 +25,6 @@ pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
 pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group};
 pub use port_holder::explain_bind_error;
+pub use proxy::has_proxy;
 pub use stream::Stream;
 pub use tuning::{enlarge_send_buffer, tune};

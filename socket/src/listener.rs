@@ -30,7 +30,8 @@ pub enum ListenError {
     /// The address can be reached from other machines.
     #[error(
         "{0} can be reached from other machines, and without keys every one of them could command \
-         the robot; listen on a loopback address such as 127.0.0.1"
+         the robot; listen on a loopback address such as 127.0.0.1, and let `armor gate` listen for \
+         other machines"
     )]
     Wide(SocketAddr),
     /// The system refuses the address.

@@ -23,6 +23,12 @@ pub(crate) fn proxy_address() -> Option<String> {
     std::env::var(PROXY_VARIABLE).ok().filter(|proxy| !proxy.is_empty())
 }
 
+/// Returns whether this process reaches the other ones through a proxy: the system is then on
+/// another host, even if an address of it is also one of this host.
+pub fn has_proxy() -> bool {
+    proxy_address().is_some()
+}
+
 /// Returns the port to listen on, if the environment sets one.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use bincode::de::{Decoder, DecoderImpl};
 use bincode::enc::write::{SizeWriter, Writer};
 use thiserror::Error;
 
-pub use crate::limits::{MAX_CONTROL_LEN, MAX_DATA_LEN, MAX_HELLO_LEN};
+pub use crate::limits::{MAX_CONTROL_LEN, MAX_DATA_LEN, MAX_HELLO_LEN, MAX_PREFACE_LEN};
 use crate::message::WireType;
 
 /// Why bytes are not a value of the wanted type.

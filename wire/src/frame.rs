@@ -8,7 +8,7 @@ pub use reader::{FrameReader, READ_LEN};
 
 use thiserror::Error;
 
-use crate::codec::{self, MAX_CONTROL_LEN, MAX_DATA_LEN, MAX_HELLO_LEN};
+use crate::codec::{self, MAX_CONTROL_LEN, MAX_DATA_LEN, MAX_HELLO_LEN, MAX_PREFACE_LEN};
 use crate::message::WireType;
 
 /// Length of the prefix of every frame in bytes.
@@ -36,12 +36,14 @@ pub enum FrameKind {
     Resume = 7,
     /// A request, command or answer of the protocol that the hello named.
     Control = 8,
+    /// Before the hello, from a gate: on whose behalf the connection acts.
+    Preface = 9,
 }
 
 impl FrameKind {
     fn from_byte(byte: u8) -> Option<Self> {
-        use FrameKind::{Beat, Control, Data, Hello, Pause, Refusal, Resume, Welcome};
-        [Hello, Welcome, Refusal, Data, Beat, Pause, Resume, Control]
+        use FrameKind::{Beat, Control, Data, Hello, Pause, Preface, Refusal, Resume, Welcome};
+        [Hello, Welcome, Refusal, Data, Beat, Pause, Resume, Control, Preface]
             .into_iter()
             .find(|kind| *kind as u8 == byte)
     }
@@ -50,6 +52,7 @@ impl FrameKind {
     pub fn max_body_len(self) -> usize {
         match self {
             Self::Hello => MAX_HELLO_LEN,
+            Self::Preface => MAX_PREFACE_LEN,
             Self::Welcome | Self::Refusal | Self::Control => MAX_CONTROL_LEN,
             Self::Data => MAX_DATA_LEN + DATA_HEADER_LEN - PREFIX_LEN,
             Self::Beat | Self::Pause | Self::Resume => 0,

@@ -7,6 +7,7 @@
 // Derived code names this crate by its public path, also inside the crate itself.
 extern crate self as armor_wire;
 
+pub mod acting;
 pub mod array;
 pub mod backoff;
 pub mod clock;
@@ -14,6 +15,7 @@ pub mod codec;
 pub mod config;
 pub mod control;
 pub mod frame;
+pub mod gate;
 pub mod hello;
 pub mod keep;
 pub mod limits;

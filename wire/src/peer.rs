@@ -1,15 +1,17 @@
 //! Events of a daemon's peers, and the actions that a daemon takes.
 
+use std::borrow::Cow;
 use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
 use thiserror::Error;
 
+use crate::acting::Preface;
 use crate::codec::DecodeError;
 use crate::frame::{FrameError, FrameKind};
 use crate::hello::{HandshakeError, Hello, Welcome};
-use crate::refusal::Refusal;
+use crate::refusal::{Refusal, RefusalCode};
 
 /// Identifies a connection. The number is not reused while the daemon runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,6 +29,8 @@ pub enum PeerEvent<Q> {
         address: SocketAddr,
         /// Its name, process start and purpose.
         hello: Hello,
+        /// On whose behalf it acts, if a gate forwards it.
+        preface: Option<Preface>,
     },
     /// A peer has sent a message.
     Message {
@@ -131,7 +135,17 @@ pub enum CloseReason {
 impl CloseReason {
     /// Returns the kind of protocol violation, which is logged once per address; `None` if the peer
     /// did not violate the protocol.
-    pub fn fault_kind(&self) -> Option<&'static str> {
+    pub fn fault_kind(&self) -> Option<Cow<'static, str>> {
+        if let Self::Hello(HandshakeError::Refused(refusal)) = self
+            && refusal.code == RefusalCode::Role
+        {
+            // It names the holder of the key: the first such fault of each holder is logged.
+            return Some(Cow::Owned(refusal.text.clone()));
+        }
+        self.plain_fault_kind().map(Cow::Borrowed)
+    }
+
+    fn plain_fault_kind(&self) -> Option<&'static str> {
         Some(match self {
             Self::Ended | Self::Broken(_) | Self::Silent | Self::Daemon(_) => return None,
             Self::Truncated => "truncated",

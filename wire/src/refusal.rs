@@ -26,6 +26,8 @@ pub enum RefusalCode {
     Malformed,
     /// The process that asks belongs to another user of the host.
     OtherUser,
+    /// The role of the key does not allow it.
+    Role,
 }
 
 /// Refuses a hello or a request, with the reason.

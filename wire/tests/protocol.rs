@@ -4,11 +4,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
+use armor_wire::acting::{KeyRole, Preface};
 use armor_wire::frame::{self, DataHeader, Frame, FrameKind, FrameReader};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::{ComponentEntry, DataEntry};
-use armor_wire::{Array, Message, WireType, codec, config, control, registry, schema};
+use armor_wire::{Array, Message, WireType, codec, config, control, gate, registry, schema};
 
 const DOCUMENT: &str = include_str!("../../docs/protocol.md");
 
@@ -55,6 +56,9 @@ fn the_schemas_are_those_of_the_types() {
             ("ConfigurationState", text::<config::ConfigurationState>()),
             ("control::Command", text::<control::Command>()),
             ("control::Answer", text::<control::Answer>()),
+            ("Preface", text::<Preface>()),
+            ("gate::Request", text::<gate::GateRequest>()),
+            ("gate::Reply", text::<gate::GateReply>()),
         ],
     );
 }
@@ -116,6 +120,10 @@ fn hello() -> Hello {
         paused: false,
     };
     Hello::new("echo-12", 7, Purpose::Link { link })
+}
+
+fn preface() -> Preface {
+    Preface { name: "alice".into(), role: KeyRole::Operator }
 }
 
 fn lookup() -> registry::RegistryRequest {
@@ -226,6 +234,7 @@ fn the_golden_vectors_are_what_we_write() {
             ("hello", framed(FrameKind::Hello, &hello())),
             ("welcome", framed(FrameKind::Welcome, &welcome())),
             ("refusal", framed(FrameKind::Refusal, &refusal())),
+            ("preface", framed(FrameKind::Preface, &preface())),
             ("lookup", framed(FrameKind::Control, &lookup())),
             ("found", framed(FrameKind::Control, &found())),
             ("parameter", framed(FrameKind::Control, &parameter())),
@@ -267,6 +276,7 @@ fn the_golden_vectors_are_read_as_what_they_are() {
     check_read("hello", FrameKind::Hello, |frame| Hello::read(frame).expect("a hello"), &hello());
     check_read("welcome", FrameKind::Welcome, body, &welcome());
     check_read("refusal", FrameKind::Refusal, body, &refusal());
+    check_read("preface", FrameKind::Preface, body, &preface());
     check_read("lookup", FrameKind::Control, body, &lookup());
     check_read("found", FrameKind::Control, body, &found());
     check_read("parameter", FrameKind::Control, body, &parameter());
@@ -299,6 +309,7 @@ fn the_sample_has_the_schema_hash_and_json_of_the_document() {
 fn the_limits_are_the_constants() {
     let limits = [
         ("MAX_HELLO_LEN", codec::MAX_HELLO_LEN),
+        ("MAX_PREFACE_LEN", codec::MAX_PREFACE_LEN),
         ("MAX_CONTROL_LEN", codec::MAX_CONTROL_LEN),
         ("MAX_DATA_LEN", codec::MAX_DATA_LEN),
         ("MAX_FROM_LEN", armor_wire::hello::MAX_FROM_LEN),
@@ -319,6 +330,7 @@ fn the_limits_are_the_constants() {
         ("SILENCE", armor_wire::liveness::SILENCE.as_millis() as usize),
         ("VERSION", armor_wire::hello::VERSION.into()),
         ("DEFAULT_PORT", registry::DEFAULT_PORT.into()),
+        ("GATE_PORT", gate::GATE_PORT.into()),
     ];
     let rows: BTreeMap<_, _> = DOCUMENT
         .lines()

@@ -23,6 +23,8 @@ pub(super) struct WantedSetting {
     pub(super) component: String,
     pub(super) parameter: String,
     pub(super) value: Option<String>,
+    /// The holder of the key, if it came through a gate.
+    pub(super) by: Option<String>,
 }
 
 /// The requests that are not finished yet.
@@ -64,6 +66,10 @@ impl Versions {
                 let mut actions = self.take_version(configuration, warnings);
                 let (request, version) = (wanted.request, self.number);
                 let changes = self.changes.0.clone();
+                if let Some(by) = &wanted.by {
+                    let (component, parameter) = (&wanted.component, &wanted.parameter);
+                    tracing::info!(version, "{by} has set {component}.{parameter}");
+                }
                 actions
                     .push(send_reply(wanted.peer, ConfigReply::Set { request, version, changes }));
                 actions

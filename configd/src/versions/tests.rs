@@ -58,9 +58,21 @@ fn connect(
     from: &str,
     purpose: Purpose,
 ) -> armor_wire::peer::PeerAction<ConfigReply> {
+    send_hello(versions, peer, Hello::new(from, 1, purpose), None)
+}
+
+fn connect_through(versions: &mut Versions, peer: u64, from: &str, preface: Option<Preface>) {
+    send_hello(versions, peer, Hello::new(from, 1, Purpose::Config), preface);
+}
+
+fn send_hello(
+    versions: &mut Versions,
+    peer: u64,
+    hello: Hello,
+    preface: Option<Preface>,
+) -> armor_wire::peer::PeerAction<ConfigReply> {
     let (peer, address) = (PeerId(peer), ([127, 0, 0, 1], 4000).into());
-    let hello = Hello::new(from, 1, purpose);
-    let connected = armor_wire::peer::PeerEvent::Connected { peer, address, hello };
+    let connected = armor_wire::peer::PeerEvent::Connected { peer, address, hello, preface };
     match versions.handle(ConfigdEvent::Peer(connected)).pop() {
         Some(ConfigdAction::Peer(action)) => action,
         other => panic!("{other:?}"),

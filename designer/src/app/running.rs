@@ -35,7 +35,12 @@ impl Designer {
     /// file that it runs is opened if none is open.
     pub(super) fn attach_to_system(&mut self, registry: Option<&str>) {
         self.view = View::Live;
-        let mut records = running().unwrap_or_default();
+        let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+        let named = variable("ARMOR_REGISTRY");
+        let registry = registry.or(named.as_deref());
+        // Behind a proxy the system is on another host, even if one of this host has its address.
+        let is_remote = variable("ARMOR_VIA").is_some();
+        let mut records = if is_remote { Vec::new() } else { running().unwrap_or_default() };
         if let Some(registry) = registry {
             records.retain(|record| record.registry.to_string() == registry);
         }

@@ -106,6 +106,11 @@ impl WatchPrinter<'_> {
                 if let Some((reason, _)) = self.closed.take() {
                     self.report_closed(&reason)?;
                 }
+                if armor_socket::has_proxy() {
+                    // A system on another host may be cut off.
+                    std::thread::sleep(LOOK_EVERY);
+                    continue;
+                }
                 return self.print("the system has ended", json!({"event": "end"}));
             };
             let history = self.fetch_history();

@@ -126,7 +126,8 @@ impl FileParameters {
             .map_err(|findings| report_invalid(file, &findings))?;
         let hello = Hello::new("param", 1, Purpose::Config);
         let address = ([127, 0, 0, 1], 0).into();
-        let connected = armor_wire::peer::PeerEvent::Connected { peer: OWN_PEER, address, hello };
+        let (peer, preface) = (OWN_PEER, None);
+        let connected = armor_wire::peer::PeerEvent::Connected { peer, address, hello, preface };
         versions.handle(ConfigdEvent::Peer(connected));
         Ok(Self { versions })
     }

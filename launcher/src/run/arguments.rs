@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::Args;
 
 use crate::arguments::{KindFolders, parse_duration, parse_name};
+use crate::keys_cli::KeysDirectory;
 
 /// Start a system and its mission, watch it, and stop it in order.
 #[derive(Args, Debug)]
@@ -44,6 +45,11 @@ pub struct RunArguments {
     /// Where the registry listens. Default: port 7411 of this host, or the next free one.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub registry: Option<SocketAddr>,
+    /// Let people with keys reach the system from other hosts, through a gate that listens here.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub gate: Option<SocketAddr>,
+    #[command(flatten)]
+    pub keys: KeysDirectory,
     /// Name of the system. Default: the name in the file.
     #[arg(long, value_name = "NAME", value_parser = parse_name)]
     pub system: Option<String>,

@@ -23,6 +23,8 @@ use armor_socket::GROUP_VARIABLE;
 
 /// The launcher's own name in the log.
 pub const LAUNCHER: &str = "launcher";
+/// The gate's name, if there is one.
+const GATE: &str = "gate";
 /// Names that components cannot have.
 const RESERVED: [&str; 5] = ["registry", "configd", "configuration", "executive", LAUNCHER];
 
@@ -127,6 +129,9 @@ impl ProcessPlan {
             }
             plan.add_daemon("executive", ChildRole::Executive, executive);
         }
+        if let Some(gate) = arguments.gate {
+            plan.add_gate(gate, &arguments.keys.path()?, components, &at)?;
+        }
         let mut environment = vec![
             ("ARMOR_REGISTRY".into(), OsString::from(&at)),
             ("ARMOR_OUT".into(), out.as_os_str().to_owned()),
@@ -162,6 +167,30 @@ impl ProcessPlan {
     fn add_daemon(&mut self, name: &str, role: ChildRole, mut arguments: Vec<OsString>) {
         arguments.insert(0, name.into());
         self.add(name, role, Restart::Always, OWN_PROGRAM.into(), arguments);
+    }
+
+    /// Adds the gate to other hosts, after a look at whether it can start: a key that cannot be used
+    /// must not be found out when the robot is out of reach.
+    fn add_gate(
+        &mut self,
+        listen: SocketAddr,
+        keys: &Path,
+        components: &[Component],
+        at: &str,
+    ) -> Result<()> {
+        if let Some(component) = components.iter().find(|it| it.name.value == GATE) {
+            bail!(
+                "{}: with --gate the name {GATE} belongs to the gate itself; rename the component, \
+                 or start `armor gate` by itself",
+                component.name.at
+            );
+        }
+        armor_keys::gate::check_start(listen, keys)?;
+        let mut arguments: Vec<OsString> = vec!["--listen".into(), listen.to_string().into()];
+        arguments.extend(["--registry".into(), at.into()]);
+        arguments.extend(["--keys".into(), keys.as_os_str().to_owned()]);
+        self.add_daemon(GATE, ChildRole::Gate, arguments);
+        Ok(())
     }
 
     fn component(&mut self, component: &Component, catalogue: &Catalogue, at: &str) -> Result<()> {

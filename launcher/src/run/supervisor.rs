@@ -42,8 +42,13 @@ enum RunStage {
 
 /// The executive first, so that it does not see its components end as failures; the registry last,
 /// so that every process can end its connections.
-const STOP_ORDER: [ChildRole; 4] =
-    [ChildRole::Executive, ChildRole::Component, ChildRole::Configd, ChildRole::Registry];
+const STOP_ORDER: [ChildRole; 5] = [
+    ChildRole::Executive,
+    ChildRole::Component,
+    ChildRole::Gate,
+    ChildRole::Configd,
+    ChildRole::Registry,
+];
 
 /// The state machine.
 #[derive(Debug)]
@@ -311,7 +316,7 @@ impl Supervisor {
         for (id, child) in self.children.iter_mut().enumerate() {
             let turn = match child.duty.role {
                 ChildRole::Registry => true,
-                ChildRole::Configd => registry,
+                ChildRole::Configd | ChildRole::Gate => registry,
                 ChildRole::Component | ChildRole::Executive => daemons,
             };
             if child.start_if_due(turn, now) {
@@ -321,7 +326,7 @@ impl Supervisor {
         let continues = |child: &Child| match child.duty.role {
             ChildRole::Component => !matches!(child.state, ChildState::Ended | ChildState::Failed),
             ChildRole::Executive => true,
-            ChildRole::Registry | ChildRole::Configd => false,
+            ChildRole::Registry | ChildRole::Configd | ChildRole::Gate => false,
         };
         if !self.children.iter().any(continues) {
             let failed = self.failed_components();

@@ -34,7 +34,7 @@ impl Bench {
         self.peers += 1;
         let (peer, address) = (PeerId(self.peers), ADDRESS.into());
         let hello = Hello::new("tool-7", 1, purpose);
-        (peer, self.handle(PeerEvent::Connected { peer, address, hello }))
+        (peer, self.handle(PeerEvent::Connected { peer, address, hello, preface: None }))
     }
 
     fn observer(&mut self) -> PeerId {

@@ -6,9 +6,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_socket::{Stream, is_temporary};
+use armor_wire::acting::{KeyRole, Preface};
 use armor_wire::codec;
 use armor_wire::control::{Answer, Command, CurrentCall, Role};
 use armor_wire::frame::{self, FrameKind, FrameReader};
+use armor_wire::hello::Refusal;
 use armor_wire::liveness::{BEAT, Liveness};
 use rustix::event::PollFd;
 
@@ -26,6 +28,9 @@ const MAX_OBSERVERS: usize = 48;
 /// Most connections of operators. A further one takes the place of the operator who has sent no
 /// command for the longest time: an order to pause or to stop always gets through.
 const MAX_OPERATORS: usize = 16;
+/// Most connections of operators whose key only lets them bring the robot to rest; they compete for
+/// places among themselves, so that they cannot end the link of one who commands.
+const MAX_STOPPERS: usize = 8;
 /// Most connections of launchers: the system's own, and that of a run that takes over.
 const MAX_LAUNCHERS: usize = 2;
 /// Only one executive commands; an older connection belongs to one that has died.
@@ -41,6 +46,8 @@ struct ControlPeer {
     role: Role,
     from: String,
     instance: u64,
+    /// On whose behalf it acts, if a gate forwards it.
+    preface: Option<Preface>,
     liveness: Liveness,
     /// When its last command arrived; at first, when it connected.
     last_command: Instant,
@@ -50,6 +57,25 @@ struct ControlPeer {
     broken: bool,
     /// It has sent something that is not a command.
     babbles: bool,
+}
+
+/// The places for which connections compete.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Of(Role),
+    /// Operators whose key only lets them bring the robot to rest.
+    Stopper,
+}
+
+impl Place {
+    fn of(role: Role, preface: Option<&Preface>) -> Self {
+        match preface {
+            Some(preface) if role == Role::Operator && preface.role < KeyRole::Operator => {
+                Self::Stopper
+            }
+            _ => Self::Of(role),
+        }
+    }
 }
 
 pub(super) struct ControlServer {
@@ -78,12 +104,12 @@ impl ControlServer {
     }
 
     pub fn add_peer(&mut self, admitted: AdmittedControl) {
-        if !self.make_room(admitted.role) {
+        if !self.make_room(Place::of(admitted.role, admitted.preface.as_ref())) {
             let why = format!("{MAX_OBSERVERS} observers are connected already");
             report_fault(&self.participant, &admitted.stream, PeerFault::Crowded, &why);
             return;
         }
-        let AdmittedControl { stream, reader, role, from, instance } = admitted;
+        let AdmittedControl { stream, reader, role, from, instance, preface } = admitted;
         let liveness = Liveness::new(self.participant.clock.monotonic());
         self.count += 1;
         let mut connection = ControlPeer {
@@ -93,6 +119,7 @@ impl ControlServer {
             role,
             from,
             instance,
+            preface,
             liveness,
             last_command: Instant::now(),
             unsent: Vec::new(),
@@ -109,23 +136,26 @@ impl ControlServer {
         self.connections.push(connection);
     }
 
-    /// Makes room for one more connection of `role`. Each role has places of its own, so that a crowd
-    /// of observers keeps out neither the executive nor an operator's order to stop.
-    fn make_room(&mut self, role: Role) -> bool {
-        let most = match role {
-            Role::Executive => MAX_EXECUTIVES,
-            Role::Launcher => MAX_LAUNCHERS,
-            Role::Observer => MAX_OBSERVERS,
-            Role::Operator => MAX_OPERATORS,
+    /// Makes room for one more connection. Each kind has places of its own, so that a crowd of
+    /// observers keeps out neither the executive nor an operator's order to stop.
+    fn make_room(&mut self, place: Place) -> bool {
+        let most = match place {
+            Place::Stopper => MAX_STOPPERS,
+            Place::Of(Role::Executive) => MAX_EXECUTIVES,
+            Place::Of(Role::Launcher) => MAX_LAUNCHERS,
+            Place::Of(Role::Observer) => MAX_OBSERVERS,
+            Place::Of(Role::Operator) => MAX_OPERATORS,
         };
-        let of_role = |peer: &&mut ControlPeer| peer.role == role && !peer.broken;
-        if self.connections.iter_mut().filter(of_role).count() < most {
+        let of_place = |peer: &&mut ControlPeer| {
+            Place::of(peer.role, peer.preface.as_ref()) == place && !peer.broken
+        };
+        if self.connections.iter_mut().filter(of_place).count() < most {
             return true;
         }
         let longest_idle =
-            self.connections.iter_mut().filter(of_role).min_by_key(|peer| peer.last_command);
+            self.connections.iter_mut().filter(of_place).min_by_key(|peer| peer.last_command);
         match longest_idle {
-            Some(peer) if role != Role::Observer => {
+            Some(peer) if place != Place::Of(Role::Observer) => {
                 peer.broken = true;
                 true
             }
@@ -188,6 +218,12 @@ impl ControlServer {
         if command != Command::Beat {
             connection.last_command = Instant::now();
         }
+        let refused = connection.preface.as_ref().and_then(|it| it.check(&command).err());
+        if let Some(refusal) = refused {
+            self.participant.faults.log_role_once(&refusal);
+            connection.refuse_command(&command, refusal);
+            return;
+        }
         match (command, connection.role) {
             (Command::Activate { activation, parameters }, Role::Executive) => {
                 if self.participant.lifecycle.is_controllable() {
@@ -216,6 +252,8 @@ impl ControlServer {
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
                 let (from, instance) = (connection.from.clone(), connection.instance);
+                // Whatever the client claims.
+                let author = connection.preface.as_ref().map_or(author, |it| it.name.clone());
                 let connection = connection.id;
                 let given = GivenOrder { connection, from, instance, request, author, take, order };
                 if let Some(answer) = self.participant.operator_orders.submit_order(given) {
@@ -306,6 +344,17 @@ fn report_fault(participant: &Participant, stream: &Stream, fault: PeerFault, wh
 }
 
 impl ControlPeer {
+    /// Answers a command that the role of the key does not allow.
+    fn refuse_command(&mut self, command: &Command, refusal: Refusal) {
+        match command {
+            Command::Order { request, .. } | Command::SetLogFilter { request, .. } => {
+                let (request, accepted, text) = (*request, false, refusal.text);
+                self.queue_answer(&Answer::Ordered { request, accepted, text });
+            }
+            _ => self.broken = true,
+        }
+    }
+
     fn queue_answer(&mut self, answer: &Answer) {
         if let Err(error) = frame::append(FrameKind::Control, answer, &mut self.unsent) {
             tracing::error!("an answer to `{}` is too long: {error}", self.from);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_socket::{OwnerError, Stream, check_client, is_temporary};
+use armor_wire::acting::{Opening, Preface};
 use armor_wire::codec::MAX_HELLO_LEN;
 use armor_wire::control::Role;
 use armor_wire::frame::{self, FrameKind, FrameReader};
@@ -21,6 +22,7 @@ use crate::faults::PeerFault;
 use crate::link::queue::LinkQueue;
 use crate::link::wire_out::OutgoingLink;
 use crate::participant::Participant;
+use crate::tap::TOOL_PREFIX;
 
 /// How long a handshake may take.
 const LIMIT: Duration = Duration::from_secs(2);
@@ -31,6 +33,7 @@ struct PendingHandshake {
     stream: Stream,
     peer: SocketAddr,
     reader: FrameReader,
+    opening: Opening,
     since: Instant,
 }
 
@@ -42,6 +45,8 @@ pub(super) struct AdmittedControl {
     pub from: String,
     /// The start of the process that connects.
     pub instance: u64,
+    /// On whose behalf it acts, if a gate forwards it.
+    pub preface: Option<Preface>,
 }
 
 pub(super) struct Handshakes {
@@ -83,7 +88,8 @@ impl Handshakes {
         }
         if stream.set_nonblocking(true).is_ok() {
             let reader = FrameReader::with_limit(MAX_HELLO_LEN);
-            self.pending.push(PendingHandshake { stream, peer, reader, since: Instant::now() });
+            let (opening, since) = (Opening::default(), Instant::now());
+            self.pending.push(PendingHandshake { stream, peer, reader, opening, since });
         }
     }
 
@@ -99,14 +105,22 @@ impl Handshakes {
                 }
                 HandshakeStep::Hello(hello) => match self.admit_peer(*hello, &pending) {
                     Ok(Some((role, from, instance))) => {
-                        let PendingHandshake { stream, mut reader, peer, .. } = pending;
+                        let PendingHandshake { stream, mut reader, peer, opening, .. } = pending;
+                        let preface = opening.into_preface();
                         reader.lift_limit();
                         let from = if peer.ip().is_loopback() {
                             from
                         } else {
                             format!("{from} at {}", peer.ip())
                         };
-                        admitted.push(AdmittedControl { stream, reader, role, from, instance });
+                        admitted.push(AdmittedControl {
+                            stream,
+                            reader,
+                            role,
+                            from,
+                            instance,
+                            preface,
+                        });
                     }
                     Ok(None) => {}
                     Err(refusal) => self.send_refusal(&pending.stream, pending.peer, &refusal),
@@ -122,11 +136,15 @@ impl Handshakes {
         pending: &PendingHandshake,
     ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
+        let from = match pending.opening.preface() {
+            Some(preface) => name_remote_tool(&hello.from, preface),
+            None => hello.from,
+        };
         match hello.purpose {
-            Purpose::Link { link } => self.admit_link(&link, &hello.from, stream).map(|()| None),
+            Purpose::Link { link } => self.admit_link(&link, &from, stream).map(|()| None),
             Purpose::Control { role } => {
                 self.send_welcome(stream, String::new(), false)?;
-                Ok(Some((role, hello.from, hello.instance)))
+                Ok(Some((role, from, hello.instance)))
             }
             Purpose::Registry { .. } | Purpose::Config => {
                 let text = format!(
@@ -205,9 +223,17 @@ impl Handshakes {
 
     /// Sends the reason, as far as that is possible without waiting.
     fn send_refusal(&self, stream: &Stream, peer: SocketAddr, refusal: &Refusal) {
-        self.log_fault(peer, refusal.code.into(), &refusal.text);
+        self.log_refusal(peer, refusal);
         if let Ok(bytes) = frame::to_bytes(FrameKind::Refusal, refusal) {
             let _ = stream.try_send(&bytes);
+        }
+    }
+
+    fn log_refusal(&self, peer: SocketAddr, refusal: &Refusal) {
+        if refusal.code == RefusalCode::Role {
+            self.participant.faults.log_role_once(refusal);
+        } else {
+            self.log_fault(peer, refusal.code.into(), &refusal.text);
         }
     }
 
@@ -229,21 +255,50 @@ impl PendingHandshake {
             Err(error) if is_temporary(&error) => {}
             Err(error) => return HandshakeStep::Close(PeerFault::Left, error.to_string()),
         }
-        let frame = match self.reader.next_frame() {
-            Ok(Some(frame)) => frame,
-            Ok(None) if self.since.elapsed() >= LIMIT => {
-                return HandshakeStep::Close(
-                    PeerFault::Slow,
-                    format!("no handshake within {LIMIT:?}"),
-                );
+        loop {
+            let frame = match self.reader.next_frame() {
+                Ok(Some(frame)) => frame,
+                Ok(None) if self.since.elapsed() >= LIMIT => {
+                    return HandshakeStep::Close(
+                        PeerFault::Slow,
+                        format!("no handshake within {LIMIT:?}"),
+                    );
+                }
+                Ok(None) => return HandshakeStep::Wait,
+                Err(error) => {
+                    return HandshakeStep::Close(PeerFault::from(&error), error.to_string());
+                }
+            };
+            match self.opening.read_frame(&frame) {
+                Ok(Some(hello)) => return HandshakeStep::Hello(Box::new(hello)),
+                // A new socket has room for it.
+                Ok(None) => drop(self.stream.try_send(&frame::signal(FrameKind::Beat))),
+                Err(HandshakeError::Refused(refusal)) => return HandshakeStep::Refuse(refusal),
+                Err(error) => {
+                    return HandshakeStep::Close(PeerFault::from(&error), error.to_string());
+                }
             }
-            Ok(None) => return HandshakeStep::Wait,
-            Err(error) => return HandshakeStep::Close(PeerFault::from(&error), error.to_string()),
-        };
-        match Hello::read(&frame) {
-            Ok(hello) => HandshakeStep::Hello(Box::new(hello)),
-            Err(HandshakeError::Refused(refusal)) => HandshakeStep::Refuse(refusal),
-            Err(error) => HandshakeStep::Close(PeerFault::from(&error), error.to_string()),
         }
+    }
+}
+
+/// The name of a tool whose connection a gate forwards: no component's, whatever it claims, and with
+/// the holder of the key in it.
+fn name_remote_tool(from: &str, preface: &Preface) -> String {
+    let prefix = if from.starts_with(TOOL_PREFIX) { "" } else { TOOL_PREFIX };
+    format!("{prefix}{from} of {}", preface.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use armor_wire::acting::KeyRole;
+
+    use super::*;
+
+    #[test]
+    fn a_remote_tool_cannot_pass_for_a_component() {
+        let preface = Preface { name: "alice".into(), role: KeyRole::Observer };
+        assert_eq!(name_remote_tool("tool-7", &preface), "tool-7 of alice");
+        assert_eq!(name_remote_tool("driver", &preface), "tool-driver of alice");
     }
 }

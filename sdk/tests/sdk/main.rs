@@ -3,6 +3,7 @@
 // A test that cannot continue may panic.
 #![allow(clippy::unwrap_used)]
 
+mod acting;
 mod bench_system;
 mod links;
 mod simulated_time;

@@ -1,6 +1,7 @@
 //! Protocol violations go to the log once per peer address and kind, so that they cannot fill a
 //! disk.
 
+use std::borrow::Cow;
 use std::net::SocketAddr;
 
 use tracing::warn;
@@ -11,7 +12,7 @@ use armor_wire::peer::CloseReason;
 /// Logs why connections ended.
 #[derive(Default)]
 pub(crate) struct CloseLog {
-    logged: FaultTable<&'static str>,
+    logged: FaultTable<Cow<'static, str>>,
 }
 
 impl CloseLog {

@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use armor_wire::acting::{Opening, Preface};
 use armor_wire::codec;
 use armor_wire::frame::{self, FrameError, FrameKind, FrameReader};
 use armor_wire::hello::{HandshakeError, Hello};
@@ -23,7 +24,7 @@ use armor_wire::peer::{CloseReason, PeerId};
 /// What a connection reports to the server.
 pub(crate) enum ConnectionEvent<Q> {
     /// A hello was read.
-    Hello { address: SocketAddr, hello: Hello, outgoing: Arc<Outgoing> },
+    Hello { address: SocketAddr, hello: Hello, preface: Option<Preface>, outgoing: Arc<Outgoing> },
     /// A message was read.
     Message { arrived: Duration, message: Q },
     /// A beat was read.
@@ -53,10 +54,9 @@ impl<Q: WireType + Send> PeerConnection<Q> {
         let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
         let outgoing = Arc::new(Outgoing::new(self.limits.outgoing_len));
         match hello.await.unwrap_or(Err(CloseReason::SlowHello)) {
-            Ok(hello) => {
-                let outgoing = Arc::clone(&outgoing);
-                self.send_event(ConnectionEvent::Hello { address: self.address, hello, outgoing })
-                    .await;
+            Ok((hello, preface)) => {
+                let (address, outgoing) = (self.address, Arc::clone(&outgoing));
+                self.send_event(ConnectionEvent::Hello { address, hello, preface, outgoing }).await;
             }
             Err(reason) => {
                 faults.log_close(self.address, &reason);
@@ -179,10 +179,19 @@ impl<Q: WireType + Send> PeerConnection<Q> {
     }
 }
 
-async fn read_hello(stream: &AsyncStream, frames: &mut FrameReader) -> Result<Hello, CloseReason> {
+async fn read_hello(
+    stream: &AsyncStream,
+    frames: &mut FrameReader,
+) -> Result<(Hello, Option<Preface>), CloseReason> {
+    let mut opening = Opening::default();
     loop {
         if let Some(frame) = frames.next_frame()? {
-            return Ok(Hello::read(&frame)?);
+            if let Some(hello) = opening.read_frame(&frame)? {
+                return Ok((hello, opening.into_preface()));
+            }
+            let beat = frame::signal(FrameKind::Beat);
+            stream.write_all(&beat).await.map_err(CloseReason::Broken)?;
+            continue;
         }
         match stream.read(frames.space()).await.map_err(CloseReason::Broken)? {
             0 if frames.is_mid_frame() => return Err(CloseReason::Truncated),

@@ -92,9 +92,9 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
                 continue;
             };
             match event {
-                ConnectionEvent::Hello { address, hello, outgoing } => {
+                ConnectionEvent::Hello { address, hello, preface, outgoing } => {
                     self.peers.insert(peer, outgoing);
-                    return PeerEvent::Connected { peer, address, hello };
+                    return PeerEvent::Connected { peer, address, hello, preface };
                 }
                 ConnectionEvent::Closed { reason } => {
                     if self.peers.remove(&peer).is_some() {

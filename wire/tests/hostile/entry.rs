@@ -1,19 +1,21 @@
 //! Everything that reads a stranger's bytes, one function each. Shared by the test next to this
 //! file and by the fuzz targets in `fuzz/`; what must hold of any input is asserted here.
 
+use armor_wire::acting::{Opening, Preface};
 use armor_wire::frame::{FrameReader, PREFIX_LEN};
 use armor_wire::hello::{Hello, Refusal, Welcome, read_answer};
 use armor_wire::message::WireType;
 use armor_wire::schema::{self, Schema};
-use armor_wire::{codec, config, control, quantity, registry};
+use armor_wire::{codec, config, control, gate, quantity, registry};
 
 /// A name, and what it does with bytes.
 pub type Entry = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const ENTRIES: [Entry; 5] = [
+pub const ENTRIES: [Entry; 6] = [
     ("frames", frames),
     ("hello", hello),
+    ("opening", opening),
     ("control", control_values),
     ("schema", schema_text),
     ("json", json),
@@ -67,6 +69,29 @@ pub fn hello(bytes: &[u8]) {
     }
 }
 
+/// A connection's first frames, of which one may be a preface: it only takes rights away, so a
+/// purpose that is accepted after it is accepted without it.
+pub fn opening(bytes: &[u8]) {
+    let mut reader = FrameReader::with_limit(codec::MAX_HELLO_LEN);
+    let space = reader.space();
+    let len = bytes.len().min(space.len());
+    space[..len].copy_from_slice(&bytes[..len]);
+    reader.filled(len);
+    let mut opening = Opening::default();
+    for _ in 0..3 {
+        let Ok(Some(frame)) = reader.next_frame() else { return };
+        match opening.read_frame(&frame) {
+            Ok(None) => assert!(opening.preface().is_some()),
+            Ok(Some(hello)) => {
+                assert_eq!(Hello::read(&frame).expect("a hello by itself"), hello);
+                return;
+            }
+            Err(_) => return,
+        }
+    }
+    panic!("a second preface was accepted");
+}
+
 fn len_of<T: WireType>(value: &T) -> usize {
     codec::encoded_len(value).expect("short")
 }
@@ -82,6 +107,9 @@ pub fn control_values(bytes: &[u8]) {
     value::<config::ConfigReply>(bytes);
     value::<control::Command>(bytes);
     value::<control::Answer>(bytes);
+    value::<Preface>(bytes);
+    value::<gate::GateRequest>(bytes);
+    value::<gate::GateReply>(bytes);
 }
 
 /// A value has one encoding, and the typed and the untyped reader agree on what is one.

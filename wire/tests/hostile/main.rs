@@ -7,8 +7,10 @@ mod entry;
 
 use std::alloc::System;
 
+use armor_wire::acting::{KeyRole, Preface};
 use armor_wire::control::{Answer, Command, ReportKind};
 use armor_wire::frame::{DataHeader, FrameKind, signal, to_bytes};
+use armor_wire::gate::GateRequest;
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::message::WireType;
@@ -87,6 +89,16 @@ fn seeds() -> Vec<Vec<u8>> {
     add(&mut seeds, FrameKind::Control, &config::ConfigReply::Settings { request: 1, settings });
     add(&mut seeds, FrameKind::Control, &Command::Status { request: 8 });
     add(&mut seeds, FrameKind::Control, &Answer::Report { report: 1, activation: 2, outcome });
+    let preface = Preface { name: "alice".into(), role: KeyRole::Operator };
+    add(&mut seeds, FrameKind::Preface, &preface);
+    let observer = Hello::new("tool-1", 1, Purpose::Registry { entry: None });
+    let frames = [
+        to_bytes(FrameKind::Preface, &preface).expect("short"),
+        to_bytes(FrameKind::Hello, &observer).expect("short"),
+    ];
+    seeds.push(frames.concat());
+    let address = "127.0.0.1:20001".into();
+    add(&mut seeds, FrameKind::Control, &GateRequest::Connect { address });
     let header = DataHeader { sequence: 1, stamp_s: 2.0, instance: 3, fresh: true };
     seeds.push([&[200], &header.to_bytes(4)[..], b"data"].concat());
     for text in ["[[[?u8]]]", "S{a:[E<A,B{x:[string]}>],b:[[f64;3];3]}", "2.5m/s", "10min"] {

@@ -1,5 +1,7 @@
 //! Values set in the file.
 
+use armor_wire::acting::{KeyRole, Preface};
+
 use super::*;
 
 /// Sends a request to set a value, and returns the immediate actions.
@@ -147,4 +149,31 @@ fn no_request_leads_what_a_component_writes_out_of_the_run_folder() {
     }
     let actions = set(&mut versions, 9, "player.file", Some("./logs/b.log"));
     assert!(matches!(actions.as_slice(), [ConfigdAction::Write(_)]), "{actions:?}");
+}
+
+#[test]
+fn a_value_is_set_through_a_gate_by_an_engineer_and_by_no_lower_role() {
+    for role in KeyRole::ALL {
+        let mut versions = tuned();
+        let preface = Some(Preface { name: "alice".into(), role });
+        connect_through(&mut versions, 1, "tool-7", preface);
+        let actions = set(&mut versions, 8, "player.speed", Some("5"));
+        if role == KeyRole::Engineer {
+            assert!(matches!(actions[..], [ConfigdAction::Write(_)]), "{actions:?}");
+            continue;
+        }
+        let [ConfigReply::Rejected { request: 8, text, .. }] = replies(&actions)[..] else {
+            panic!("{actions:?}")
+        };
+        assert_eq!(
+            *text,
+            format!(
+                "setting player.speed needs the role engineer, and the key of alice has the role \
+                 {role}"
+            )
+        );
+        let listed =
+            ask(&mut versions, 1, ConfigRequest::List { request: 9, component: None, from: 0 });
+        assert!(matches!(listed, ConfigReply::Listed { .. }), "{listed:?}");
+    }
 }

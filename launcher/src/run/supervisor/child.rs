@@ -199,12 +199,13 @@ impl Child {
                 ChildRole::Registry | ChildRole::Configd => {
                     Silence::Ready { until: now + READY_WITHIN }
                 }
-                ChildRole::Component | ChildRole::Executive => Silence::Nothing,
+                ChildRole::Component | ChildRole::Executive | ChildRole::Gate => Silence::Nothing,
             };
             self.state = ChildState::Running { watch };
             self.started = now;
             self.starts += 1;
-            self.healthy_since = None;
+            // A gate is not in the registry; it is healthy for as long as it runs.
+            self.healthy_since = (self.duty.role == ChildRole::Gate).then_some(now);
         }
         due
     }
@@ -347,7 +348,9 @@ impl Child {
         let failing_since = *self.failing_since.get_or_insert(now);
         self.deaths.push_back(Death { started: self.started, ended: now });
         let component = self.duty.role == ChildRole::Component;
-        let has_tried = now.saturating_sub(failing_since) >= DAEMON_TRIES_FOR;
+        // The system runs without its gate, so that is tried for ever.
+        let has_tried = now.saturating_sub(failing_since) >= DAEMON_TRIES_FOR
+            && self.duty.role != ChildRole::Gate;
         if self.deaths.len() >= MAX_DEATHS && (component || has_tried) {
             self.state = ChildState::Failed;
             let first = self.deaths.front().map_or(now, |death| death.started);

@@ -18,6 +18,8 @@ pub enum ChildRole {
     Configd,
     /// One task of the robot.
     Component,
+    /// Lets people on other hosts take part. The system runs without it.
+    Gate,
     /// Plays the mission. Its own end is the end of the run.
     Executive,
 }

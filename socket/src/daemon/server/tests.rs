@@ -1,6 +1,8 @@
 //! The server against plain sockets, in one thread.
 
-use armor_wire::frame::FrameReader;
+use armor_wire::acting::{KeyRole, Preface};
+use armor_wire::control::Role;
+use armor_wire::frame::{Frame, FrameReader};
 use armor_wire::hello::{self, Hello, Purpose, Welcome};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -95,7 +97,7 @@ fn a_refused_peer_gets_the_reason_and_causes_no_further_event() {
         server.perform(PeerAction::Refuse { peer: id, refusal: refusal.clone() });
         server.perform(PeerAction::Send { peer: id, message: 7 });
         let (kind, body) = peer.hear().await.unwrap();
-        let heard = hello::read_answer(&frame::Frame { kind, flags: 0, body: &body });
+        let heard = hello::read_answer(&Frame { kind, flags: 0, body: &body });
         assert_eq!(heard.unwrap_err().to_string(), refusal.text);
         assert!(peer.hear().await.is_none());
         // The next event is of another connection.
@@ -173,5 +175,42 @@ fn dropping_the_server_closes_everything_and_frees_the_port() {
         assert!(peer.hear().await.is_none());
         assert!(!matches!(stranger.read(&mut [0; 8]).await, Ok(len) if len > 0));
         listen(address).unwrap();
+    });
+}
+
+fn preface(role: KeyRole) -> Preface {
+    Preface { name: "alice".into(), role }
+}
+
+#[test]
+fn a_preface_is_acknowledged_before_the_hello_and_reported_with_it() {
+    run(async {
+        let (mut server, address) = server().await;
+        let stream = TcpStream::connect(address).await.unwrap();
+        let mut peer = Peer { stream, frames: FrameReader::new() };
+        peer.send_frame(FrameKind::Preface, &preface(KeyRole::Observer)).await;
+        assert_eq!(peer.hear().await, Some((FrameKind::Beat, Vec::new())));
+        let purpose = Purpose::Registry { entry: None };
+        peer.send_frame(FrameKind::Hello, &Hello::new("tool-1", 1, purpose)).await;
+        let event = server.next_event().await;
+        let PeerEvent::Connected { preface: reported, .. } = event else { panic!("{event:?}") };
+        assert_eq!(reported, Some(preface(KeyRole::Observer)));
+    });
+}
+
+#[test]
+fn a_hello_that_the_role_does_not_allow_is_refused_with_the_reason() {
+    run(async {
+        let (_server, address) = server().await;
+        let stream = TcpStream::connect(address).await.unwrap();
+        let mut peer = Peer { stream, frames: FrameReader::new() };
+        peer.send_frame(FrameKind::Preface, &preface(KeyRole::Engineer)).await;
+        peer.hear().await.unwrap();
+        let purpose = Purpose::Control { role: Role::Executive };
+        peer.send_frame(FrameKind::Hello, &Hello::new("tool-1", 1, purpose)).await;
+        let (kind, body) = peer.hear().await.unwrap();
+        let refused = hello::read_answer(&Frame { kind, flags: 0, body: &body }).unwrap_err();
+        assert!(refused.to_string().contains("not for the key of alice"), "{refused}");
+        assert_eq!(peer.hear().await, None);
     });
 }

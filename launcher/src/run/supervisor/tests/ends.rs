@@ -95,3 +95,23 @@ fn a_run_that_an_operator_stops_has_a_verdict_of_its_own() {
     duties.pop();
     assert_eq!(verdict_of(duties), stopped(false));
 }
+
+#[test]
+fn a_system_runs_without_its_gate_which_is_tried_for_ever() {
+    const GATE: ChildId = 5;
+    let mut duties = system(Restart::OnFailure);
+    duties.push(duty("gate", ChildRole::Gate, Restart::Always));
+    let mut bench = Bench::new(duties);
+    assert_eq!(bench.on(SupervisorEvent::Tick), [Spawn(REGISTRY)]);
+    assert_eq!(bench.on(SupervisorEvent::Ready(REGISTRY)), [Spawn(CONFIGD), Spawn(GATE)]);
+    let started = [Spawn(LASER), Spawn(SLAM), Spawn(EXECUTIVE)];
+    assert_eq!(bench.on(SupervisorEvent::Ready(CONFIGD)), started);
+    bench.beats();
+    for _ in 0..200 {
+        bench.on(SupervisorEvent::Exited(GATE, ChildExit::Code(1)));
+        assert!(bench.wait_for_start() <= s(1.05));
+    }
+    bench.pass(11.0, &[LASER, SLAM]);
+    bench.on(Bench::killed(GATE));
+    assert!(bench.wait_for_start() <= s(0.15), "it was healthy for ten seconds");
+}

@@ -1,0 +1,273 @@
+//! The gate of a system to other hosts: accepts TLS 1.3 from holders of keys, and forwards each
+//! connection to one process of the system, on behalf of the holder.
+//!
+//! What the holder may do is decided by that process ([`armor_wire::acting`]); the gate decides who
+//! the holder is and which processes can be reached.
+
+mod dial;
+mod keys;
+mod limits;
+mod session;
+mod sessions;
+mod strangers;
+
+use std::convert::Infallible;
+use std::io;
+use std::net::{IpAddr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use armor_socket::{FaultTable, Stream, explain_bind_error, tune};
+use armor_wire::acting::Preface;
+use armor_wire::gate::GateRequest;
+use parking_lot::Mutex;
+use thiserror::Error;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::JoinSet;
+use tokio::time::{self, MissedTickBehavior};
+use tokio_rustls::TlsAcceptor;
+use tokio_rustls::server::TlsStream;
+use tracing::{error, info, warn};
+
+use crate::certificate::CertificateFacts;
+use crate::expiry::{describe_notice, find_notice, now_s};
+use crate::frames::read_control;
+use crate::tls::explain_refused_key;
+use keys::GateKeys;
+pub use keys::GateKeysError;
+pub use limits::GateLimits;
+use limits::{ACCEPT_REST, LOOK_AT_KEYS};
+use session::drain_and_close;
+use sessions::Sessions;
+use strangers::Strangers;
+
+/// How a gate is run.
+#[derive(Clone, Debug)]
+pub struct GateOptions {
+    /// Where it listens: any address of the host.
+    pub listen: SocketAddr,
+    /// The folder with the key of the host and the list of revoked keys.
+    pub keys: PathBuf,
+    /// Where the registry of the system listens.
+    pub registry: SocketAddr,
+    /// Limits on what others cost it.
+    pub limits: GateLimits,
+}
+
+/// Why a gate cannot serve.
+#[derive(Debug, Error)]
+pub enum GateStartError {
+    /// Its keys cannot be used.
+    #[error(transparent)]
+    Keys(#[from] GateKeysError),
+    /// The registry is elsewhere.
+    #[error("the registry at {0} is not on this host; a gate leads to the system of its own host")]
+    Elsewhere(SocketAddr),
+    /// It cannot listen where it should.
+    #[error("cannot listen on {address}: {reason}; or choose another port")]
+    Listen {
+        /// Where.
+        address: SocketAddr,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Serves until the future is dropped, which closes everything. `ready` gets the address once
+/// clients can connect to it.
+///
+/// # Errors
+/// [`GateStartError`] if it cannot start; once ready, no client can end it.
+pub async fn serve(
+    options: GateOptions,
+    ready: impl FnOnce(SocketAddr),
+) -> Result<Infallible, GateStartError> {
+    if !options.registry.ip().is_loopback() {
+        return Err(GateStartError::Elsewhere(options.registry));
+    }
+    // Before it listens: without a key no byte is accepted from another host.
+    let keys = GateKeys::read(&options.keys)?;
+    let listen_error = |error: io::Error| refused_address(options.listen, &error);
+    let listener = TcpListener::bind(options.listen).await.map_err(listen_error)?;
+    let address = listener.local_addr().map_err(listen_error)?;
+    let (host, registry) = (keys.host.facts.holder.name.clone(), options.registry);
+    info!(%address, %registry, "the gate of {host} listens");
+    let gate = Arc::new(Gate {
+        keys: Mutex::new(keys),
+        registry,
+        limits: options.limits,
+        strangers: Strangers::new(&options.limits),
+        sessions: Sessions::new(options.limits),
+        faults: FaultTable::default(),
+        notices: FaultTable::default(),
+    });
+    ready(address);
+    gate.announce_end(&gate.keys.lock().host.facts);
+    accept_connections(&gate, &listener).await
+}
+
+/// Checks whether a gate could start now, without starting it.
+///
+/// # Errors
+/// As [`serve`].
+pub fn check_start(listen: SocketAddr, keys: &Path) -> Result<(), GateStartError> {
+    GateKeys::read(keys)?;
+    match std::net::TcpListener::bind(listen) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(refused_address(listen, &error)),
+    }
+}
+
+fn refused_address(address: SocketAddr, error: &io::Error) -> GateStartError {
+    GateStartError::Listen { address, reason: explain_bind_error(address, error) }
+}
+
+async fn accept_connections(gate: &Arc<Gate>, listener: &TcpListener) -> ! {
+    let mut connections = JoinSet::new();
+    let mut look = time::interval(LOOK_AT_KEYS);
+    look.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let mut resting = false;
+    loop {
+        tokio::select! {
+            _ = look.tick() => gate.look_at_keys(),
+            accepted = listener.accept() => match accepted {
+                Ok((stream, address)) => {
+                    resting = false;
+                    let gate = Arc::clone(gate);
+                    connections.spawn(async move { gate.serve_client(stream, address).await });
+                }
+                Err(problem) => {
+                    if !std::mem::replace(&mut resting, true) {
+                        error!(%problem, "cannot accept connections; trying again");
+                    }
+                    time::sleep(ACCEPT_REST).await;
+                }
+            },
+            Some(_) = connections.join_next() => {}
+        }
+    }
+}
+
+struct Gate {
+    keys: Mutex<GateKeys>,
+    registry: SocketAddr,
+    limits: GateLimits,
+    strangers: Strangers,
+    sessions: Sessions,
+    /// What was logged of each address.
+    faults: FaultTable<String>,
+    /// Which ends of keys were announced: serial number and notice, in days.
+    notices: FaultTable<(String, i64)>,
+}
+
+/// A client that has proven a key and sent its request.
+struct Client {
+    stream: TlsStream<TcpStream>,
+    facts: CertificateFacts,
+    preface: Preface,
+    request: GateRequest,
+}
+
+impl Gate {
+    fn look_at_keys(&self) {
+        let mut keys = self.keys.lock();
+        if let Some(change) = keys.look() {
+            if change.renewed {
+                info!("the gate has a new key: {}", keys.host.facts.holder);
+            }
+            if change.revoked > 0 {
+                info!("{} more keys are revoked", change.revoked);
+            }
+            for problem in change.problems {
+                warn!("{problem}; until this is fixed the gate uses what it has read before");
+            }
+        }
+        let (host, revoked) = (keys.host.facts.clone(), Arc::clone(&keys.revoked));
+        drop(keys);
+        self.announce_end(&host);
+        let now_s = now_s();
+        self.sessions.end_sessions(|facts| {
+            let name = &facts.holder.name;
+            if revoked.contains(&facts.serial) {
+                Some(format!("the key of {name} is revoked"))
+            } else if facts.not_after_s < now_s {
+                Some(format!("the key of {name} has expired"))
+            } else {
+                None
+            }
+        });
+    }
+
+    /// Logs that a key expires, once for each of the times ahead.
+    fn announce_end(&self, facts: &CertificateFacts) {
+        let now_s = now_s();
+        if let Some(notice) = find_notice(facts.not_after_s, now_s)
+            && self.notices.is_new(None, (facts.serial.to_string(), notice))
+            && let Some(text) = describe_notice(&facts.holder.name, facts.not_after_s, now_s)
+        {
+            warn!("{text}");
+        }
+    }
+
+    fn log_once(&self, address: IpAddr, why: &str) {
+        if self.faults.is_new(Some(address), why.to_owned()) {
+            warn!(
+                "a connection from {address} is refused: {why}; further ones like it are not logged"
+            );
+        }
+    }
+
+    async fn serve_client(&self, stream: TcpStream, address: SocketAddr) {
+        let mut place = self.strangers.enter(address.ip());
+        let opened = tokio::select! {
+            opened = time::timeout(self.limits.handshake, self.authenticate(stream)) => opened,
+            () = place.ended() => {
+                return self.log_once(address.ip(), "too many others without a key have come");
+            }
+        };
+        let slow = || Err(format!("no key and no request within {:?}", self.limits.handshake));
+        match opened.unwrap_or_else(|_| slow()) {
+            Ok(client) => {
+                drop(place);
+                self.announce_end(&client.facts);
+                self.serve_session(client, address).await;
+            }
+            Err(why) => self.log_once(address.ip(), &why),
+        }
+    }
+
+    async fn authenticate(&self, stream: TcpStream) -> Result<Client, String> {
+        let stream = tune_stream(stream).map_err(|error| error.to_string())?;
+        let config = Arc::clone(&self.keys.lock().config);
+        let accepting = TlsAcceptor::from(config).accept(stream).into_fallible();
+        let mut stream = match accepting.await {
+            Ok(stream) => stream,
+            Err((error, stream)) => {
+                let inner = error.get_ref().and_then(|it| it.downcast_ref::<rustls::Error>());
+                let why =
+                    inner.map_or_else(|| "it has left".into(), |it| explain_refused_key(it).into());
+                drain_and_close(stream).await;
+                return Err(why);
+            }
+        };
+        let certificates = stream.get_ref().1.peer_certificates().unwrap_or_default();
+        // The verifier has read both already.
+        let certificate = certificates.first().ok_or("it has no key")?;
+        let facts = CertificateFacts::read(certificate)?;
+        let role = facts.role().ok_or("its key is not that of a person")?;
+        let request = read_control(&mut stream).await;
+        let request = request.map_err(|_| "it sends no request of this protocol")?;
+        let preface = Preface { name: facts.holder.name.clone(), role };
+        Ok(Client { stream, facts, preface, request })
+    }
+}
+
+/// Lets a connection notice within two seconds that the other host has fallen silent.
+pub(crate) fn tune_stream(stream: TcpStream) -> io::Result<TcpStream> {
+    let stream = Stream::Tcp(stream.into_std()?);
+    tune(&stream)?;
+    match stream {
+        Stream::Tcp(stream) => TcpStream::from_std(stream),
+        Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
+    }
+}

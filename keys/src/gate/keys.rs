@@ -1,0 +1,178 @@
+//! The folder of keys on the robot's host: the host's own key and the list of revoked ones. It is
+//! read again when it changes, so that neither a renewal nor a revocation needs a restart.
+
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rustls::ServerConfig;
+use thiserror::Error;
+
+use crate::folder::{AUTHORITY, FolderError, KEY_SUFFIX, REVOKED, read_list};
+use crate::identity::KeyPurpose;
+use crate::key_file::{KeyFile, KeyFileError, check_folder};
+use crate::revoked::{RevokedKeys, parse_revoked};
+use crate::tls::gate_config;
+
+/// Why the keys of a gate cannot be used.
+#[derive(Debug, Error)]
+pub enum GateKeysError {
+    /// A file cannot be used.
+    #[error(transparent)]
+    File(#[from] KeyFileError),
+    /// There is not one key of a host.
+    #[error("{path}: {reason}", path = path.display())]
+    Folder {
+        /// The folder, or a file in it.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+}
+
+/// The keys of a gate, as last read.
+pub(crate) struct GateKeys {
+    folder: PathBuf,
+    /// The host's key.
+    pub(crate) host: KeyFile,
+    pub(crate) config: Arc<ServerConfig>,
+    pub(crate) revoked: Arc<RevokedKeys>,
+    seen: FolderState,
+}
+
+/// What is looked at to find out whether the folder has changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct FolderState {
+    /// Name, inode, size and time of change of every key file and of the list of revoked keys.
+    files: Vec<(String, u64, u64, i64, i64)>,
+}
+
+/// What has changed in the folder.
+#[derive(Debug, Default)]
+pub(crate) struct KeysChange {
+    /// The host has another key.
+    pub(crate) renewed: bool,
+    /// The number of keys that are revoked and were not before.
+    pub(crate) revoked: usize,
+    /// What cannot be used; what was read before stays in force.
+    pub(crate) problems: Vec<String>,
+}
+
+impl GateKeys {
+    /// Reads the folder.
+    ///
+    /// # Errors
+    /// If there is not one key of a host, or no list of revoked keys, or others can read the folder.
+    pub(crate) fn read(folder: &Path) -> Result<Self, GateKeysError> {
+        let seen = FolderState::of(folder);
+        let host = read_host_key(folder)?;
+        let revoked = Arc::<RevokedKeys>::default();
+        revoked.add_keys(read_revoked(folder)?);
+        let config = make_config(folder, &host, &revoked)?;
+        Ok(Self { folder: folder.into(), host, config, revoked, seen })
+    }
+
+    /// Reads the folder again if it has changed.
+    pub(crate) fn look(&mut self) -> Option<KeysChange> {
+        let state = FolderState::of(&self.folder);
+        if state == self.seen {
+            return None;
+        }
+        self.seen = state;
+        let mut change = KeysChange::default();
+        match read_revoked(&self.folder) {
+            Ok(serials) => change.revoked = self.revoked.add_keys(serials),
+            Err(error) => change.problems.push(error.to_string()),
+        }
+        let host = read_host_key(&self.folder).and_then(|host| {
+            let config = make_config(&self.folder, &host, &self.revoked)?;
+            Ok((host, config))
+        });
+        match host {
+            Ok((host, _)) if host.facts == self.host.facts => {}
+            Ok((host, config)) => {
+                (self.host, self.config, change.renewed) = (host, config, true);
+            }
+            Err(error) => change.problems.push(error.to_string()),
+        }
+        Some(change)
+    }
+}
+
+impl FolderState {
+    fn of(folder: &Path) -> Self {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut files: Vec<_> = entries
+            .filter_map(|entry| {
+                let name = entry.file_name().into_string().ok()?;
+                let is_key = Path::new(&name).extension().is_some_and(|it| it == KEY_SUFFIX);
+                let metadata = fs::metadata(entry.path()).ok()?;
+                (is_key || name == REVOKED).then(|| {
+                    let changed = (metadata.mtime(), metadata.mtime_nsec());
+                    (name, metadata.ino(), metadata.size(), changed.0, changed.1)
+                })
+            })
+            .collect();
+        files.sort_unstable();
+        Self { files }
+    }
+}
+
+fn make_config(
+    folder: &Path,
+    host: &KeyFile,
+    revoked: &Arc<RevokedKeys>,
+) -> Result<Arc<ServerConfig>, GateKeysError> {
+    let config = gate_config(host, Arc::clone(revoked));
+    config.map(Arc::new).map_err(|reason| GateKeysError::Folder { path: folder.into(), reason })
+}
+
+fn read_host_key(folder: &Path) -> Result<KeyFile, GateKeysError> {
+    let folder_error = |reason: String| GateKeysError::Folder { path: folder.into(), reason };
+    check_folder(folder)?;
+    let entries = fs::read_dir(folder).map_err(|error| folder_error(error.to_string()))?;
+    let mut hosts = Vec::new();
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let is_key = path.extension().is_some_and(|it| it == KEY_SUFFIX);
+        if is_key && path.file_name().is_some_and(|name| name != AUTHORITY) {
+            let key = KeyFile::load(&path)?;
+            if key.facts.holder.purpose == KeyPurpose::Host {
+                hosts.push((path, key));
+            }
+        }
+    }
+    match hosts.len() {
+        1 => Ok(hosts.swap_remove(0).1),
+        0 => Err(folder_error(
+            "there is no key of a host here; where the authority's key is, `armor keys add NAME \
+             --role host` makes one, which belongs into this folder"
+                .into(),
+        )),
+        _ => {
+            let mut names: Vec<_> =
+                hosts.iter().map(|(path, _)| path.display().to_string()).collect();
+            names.sort_unstable();
+            Err(folder_error(format!(
+                "there are several keys of hosts ({}); keep this host's only, in a folder of its \
+                 own",
+                names.join(", ")
+            )))
+        }
+    }
+}
+
+fn read_revoked(folder: &Path) -> Result<Vec<crate::Serial>, GateKeysError> {
+    let path = folder.join(REVOKED);
+    if !path.exists() {
+        let reason = "the list of revoked keys is missing; copy it from the authority's folder, \
+                      after each `armor keys revoke` too"
+            .into();
+        return Err(GateKeysError::Folder { path, reason });
+    }
+    let text = read_list(&path).map_err(|error| match error {
+        FolderError::File(error) => error.into(),
+        error => GateKeysError::Folder { path: path.clone(), reason: error.to_string() },
+    })?;
+    parse_revoked(&text).map_err(|reason| GateKeysError::Folder { path, reason })
+}

@@ -1,0 +1,118 @@
+//! Places for connections whose other end has not proven a key yet. A newcomer always gets one: the
+//! longest waiting of its own address, or of the address that has most, loses its own.
+
+use std::net::IpAddr;
+use std::sync::Arc;
+
+use parking_lot::Mutex;
+use tokio::sync::oneshot;
+
+use super::limits::GateLimits;
+
+/// The places.
+#[derive(Clone)]
+pub(crate) struct Strangers {
+    waiting: Arc<Mutex<Waiting>>,
+    most: usize,
+    most_per_address: usize,
+}
+
+#[derive(Default)]
+struct Waiting {
+    last: u64,
+    /// The oldest first.
+    places: Vec<WaitingPlace>,
+}
+
+struct WaitingPlace {
+    id: u64,
+    address: IpAddr,
+    /// Dropped to end the connection.
+    _end: oneshot::Sender<()>,
+}
+
+/// One connection's place, which is returned when this is dropped.
+pub(crate) struct StrangerPlace {
+    strangers: Strangers,
+    id: u64,
+    ended: oneshot::Receiver<()>,
+}
+
+impl Strangers {
+    pub(crate) fn new(limits: &GateLimits) -> Self {
+        let (most, most_per_address) = (limits.strangers, limits.strangers_per_address);
+        Self { waiting: Arc::default(), most, most_per_address }
+    }
+
+    /// Gives a newcomer a place, and ends another connection if all are taken.
+    pub(crate) fn enter(&self, address: IpAddr) -> StrangerPlace {
+        let mut waiting = self.waiting.lock();
+        let of = |places: &[WaitingPlace], address: IpAddr| {
+            places.iter().filter(|place| place.address == address).count()
+        };
+        let crowded = if of(&waiting.places, address) >= self.most_per_address {
+            Some(address)
+        } else if waiting.places.len() >= self.most {
+            let all = waiting.places.iter().map(|place| place.address);
+            all.max_by_key(|one| of(&waiting.places, *one))
+        } else {
+            None
+        };
+        if let Some(crowded) = crowded
+            && let Some(oldest) = waiting.places.iter().position(|place| place.address == crowded)
+        {
+            waiting.places.remove(oldest);
+        }
+        waiting.last += 1;
+        let id = waiting.last;
+        let (end, ended) = oneshot::channel();
+        waiting.places.push(WaitingPlace { id, address, _end: end });
+        drop(waiting);
+        StrangerPlace { strangers: self.clone(), id, ended }
+    }
+}
+
+impl StrangerPlace {
+    /// Waits until another connection has taken the place.
+    pub(crate) async fn ended(&mut self) {
+        let _ = (&mut self.ended).await;
+    }
+}
+
+impl Drop for StrangerPlace {
+    fn drop(&mut self) {
+        self.strangers.waiting.lock().places.retain(|place| place.id != self.id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_ended(place: &mut StrangerPlace) -> bool {
+        matches!(place.ended.try_recv(), Err(oneshot::error::TryRecvError::Closed))
+    }
+
+    #[test]
+    fn a_newcomer_ends_the_oldest_of_its_address_or_of_the_largest_crowd() {
+        let limits = GateLimits { strangers: 4, strangers_per_address: 3, ..GateLimits::default() };
+        let strangers = Strangers::new(&limits);
+        let (crowd, other, third) =
+            ([10, 0, 0, 1].into(), [10, 0, 0, 2].into(), [10, 0, 0, 3].into());
+        let mut first = strangers.enter(crowd);
+        let mut second = strangers.enter(crowd);
+        let mut alone = strangers.enter(other);
+        let mut last = strangers.enter(crowd);
+        assert!(!is_ended(&mut first));
+        let mut newest = strangers.enter(crowd);
+        assert!(is_ended(&mut first) && !is_ended(&mut second), "three of one address");
+        let _newcomer = strangers.enter(third);
+        assert!(is_ended(&mut second), "four in total: the crowd loses one");
+        for place in [&mut alone, &mut last, &mut newest] {
+            assert!(!is_ended(place));
+        }
+        drop((alone, last));
+        let _places = [strangers.enter(other), strangers.enter(other)];
+        assert!(!is_ended(&mut newest), "places come back");
+    }
+}

@@ -1,0 +1,32 @@
+//! Keys: who may reach a system from another host. An authority makes one key for each person and
+//! each robot's host; both ends of a connection between hosts prove theirs.
+//!
+//! Start with [`identity`] (what a key contains), then [`authority`] (how one is made), [`folder`]
+//! (where they are kept) and [`tls`] (how they are verified). [`gate`] and [`connect`] are the two ends
+//! of a connection between hosts.
+
+pub mod authority;
+pub mod certificate;
+pub mod connect;
+pub mod expiry;
+pub mod folder;
+mod frames;
+pub mod gate;
+pub mod identity;
+pub mod key_file;
+pub mod revoked;
+pub mod tls;
+
+#[cfg(test)]
+mod tests;
+
+pub use authority::{Authority, Validity};
+pub use certificate::{CertificateFacts, Serial};
+pub use folder::KeysFolder;
+pub use identity::{KeyHolder, KeyPurpose};
+pub use key_file::{KeyFile, KeyFileError};
+pub use revoked::RevokedKeys;
+
+/// The DNS name in the certificate of every gate. A person's certificate has none, so that a person
+/// cannot pass for a gate.
+pub(crate) const GATE_NAME: &str = "gate.armor";

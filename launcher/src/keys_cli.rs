@@ -1,0 +1,266 @@
+//! `armor keys`: the authority of a fleet, and the keys of its robots and people.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use armor_keys::expiry::{describe_notice, format_date, now_s};
+use armor_keys::folder::{AddedKey, KeyState, ListedKey, REVOKED};
+use armor_keys::{CertificateFacts, KeyHolder, KeyPurpose, KeysFolder};
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+
+use crate::arguments::{OutputFormat, parse_name};
+use crate::exit::CommandEnding;
+use crate::print::{Table, end_printing, print_line, print_notice, print_wrapped, terminal_width};
+use crate::verb::Verb;
+
+/// How long a key is valid by default.
+const DAYS: u32 = 365;
+
+/// Make, list, renew and revoke the keys with which people reach robots from other hosts.
+#[derive(Debug, Subcommand)]
+#[command(after_help = "Examples:
+  armor keys init                          an authority, on the computer of the person who decides about access
+  armor keys add robot --role host         the key of a robot's gate
+  armor keys add alice --role operator     a key for alice, in one file
+  armor keys revoke alice
+
+The secret key of the authority never needs to be on a robot.")]
+pub enum KeysCommand {
+    /// Make an authority: its key makes all others.
+    Init(InitArguments),
+    /// Make a key for a person or a robot's host, in one file that is carried there.
+    Add(AddArguments),
+    /// List the keys that were made, and when they expire.
+    List(ListArguments),
+    /// Revoke the keys of a name. Gates end its connections within a second.
+    Revoke(RevokeArguments),
+    /// Make a new key for a name. The old one stays valid until its own end.
+    Renew(RenewArguments),
+}
+
+/// Selects the folder of keys.
+#[derive(Args, Clone, Debug)]
+pub struct KeysDirectory {
+    /// Folder of keys. Default: armor/keys in the folder for configuration of this user.
+    #[arg(long, value_name = "DIR", env = "ARMOR_KEYS")]
+    pub keys: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct InitArguments {
+    #[command(flatten)]
+    pub directory: KeysDirectory,
+}
+
+#[derive(Args, Debug)]
+pub struct AddArguments {
+    /// Name of the person or host.
+    #[arg(value_parser = parse_name)]
+    pub name: String,
+    /// What the key allows: observer, operator, engineer; host is for a robot's gate.
+    #[arg(long, value_name = "ROLE")]
+    pub role: KeyPurpose,
+    /// Number of days for which it is valid.
+    #[arg(long, value_name = "N", default_value_t = DAYS, value_parser = clap::value_parser!(u32).range(1..))]
+    pub days: u32,
+    #[command(flatten)]
+    pub directory: KeysDirectory,
+}
+
+#[derive(Args, Debug)]
+pub struct ListArguments {
+    #[command(flatten)]
+    pub directory: KeysDirectory,
+}
+
+#[derive(Args, Debug)]
+pub struct RevokeArguments {
+    /// Name of the person or host.
+    #[arg(value_parser = parse_name)]
+    pub name: String,
+    #[command(flatten)]
+    pub directory: KeysDirectory,
+}
+
+#[derive(Args, Debug)]
+pub struct RenewArguments {
+    /// Name of the person or host.
+    #[arg(value_parser = parse_name)]
+    pub name: String,
+    /// Number of days for which the new key is valid.
+    #[arg(long, value_name = "N", default_value_t = DAYS, value_parser = clap::value_parser!(u32).range(1..))]
+    pub days: u32,
+    #[command(flatten)]
+    pub directory: KeysDirectory,
+}
+
+impl KeysDirectory {
+    /// Returns the folder.
+    ///
+    /// # Errors
+    /// If none is given and the user has no home.
+    pub fn path(&self) -> Result<PathBuf> {
+        if let Some(path) = &self.keys {
+            return Ok(path.clone());
+        }
+        let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+        let configuration =
+            set("XDG_CONFIG_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
+        let configuration =
+            configuration.or_else(|| Some(PathBuf::from(set("HOME")?).join(".config")));
+        let configuration = configuration.context("HOME is not set: give --keys DIR")?;
+        Ok(configuration.join("armor/keys"))
+    }
+}
+
+impl Verb for KeysCommand {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(run_command(&self, format)?.into())
+    }
+}
+
+/// Carries out a command.
+///
+/// # Errors
+/// If the folder cannot be used, or the request makes no sense there.
+fn run_command(command: &KeysCommand, format: OutputFormat) -> Result<CommandEnding> {
+    end_printing(match command {
+        KeysCommand::Init(arguments) => make_authority(arguments, format),
+        KeysCommand::Add(arguments) => {
+            let holder = KeyHolder { name: arguments.name.clone(), purpose: arguments.role };
+            let folder = KeysFolder::open(&arguments.directory.path()?)?;
+            let added = folder.add_key(holder, arguments.days, now_s())?;
+            print_added(&added, format)
+        }
+        KeysCommand::List(arguments) => print_keys(arguments, format),
+        KeysCommand::Revoke(arguments) => revoke_keys(arguments, format),
+        KeysCommand::Renew(arguments) => {
+            let folder = KeysFolder::open(&arguments.directory.path()?)?;
+            let added = folder.renew_key(&arguments.name, arguments.days, now_s())?;
+            print_added(&added, format)
+        }
+    })
+}
+
+fn make_authority(arguments: &InitArguments, format: OutputFormat) -> Result<()> {
+    let path = arguments.directory.path()?;
+    let folder = KeysFolder::create(&path, now_s())?;
+    let end = format_date(folder.authority_end_s()?);
+    if format == OutputFormat::Json {
+        return print_line(json!({"keys": path, "valid_until": end}));
+    }
+    print_wrapped(format_args!(
+        "an authority, valid until {end}, is in {}; keep a backup of this folder, and keep it off \
+         the robots",
+        path.display()
+    ))
+}
+
+fn print_added(added: &AddedKey, format: OutputFormat) -> Result<()> {
+    let AddedKey { facts, path } = added;
+    if format == OutputFormat::Json {
+        let mut record = describe_key(facts);
+        record["file"] = json!(path);
+        return print_line(record);
+    }
+    let (path, end) = (path.display(), format_date(facts.not_after_s));
+    print_line(format_args!("{path}: the key of {}, valid until {end}", facts.holder))?;
+    print_wrapped(match facts.holder.purpose {
+        KeyPurpose::Host => format!(
+            "copy it with the list `{REVOKED}` into a folder of the robot's user that only that \
+             user can enter (mode 0700), then: armor run FILE --gate 0.0.0.0:7410 --keys DIR"
+        ),
+        KeyPurpose::Person(_) => format!(
+            "it is secret: carry it to the computer of {name} (scp, a USB stick), and remove it \
+             here; {name} then connects with: armor connect ROBOT:7410 --key FILE",
+            name = facts.holder.name
+        ),
+    })
+}
+
+fn print_keys(arguments: &ListArguments, format: OutputFormat) -> Result<()> {
+    let folder = KeysFolder::open(&arguments.directory.path()?)?;
+    let keys = folder.list_keys(now_s())?;
+    if format == OutputFormat::Json {
+        return keys.iter().try_for_each(|key| {
+            let mut record = describe_key(&key.facts);
+            record["state"] = json!(word_for(key.state));
+            print_line(record)
+        });
+    }
+    let rows = keys.iter().map(|ListedKey { facts, state }| {
+        vec![
+            facts.holder.name.clone(),
+            facts.holder.purpose.to_string(),
+            format_date(facts.not_after_s),
+            word_for(*state).to_owned(),
+            facts.serial.to_string(),
+        ]
+    });
+    let headings = ["NAME", "ROLE", "VALID UNTIL", "STATE", "SERIAL NUMBER"];
+    let table = Table::new(&headings, rows.collect()).dispensable(&["SERIAL NUMBER"]);
+    print_line(table.format(terminal_width()).trim_end())?;
+    for text in list_notices(&keys) {
+        print_notice(format_args!("warning: {text}"));
+    }
+    Ok(())
+}
+
+/// Announces the ends of the newest keys of each name.
+fn list_notices(keys: &[ListedKey]) -> Vec<String> {
+    let newest = keys.iter().enumerate().filter(|(at, key)| {
+        let name = &key.facts.holder.name;
+        !keys[at + 1..].iter().any(|later| later.facts.holder.name == *name)
+    });
+    let newest = newest.filter(|(_, key)| key.state != KeyState::Revoked);
+    let notice =
+        |facts: &CertificateFacts| describe_notice(&facts.holder.name, facts.not_after_s, now_s());
+    newest.filter_map(|(_, key)| notice(&key.facts)).collect()
+}
+
+fn revoke_keys(arguments: &RevokeArguments, format: OutputFormat) -> Result<()> {
+    let path = arguments.directory.path()?;
+    let folder = KeysFolder::open(&path)?;
+    let revoked = folder.revoke_keys(&arguments.name, now_s())?;
+    if format == OutputFormat::Json {
+        return revoked.iter().try_for_each(|facts| print_line(describe_key(facts)));
+    }
+    let is_host = |facts: &CertificateFacts| facts.holder.purpose == KeyPurpose::Host;
+    if revoked.iter().any(is_host) {
+        return print_wrapped(format_args!(
+            "{0}: the key is marked as revoked, but `armor connect` reads no list of revoked keys. If \
+             it was stolen, its holder can pass for the gate of {0}: make another authority in \
+             another folder, and new keys for everyone",
+            arguments.name
+        ));
+    }
+    let count = match revoked.len() {
+        1 => "its key".to_owned(),
+        count => format!("its {count} keys"),
+    };
+    print_wrapped(format_args!(
+        "{}: {count} can no longer be used where {} is in the folder of the gate's keys; copy it to \
+         every robot, which need not be restarted",
+        arguments.name,
+        path.join(REVOKED).display()
+    ))
+}
+
+fn describe_key(facts: &CertificateFacts) -> Value {
+    json!({
+        "name": facts.holder.name,
+        "role": facts.holder.purpose.to_string(),
+        "valid_until": format_date(facts.not_after_s),
+        "serial": facts.serial.to_string(),
+    })
+}
+
+fn word_for(state: KeyState) -> &'static str {
+    match state {
+        KeyState::Valid => "valid",
+        KeyState::Revoked => "revoked",
+        KeyState::Expired => "expired",
+    }
+}

@@ -1,0 +1,409 @@
+//! On whose behalf a connection acts that a gate forwards, and what the role of that person may
+//! request.
+//!
+//! A gate has authenticated the other end by its key. It begins the connection to a process of the
+//! system with a [`Preface`], which names the person and the role. A process believes it because the
+//! gate belongs to its own user; a preface only takes rights away. [`Opening`] is the one place where
+//! it is read, and [`NeedsRole`] the one table of what each role may do.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::Message;
+use crate::codec;
+use crate::config::ConfigRequest;
+use crate::control::{Command, Order, Role};
+use crate::frame::{Frame, FrameKind};
+use crate::hello::{HandshakeError, Hello, LinkRequest, Purpose};
+use crate::keep::{Keep, Wake};
+use crate::name::is_name;
+use crate::refusal::{Refusal, RefusalCode};
+
+/// What the holder of a key may do. Each role may also do what those before it may.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Message)]
+#[message(wire = "armor_wire")]
+pub enum KeyRole {
+    /// Reads everything, and may bring the robot to rest: pause the mission, or send it to its safe
+    /// place.
+    Observer,
+    /// Commands the mission.
+    Operator,
+    /// Changes parameters, which are in the file, and what processes log.
+    Engineer,
+}
+
+impl KeyRole {
+    /// All of them, from the least to the most.
+    pub const ALL: [Self; 3] = [Self::Observer, Self::Operator, Self::Engineer];
+
+    /// Its name, as certificates and command lines have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Observer => "observer",
+            Self::Operator => "operator",
+            Self::Engineer => "engineer",
+        }
+    }
+}
+
+impl fmt::Display for KeyRole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for KeyRole {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let named = Self::ALL.into_iter().find(|role| role.name() == text);
+        named.ok_or_else(|| "a role is observer, operator or engineer".to_owned())
+    }
+}
+
+/// The first frame of a connection that a gate forwards.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Preface {
+    /// The holder of the key, as its certificate names them.
+    pub name: String,
+    /// The role in the certificate.
+    pub role: KeyRole,
+}
+
+impl Preface {
+    /// Checks whether the role allows a request.
+    ///
+    /// # Errors
+    /// The refusal names the role that the request needs.
+    pub fn check(&self, request: &impl NeedsRole) -> Result<(), Refusal> {
+        let needed = request.needed_role();
+        if needed.is_some_and(|needed| self.role >= needed) {
+            return Ok(());
+        }
+        let (name, role, what) = (&self.name, self.role, request.describe());
+        let text = match needed {
+            Some(needed) => {
+                format!("{what} needs the role {needed}, and the key of {name} has the role {role}")
+            }
+            None => format!(
+                "{what} is only for processes on the robot's host, not for the key of {name}; \
+                 through ssh it is possible (docs/operator.md)"
+            ),
+        };
+        Err(Refusal::new(RefusalCode::Role, text))
+    }
+}
+
+/// A request that a role may be too low for.
+pub trait NeedsRole {
+    /// The least role that may send it through a gate; `None` if none may.
+    fn needed_role(&self) -> Option<KeyRole>;
+    /// What it is, as the subject of a sentence.
+    fn describe(&self) -> String;
+}
+
+impl NeedsRole for Purpose {
+    fn needed_role(&self) -> Option<KeyRole> {
+        match self {
+            Self::Registry { entry: None } | Self::Config => Some(KeyRole::Observer),
+            // A component accepts connections too, and a gate forwards none in that direction.
+            Self::Registry { entry: Some(_) } => None,
+            // The publisher would wait for a subscriber that is slow on purpose, or spin for it.
+            Self::Link { link: LinkRequest { keep: Keep::All, .. } }
+            | Self::Link { link: LinkRequest { wake: Wake::Spin, .. } } => None,
+            Self::Link { .. } => Some(KeyRole::Observer),
+            // Every order is checked on its own: any key may bring the robot to rest.
+            Self::Control { role: Role::Observer | Role::Operator } => Some(KeyRole::Observer),
+            Self::Control { role: Role::Executive | Role::Launcher } => None,
+        }
+    }
+
+    fn describe(&self) -> String {
+        match self {
+            Self::Registry { entry: None } => "a request to the registry".into(),
+            Self::Registry { entry: Some(entry) } => {
+                format!("registering the component {}", entry.name)
+            }
+            Self::Config => "a request to configd".into(),
+            Self::Link { link } if self.needed_role().is_none() => {
+                format!("a link to {} for which its publisher waits", link.data)
+            }
+            Self::Link { link } => format!("reading {}", link.data),
+            Self::Control { role } => format!("a control connection as {role:?}"),
+        }
+    }
+}
+
+impl NeedsRole for Command {
+    fn needed_role(&self) -> Option<KeyRole> {
+        match self {
+            Self::Status { .. } | Self::Beat => Some(KeyRole::Observer),
+            // Taking the command away from its holder is more than bringing the robot to rest.
+            Self::Order { order: Order::Pause | Order::Safe, take: false, .. } => {
+                Some(KeyRole::Observer)
+            }
+            Self::Order { .. } => Some(KeyRole::Operator),
+            Self::SetLogFilter { .. } => Some(KeyRole::Engineer),
+            Self::Activate { .. }
+            | Self::Freeze { .. }
+            | Self::Terminate
+            | Self::Acknowledge { .. } => None,
+        }
+    }
+
+    fn describe(&self) -> String {
+        match self {
+            Self::Status { .. } => "asking for a status".into(),
+            Self::Beat => "a beat".into(),
+            Self::Order { order, take, .. } => {
+                let what = match order {
+                    Order::Lease => "taking the command",
+                    Order::Release => "returning the command",
+                    Order::Fire { .. } => "firing a transition",
+                    Order::Pause => "pausing the mission",
+                    Order::Resume => "resuming the mission",
+                    Order::Safe => "sending the mission to its safe place",
+                    Order::Move { .. } => "moving tokens",
+                    Order::Confirm { .. } => "confirming a transition",
+                    Order::Decline { .. } => "declining a transition",
+                    Order::Rejoin => "keeping the command",
+                };
+                let take = if *take { " and taking the command from its holder" } else { "" };
+                format!("{what}{take}")
+            }
+            Self::SetLogFilter { .. } => "changing what a process logs".into(),
+            Self::Activate { .. } => "activating a component".into(),
+            Self::Freeze { .. } => "freezing a component".into(),
+            Self::Terminate => "ending a process".into(),
+            Self::Acknowledge { .. } => "acknowledging a report".into(),
+        }
+    }
+}
+
+impl NeedsRole for ConfigRequest {
+    fn needed_role(&self) -> Option<KeyRole> {
+        Some(match self {
+            Self::Settings { .. }
+            | Self::Parameter { .. }
+            | Self::List { .. }
+            | Self::Diff { .. }
+            | Self::Beat => KeyRole::Observer,
+            Self::Set { .. } => KeyRole::Engineer,
+        })
+    }
+
+    fn describe(&self) -> String {
+        match self {
+            Self::Set { component, parameter, .. } => format!("setting {component}.{parameter}"),
+            _ => "reading the configuration".into(),
+        }
+    }
+}
+
+/// Reads the frames with which a connection begins: a hello, or a preface and a hello.
+#[derive(Debug, Default)]
+pub struct Opening {
+    preface: Option<Preface>,
+}
+
+impl Opening {
+    /// Reads the next frame. `None`: it is a preface, which must be acknowledged with a beat before
+    /// more is read. The hello is one that the role allows.
+    ///
+    /// # Errors
+    /// As [`Hello::read`]; and [`HandshakeError::Refused`] if the role does not allow the purpose.
+    pub fn read_frame(&mut self, frame: &Frame<'_>) -> Result<Option<Hello>, HandshakeError> {
+        if frame.kind == FrameKind::Preface && self.preface.is_none() {
+            let preface: Preface = codec::decode_control(frame.body)?;
+            if !is_name(&preface.name) {
+                let text = "the preface does not name the holder of a key";
+                return Err(Refusal::new(RefusalCode::Malformed, text).into());
+            }
+            self.preface = Some(preface);
+            return Ok(None);
+        }
+        let hello = Hello::read(frame)?;
+        if let Some(preface) = &self.preface {
+            preface.check(&hello.purpose)?;
+        }
+        Ok(Some(hello))
+    }
+
+    /// On whose behalf the connection acts; `None` for a process of the host, which acts for itself.
+    pub fn preface(&self) -> Option<&Preface> {
+        self.preface.as_ref()
+    }
+
+    /// Returns the same as [`Self::preface`].
+    pub fn into_preface(self) -> Option<Preface> {
+        self.preface
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{FrameError, PREFIX_LEN, to_bytes};
+    use crate::registry::ComponentEntry;
+
+    fn link(keep: Keep, wake: Wake) -> Purpose {
+        let (data, schema) = ("laser.scan".into(), String::new());
+        let (instance, schema_hash, paused) = (0, 0, false);
+        let link = LinkRequest { data, instance, schema, schema_hash, keep, wake, paused };
+        Purpose::Link { link }
+    }
+
+    fn entry() -> ComponentEntry {
+        ComponentEntry {
+            name: "laser".into(),
+            kind: "laser".into(),
+            instance: 3,
+            pid: 1,
+            host: "robot".into(),
+            endpoint: "127.0.0.1:20001".into(),
+        }
+    }
+
+    fn order(order: Order, take: bool) -> Command {
+        Command::Order { request: 1, author: "x".into(), take, order }
+    }
+
+    /// Checks for each role whether it may, and that a refusal names the role that is needed.
+    fn check(request: &impl NeedsRole, least: Option<KeyRole>) {
+        for role in KeyRole::ALL {
+            let result = Preface { name: "alice".into(), role }.check(request);
+            assert_eq!(
+                result.is_ok(),
+                least.is_some_and(|least| role >= least),
+                "{role} {result:?}"
+            );
+            let Err(refusal) = result else { continue };
+            assert_eq!(refusal.code, RefusalCode::Role);
+            let named = match least {
+                Some(least) => format!("needs the role {least}, and the key of alice has"),
+                None => "only for processes on the robot's host, not for the key of alice".into(),
+            };
+            assert!(refusal.text.contains(&named), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn every_role_may_read_and_none_may_take_the_place_of_a_process() {
+        use KeyRole::Observer;
+        for (purpose, least) in [
+            (Purpose::Registry { entry: None }, Some(Observer)),
+            (Purpose::Registry { entry: Some(entry()) }, None),
+            (Purpose::Config, Some(Observer)),
+            (link(Keep::Latest, Wake::Sleep), Some(Observer)),
+            (link(Keep::Last { count: 9 }, Wake::Sleep), Some(Observer)),
+            (link(Keep::All, Wake::Sleep), None),
+            (link(Keep::Latest, Wake::Spin), None),
+            (Purpose::Control { role: Role::Observer }, Some(Observer)),
+            (Purpose::Control { role: Role::Operator }, Some(Observer)),
+            (Purpose::Control { role: Role::Executive }, None),
+            (Purpose::Control { role: Role::Launcher }, None),
+        ] {
+            check(&purpose, least);
+        }
+    }
+
+    #[test]
+    fn any_role_may_bring_the_robot_to_rest_and_operators_command() {
+        use KeyRole::{Engineer, Observer, Operator};
+        let transition = || "go".to_owned();
+        for (command, least) in [
+            (Command::Status { request: 1 }, Some(Observer)),
+            (Command::Beat, Some(Observer)),
+            (order(Order::Pause, false), Some(Observer)),
+            (order(Order::Safe, false), Some(Observer)),
+            (order(Order::Pause, true), Some(Operator)),
+            (order(Order::Safe, true), Some(Operator)),
+            (order(Order::Lease, false), Some(Operator)),
+            (order(Order::Release, false), Some(Operator)),
+            (order(Order::Rejoin, false), Some(Operator)),
+            (order(Order::Resume, false), Some(Operator)),
+            (order(Order::Fire { transition: transition() }, false), Some(Operator)),
+            (order(Order::Confirm { transition: transition() }, false), Some(Operator)),
+            (order(Order::Decline { transition: transition() }, false), Some(Operator)),
+            (order(Order::Move { moves: Vec::new() }, false), Some(Operator)),
+            (Command::SetLogFilter { request: 1, filter: "debug".into() }, Some(Engineer)),
+            (Command::Activate { activation: 1, parameters: Vec::new() }, None),
+            (Command::Freeze { activation: 1 }, None),
+            (Command::Terminate, None),
+            (Command::Acknowledge { report: 1 }, None),
+        ] {
+            check(&command, least);
+        }
+    }
+
+    #[test]
+    fn only_an_engineer_sets_parameters() {
+        use KeyRole::{Engineer, Observer};
+        let (component, parameter) = ("driver".to_owned(), "speed".to_owned());
+        for (request, least) in [
+            (ConfigRequest::Settings { request: 1 }, Observer),
+            (ConfigRequest::Parameter { request: 1, name: "speed".into() }, Observer),
+            (ConfigRequest::List { request: 1, component: None, from: 0 }, Observer),
+            (ConfigRequest::Diff { request: 1, from: None, to: None }, Observer),
+            (ConfigRequest::Beat, Observer),
+            (ConfigRequest::Set { request: 1, component, parameter, value: None }, Engineer),
+        ] {
+            check(&request, Some(least));
+        }
+    }
+
+    #[test]
+    fn a_role_is_known_by_its_name() {
+        for role in KeyRole::ALL {
+            assert_eq!(role.name().parse(), Ok(role));
+        }
+        assert!("Operator".parse::<KeyRole>().unwrap_err().contains("engineer"));
+    }
+
+    fn read_all(
+        frames: &[(FrameKind, Vec<u8>)],
+    ) -> Result<(Hello, Option<Preface>), HandshakeError> {
+        let mut opening = Opening::default();
+        for (kind, bytes) in frames {
+            let frame = Frame { kind: *kind, flags: 0, body: &bytes[PREFIX_LEN..] };
+            if let Some(hello) = opening.read_frame(&frame)? {
+                return Ok((hello, opening.into_preface()));
+            }
+        }
+        panic!("no hello among the frames");
+    }
+
+    fn preface(name: &str, role: KeyRole) -> (FrameKind, Vec<u8>) {
+        let preface = Preface { name: name.into(), role };
+        (FrameKind::Preface, to_bytes(FrameKind::Preface, &preface).unwrap())
+    }
+
+    fn hello(purpose: Purpose) -> (FrameKind, Vec<u8>) {
+        let hello = Hello::new("tool-1", 5, purpose);
+        (FrameKind::Hello, to_bytes(FrameKind::Hello, &hello).unwrap())
+    }
+
+    #[test]
+    fn a_connection_acts_for_itself_or_for_the_one_that_the_first_frame_names() {
+        let (_, own) = read_all(&[hello(Purpose::Config)]).unwrap();
+        assert_eq!(own, None);
+        let frames = [preface("alice", KeyRole::Observer), hello(Purpose::Config)];
+        let (_, alice) = read_all(&frames).unwrap();
+        assert_eq!(alice, Some(Preface { name: "alice".into(), role: KeyRole::Observer }));
+    }
+
+    #[test]
+    fn rights_cannot_be_raised_by_a_second_preface_or_a_forged_name() {
+        let twice = [preface("alice", KeyRole::Observer), preface("alice", KeyRole::Engineer)];
+        let error = read_all(&twice).unwrap_err();
+        assert!(matches!(error, HandshakeError::Frame(FrameError::Unexpected { .. })), "{error:?}");
+        for name in ["", "a b", "\u{1b}[2J", &"x".repeat(65)] {
+            let error = read_all(&[preface(name, KeyRole::Observer)]).unwrap_err();
+            assert!(matches!(error, HandshakeError::Refused(_)), "{error:?}");
+        }
+        let role = Role::Executive;
+        let forged = [preface("alice", KeyRole::Engineer), hello(Purpose::Control { role })];
+        let error = read_all(&forged).unwrap_err();
+        assert!(error.to_string().contains("Executive is only for"), "{error}");
+    }
+}
