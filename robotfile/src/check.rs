@@ -165,11 +165,10 @@ fn without_errors(
     reports::check_always_active(configuration, findings);
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
-        ending::check(mission, findings);
+        let is_main = configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
+        ending::check(mission, is_main, findings);
         // With its sub-missions it may be larger than a mission may be, which is a finding then.
         if let Ok(whole) = configuration.flatten(mission) {
-            let is_main =
-                configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
             reach::check(mission, &whole, is_main, findings);
         }
     }

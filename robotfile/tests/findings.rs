@@ -3,6 +3,7 @@
 mod file;
 mod follow_ups;
 mod manifests;
+mod mission_slips;
 mod missions;
 mod one_mistake;
 mod submissions;

@@ -79,11 +79,17 @@ struct ClaimNames<'a> {
     components: BTreeSet<&'a str>,
     /// The unreadable parts of the system.
     unreadable: &'a UnreadableParts,
+    /// Whether a place names a component that does not exist, which may be any of them.
+    is_component_unknown: bool,
 }
 
 impl<'a> ClaimNames<'a> {
     fn of(configuration: &'a Configuration, mission: &'a Mission, whole: &'a Mission) -> Self {
         let active = whole.places.iter().flat_map(|place| &place.components);
+        let existing = configuration.system.components.iter();
+        let existing: BTreeSet<_> = existing.map(|it| it.name.value.as_str()).collect();
+        let is_component_unknown =
+            !active.clone().all(|name| existing.contains(name.value.as_str()));
         let places: BTreeSet<_> =
             whole.places.iter().map(|place| place.name.value.as_str()).collect();
         let counted = whole.variables.iter().filter(|variable| variable.source.is_none());
@@ -95,6 +101,7 @@ impl<'a> ClaimNames<'a> {
             transitions: whole.transitions.iter().map(|t| t.name.value.as_str()).collect(),
             components: active.map(|name| name.value.as_str()).collect(),
             unreadable: &configuration.system.unreadable,
+            is_component_unknown,
         }
     }
 
@@ -115,7 +122,11 @@ impl<'a> ClaimNames<'a> {
                     || sets.any(|set| set.variable.value == own)
             }
             Sort::Transition => self.mission.unreadable.in_moves,
-            Sort::Component => self.unreadable.may_contain(own) || self.mission.unreadable.in_start,
+            Sort::Component => {
+                self.is_component_unknown
+                    || self.unreadable.may_contain(own)
+                    || self.mission.unreadable.in_start
+            }
         };
         if known.contains(own) || is_doubtful {
             return;

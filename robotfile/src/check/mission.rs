@@ -82,7 +82,7 @@ fn check_one(
         known.expect_place(place, findings);
     }
     for place in &mission.places {
-        known.check_place(place, findings);
+        known.check_place(place, &mission.transitions, findings);
     }
     for transition in &mission.transitions {
         known.check_transition(transition, findings);
@@ -121,6 +121,12 @@ struct MissionNames<'a> {
     controlled: &'a BTreeSet<&'a str>,
     /// Whether all places and sub-missions could be read.
     is_complete: bool,
+    /// The places that name a component that does not exist: it may be any of them.
+    doubtful: BTreeSet<&'a str>,
+    /// The places that have a token at the start, or that a transition or sub-mission leads to.
+    entered: BTreeSet<&'a str>,
+    /// The components of which a place sets parameters, with the place.
+    assigned: BTreeSet<(&'a str, &'a str)>,
 }
 
 impl<'a> MissionNames<'a> {
@@ -139,6 +145,22 @@ impl<'a> MissionNames<'a> {
                 active_in.entry(&component.value).or_default().insert(&place.name.value);
             }
         }
+        let names = system.components.iter().map(|component| component.name.value.as_str());
+        let existing: BTreeSet<_> = names.collect();
+        let is_doubtful = |place: &&Place| {
+            !place.components.iter().all(|name| existing.contains(name.value.as_str()))
+        };
+        let doubtful = mission.places.iter().filter(is_doubtful);
+        let assigned = mission.places.iter().flat_map(|place| {
+            let given = place.parameters.iter();
+            given.map(|given| (place.name.value.as_str(), given.component.value.as_str()))
+        });
+        let initial = mission.places.iter().filter(|place| place.initial > 0);
+        let initial = initial.map(|place| place.name.value.as_str());
+        let put = mission.transitions.iter().flat_map(|transition| transition.outputs());
+        let put = put.map(|arc| arc.place.value.as_str());
+        let left = mission.submissions.iter().filter_map(|submission| submission.leave.as_ref());
+        let entered = initial.chain(put).chain(left.map(|place| place.value.as_str()));
         // Duplicates among the components are the system's findings.
         let unheard = &mut Findings::default();
         Self {
@@ -155,6 +177,9 @@ impl<'a> MissionNames<'a> {
             active_in,
             controlled,
             is_complete: true,
+            doubtful: doubtful.map(|place| place.name.value.as_str()).collect(),
+            assigned: assigned.collect(),
+            entered: entered.collect(),
         }
     }
 
@@ -230,7 +255,7 @@ impl<'a> MissionNames<'a> {
         self.active_in.get(component).is_some_and(|places| places.contains(place))
     }
 
-    fn check_place(&self, place: &Place, findings: &mut Findings) {
+    fn check_place(&self, place: &Place, transitions: &[Transition], findings: &mut Findings) {
         self.expect_controllable(&place.components, findings);
         place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
         if let Some(target) = place.on_failure.as_ref().filter(|_| place.components.is_empty()) {
@@ -249,18 +274,16 @@ impl<'a> MissionNames<'a> {
             ));
         }
         let mut assigned = BTreeMap::new();
+        let mut foreign = BTreeSet::new();
         for given in &place.parameters {
             let (component, name) = (&given.component, &given.parameter.name);
             let exists = self.expect_component(component, findings);
-            if exists && !self.is_active_in(&component.value, &place.name.value) {
-                let message = format!(
-                    "{} does not activate {}, so it cannot set its parameters",
-                    place.name.value, component.value
-                );
-                let finding = Finding::new(Code::ForeignParameter, &component.at, message);
-                let remedy =
-                    "activate the component in this place, or set the parameter in the system";
-                findings.push(finding.remedy(remedy));
+            if exists
+                && !self.is_active_in(&component.value, &place.name.value)
+                && !self.doubtful.contains(place.name.value.as_str())
+                && foreign.insert(&component.value)
+            {
+                self.report_foreign(place, component, transitions, findings);
             }
             let key = (component.value.as_str(), name.value.as_str());
             if let Some(first) = assigned.insert(key, &name.at) {
@@ -269,6 +292,90 @@ impl<'a> MissionNames<'a> {
                 findings.push(finding.remedy("keep one of them").related(first, "first here"));
             }
         }
+    }
+
+    /// Reports parameters of a component that the place does not activate, with what else it seems to
+    /// have been forgotten for.
+    fn report_foreign(
+        &self,
+        place: &Place,
+        component: &Spanned<String>,
+        transitions: &[Transition],
+        findings: &mut Findings,
+    ) {
+        let message = format!(
+            "{} does not activate {}, so it cannot set its parameters",
+            place.name.value, component.value
+        );
+        let mut finding =
+            Finding::new(Code::ForeignParameter, &component.at, message).remedy(format!(
+                "add {0} to the components of {1}, or set the parameter in the system",
+                component.value, place.name.value
+            ));
+        let given = place.parameters.iter().map(|given| &given.component);
+        let others = given
+            .filter(|other| other.value == component.value && other.at.span != component.at.span);
+        for other in others {
+            finding = finding.related(&other.at, "and here");
+        }
+        let waiting = transitions.iter().filter(|it| self.waits_for_foreign(it));
+        for on in waiting.filter_map(|it| it.on.as_ref()) {
+            if on.component.value == component.value {
+                finding = finding.related(&on.component.at, "this report is never sent");
+            }
+        }
+        findings.push(finding);
+    }
+
+    /// Returns whether the transition waits for a component that one of its places does not activate,
+    /// though it sets parameters of it, or may activate under a misspelt name. That is a finding of
+    /// the place.
+    fn waits_for_foreign(&self, transition: &Transition) -> bool {
+        let Some(on) = &transition.on else { return false };
+        let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
+        needed.any(|arc| {
+            let (place, component) = (arc.place.value.as_str(), on.component.value.as_str());
+            self.doubtful.contains(place) || self.assigned.contains(&(place, component))
+        })
+    }
+
+    /// Reports a transition that waits for a component that is frozen where it starts.
+    fn report_frozen(
+        &self,
+        transition: &Transition,
+        reporter: &Spanned<String>,
+        findings: &mut Findings,
+    ) {
+        let (name, component) = (&transition.name.value, &reporter.value);
+        let message = format!("{component} is frozen in every place that {name} starts from");
+        let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message).stops_transition();
+        let [takes, puts] = [ArcKind::Take, ArcKind::Put].map(|kind| {
+            let arcs = transition.arcs.iter().filter(|arc| arc.kind == kind);
+            arcs.map(|arc| arc.place.value.as_str()).collect::<Vec<_>>()
+        });
+        if let ([from], [to]) = (takes.as_slice(), puts.as_slice())
+            && self.is_active_in(component, to)
+            && !self.entered.contains(from)
+            && let Some(place) = self.places.known.get(from)
+        {
+            let finding = finding.related(place, "no transition leads to this place");
+            findings.push(finding.remedy(format!("did you mean from=\"{to}\" to=\"{from}\"?")));
+            return;
+        }
+        let needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
+        let is_there = |places: &BTreeSet<&str>| {
+            needed.clone().any(|arc| places.contains(arc.place.value.as_str()))
+        };
+        let active = self.active_in.iter().filter(|(_, places)| is_there(places));
+        let active: Vec<_> = active.map(|(component, _)| *component).collect();
+        let remedy = "a frozen component reports nothing; activate it there";
+        findings.push(finding.remedy(match active.is_empty() {
+            true => remedy.to_owned(),
+            false => format!(
+                "{remedy}, or name a component of the place: {}",
+                listed(active.into_iter())
+            ),
+        }));
     }
 
     fn check_transition(&self, transition: &Transition, findings: &mut Findings) {
@@ -298,14 +405,13 @@ impl<'a> MissionNames<'a> {
             .arcs
             .iter()
             .all(|arc| self.places.known.contains_key(arc.place.value.as_str()));
-        if is_frozen && takes && are_known && !transition.is_doubtful {
-            let message = format!(
-                "{} is frozen in every place that {} starts from",
-                reporter.value, name.value
-            );
-            let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
-            let remedy = "a frozen component reports nothing; activate it there";
-            findings.push(finding.remedy(remedy).stops_transition());
+        if is_frozen
+            && takes
+            && are_known
+            && !transition.is_doubtful
+            && !self.waits_for_foreign(transition)
+        {
+            self.report_frozen(transition, reporter, findings);
         }
     }
 }

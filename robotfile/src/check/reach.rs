@@ -4,10 +4,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::check::graph::CheckGraph;
 use crate::code::Code;
-use crate::finding::Finding;
+use crate::finding::{Finding, MAX_RELATED};
 use crate::findings::Findings;
-use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::mission::{ArcKind, Mission, Place, Submission, Transition};
+use crate::source::plain_path;
 
 /// `whole` is the mission with its sub-missions. A goal that the main mission cannot reach is a
 /// finding of the proof.
@@ -21,15 +23,28 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
     let goal = mission.goal.as_ref().map(|goal| goal.value.as_str());
     let unreached: Vec<_> = mission.places.iter().filter(|place| !is_reached(place)).collect();
     let targets: BTreeSet<_> = whole.transitions.iter().flat_map(output_places).collect();
-    // Where a transition leads to a place, the finding is about the places before it.
-    let is_first = |place: &&&Place| !targets.contains(place.name.value.as_str());
-    let has_first = unreached.iter().any(|place| is_first(&place));
-    for place in unreached.iter().filter(|place| !has_first || is_first(place)) {
+    let leads = |name: &str| match targets.contains(name) {
+        false => format!("no transition leads to {name}"),
+        true => format!("what leads to {name} starts from places that are never reached either"),
+    };
+    let explained = find_explained(mission, findings);
+    // A transition that leads back to its own place was probably meant to lead to the first place.
+    let returning =
+        findings.iter().filter(|it| it.code == Code::EndlessLoop && it.stops_transition);
+    let mut returning = returning.filter(|it| is_of(mission, it)).count();
+    for (place, circle) in find_first(&unreached, whole) {
+        if returning > 0 {
+            returning -= 1;
+            continue;
+        }
         let name = &place.name.value;
+        if explained.contains(name) {
+            continue;
+        }
         let mut message = match goal.filter(|goal| goal == name) {
             Some(_) if is_main => continue,
-            Some(_) => format!("the goal can never be reached: no transition leads to {name}"),
-            None => format!("no transition leads to {name}"),
+            Some(_) => format!("the goal can never be reached: {}", leads(name)),
+            None => leads(name),
         };
         let never: Vec<_> =
             active(place).into_iter().filter(|name| !ever_active.contains(name)).collect();
@@ -38,10 +53,57 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
             [only] => message += &format!(", so {only} is never active"),
             some => message += &format!(", so {} are never active", some.join(" and ")),
         }
-        let finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
+        let mut finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
+        for other in circle.into_iter().take(MAX_RELATED) {
+            finding = finding.related(&other.name.at, "and here");
+        }
         let remedy = "add a transition to it, or remove it";
         findings.push(finding.remedy(remedy).stops_transition());
     }
+}
+
+/// Returns the places that are not reached because a sub-mission that leaves to them has no goal,
+/// which is a finding already.
+fn find_explained(mission: &Mission, findings: &Findings) -> BTreeSet<String> {
+    let has_no_goal = |submission: &&Submission| {
+        findings.iter().any(|finding| {
+            let path = finding.at.as_ref().map(|at| plain_path(at.source.path()));
+            finding.code == Code::NoGoal && path.as_ref() == Some(&submission.path)
+        })
+    };
+    let without_goal = mission.submissions.iter().filter(has_no_goal);
+    without_goal.filter_map(|inner| Some(inner.leave.as_ref()?.value.clone())).collect()
+}
+
+/// Returns the unreached places that the others follow from, each with those that follow: places
+/// that no transition leads to, and one place of each circle that is entered from nowhere.
+fn find_first<'a>(unreached: &[&'a Place], whole: &Mission) -> Vec<(&'a Place, Vec<&'a Place>)> {
+    let by_name: BTreeMap<_, _> =
+        unreached.iter().enumerate().map(|(at, it)| (it.name.value.as_str(), at)).collect();
+    // A transition is a node too: of many places to many places, its edges stay few.
+    let count = unreached.len();
+    let nodes = 0..count + whole.transitions.len();
+    let edges = whole.transitions.iter().enumerate().flat_map(|(at, transition)| {
+        let known = |name: &str| by_name.get(name).copied();
+        let needs = needed_places(transition).into_iter().filter_map(known);
+        let puts = output_places(transition).filter_map(known);
+        let ends = needs.map(|place| (place, count + at, ()));
+        ends.chain(puts.map(|place| (count + at, place, ()))).collect::<Vec<_>>()
+    });
+    let groups = CheckGraph::new(nodes, edges).find_first_groups();
+    let places = groups.into_iter().map(|group| {
+        let places = group.into_iter().filter(|node| *node < count);
+        places.map(|node| unreached[node]).collect::<Vec<_>>()
+    });
+    let mut first: Vec<_> =
+        places.filter_map(|places| Some((*places.first()?, places[1..].to_vec()))).collect();
+    first.sort_by_key(|(place, _)| place.name.at.span);
+    first
+}
+
+fn is_of(mission: &Mission, finding: &Finding) -> bool {
+    let path = mission.at.source.path();
+    finding.at.as_ref().is_some_and(|at| at.source.path() == path)
 }
 
 fn find_reached(mission: &Mission) -> BTreeSet<&str> {
