@@ -6,6 +6,7 @@ mod manifests;
 mod mission_slips;
 mod missions;
 mod one_mistake;
+mod remedies;
 mod submissions;
 mod systems;
 mod together;

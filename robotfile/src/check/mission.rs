@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::names::{KnownNames, listed};
+use crate::check::{exclusive, twice};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -105,8 +106,9 @@ fn check_one(
             Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
         findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
     }
-    exclusives_kept(mission, findings);
-    exclusives_once(mission, findings);
+    twice::submissions_once(mission, findings);
+    exclusive::exclusives_kept(mission, findings);
+    exclusive::exclusives_once(mission, findings);
 }
 
 /// The names that a mission may use, with their properties.
@@ -229,6 +231,10 @@ impl<'a> MissionNames<'a> {
 
     fn check_exclusive(&self, exclusive: &Exclusive, findings: &mut Findings) {
         let components = &exclusive.components;
+        if let Some(finding) = self.find_exclusive_places(exclusive) {
+            findings.push(finding);
+            return;
+        }
         self.expect_controllable(components, findings);
         if components.len() < 2 {
             let message = "an exclusive set of one component excludes nothing";
@@ -249,6 +255,29 @@ impl<'a> MissionNames<'a> {
             let finding = Finding::new(Code::ExclusiveTogether, &name.at, message);
             findings.push(finding.remedy("activate it in a place, or remove it from the set"));
         }
+    }
+
+    /// The finding for a set that names places instead of components.
+    fn find_exclusive_places(&self, exclusive: &Exclusive) -> Option<Finding> {
+        let is_place = |name: &&Spanned<String>| {
+            let name = name.value.as_str();
+            self.places.known.contains_key(name) && !self.components.known.contains_key(name)
+        };
+        let mut places = exclusive.components.iter().filter(is_place);
+        let first = places.next()?;
+        let message = format!("there is no component called {0}: {0} is a place", first.value);
+        let active = self.active_in.iter().filter(|(_, places)| places.contains(&*first.value));
+        let active: Vec<_> = active.map(|(component, _)| *component).collect();
+        let remedy = match active.is_empty() {
+            true => "name components that must not be active together".into(),
+            false => format!(
+                "name components that must not be active together; those of {}: {}",
+                first.value,
+                listed(active.into_iter())
+            ),
+        };
+        let finding = Finding::new(Code::UnknownComponent, &first.at, message).remedy(remedy);
+        Some(places.fold(finding, |finding, other| finding.related(&other.at, "and this one")))
     }
 
     fn is_active_in(&self, component: &str, place: &str) -> bool {
@@ -339,6 +368,25 @@ impl<'a> MissionNames<'a> {
         })
     }
 
+    /// A place for components that do not stop, where none could stop.
+    fn check_stop(&self, transition: &Transition, findings: &mut Findings) {
+        let Some(target) = &transition.on_stop_fail else { return };
+        let mut left =
+            transition.arcs.iter().filter(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Reset));
+        let is_passive = |place: &str| {
+            self.places.known.contains_key(place)
+                && !self.doubtful.contains(place)
+                && !self.active_in.values().any(|places| places.contains(place))
+        };
+        if !transition.is_doubtful && left.all(|arc| is_passive(&arc.place.value)) {
+            let message = "on-stop-fail has no effect here";
+            let finding = Finding::new(Code::NoEffect, &target.at, message);
+            findings.push(finding.remedy(
+                "the transition leaves no place whose components would have to stop: remove it",
+            ));
+        }
+    }
+
     /// Reports a transition that waits for a component that is frozen where it starts.
     fn report_frozen(
         &self,
@@ -391,6 +439,7 @@ impl<'a> MissionNames<'a> {
         let arcs = transition.arcs.iter().map(|arc| &arc.place);
         arcs.chain(targets.into_iter().flatten())
             .for_each(|place| self.expect_place(place, findings));
+        self.check_stop(transition, findings);
         let Some(on) = &transition.on else { return };
         let reporter = &on.component;
         if !self.expect_component(reporter, findings) {
@@ -414,69 +463,4 @@ impl<'a> MissionNames<'a> {
             self.report_frozen(transition, reporter, findings);
         }
     }
-}
-
-/// Exclusive components neither in one place nor in two places of the start.
-fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
-    let mut sets: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (set, exclusive) in mission.exclusives.iter().enumerate() {
-        for component in &exclusive.components {
-            sets.entry(&component.value).or_default().push(set);
-        }
-    }
-    // Lists and not maps: thousands of sets times thousands of places are read in a moment.
-    let mut here = vec![None; mission.exclusives.len()];
-    let mut at_start = vec![None; mission.exclusives.len()];
-    for (number, place) in mission.places.iter().enumerate() {
-        // Two components that several sets declare exclusive are one mistake.
-        let mut reported = BTreeSet::new();
-        for component in &place.components {
-            for set in sets.get(component.value.as_str()).into_iter().flatten() {
-                let before = here[*set].replace((number, component));
-                let other = before.filter(|(place, _)| *place == number).map(|(_, other)| other);
-                let other = other.or_else(|| {
-                    if place.initial > 0 { at_start[*set].replace(component) } else { None }
-                });
-                if let Some(other) = other.filter(|other| other.value != component.value)
-                    && reported.insert((&component.value, &other.value))
-                {
-                    report_together(component, other, mission, *set, findings);
-                }
-            }
-        }
-    }
-}
-
-/// Two sets of the same components: the second one excludes nothing more.
-fn exclusives_once(mission: &Mission, findings: &mut Findings) {
-    let mut seen: BTreeMap<BTreeSet<&str>, &Exclusive> = BTreeMap::new();
-    for exclusive in &mission.exclusives {
-        let names: BTreeSet<_> =
-            exclusive.components.iter().map(|name| name.value.as_str()).collect();
-        if let Some(first) = seen.get(&names).filter(|_| names.len() > 1) {
-            let message = "these components are already exclusive";
-            let finding = Finding::new(Code::ExclusiveTwice, &exclusive.at, message);
-            let finding = finding.remedy("remove one of the two, or name other components");
-            findings.push(finding.related(&first.at, "first here"));
-        } else {
-            seen.insert(names, exclusive);
-        }
-    }
-}
-
-fn report_together(
-    component: &Spanned<String>,
-    other: &Spanned<String>,
-    mission: &Mission,
-    set: usize,
-    findings: &mut Findings,
-) {
-    let message = format!("{} would be active together with {}", component.value, other.value);
-    let finding = Finding::new(Code::ExclusiveTogether, &component.at, message);
-    findings.push(
-        finding
-            .remedy("activate them in different places, or do not declare them exclusive")
-            .related(&other.at, "with this one")
-            .related(&mission.exclusives[set].at, "declared exclusive here"),
-    );
 }
