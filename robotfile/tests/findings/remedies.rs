@@ -89,9 +89,9 @@ fn a_check_outside_of_a_domain_is_decided_by_it() {
 #[test]
 fn on_stop_fail_where_nothing_stops_has_no_effect() {
     let place = |from: &str| {
-        with(&format!(
+        with(
             r#"<place name="b" components="arm"/><place name="c"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="b" to="c" on="arm.done"/><transition name="v" from="c" to="over" timeout="2s"/>"#
-        ))
+        )
         .replace(&format!("name=\"{from}\""), &format!("name=\"{from}\" on-stop-fail=\"hold\""))
     };
     only("W0027", "on-stop-fail has no effect here", &place("v"));
