@@ -118,3 +118,14 @@ fn exclusive_components_that_keep_the_goal_away_are_one_finding() {
     let file = file.replace(r#"<place name="c"/>"#, r#"<place name="c" initial="true"/>"#);
     expect(&file, &["E0241"], "or do not declare the components exclusive");
 }
+
+#[test]
+fn what_fires_before_all_others_is_the_only_finding() {
+    let stay = r#"<transition name="stay" from="b" to="hold" timeout="90s"/>"#;
+    let early = r#"<transition name="early" from="b" to="home"/>"#;
+    expect(
+        &mission(BOTH, &format!("{OUT}{HOME}{stay}{early}")),
+        &["W0272"],
+        "early has no condition",
+    );
+}
