@@ -8,6 +8,7 @@ mod cut_short;
 mod dates;
 mod ending;
 mod endless;
+mod exclusive;
 mod feedback;
 mod followers;
 mod frozen;
@@ -26,6 +27,7 @@ mod reports;
 mod starved;
 mod system;
 mod transition;
+mod twice;
 mod unused;
 
 use std::collections::BTreeSet;
@@ -146,6 +148,7 @@ fn by_itself(configuration: &Configuration, findings: &mut Findings) {
         let period = configuration.mission.as_ref().and_then(|main| main.period.as_ref());
         transition::check(mission, period, findings);
         order::check(mission, findings);
+        twice::advise_identical(mission, findings);
         endless::check(mission, findings);
     }
 }
@@ -163,18 +166,18 @@ fn without_errors(
         cut_short::check(mission, findings);
     }
     reports::check_always_active(configuration, findings);
+    let mut is_reached = true;
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
-        ending::check(mission, findings);
+        let is_main = configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
+        ending::check(mission, is_main, findings);
         // With its sub-missions it may be larger than a mission may be, which is a finding then.
         if let Ok(whole) = configuration.flatten(mission) {
-            let is_main =
-                configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
-            reach::check(mission, &whole, is_main, findings);
+            is_reached &= reach::check(mission, &whole, is_main, findings);
         }
     }
+    reach::drop_explained(configuration, findings);
     // Nothing is active in a place that is never reached, which is a finding already.
-    let is_reached = findings.iter().all(|finding| finding.code != Code::UnreachablePlace);
     if is_reached
         && let Ok(Some(whole)) = configuration.flattened()
         && let Some(activity) = Activity::of(&whole)

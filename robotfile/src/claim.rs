@@ -141,20 +141,31 @@ impl Claim {
     pub fn names(&self) -> Vec<(Sort, &Name)> {
         let mut names = Vec::new();
         match &self.statement {
+            Statement::Fires(name) | Statement::Dead(name) => names.push((Sort::Transition, name)),
+            Statement::Bounded(place, _) => names.push((Sort::Place, place)),
+            _ => self.formulas().iter().for_each(|formula| formula.gather(&mut names)),
+        }
+        names
+    }
+
+    /// Its comparisons, in the order of the text.
+    pub(crate) fn comparisons(&self) -> Vec<(&Sum, Relation, &Sum)> {
+        let mut found = Vec::new();
+        self.formulas().iter().for_each(|formula| formula.gather_comparisons(&mut found));
+        found
+    }
+
+    fn formulas(&self) -> Vec<&Formula> {
+        match &self.statement {
             Statement::Always(formula)
             | Statement::Never(formula)
             | Statement::Reachable(formula)
             | Statement::AlwaysReachable(formula)
             | Statement::Eventually(formula)
-            | Statement::Duration { until: formula, .. } => formula.gather(&mut names),
-            Statement::LeadsTo(from, to) => {
-                from.gather(&mut names);
-                to.gather(&mut names);
-            }
-            Statement::Fires(name) | Statement::Dead(name) => names.push((Sort::Transition, name)),
-            Statement::Bounded(place, _) => names.push((Sort::Place, place)),
+            | Statement::Duration { until: formula, .. } => vec![formula],
+            Statement::LeadsTo(from, to) => vec![from, to],
+            Statement::Fires(_) | Statement::Dead(_) | Statement::Bounded(..) => Vec::new(),
         }
-        names
     }
 }
 
@@ -174,6 +185,18 @@ impl Formula {
                 left.gather(names);
                 right.gather(names);
             }
+        }
+    }
+
+    fn gather_comparisons<'a>(&'a self, found: &mut Vec<(&'a Sum, Relation, &'a Sum)>) {
+        match self {
+            Self::Compare(left, relation, right) => found.push((left, *relation, right)),
+            Self::Not(inner) => inner.gather_comparisons(found),
+            Self::And(left, right) | Self::Or(left, right) => {
+                left.gather_comparisons(found);
+                right.gather_comparisons(found);
+            }
+            Self::Truth(_) | Self::Marked(_) | Self::Active(_) => {}
         }
     }
 }

@@ -359,6 +359,10 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             let guess =
                 suggest_similar(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
             let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
+                [] if element.name == "check" => {
+                    "it takes no attributes: write the statement between <check> and </check>"
+                        .into()
+                }
                 [] => "it takes no attributes".into(),
                 known => {
                     format!(

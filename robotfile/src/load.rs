@@ -110,7 +110,7 @@ impl FileReader<'_> {
                 let message = "the mission names a system file, but its own file has a system too";
                 let finding = Finding::new(Code::TwoSystems, &named.at, message);
                 self.findings.push(finding.remedy("remove system=\"…\" or the <system>"));
-                (Some(system), Vec::new())
+                self.fuller_system(path, system, named)
             }
             (None, Some(Mission { system: Some(named), .. })) => self.named_system(path, named),
             (None, _) => {
@@ -149,6 +149,28 @@ impl FileReader<'_> {
         let contents = contents(&root, &source, &mut findings);
         self.findings.absorb(findings, |f| is_whole || !f.code.is_of_something_missing());
         Some((source, contents?))
+    }
+
+    /// Returns the system that the mission was probably written for: that of its own file, or the one
+    /// that it names if its own is empty.
+    fn fuller_system(
+        &mut self,
+        path: &Path,
+        own: System,
+        named: &Spanned<String>,
+    ) -> (Option<System>, Vec<Arc<Source>>) {
+        if !own.components.is_empty() {
+            return (Some(own), Vec::new());
+        }
+        // Only one of the two is needed, so that the other one is missing is no finding.
+        let before = (self.findings.clone(), self.is_partial);
+        match self.named_system(path, named) {
+            (Some(system), sources) => (Some(system), sources),
+            (None, _) => {
+                (self.findings, self.is_partial) = before;
+                (Some(own), Vec::new())
+            }
+        }
     }
 
     /// Returns the system of the file that the mission in `path` names.

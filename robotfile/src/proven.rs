@@ -1,6 +1,7 @@
 //! Adds the results of the proof to the findings of the file. A result that only follows from a
 //! finding of the file, or from another result, is left out: when that is fixed, it is proven again.
 
+mod causes;
 mod goal;
 mod merging;
 mod outside;
@@ -34,9 +35,15 @@ impl Findings {
             goal::merge_after_goal(&mut proven, mission);
             goal::merge_over_at_start(&mut proven);
             self.merge_outside(&mut proven, mission);
+            causes::explain_missing_entrance(&mut proven, mission);
         }
         if proven.iter().any(|result| result.code == Code::GoalNeverReached) {
             self.keep_reason(&mut proven, &causes, configuration);
+        } else {
+            self.explain_checks(&mut proven);
+            if let Some(mission) = &configuration.mission {
+                causes::explain_endless(&mut proven, mission);
+            }
         }
         merging::merge_witnesses(&mut proven);
         merging::merge_last_firings(&mut proven);
@@ -78,11 +85,26 @@ impl Findings {
     ) {
         let goal = configuration.mission.as_ref().and_then(|mission| mission.goal.as_ref());
         let goal = goal.map_or("", |goal| goal.value.as_str());
+        // One that leads to the goal, and whose reason is known, explains why it is not reached.
+        let leads_to_goal = |at: &Location| {
+            let mission = configuration.mission.as_ref();
+            let written = mission.iter().flat_map(|it| &it.transitions);
+            let mut written = written.filter(|it| it.name.at.span == at.span);
+            written.any(|it| it.outputs().any(|arc| arc.place.value == goal))
+        };
+        let dead = proven.iter().filter(|it| {
+            it.code == Code::NeverFires
+                && !it.related.is_empty()
+                && it.at.as_ref().is_some_and(leads_to_goal)
+        });
+        let dead: Vec<_> = dead.cloned().collect();
+        let causes = if causes.is_empty() { &dead } else { causes };
         proven.retain(|result| match result.code {
             Code::NeverFires => false,
             Code::CheckFails => !waits_for(result, goal),
             _ => true,
         });
+        goal::explain_by_exclusion(proven);
         // The transition that would leave a variable's domain does not fire.
         if proven.iter().any(|result| result.code == Code::ValueOutside) {
             proven.retain(|result| result.code != Code::GoalNeverReached);

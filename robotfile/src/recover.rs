@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::code::Code;
 use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
-use crate::start_tag::{TagReader, unescape};
+use crate::start_tag::{TagReader, literal_less_len, unescape};
 use crate::tree::{Element, Node};
 use crate::xml::{MAX_DEPTH, MAX_PIECES, conflict};
 
@@ -92,6 +92,12 @@ impl<'a> RecoveryReader<'a> {
         let (len, is_tag) = match rest.strip_prefix('<') {
             Some(_) => (tag_len(rest), true),
             None => (rest.find('<').unwrap_or(rest.len()), false),
+        };
+        // In a check, a `<` may compare; the strict reader has reported it.
+        let in_check = self.open.last().is_some_and(|top| top.name == "check");
+        let (len, is_tag) = match in_check.then(|| literal_less_len(rest)).flatten() {
+            Some(len) => (len, false),
+            None => (len, is_tag),
         };
         let span = Span::new(self.at, self.at + len);
         self.at += len;

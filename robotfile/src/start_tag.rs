@@ -180,6 +180,17 @@ impl<'a> TagReader<'a> {
     }
 }
 
+/// Returns the length of a text up to its second `<` if it begins with a `<` that compares two values
+/// and begins no tag. That is the case in a check, which contains no elements.
+pub(crate) fn literal_less_len(text: &str) -> Option<usize> {
+    let rest = text.strip_prefix('<')?;
+    let len = 1 + rest.find('<').unwrap_or(rest.len());
+    let is_markup = rest.starts_with(['/', '!', '?']);
+    let is_tag = rest.starts_with(|c: char| c.is_alphabetic() || matches!(c, '_' | ':'))
+        && text[..len].contains('>');
+    (!is_markup && !is_tag).then_some(len)
+}
+
 /// Replaces the five entities of XML and character references, and white space by spaces as XML
 /// requires for attributes. Each unknown reference is a finding and stays as it is written, so that
 /// the rest of the file is still checked.

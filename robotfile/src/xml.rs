@@ -11,7 +11,7 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
-use crate::start_tag::{TagReader, unescape};
+use crate::start_tag::{TagReader, literal_less_len, unescape};
 use crate::suggestion::suggest_similar;
 use crate::tree::{Element, Node, Tree};
 
@@ -151,15 +151,21 @@ impl<'a> Builder<'a> {
     fn run(mut self) -> Option<Tree> {
         self.refuse_bad_characters();
         let text = self.source.text();
-        let base = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+        let mut base = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
         // The reader passes over one byte order mark itself and counts from behind it.
-        let mut reader = Reader::from_str(text);
-        let config = reader.config_mut();
-        config.check_end_names = false;
-        config.allow_unmatched_ends = true;
-        config.allow_dangling_amp = true;
+        let mut reader = tolerant_reader(text);
         loop {
             let start = base + position(reader.buffer_position());
+            if self.open.last().is_some_and(|top| top.name == "check")
+                && let Some(len) = literal_less_len(&text[start..])
+            {
+                if !self.add_literal_less(Span::new(start, start + len)) {
+                    return None;
+                }
+                base = start + len;
+                reader = tolerant_reader(&text[base..]);
+                continue;
+            }
             let event = reader.read_event();
             let span = Span::new(start, base + position(reader.buffer_position()));
             match event {
@@ -183,8 +189,8 @@ impl<'a> Builder<'a> {
         self.end_of_file()
     }
 
-    /// Takes one event; false if reading on makes no sense.
-    fn handle_event(&mut self, event: &Event<'_>, span: Span) -> bool {
+    /// Counts a piece; false, with a finding, if there are too many.
+    fn count_piece(&mut self, span: Span) -> bool {
         self.pieces += 1;
         if self.pieces > MAX_PIECES {
             let message =
@@ -192,6 +198,14 @@ impl<'a> Builder<'a> {
             let finding =
                 self.finding(Code::TooMany, Span::new(span.start(), span.start() + 1), message);
             self.report_malformed(finding.remedy("this is the format's limit"));
+            return false;
+        }
+        true
+    }
+
+    /// Takes one event; false if reading on makes no sense.
+    fn handle_event(&mut self, event: &Event<'_>, span: Span) -> bool {
+        if !self.count_piece(span) {
             return false;
         }
         match event {
@@ -320,6 +334,20 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Takes the text of a check that begins with a `<` which compares; false if reading on makes no
+    /// sense.
+    fn add_literal_less(&mut self, span: Span) -> bool {
+        if !self.count_piece(span) {
+            return false;
+        }
+        let at = Span::new(span.start(), span.start() + 1);
+        let finding = self.finding(Code::Malformed, at, "< is not allowed in text");
+        self.report_malformed(finding.remedy("write it as &lt;"));
+        self.sound = false;
+        self.add_text(span);
+        true
+    }
+
     fn push_text(&mut self, text: String, span: Span) {
         if self.open.is_empty() && !text.trim().is_empty() {
             let finding = self.finding(Code::Malformed, span, "text outside the root element");
@@ -416,6 +444,16 @@ impl<'a> Builder<'a> {
     fn report_malformed(&mut self, finding: Finding) {
         self.findings.push(finding);
     }
+}
+
+/// A reader that leaves end tags and `&` to the builder.
+fn tolerant_reader(text: &str) -> Reader<&[u8]> {
+    let mut reader = Reader::from_str(text);
+    let config = reader.config_mut();
+    config.check_end_names = false;
+    config.allow_unmatched_ends = true;
+    config.allow_dangling_amp = true;
+    reader
 }
 
 /// Positions fit `usize` because the text is in memory.

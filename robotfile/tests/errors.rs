@@ -102,7 +102,7 @@ fn check_example(code: Code, form: Form, manifests: &Manifests) -> Findings {
         let paths = needed_paths(&configuration, manifests);
         let exists = |path: &Path| EXISTING_FILES.iter().any(|file| path == Path::new(file));
         let missing = paths.iter().filter(|needed| !exists(&needed.path));
-        findings.extend(missing.map(|needed| needed.refuse(&std::io::ErrorKind::NotFound.into())));
+        findings.extend(missing.map(|needed| needed.refuse(&io::ErrorKind::NotFound.into())));
         findings.extend(passed_dates(&configuration, "2030-01-01T00:00Z".parse().unwrap()));
         if code == Code::NotPlayed {
             configuration.refuse_unplayed(&[], &mut findings);

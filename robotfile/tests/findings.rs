@@ -3,8 +3,10 @@
 mod file;
 mod follow_ups;
 mod manifests;
+mod mission_slips;
 mod missions;
 mod one_mistake;
+mod remedies;
 mod submissions;
 mod systems;
 mod together;

@@ -7,8 +7,7 @@ use armor_petri::analysis::boundedness::PumpingSequence;
 use armor_petri::analysis::components::find_components;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
-use armor_petri::{NetTransition, PlaceId, TransitionId};
-use armor_robotfile::mission::Autonomy;
+use armor_petri::{NetTransition, PlaceId};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
@@ -47,7 +46,10 @@ impl Proof<'_> {
         };
         let message =
             format!("the mission is over at its start: its {noun}, {name}, is marked initially");
-        let remedy = "mark another place initially: the one in which the robot begins to work";
+        let remedy = format!(
+            "name another place as {noun}, or mark another one initially: the one in which the \
+             robot begins to work"
+        );
         Some(Finding::new(code, self.at(place), message).remedy(remedy))
     }
 
@@ -109,7 +111,9 @@ impl Proof<'_> {
         if let Some((place, count)) = short {
             let place_name = net.place(*place);
             return Some(match self.most_in(*place) {
-                0 => format!("{name} needs a token in {place_name}, which is never marked"),
+                0 => self.advise_after_safe(*place).unwrap_or_else(|| {
+                    format!("{name} needs a token in {place_name}, which is never marked")
+                }),
                 most => {
                     format!(
                         "{name} needs {count} tokens in {place_name}, which holds at most {most}"
@@ -130,6 +134,23 @@ impl Proof<'_> {
         let others = others.iter().map(|(place, _)| net.place(*place)).collect::<Vec<_>>();
         let (first, others) = (net.place(*first), others.join(", "));
         Some(format!("{name} needs tokens in {first} and {others}, which never have them together"))
+    }
+
+    /// What to do if only transitions lead to a place that take a token from the safe place.
+    fn advise_after_safe(&self, place: PlaceId) -> Option<String> {
+        let (safe, net) = (self.plan.safe()?, self.plan.net());
+        let transitions = net.transition_ids().map(|id| net.transition(id));
+        let mut leading = transitions.filter(|it| it.outputs.iter().any(|arc| arc.0 == place));
+        let takes_safe = |it: &NetTransition| it.inputs.iter().any(|arc| arc.0 == safe);
+        let first = leading.next().filter(|first| takes_safe(first))?;
+        let safe_name = net.place(safe);
+        leading.all(takes_safe).then(|| {
+            format!(
+                "{} leads on from {safe_name}, the safe place, and the mission is over when \
+                 {safe_name} is marked: name another place as safe",
+                first.name
+            )
+        })
     }
 
     /// Of a mission that has places without a bound as far as tokens go.
@@ -218,64 +239,6 @@ impl Proof<'_> {
                 .remedy("add a transition that leads out, such as one with a timeout")
         };
         finding.trace(self.trace_of(&seen.path, &[]))
-    }
-
-    fn dead_transitions(&self, findings: &mut Findings) {
-        let timed = self.timed_if_small().map(|classes| {
-            let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
-            let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
-            self.net.transition_ids().filter(|id| !fire.contains(id)).collect::<BTreeSet<_>>()
-        });
-        let dead: BTreeSet<_> = match &timed {
-            Some(timed) if self.times_bound_it() => timed.clone(),
-            _ => self.exploration.space.dead_transitions().collect(),
-        };
-        for source in self.plan.net().transition_ids() {
-            let is_in = |dead: &BTreeSet<_>| self.copies(source).iter().all(|it| dead.contains(it));
-            let name = &self.plan.net().transition(source).name;
-            let is_by_times = !is_in(&dead);
-            let (message, remedy) = if !is_by_times {
-                // Where a place is never marked, the finding is about that place, or about a
-                // transition that leads to it.
-                let arcs = self.plan.net().transition(source);
-                if arcs.inputs.iter().chain(&arcs.reads).any(|(place, _)| self.most_in(*place) == 0)
-                {
-                    continue;
-                }
-                (
-                    format!("{name} never fires: no sequence of firings contains it"),
-                    "add transitions that lead to its places, or remove it",
-                )
-            } else if timed.as_ref().is_some_and(is_in) && self.is_always_too_late(source) {
-                (
-                    format!("{name} never fires in time: something else always fires before it"),
-                    "compare its times with those of the transitions that leave its places before",
-                )
-            } else {
-                continue;
-            };
-            let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
-            let finding = finding.remedy(remedy);
-            findings.push(if is_by_times { finding.by_times() } else { finding });
-        }
-    }
-
-    /// Whether a transition has its tokens in some run, but never until its time has come. The
-    /// examination of times leaves out that a person declines a question which fires without an
-    /// answer: what competes with such a question may fire then.
-    fn is_always_too_late(&self, transition: TransitionId) -> bool {
-        let arcs = self.plan.net().transition(transition);
-        let has_tokens = |marking: &[u32]| {
-            arcs.inputs.iter().chain(&arcs.reads).all(|(place, n)| marking[place.index()] >= *n)
-        };
-        let competes = self.mission.transitions.iter().any(|other| {
-            let shares =
-                |place: &str| arcs.inputs.iter().any(|(id, _)| self.plan.net().place(*id) == place);
-            other.name.value != arcs.name
-                && matches!(other.autonomy, Autonomy::Confirm { fire_unanswered: true, .. })
-                && other.inputs().any(|arc| shares(&arc.place.value))
-        });
-        !competes && self.find_witness(&has_tokens).is_some()
     }
 
     /// A place is active or not: a second token in it means that two branches meet there without a join.

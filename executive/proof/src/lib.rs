@@ -7,6 +7,7 @@
 mod analysed;
 mod asking;
 mod claims;
+mod dead;
 mod durations;
 mod formula;
 mod general;

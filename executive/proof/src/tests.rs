@@ -8,6 +8,7 @@ use armor_robotfile::{Code, Colours, Finding, FindingOrigin, Findings, PageExamp
 
 mod claims;
 mod dice;
+mod explained;
 mod follow_ups;
 mod large;
 mod outcomes;

@@ -7,11 +7,11 @@ use std::path::Path;
 use crate::check::graph::CheckGraph;
 use crate::check::guards::within;
 use crate::check::names::listed;
-use crate::claim::{Claim, Name, Sort};
+use crate::claim::{Claim, Name, Relation, Sort, Sum};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
-use crate::mission::Mission;
+use crate::mission::{Mission, Variable};
 use crate::model::Configuration;
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;
@@ -66,11 +66,61 @@ fn check_one(text: &Spanned<String>, known: &ClaimNames<'_>, findings: &mut Find
     for (sort, name) in claim.names() {
         known.expect(sort, name, text, findings);
     }
+    for (name, number, is) in find_constant(&claim, known.variables) {
+        let (variable, at) = (name.as_str(), within(text, name.at.clone()));
+        let message = format!(
+            "this comparison with {number} is always {is}: {variable} is {}",
+            known.domain(variable)
+        );
+        let finding = Finding::new(Code::GuardConstant, &at, message);
+        findings.push(
+            finding.remedy(format!("compare {variable} with a value of its domain, or widen it")),
+        );
+    }
+}
+
+/// Returns the comparisons of a claim between one variable and a number outside of its domain, which
+/// decides them.
+fn find_constant<'a>(claim: &'a Claim, variables: &[Variable]) -> Vec<(&'a Name, u64, bool)> {
+    let range = |sum: &'a Sum| match sum.places.as_slice() {
+        [] => Some((None, sum.number as i64, sum.number as i64)),
+        [name] if sum.number == 0 => {
+            let variable = variables.iter().find(|it| it.name.value == name.as_str())?;
+            let counts = variable.counts()?;
+            Some((Some(name), counts.minimum, counts.maximum))
+        }
+        _ => None,
+    };
+    let decide = |(left, relation, right): (&'a Sum, Relation, &'a Sum)| {
+        let ((one, low, high), (other, least, most)) = (range(left)?, range(right)?);
+        let (name, number) = match (one, other) {
+            (Some(name), None) => (name, right.number),
+            (None, Some(name)) => (name, left.number),
+            _ => return None,
+        };
+        let (is_below, is_above) = (high < least, low > most);
+        if !is_below && !is_above {
+            return None;
+        }
+        Some((
+            name,
+            number,
+            match relation {
+                Relation::Less | Relation::LessOrEqual => is_below,
+                Relation::Greater | Relation::GreaterOrEqual => is_above,
+                Relation::Equal => false,
+                Relation::Unequal => true,
+            },
+        ))
+    };
+    claim.comparisons().into_iter().filter_map(decide).collect()
 }
 
 /// The names that a check may use.
 struct ClaimNames<'a> {
     mission: &'a Mission,
+    /// Those of the mission and its sub-missions.
+    variables: &'a [Variable],
     places: BTreeSet<&'a str>,
     /// Places, and variables that transitions set.
     counts: BTreeSet<&'a str>,
@@ -79,23 +129,38 @@ struct ClaimNames<'a> {
     components: BTreeSet<&'a str>,
     /// The unreadable parts of the system.
     unreadable: &'a UnreadableParts,
+    /// Whether a place names a component that does not exist, which may be any of them.
+    is_component_unknown: bool,
 }
 
 impl<'a> ClaimNames<'a> {
     fn of(configuration: &'a Configuration, mission: &'a Mission, whole: &'a Mission) -> Self {
         let active = whole.places.iter().flat_map(|place| &place.components);
+        let existing = configuration.system.components.iter();
+        let existing: BTreeSet<_> = existing.map(|it| it.name.value.as_str()).collect();
+        let is_component_unknown =
+            !active.clone().all(|name| existing.contains(name.value.as_str()));
         let places: BTreeSet<_> =
             whole.places.iter().map(|place| place.name.value.as_str()).collect();
         let counted = whole.variables.iter().filter(|variable| variable.source.is_none());
         let counted = counted.map(|variable| variable.name.value.as_str());
         Self {
             mission,
+            variables: &whole.variables,
             counts: counted.chain(places.iter().copied()).collect(),
             places,
             transitions: whole.transitions.iter().map(|t| t.name.value.as_str()).collect(),
             components: active.map(|name| name.value.as_str()).collect(),
             unreadable: &configuration.system.unreadable,
+            is_component_unknown,
         }
+    }
+
+    /// The domain of a variable, in words.
+    fn domain(&self, name: &str) -> String {
+        let variable = self.variables.iter().find(|variable| variable.name.value == name);
+        let counts = variable.and_then(Variable::counts);
+        counts.map_or_else(String::new, |it| format!("{} to {}", it.minimum, it.maximum))
     }
 
     fn expect(&self, sort: Sort, name: &Name, text: &Spanned<String>, findings: &mut Findings) {
@@ -115,7 +180,11 @@ impl<'a> ClaimNames<'a> {
                     || sets.any(|set| set.variable.value == own)
             }
             Sort::Transition => self.mission.unreadable.in_moves,
-            Sort::Component => self.unreadable.may_contain(own) || self.mission.unreadable.in_start,
+            Sort::Component => {
+                self.is_component_unknown
+                    || self.unreadable.may_contain(own)
+                    || self.mission.unreadable.in_start
+            }
         };
         if known.contains(own) || is_doubtful {
             return;

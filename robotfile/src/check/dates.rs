@@ -16,7 +16,8 @@ pub fn passed_dates(configuration: &Configuration, now: Date) -> Vec<Finding> {
             return None;
         }
         let name = &transition.name.value;
-        let so = match transition.missed.as_deref().copied().unwrap_or_default() {
+        let missed = transition.missed.as_deref().copied().unwrap_or_default();
+        let so = match missed {
             Missed::Fire => format!("{name} fires once, late"),
             Missed::Skip => format!("{name} never fires"),
             Missed::Fail => {
@@ -25,7 +26,8 @@ pub fn passed_dates(configuration: &Configuration, now: Date) -> Vec<Finding> {
         };
         let message = format!("{} has passed: {so}", last.at.text());
         let finding = Finding::new(Code::DatePassed, &last.at, message);
-        Some(finding.remedy("write a date in the future"))
+        let finding = finding.remedy("write a date in the future");
+        Some(if missed == Missed::Skip { finding.stops_transition() } else { finding })
     });
     passed.collect()
 }

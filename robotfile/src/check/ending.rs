@@ -8,7 +8,8 @@ use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{ArcKind, Mission};
 
-pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+/// A sub-mission without a goal never leaves to the mission that includes it.
+pub(super) fn check(mission: &Mission, is_main: bool, findings: &mut Findings) {
     if mission.goal.is_some() {
         return;
     }
@@ -17,7 +18,8 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let message = format!("the mission has no goal, and no transition leads on from {name}");
     let finding = Finding::new(Code::NoGoal, &mission.at, message)
         .remedy(format!("write goal=\"{name}\" if the mission has succeeded there"));
-    findings.push(finding.related(&last.at, "this place"));
+    let finding = finding.related(&last.at, "this place");
+    findings.push(if is_main { finding } else { finding.stops_transition() });
 }
 
 /// The first place in which the mission stops: a transition moves the tokens there, and neither a

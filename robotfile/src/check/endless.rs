@@ -82,6 +82,15 @@ fn report_circle(mission: &Mission, circle: &[(&str, &Transition)], findings: &m
         true => "from the start",
         false => "once a token arrives there",
     };
+    if let [(place, only)] = circle {
+        let name = &only.name.value;
+        let message = format!("{name} puts the token back into {place}, so it would fire forever");
+        let remedy = "write the place that it leads to: to=\"…\"; or make it wait for something: \
+                      after=\"1s\", on=\"…\" or when=\"…\"";
+        let finding = Finding::new(Code::EndlessLoop, &only.name.at, message).remedy(remedy);
+        findings.push(finding.stops_transition());
+        return;
+    }
     let names = std::iter::once(*first).chain(round.clone().map(|(_, transition)| *transition));
     let names = listed(names.map(|transition| transition.name.value.as_str()));
     let message = format!("{when}, the mission would fire forever: {names}");

@@ -2,11 +2,12 @@
 //! replaced seems to be missing, and what is linked to the one seems to be linked to the other.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use crate::code::Code;
 use crate::findings::Findings;
 use crate::model::{Port, System};
-use crate::source::Location;
+use crate::source::{Location, Span};
 
 /// Drops them. They appear when the name is mended, if they are more than that.
 pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
@@ -16,8 +17,9 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         (&[Code::DuplicatePlace], Code::UnknownPlace),
         (&[Code::DuplicateVariable], Code::UnknownVariable),
     ] {
-        let count = |codes: &[Code]| findings.iter().filter(|it| codes.contains(&it.code)).count();
-        if (1..=count(taken)).contains(&count(&[missing])) {
+        let given_twice = findings.iter().filter(|it| taken.contains(&it.code)).count();
+        // A name may be missing in several files.
+        if (1..=given_twice).contains(&names_at(findings, missing).len()) {
             findings.retain(|finding| finding.code != missing);
         }
     }
@@ -53,6 +55,16 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::NeverFires
             || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
+    // Where from and to are exchanged, nothing leads to the place that is named as from.
+    let exchanged: BTreeSet<_> = findings
+        .iter()
+        .filter(|finding| finding.code == Code::ReportNeverSent)
+        .flat_map(|finding| finding.related.iter().map(|(at, _)| place_of(at)))
+        .collect();
+    findings.retain(|finding| {
+        finding.code != Code::UnreachablePlace
+            || finding.at.as_ref().is_none_or(|at| !exchanged.contains(&place_of(at)))
+    });
     // A component of a set that is in no place is one mistake, also if a check names it.
     let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
     findings.retain(|finding| {
@@ -66,6 +78,11 @@ fn find_ends_of_duplicates<'a>(findings: &Findings, system: &'a System) -> Vec<&
     let names = names_at(findings, Code::DuplicateComponent);
     let ends = system.links.iter().flat_map(|link| [&link.from, &link.to]);
     ends.filter(|end| names.contains(&end.component.value)).collect()
+}
+
+/// The place of a location among those of all files.
+fn place_of(at: &Location) -> (PathBuf, Span) {
+    (at.source.path().to_path_buf(), at.span)
 }
 
 fn names_at(findings: &Findings, code: Code) -> BTreeSet<String> {

@@ -61,6 +61,33 @@ impl<N: Copy + Ord, E: Copy> CheckGraph<N, E> {
         false
     }
 
+    /// Returns the sets of nodes that reach each other and that no edge leads to from elsewhere, each
+    /// followed by the nodes that are reached from it and from no earlier one. The nodes of a set are
+    /// in the order in which they were added.
+    pub(super) fn find_first_groups(&self) -> Vec<Vec<N>> {
+        let mut components = kosaraju_scc(&self.graph);
+        // They come in reverse topological order.
+        components.reverse();
+        let mut group_of = vec![None; self.graph.node_count()];
+        let mut groups: Vec<Vec<N>> = Vec::new();
+        for mut component in components {
+            component.sort();
+            let before = component.iter().flat_map(|node| {
+                self.graph.neighbors_directed(*node, petgraph::Direction::Incoming)
+            });
+            let group = before.filter_map(|node| group_of[node.index()]).next();
+            let group = group.unwrap_or_else(|| {
+                groups.push(Vec::new());
+                groups.len() - 1
+            });
+            for node in component {
+                group_of[node.index()] = Some(group);
+                groups[group].push(self.graph[node]);
+            }
+        }
+        groups
+    }
+
     /// Returns the nodes of the cheapest circle through `start`, which is the first of them; none if
     /// it is on no circle. Each node costs what `cost` returns.
     pub(super) fn cheapest_circle(&self, start: N, cost: impl Fn(N) -> usize) -> Option<Vec<N>> {

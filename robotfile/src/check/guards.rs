@@ -62,8 +62,17 @@ fn check_one(mission: &Mission, data: &DataFields<'_>, findings: &mut Findings) 
                 continue;
             }
         };
+        let texts = find_texts(&guard, when, &variables, data);
         let mut meanings = Vec::new();
         for name in guard.names() {
+            if let Some(text) = texts.iter().find(|text| text.as_str() == name.as_str()) {
+                let at = within(when, name.at.clone());
+                let message = format!("{text} is a text, not a variable");
+                let finding = Finding::new(Code::UnknownVariable, &at, message);
+                findings.push(finding.remedy(format!("write it in single quotes: '{text}'")));
+                meanings.push(None);
+                continue;
+            }
             used.insert(name.as_str().to_owned());
             meanings.push(match name.data() {
                 Some(_) => data.field(name, when, findings).map(unbounded_meaning),
@@ -108,6 +117,37 @@ fn check_one(mission: &Mission, data: &DataFields<'_>, findings: &mut Findings) 
             ));
         }
     }
+}
+
+/// Returns the names in a guard that are no variables but texts that a field in the same guard can
+/// have: their quotes were forgotten.
+fn find_texts(
+    guard: &Guard,
+    when: &Spanned<String>,
+    variables: &BTreeMap<&str, Meaning>,
+    data: &DataFields<'_>,
+) -> Vec<String> {
+    let is_unknown = |name: &&Name| name.data().is_none() && !variables.contains_key(name.as_str());
+    let unknown: Vec<_> = guard.names().iter().filter(is_unknown).map(Name::as_str).collect();
+    if unknown.is_empty() {
+        return Vec::new();
+    }
+    let mut unheard = Findings::default();
+    let mut types = guard.names().iter().filter_map(|name| match name.data() {
+        Some(_) => data.field(name, when, &mut unheard),
+        None => variables.get(name.as_str()).map(|meaning| meaning.is.clone()),
+    });
+    types
+        .find_map(|is| match is {
+            Type::Text(Some(choices)) => {
+                let is_known = |text: &&str| choices.iter().any(|choice| choice == text);
+                let texts: Vec<_> =
+                    unknown.iter().copied().filter(is_known).map(str::to_owned).collect();
+                Some(texts).filter(|texts| !texts.is_empty())
+            }
+            _ => None,
+        })
+        .unwrap_or_default()
 }
 
 /// Returns the names in the checks of a mission.

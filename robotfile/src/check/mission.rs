@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::names::{KnownNames, listed};
+use crate::check::{exclusive, twice};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -82,7 +83,7 @@ fn check_one(
         known.expect_place(place, findings);
     }
     for place in &mission.places {
-        known.check_place(place, findings);
+        known.check_place(place, &mission.transitions, findings);
     }
     for transition in &mission.transitions {
         known.check_transition(transition, findings);
@@ -105,8 +106,9 @@ fn check_one(
             Finding::new(Code::NoInitialPlace, &mission.at, "no place is marked at the start");
         findings.push(finding.remedy("write initial=\"true\" on the place to start in"));
     }
-    exclusives_kept(mission, findings);
-    exclusives_once(mission, findings);
+    twice::submissions_once(mission, findings);
+    exclusive::exclusives_kept(mission, findings);
+    exclusive::exclusives_once(mission, findings);
 }
 
 /// The names that a mission may use, with their properties.
@@ -121,6 +123,12 @@ struct MissionNames<'a> {
     controlled: &'a BTreeSet<&'a str>,
     /// Whether all places and sub-missions could be read.
     is_complete: bool,
+    /// The places that name a component that does not exist: it may be any of them.
+    doubtful: BTreeSet<&'a str>,
+    /// The places that have a token at the start, or that a transition or sub-mission leads to.
+    entered: BTreeSet<&'a str>,
+    /// The components of which a place sets parameters, with the place.
+    assigned: BTreeSet<(&'a str, &'a str)>,
 }
 
 impl<'a> MissionNames<'a> {
@@ -139,6 +147,22 @@ impl<'a> MissionNames<'a> {
                 active_in.entry(&component.value).or_default().insert(&place.name.value);
             }
         }
+        let names = system.components.iter().map(|component| component.name.value.as_str());
+        let existing: BTreeSet<_> = names.collect();
+        let is_doubtful = |place: &&Place| {
+            !place.components.iter().all(|name| existing.contains(name.value.as_str()))
+        };
+        let doubtful = mission.places.iter().filter(is_doubtful);
+        let assigned = mission.places.iter().flat_map(|place| {
+            let given = place.parameters.iter();
+            given.map(|given| (place.name.value.as_str(), given.component.value.as_str()))
+        });
+        let initial = mission.places.iter().filter(|place| place.initial > 0);
+        let initial = initial.map(|place| place.name.value.as_str());
+        let put = mission.transitions.iter().flat_map(|transition| transition.outputs());
+        let put = put.map(|arc| arc.place.value.as_str());
+        let left = mission.submissions.iter().filter_map(|submission| submission.leave.as_ref());
+        let entered = initial.chain(put).chain(left.map(|place| place.value.as_str()));
         // Duplicates among the components are the system's findings.
         let unheard = &mut Findings::default();
         Self {
@@ -155,6 +179,9 @@ impl<'a> MissionNames<'a> {
             active_in,
             controlled,
             is_complete: true,
+            doubtful: doubtful.map(|place| place.name.value.as_str()).collect(),
+            assigned: assigned.collect(),
+            entered: entered.collect(),
         }
     }
 
@@ -204,6 +231,10 @@ impl<'a> MissionNames<'a> {
 
     fn check_exclusive(&self, exclusive: &Exclusive, findings: &mut Findings) {
         let components = &exclusive.components;
+        if let Some(finding) = self.find_exclusive_places(exclusive) {
+            findings.push(finding);
+            return;
+        }
         self.expect_controllable(components, findings);
         if components.len() < 2 {
             let message = "an exclusive set of one component excludes nothing";
@@ -226,11 +257,34 @@ impl<'a> MissionNames<'a> {
         }
     }
 
+    /// The finding for a set that names places instead of components.
+    fn find_exclusive_places(&self, exclusive: &Exclusive) -> Option<Finding> {
+        let is_place = |name: &&Spanned<String>| {
+            let name = name.value.as_str();
+            self.places.known.contains_key(name) && !self.components.known.contains_key(name)
+        };
+        let mut places = exclusive.components.iter().filter(is_place);
+        let first = places.next()?;
+        let message = format!("there is no component called {0}: {0} is a place", first.value);
+        let active = self.active_in.iter().filter(|(_, places)| places.contains(&*first.value));
+        let active: Vec<_> = active.map(|(component, _)| *component).collect();
+        let remedy = match active.is_empty() {
+            true => "name components that must not be active together".into(),
+            false => format!(
+                "name components that must not be active together; those of {}: {}",
+                first.value,
+                listed(active.into_iter())
+            ),
+        };
+        let finding = Finding::new(Code::UnknownComponent, &first.at, message).remedy(remedy);
+        Some(places.fold(finding, |finding, other| finding.related(&other.at, "and this one")))
+    }
+
     fn is_active_in(&self, component: &str, place: &str) -> bool {
         self.active_in.get(component).is_some_and(|places| places.contains(place))
     }
 
-    fn check_place(&self, place: &Place, findings: &mut Findings) {
+    fn check_place(&self, place: &Place, transitions: &[Transition], findings: &mut Findings) {
         self.expect_controllable(&place.components, findings);
         place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
         if let Some(target) = place.on_failure.as_ref().filter(|_| place.components.is_empty()) {
@@ -249,18 +303,16 @@ impl<'a> MissionNames<'a> {
             ));
         }
         let mut assigned = BTreeMap::new();
+        let mut foreign = BTreeSet::new();
         for given in &place.parameters {
             let (component, name) = (&given.component, &given.parameter.name);
             let exists = self.expect_component(component, findings);
-            if exists && !self.is_active_in(&component.value, &place.name.value) {
-                let message = format!(
-                    "{} does not activate {}, so it cannot set its parameters",
-                    place.name.value, component.value
-                );
-                let finding = Finding::new(Code::ForeignParameter, &component.at, message);
-                let remedy =
-                    "activate the component in this place, or set the parameter in the system";
-                findings.push(finding.remedy(remedy));
+            if exists
+                && !self.is_active_in(&component.value, &place.name.value)
+                && !self.doubtful.contains(place.name.value.as_str())
+                && foreign.insert(&component.value)
+            {
+                self.report_foreign(place, component, transitions, findings);
             }
             let key = (component.value.as_str(), name.value.as_str());
             if let Some(first) = assigned.insert(key, &name.at) {
@@ -269,6 +321,109 @@ impl<'a> MissionNames<'a> {
                 findings.push(finding.remedy("keep one of them").related(first, "first here"));
             }
         }
+    }
+
+    /// Reports parameters of a component that the place does not activate, with what else it seems to
+    /// have been forgotten for.
+    fn report_foreign(
+        &self,
+        place: &Place,
+        component: &Spanned<String>,
+        transitions: &[Transition],
+        findings: &mut Findings,
+    ) {
+        let message = format!(
+            "{} does not activate {}, so it cannot set its parameters",
+            place.name.value, component.value
+        );
+        let mut finding =
+            Finding::new(Code::ForeignParameter, &component.at, message).remedy(format!(
+                "add {0} to the components of {1}, or set the parameter in the system",
+                component.value, place.name.value
+            ));
+        let given = place.parameters.iter().map(|given| &given.component);
+        let others = given
+            .filter(|other| other.value == component.value && other.at.span != component.at.span);
+        for other in others {
+            finding = finding.related(&other.at, "and here");
+        }
+        let waiting = transitions.iter().filter(|it| self.waits_for_foreign(it));
+        for on in waiting.filter_map(|it| it.on.as_ref()) {
+            if on.component.value == component.value {
+                finding = finding.related(&on.component.at, "this report is never sent");
+            }
+        }
+        findings.push(finding);
+    }
+
+    /// Returns whether the transition waits for a component that one of its places does not activate,
+    /// though it sets parameters of it, or may activate under a misspelt name. That is a finding of
+    /// the place.
+    fn waits_for_foreign(&self, transition: &Transition) -> bool {
+        let Some(on) = &transition.on else { return false };
+        let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
+        needed.any(|arc| {
+            let (place, component) = (arc.place.value.as_str(), on.component.value.as_str());
+            self.doubtful.contains(place) || self.assigned.contains(&(place, component))
+        })
+    }
+
+    /// A place for components that do not stop, where none could stop.
+    fn check_stop(&self, transition: &Transition, findings: &mut Findings) {
+        let Some(target) = &transition.on_stop_fail else { return };
+        let mut left =
+            transition.arcs.iter().filter(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Reset));
+        let is_passive = |place: &str| {
+            self.places.known.contains_key(place)
+                && !self.doubtful.contains(place)
+                && !self.active_in.values().any(|places| places.contains(place))
+        };
+        if !transition.is_doubtful && left.all(|arc| is_passive(&arc.place.value)) {
+            let message = "on-stop-fail has no effect here";
+            let finding = Finding::new(Code::NoEffect, &target.at, message);
+            findings.push(finding.remedy(
+                "the transition leaves no place whose components would have to stop: remove it",
+            ));
+        }
+    }
+
+    /// Reports a transition that waits for a component that is frozen where it starts.
+    fn report_frozen(
+        &self,
+        transition: &Transition,
+        reporter: &Spanned<String>,
+        findings: &mut Findings,
+    ) {
+        let (name, component) = (&transition.name.value, &reporter.value);
+        let message = format!("{component} is frozen in every place that {name} starts from");
+        let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message).stops_transition();
+        let [takes, puts] = [ArcKind::Take, ArcKind::Put].map(|kind| {
+            let arcs = transition.arcs.iter().filter(|arc| arc.kind == kind);
+            arcs.map(|arc| arc.place.value.as_str()).collect::<Vec<_>>()
+        });
+        if let ([from], [to]) = (takes.as_slice(), puts.as_slice())
+            && self.is_active_in(component, to)
+            && !self.entered.contains(from)
+            && let Some(place) = self.places.known.get(from)
+        {
+            let finding = finding.related(place, "no transition leads to this place");
+            findings.push(finding.remedy(format!("did you mean from=\"{to}\" to=\"{from}\"?")));
+            return;
+        }
+        let needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
+        let is_there = |places: &BTreeSet<&str>| {
+            needed.clone().any(|arc| places.contains(arc.place.value.as_str()))
+        };
+        let active = self.active_in.iter().filter(|(_, places)| is_there(places));
+        let active: Vec<_> = active.map(|(component, _)| *component).collect();
+        let remedy = "a frozen component reports nothing; activate it there";
+        findings.push(finding.remedy(match active.is_empty() {
+            true => remedy.to_owned(),
+            false => format!(
+                "{remedy}, or name a component of the place: {}",
+                listed(active.into_iter())
+            ),
+        }));
     }
 
     fn check_transition(&self, transition: &Transition, findings: &mut Findings) {
@@ -284,6 +439,7 @@ impl<'a> MissionNames<'a> {
         let arcs = transition.arcs.iter().map(|arc| &arc.place);
         arcs.chain(targets.into_iter().flatten())
             .for_each(|place| self.expect_place(place, findings));
+        self.check_stop(transition, findings);
         let Some(on) = &transition.on else { return };
         let reporter = &on.component;
         if !self.expect_component(reporter, findings) {
@@ -298,79 +454,13 @@ impl<'a> MissionNames<'a> {
             .arcs
             .iter()
             .all(|arc| self.places.known.contains_key(arc.place.value.as_str()));
-        if is_frozen && takes && are_known && !transition.is_doubtful {
-            let message = format!(
-                "{} is frozen in every place that {} starts from",
-                reporter.value, name.value
-            );
-            let finding = Finding::new(Code::ReportNeverSent, &reporter.at, message);
-            let remedy = "a frozen component reports nothing; activate it there";
-            findings.push(finding.remedy(remedy).stops_transition());
+        if is_frozen
+            && takes
+            && are_known
+            && !transition.is_doubtful
+            && !self.waits_for_foreign(transition)
+        {
+            self.report_frozen(transition, reporter, findings);
         }
     }
-}
-
-/// Exclusive components neither in one place nor in two places of the start.
-fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
-    let mut sets: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (set, exclusive) in mission.exclusives.iter().enumerate() {
-        for component in &exclusive.components {
-            sets.entry(&component.value).or_default().push(set);
-        }
-    }
-    // Lists and not maps: thousands of sets times thousands of places are read in a moment.
-    let mut here = vec![None; mission.exclusives.len()];
-    let mut at_start = vec![None; mission.exclusives.len()];
-    for (number, place) in mission.places.iter().enumerate() {
-        // Two components that several sets declare exclusive are one mistake.
-        let mut reported = BTreeSet::new();
-        for component in &place.components {
-            for set in sets.get(component.value.as_str()).into_iter().flatten() {
-                let before = here[*set].replace((number, component));
-                let other = before.filter(|(place, _)| *place == number).map(|(_, other)| other);
-                let other = other.or_else(|| {
-                    if place.initial > 0 { at_start[*set].replace(component) } else { None }
-                });
-                if let Some(other) = other.filter(|other| other.value != component.value)
-                    && reported.insert((&component.value, &other.value))
-                {
-                    report_together(component, other, mission, *set, findings);
-                }
-            }
-        }
-    }
-}
-
-/// Two sets of the same components: the second one excludes nothing more.
-fn exclusives_once(mission: &Mission, findings: &mut Findings) {
-    let mut seen: BTreeMap<BTreeSet<&str>, &Exclusive> = BTreeMap::new();
-    for exclusive in &mission.exclusives {
-        let names: BTreeSet<_> =
-            exclusive.components.iter().map(|name| name.value.as_str()).collect();
-        if let Some(first) = seen.get(&names).filter(|_| names.len() > 1) {
-            let message = "these components are already exclusive";
-            let finding = Finding::new(Code::ExclusiveTwice, &exclusive.at, message);
-            let finding = finding.remedy("remove one of the two, or name other components");
-            findings.push(finding.related(&first.at, "first here"));
-        } else {
-            seen.insert(names, exclusive);
-        }
-    }
-}
-
-fn report_together(
-    component: &Spanned<String>,
-    other: &Spanned<String>,
-    mission: &Mission,
-    set: usize,
-    findings: &mut Findings,
-) {
-    let message = format!("{} would be active together with {}", component.value, other.value);
-    let finding = Finding::new(Code::ExclusiveTogether, &component.at, message);
-    findings.push(
-        finding
-            .remedy("activate them in different places, or do not declare them exclusive")
-            .related(&other.at, "with this one")
-            .related(&mission.exclusives[set].at, "declared exclusive here"),
-    );
 }

@@ -68,8 +68,10 @@ impl<'a> KnownNames<'a> {
         {
             let message = format!("there is no {} called {}", self.noun, short(&name.value));
             let remedy = if findings.is_full() { None } else { self.guess(&name.value) };
-            let remedy =
-                remedy.unwrap_or_else(|| format!("add it, or name one of: {}", self.listed()));
+            let remedy = remedy.unwrap_or_else(|| match self.known.is_empty() {
+                true => format!("add it: there is no {} at all", self.noun),
+                false => format!("add it, or name one of: {}", self.listed()),
+            });
             findings.push(Finding::new(unknown, &name.at, message).remedy(remedy));
         }
         known

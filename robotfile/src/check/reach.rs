@@ -4,14 +4,25 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::check::graph::CheckGraph;
 use crate::code::Code;
-use crate::finding::Finding;
+use crate::finding::{Finding, MAX_RELATED};
 use crate::findings::Findings;
-use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::mission::{ArcKind, Mission, Place, Submission, Transition};
+use crate::model::Configuration;
+use crate::source::plain_path;
+
+/// The beginning of the message about the goal of a sub-mission.
+const NO_GOAL: &str = "the goal can never be reached";
 
 /// `whole` is the mission with its sub-missions. A goal that the main mission cannot reach is a
-/// finding of the proof.
-pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
+/// finding of the proof. Returns whether all places are reached.
+pub(super) fn check(
+    mission: &Mission,
+    whole: &Mission,
+    is_main: bool,
+    findings: &mut Findings,
+) -> bool {
     let reached = find_reached(whole);
     let is_reached = |place: &&Place| reached.contains(place.name.value.as_str());
     let active =
@@ -19,17 +30,25 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
     let ever_active: BTreeSet<_> =
         whole.places.iter().filter(is_reached).flat_map(active).collect();
     let goal = mission.goal.as_ref().map(|goal| goal.value.as_str());
-    let unreached: Vec<_> = mission.places.iter().filter(|place| !is_reached(place)).collect();
     let targets: BTreeSet<_> = whole.transitions.iter().flat_map(output_places).collect();
-    // Where a transition leads to a place, the finding is about the places before it.
-    let is_first = |place: &&&Place| !targets.contains(place.name.value.as_str());
-    let has_first = unreached.iter().any(|place| is_first(&place));
-    for place in unreached.iter().filter(|place| !has_first || is_first(place)) {
+    let leads = |name: &str| match targets.contains(name) {
+        false => format!("no transition leads to {name}"),
+        true => format!("what leads to {name} starts from places that are never reached either"),
+    };
+    // A transition that leads back to its own place was probably meant to lead to the first place.
+    let returning =
+        findings.iter().filter(|it| it.code == Code::EndlessLoop && it.stops_transition);
+    let mut returning = returning.filter(|it| is_of(mission, it)).count();
+    for (place, circle) in find_first(mission, whole, &reached) {
+        if returning > 0 {
+            returning -= 1;
+            continue;
+        }
         let name = &place.name.value;
         let mut message = match goal.filter(|goal| goal == name) {
             Some(_) if is_main => continue,
-            Some(_) => format!("the goal can never be reached: no transition leads to {name}"),
-            None => format!("no transition leads to {name}"),
+            Some(_) => format!("{NO_GOAL}: {}", leads(name)),
+            None => leads(name),
         };
         let never: Vec<_> =
             active(place).into_iter().filter(|name| !ever_active.contains(name)).collect();
@@ -38,10 +57,104 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
             [only] => message += &format!(", so {only} is never active"),
             some => message += &format!(", so {} are never active", some.join(" and ")),
         }
-        let finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
-        let remedy = "add a transition to it, or remove it";
+        let mut finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
+        for other in circle.into_iter().take(MAX_RELATED) {
+            finding = finding.related(&other.name.at, "and here");
+        }
+        let remedy = advise_submission(mission, name)
+            .unwrap_or_else(|| "add a transition to it, or remove it".into());
         findings.push(finding.remedy(remedy).stops_transition());
     }
+    whole.places.iter().all(|place| is_reached(&place))
+}
+
+/// What to write into a sub-mission that was probably to leave to the place.
+fn advise_submission(mission: &Mission, place: &str) -> Option<String> {
+    mission.submissions.iter().find_map(|submission| {
+        let file = &submission.file.value;
+        let enter = &submission.enter.as_ref()?.value;
+        let Some(leave) = &submission.leave else {
+            return Some(format!(
+                "add a transition to it; or write out=\"{place}\" if {file} is to leave to it"
+            ));
+        };
+        if enter == &leave.value {
+            return Some(format!("write out=\"{place}\" if {file} is to leave to it"));
+        }
+        (enter == place).then(|| {
+            format!(
+                "add a transition to it; or did you mean in=\"{}\" out=\"{place}\" for {file}?",
+                leave.value
+            )
+        })
+    })
+}
+
+/// Drops the findings about places that are not reached because the goal of a sub-mission that
+/// leaves to them is missing or not reached, which is a finding already.
+pub(super) fn drop_explained(configuration: &Configuration, findings: &mut Findings) {
+    let has_fault = |submission: &&Submission| {
+        findings.iter().any(|finding| {
+            let is_fault = finding.code == Code::NoGoal
+                || (finding.code == Code::UnreachablePlace && finding.message.starts_with(NO_GOAL));
+            let path = finding.at.as_ref().map(|at| plain_path(at.source.path()));
+            is_fault && path.as_ref() == Some(&submission.path)
+        })
+    };
+    let explained: BTreeSet<_> = configuration
+        .missions()
+        .flat_map(|mission| {
+            let leaves = mission.submissions.iter().filter(has_fault);
+            let left = leaves.filter_map(|submission| submission.leave.as_ref());
+            left.filter_map(|left| Some(&mission.place(&left.value)?.name.at))
+        })
+        .map(|at| (at.source.path().to_path_buf(), at.span))
+        .collect();
+    findings.retain(|finding| {
+        finding.code != Code::UnreachablePlace
+            || finding
+                .at
+                .as_ref()
+                .is_none_or(|at| !explained.contains(&(at.source.path().to_path_buf(), at.span)))
+    });
+}
+
+/// Returns the unreached places that the others follow from, each with those that follow: places
+/// that no transition leads to, and one place of each circle that is entered from nowhere.
+fn find_first<'a>(
+    mission: &'a Mission,
+    whole: &Mission,
+    reached: &BTreeSet<&str>,
+) -> Vec<(&'a Place, Vec<&'a Place>)> {
+    let names = whole.places.iter().map(|place| place.name.value.as_str());
+    let unreached: Vec<_> = names.filter(|name| !reached.contains(name)).collect();
+    let numbers: BTreeMap<_, _> = unreached.iter().enumerate().map(|(at, it)| (*it, at)).collect();
+    // A transition is a node too: of many places to many places, its edges stay few.
+    let count = unreached.len();
+    let nodes = 0..count + whole.transitions.len();
+    let edges = whole.transitions.iter().enumerate().flat_map(|(at, transition)| {
+        let number = |name: &str| numbers.get(name).copied();
+        let needs = needed_places(transition).into_iter().filter_map(number);
+        let puts = output_places(transition).filter_map(number);
+        let ends = needs.map(|place| (place, count + at, ()));
+        ends.chain(puts.map(|place| (count + at, place, ()))).collect::<Vec<_>>()
+    });
+    let own: BTreeMap<_, _> =
+        mission.places.iter().map(|place| (place.name.value.as_str(), place)).collect();
+    let groups = CheckGraph::new(nodes, edges).find_first_groups();
+    let groups = groups.into_iter().map(|group| {
+        let names = group.into_iter().filter_map(|node| unreached.get(node));
+        names.filter_map(|name| own.get(name).copied()).collect::<Vec<_>>()
+    });
+    let mut first: Vec<_> =
+        groups.filter_map(|places| Some((*places.first()?, places[1..].to_vec()))).collect();
+    first.sort_by_key(|(place, _)| place.name.at.span);
+    first
+}
+
+fn is_of(mission: &Mission, finding: &Finding) -> bool {
+    let path = mission.at.source.path();
+    finding.at.as_ref().is_some_and(|at| at.source.path() == path)
 }
 
 fn find_reached(mission: &Mission) -> BTreeSet<&str> {

@@ -57,7 +57,9 @@ impl Claim {
             _ if matches!(statement, Statement::Always(_) | Statement::Never(_)) => {
                 Err(parser.report_unexpected("and, or, or a comparison is expected"))
             }
-            _ => Err(parser.error("the check is complete before this", "write a second <check>")),
+            _ => Err(parser.find_misspelt().unwrap_or_else(|| {
+                parser.error("the check is complete before this", "write a second <check>")
+            })),
         }
     }
 }
@@ -381,16 +383,29 @@ impl ClaimParser<'_> {
         Err(self.error("this is nested too deeply", &remedy))
     }
 
+    fn find_misspelt(&self) -> Option<ClaimError> {
+        let (at, remedy) = find_misspelt(&self.tokens, self.next, &OPERATORS, &PREFIXES)?;
+        let message = format!("`{}` is not a word of checks", &self.text[at.clone()]);
+        Some(ClaimError { at, message, remedy })
+    }
+
     fn report_unexpected(&self, wanted: &str) -> ClaimError {
-        let misspelt = find_misspelt(&self.tokens, self.next, &OPERATORS, &PREFIXES);
-        if let Some((at, remedy)) = misspelt {
-            let message = format!("`{}` is not a word of checks", &self.text[at.clone()]);
-            return ClaimError { at, message, remedy };
+        if let Some(misspelt) = self.find_misspelt() {
+            return misspelt;
         }
         let message = match self.peek() {
             GuardToken::End => "the check ends here".to_owned(),
             _ => format!("{} is not expected here", &self.text[self.token_range()]),
         };
+        let before = self.next.checked_sub(1).map(|index| &self.text[self.tokens[index].1.clone()]);
+        if let Some(word) = before.filter(|word| CALLED.contains(word))
+            && self.peek_word().is_some()
+        {
+            return self.error(
+                &message,
+                &format!("put parentheses around what {word} is about: {word}(…)"),
+            );
+        }
         self.error(&message, wanted)
     }
 

@@ -158,6 +158,13 @@ impl<'a> GuardParser<'a> {
                 let remedy = "put parentheses around it: (not …)";
                 return Err(self.error("not is not expected here", remedy));
             }
+            GuardToken::Operator(GuardOperator::Plus) => {
+                return Err(self.error("+ is not expected here", &self.advise_plus()));
+            }
+            _ if self.what == "value" => {
+                let wanted = "a whole number or a variable that transitions set is expected";
+                return Err(self.report_unexpected(wanted));
+            }
             _ => {
                 let wanted = "a number with its unit, a variable, a field of data, true or false is expected";
                 return Err(self.report_unexpected(wanted));
@@ -165,6 +172,21 @@ impl<'a> GuardParser<'a> {
         };
         self.advance();
         Ok(GuardNode { kind, at })
+    }
+
+    /// What to write instead of a `+` that has nothing before it.
+    fn advise_plus(&self) -> String {
+        let before = |steps: usize| self.next.checked_sub(steps).map(|at| &self.tokens[at].0);
+        match (before(2), before(1)) {
+            (Some(GuardToken::Name(name)), Some(GuardToken::Operator(GuardOperator::Plus))) => {
+                format!("write {name} + 1 to count up by one")
+            }
+            (_, None) if self.what == "value" => {
+                "write the number without +, or the variable before it to count up: round + 1"
+                    .into()
+            }
+            _ => "write a value before it, or remove it".into(),
+        }
     }
 
     fn parse_known(&mut self) -> Result<GuardNode, GuardError> {

@@ -56,7 +56,13 @@ pub(crate) fn find_misspelt(
         if operators.iter().chain(prefixes).any(|word| word == name) {
             return None;
         }
-        let remedy = suggest_similar(name, words.iter().copied())?;
+        let in_lower_case = name.to_ascii_lowercase();
+        let remedy = suggest_similar(name, words.iter().copied())
+            .or_else(|| suggest_similar(&in_lower_case, words.iter().copied()))
+            .or_else(|| {
+                let is_it = |word: &&&str| **word == in_lower_case;
+                words.iter().find(is_it).map(|word| format!("did you mean {word}?"))
+            })?;
         Some((at.clone(), remedy))
     };
     let before = next.checked_sub(1)?;
@@ -64,8 +70,26 @@ pub(crate) fn find_misspelt(
     if let (GuardToken::Operator(_) | GuardToken::Close | GuardToken::End, _) = tokens.get(next)? {
         return None;
     }
-    similar(next, operators).or_else(|| similar(before, prefixes))
+    let foreign = || {
+        let (GuardToken::Name(name), at) = tokens.get(next)? else { return None };
+        let name = name.to_ascii_lowercase();
+        let (_, sign) = FOREIGN_WORDS.iter().find(|(word, _)| *word == name)?;
+        Some((at.clone(), format!("did you mean {sign}?")))
+    };
+    foreign().or_else(|| similar(next, operators)).or_else(|| similar(before, prefixes))
 }
+
+/// Words for comparisons in other languages, with our signs as XML takes them.
+const FOREIGN_WORDS: [(&str, &str); 8] = [
+    ("lt", "&lt;"),
+    ("le", "&lt;="),
+    ("gt", "&gt;"),
+    ("ge", "&gt;="),
+    ("eq", "=="),
+    ("is", "=="),
+    ("equals", "=="),
+    ("ne", "!="),
+];
 
 struct Lexer<'a> {
     text: &'a str,
@@ -194,6 +218,9 @@ impl<'a> Lexer<'a> {
             self.at += 1 + sign;
             self.take_while(|c| c.is_ascii_digit());
         }
+        if self.rest().starts_with(',') && digit(self.rest(), 1) {
+            return Err(self.refuse_comma(start));
+        }
         let value: Option<f64> = self.text[start..self.at].parse().ok();
         let unit = self.read_unit()?;
         let finite = |value: &f64| (value * unit.map_or(1.0, |unit| unit.to_si)).is_finite();
@@ -203,6 +230,20 @@ impl<'a> Lexer<'a> {
             remedy: "write a smaller number".into(),
         })?;
         Ok(GuardToken::Number(value, unit))
+    }
+
+    /// A number with a decimal comma.
+    fn refuse_comma(&mut self, start: usize) -> GuardError {
+        self.at += 1;
+        self.take_while(|c| c.is_ascii_digit());
+        let number = start..self.at;
+        let unit = self.read_unit().ok().flatten().map_or("", |unit| unit.name);
+        let written = &self.text[number.clone()];
+        GuardError {
+            message: format!("`{written}` is not a number"),
+            remedy: format!("did you mean {}{unit}?", written.replace(',', ".")),
+            at: number,
+        }
     }
 
     /// Reads the longest unit that the text continues with. As in attributes, spaces may separate it
@@ -274,6 +315,7 @@ impl<'a> Lexer<'a> {
 fn refuse_foreign(rest: &str, start: usize, c: char, language: &str) -> GuardError {
     let (len, remedy) = match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
         Some((sign, remedy)) => (sign.len(), *remedy),
+        None if c == ',' => (1, "write and or or between two conditions"),
         None => (c.len_utf8(), "remove it"),
     };
     let at = start..start + len;

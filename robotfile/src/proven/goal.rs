@@ -6,6 +6,9 @@ use crate::finding::Finding;
 use crate::mission::{Mission, Transition};
 use crate::source::Location;
 
+/// The end of the message about a goal that is never reached because a start waits.
+const ONE_WAITS: &str = "their components exclude each other";
+
 /// Merges transitions that never fire because the mission is over before: they lead on from the
 /// goal, or from a place that is marked together with it. Probably another place was meant. If checks
 /// fail that wait for something, which is an error, the first of them is kept, with this reason.
@@ -110,6 +113,25 @@ pub(super) fn merge_over_at_start(proven: &mut Vec<Finding>) {
         }
     };
     proven.push(kept);
+}
+
+/// Merges places of exclusive components that are marked together with a goal that is never reached
+/// because one of them waits for the other.
+pub(super) fn explain_by_exclusion(proven: &mut Vec<Finding>) {
+    let waits = |result: &Finding| {
+        result.code == Code::GoalNeverReached && result.message.ends_with(ONE_WAITS)
+    };
+    let Some(at) = proven.iter().position(waits) else { return };
+    let mut never = proven.remove(at);
+    let (together, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|it| it.code == Code::MarkedTogether);
+    *proven = others;
+    if let Some(first) = together.first() {
+        never.remedy = format!("{}, or do not declare the components exclusive", first.remedy);
+    }
+    let labels = together.into_iter().filter_map(|it| Some((it.at?, it.message)));
+    never.related.extend(labels);
+    proven.push(never);
 }
 
 /// Points to a sub-mission that nothing enters and that leads nowhere, as the reason why the goal is

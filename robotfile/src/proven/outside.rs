@@ -2,6 +2,7 @@
 //! its safe place. What the proof shows after it, and guards that the domain decides, follow from it.
 
 use super::merging;
+use crate::claim::Claim;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -25,6 +26,12 @@ impl Findings {
         let checks = after.into_iter().filter(|result| result.code == Code::CheckFails);
         cause.related.extend(merging::label_checks(checks));
         if let Some(variable) = cause.at.as_ref().and_then(|at| find_variable(mission, at)) {
+            let (same, others): (Vec<_>, Vec<_>) = std::mem::take(proven)
+                .into_iter()
+                .partition(|result| depends_on(result, variable, mission));
+            *proven = others;
+            let labels = same.into_iter().filter_map(|it| Some((it.at?, it.message)));
+            cause.related.extend(labels);
             let is_decided = |finding: &Finding| {
                 finding.code == Code::GuardConstant
                     && finding.at.as_ref().is_some_and(|at| compares(mission, at, variable))
@@ -43,6 +50,22 @@ fn is_after_outside(result: &Finding) -> bool {
     result.code != Code::ValueOutside && firings.any(|firing| firing.ends_with(OUTSIDE))
 }
 
+/// Returns whether the result only shows that the variable leaves its domain, too: another transition
+/// would set it so, or one whose guard compares it never fires.
+fn depends_on(result: &Finding, variable: &str, mission: &Mission) -> bool {
+    let Some(at) = &result.at else { return false };
+    match result.code {
+        Code::ValueOutside => find_variable(mission, at) == Some(variable),
+        Code::NeverFires => {
+            let mut transitions = mission.transitions.iter();
+            let written = transitions.find(|it| it.name.at.span == at.span);
+            let when = written.and_then(|it| it.when.as_ref());
+            when.is_some_and(|when| compares(mission, &when.at, variable))
+        }
+        _ => false,
+    }
+}
+
 /// Returns the variable that is set by the text at this location.
 fn find_variable<'a>(mission: &'a Mission, at: &Location) -> Option<&'a str> {
     let mut sets = mission.transitions.iter().flat_map(|transition| &transition.sets);
@@ -52,12 +75,18 @@ fn find_variable<'a>(mission: &'a Mission, at: &Location) -> Option<&'a str> {
 
 /// Returns whether the guard at this location names the variable.
 fn compares(mission: &Mission, at: &Location, variable: &str) -> bool {
+    let names_it = |claim: Claim| claim.names().iter().any(|(_, name)| name.as_str() == variable);
+    let in_check = mission
+        .checks
+        .iter()
+        .any(|check| contains(&check.at, at) && Claim::parse(&check.value).is_ok_and(names_it));
     let mut guards = mission.transitions.iter().flat_map(|transition| &transition.when);
-    guards.any(|when| {
-        contains(&when.at, at)
-            && Guard::parse(&when.value)
-                .is_ok_and(|guard| guard.names().iter().any(|name| name.as_str() == variable))
-    })
+    in_check
+        || guards.any(|when| {
+            contains(&when.at, at)
+                && Guard::parse(&when.value)
+                    .is_ok_and(|guard| guard.names().iter().any(|name| name.as_str() == variable))
+        })
 }
 
 fn contains(outer: &Location, inner: &Location) -> bool {

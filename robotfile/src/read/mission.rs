@@ -2,6 +2,8 @@
 
 use std::sync::Arc as Shared;
 
+use armor_wire::name::is_name;
+
 use crate::code::Code;
 use crate::fields::{ElementFields, digits};
 use crate::finding::Finding;
@@ -206,11 +208,27 @@ fn read_parameter(
     source: &Shared<Source>,
     findings: &mut Findings,
 ) -> Option<PlaceParameter> {
+    if let Some(finding) = find_dotted(element, source) {
+        findings.push(finding);
+        return None;
+    }
     let mut fields = ElementFields::new(element, source, findings);
     let component = fields.required_name("component");
     let parameter = assignment(&mut fields, source);
     fields.finish(&[]);
     Some(PlaceParameter { component: component?, parameter: parameter? })
+}
+
+/// Returns the finding for a parameter whose component is written before its name, with a dot.
+fn find_dotted(element: &Element, source: &Shared<Source>) -> Option<Finding> {
+    let name = element.attribute("name").filter(|_| element.attribute("component").is_none())?;
+    let (component, parameter) = name.value.split_once('.')?;
+    if !is_name(component) || !is_name(parameter) {
+        return None;
+    }
+    let at = Location::new(source, name.value_span);
+    let finding = Finding::new(Code::BadName, &at, format!("`{}` is not a name", name.value));
+    Some(finding.remedy(format!("write component=\"{component}\" name=\"{parameter}\"")))
 }
 
 fn read_exclusive(
@@ -232,8 +250,14 @@ fn read_check(
     findings: &mut Findings,
 ) -> Option<Spanned<String>> {
     let at = element.at(source);
-    ElementFields::new(element, source, findings).finish_text();
     let (text, span) = element.text();
+    let fields = ElementFields::new(element, source, findings);
+    // A statement in an attribute is a finding already.
+    let is_misplaced = text.is_empty() && fields.has_strangers();
+    fields.finish_text();
+    if is_misplaced {
+        return None;
+    }
     if text.is_empty() {
         let finding = Finding::new(Code::BadValue, &at, "this check is empty");
         findings.push(finding.remedy("write a statement, such as always reachable(home)"));

@@ -7,14 +7,14 @@ use armor_wire::manifest::Manifest;
 
 use super::{one, system};
 
-fn kinds() -> Manifests {
+pub(super) fn kinds() -> Manifests {
     let text = include_str!("../example_kinds.json");
     let kinds: Vec<Manifest> = serde_json::from_str(text).expect("manifests");
     kinds.into_iter().map(|manifest| (manifest.kind.clone(), manifest)).collect()
 }
 
 /// The file has one finding, of this code, whose text contains `shown`.
-fn only(code: &str, shown: &str, file: &str) {
+pub(super) fn only(code: &str, shown: &str, file: &str) {
     let reading = read(Path::new("a.xml"), &mut |path| match path.to_str() {
         Some("a.xml") => Ok(file.into()),
         _ => Err(std::io::ErrorKind::NotFound.into()),
@@ -28,7 +28,7 @@ fn only(code: &str, shown: &str, file: &str) {
 }
 
 /// A mission of an explorer, an arm and a battery, with these attributes of the mission and content.
-fn robot(of_mission: &str, content: &str) -> String {
+pub(super) fn robot(of_mission: &str, content: &str) -> String {
     let power = r#"<component name="power" kind="battery"/>"#;
     let power = if content.contains("power.") { power } else { "" };
     format!(
@@ -36,8 +36,8 @@ fn robot(of_mission: &str, content: &str) -> String {
     )
 }
 
-const END: &str = r#"<transition name="end" from="a" to="over" on="go.done"/>"#;
-const LATE: &str = r#"<transition name="late" from="a" to="hold" timeout="60s"/>"#;
+pub(super) const END: &str = r#"<transition name="end" from="a" to="over" on="go.done"/>"#;
+pub(super) const LATE: &str = r#"<transition name="late" from="a" to="hold" timeout="60s"/>"#;
 
 #[test]
 fn the_reports_of_an_unknown_kind_are_not_known() {

@@ -6,11 +6,20 @@ use armor_robotfile::{Code, Colours, check, read};
 use crate::prove::prove;
 
 /// The file has these findings apart from notes, and `shown` is in their text.
-fn expect(mission: &str, codes: &[&str], shown: &str) {
+pub(super) fn expect(mission: &str, codes: &[&str], shown: &str) {
+    expect_with(mission, "", codes, shown);
+}
+
+/// The same of a mission with the sub-mission `inner`, in `inner.xml`.
+pub(super) fn expect_with(mission: &str, inner: &str, codes: &[&str], shown: &str) {
     let file = format!(
         r#"<armor version="1"><system><component name="go" kind="k"/><component name="back" kind="k"/></system>{mission}</armor>"#
     );
-    let reading = read("robot.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
+    let inner = format!(r#"<armor version="1">{inner}</armor>"#);
+    let reading = read("robot.xml".as_ref(), &mut |path| {
+        let is_inner = path.ends_with("inner.xml");
+        Ok(if is_inner { inner.clone() } else { file.clone() }.into_bytes())
+    });
     let mut reading = check(reading, &[], None);
     let configuration = reading.configuration.clone().expect("a configuration");
     let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
@@ -24,15 +33,15 @@ fn expect(mission: &str, codes: &[&str], shown: &str) {
     assert!(reading.findings.iter().all(|f| f.code == Code::Takes || !f.remedy.is_empty()));
 }
 
-fn mission(of_mission: &str, content: &str) -> String {
+pub(super) fn mission(of_mission: &str, content: &str) -> String {
     format!(
         r#"<mission {of_mission}><place name="a" initial="true" components="go"/><place name="b" components="back"/><place name="home"/><place name="hold"/>{content}</mission>"#
     )
 }
 
-const BOTH: &str = r#"goal="home" safe="hold""#;
-const OUT: &str = r#"<transition name="out" from="a" to="b" on="go.done"/>"#;
-const LATE: &str = r#"<transition name="late" from="b" to="hold" timeout="60s"/>"#;
+pub(super) const BOTH: &str = r#"goal="home" safe="hold""#;
+pub(super) const OUT: &str = r#"<transition name="out" from="a" to="b" on="go.done"/>"#;
+pub(super) const LATE: &str = r#"<transition name="late" from="b" to="hold" timeout="60s"/>"#;
 
 #[test]
 fn a_goal_that_is_never_reached_names_the_transition_that_never_fires() {
@@ -41,7 +50,7 @@ fn a_goal_that_is_never_reached_names_the_transition_that_never_fires() {
     expect(&file, &["E0241"], "this guard is always false");
     let frozen = r#"<transition name="in" from="home" to="b" on="back.done"/>"#;
     let file = mission(BOTH, &format!("{OUT}{LATE}{frozen}"));
-    expect(&file, &["E0241"], "a frozen component reports nothing; activate it there");
+    expect(&file, &["E0241"], "did you mean from=\"b\" to=\"home\"?");
     let nowhere = r#"<transition name="in" from="b" on="back.done"/>"#;
     let file = mission(BOTH, &format!("{OUT}{LATE}{nowhere}"));
     expect(&file, &["E0241"], "in takes the token from b and puts it into no place");

@@ -179,7 +179,10 @@ fn unknown<'a>(
         "put spaces around a minus: without them it is part of the name".into()
     } else {
         let guess = suggest_similar(name, known.clone());
-        guess.unwrap_or_else(|| format!("there are: {}", listed(known)))
+        guess.unwrap_or_else(|| match known.clone().next() {
+            None => "there are none".into(),
+            Some(_) => format!("there are: {}", listed(known)),
+        })
     };
     findings.push(Finding::new(code, at, message).remedy(remedy));
 }

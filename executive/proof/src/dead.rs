@@ -1,0 +1,166 @@
+//! Transitions that no sequence of firings contains, and why: they lead on from the safe place, or
+//! their guard is false whenever their places are marked.
+
+use std::collections::BTreeSet;
+
+use armor_petri::{NetTransition, TransitionId};
+use armor_robotfile::mission::Autonomy;
+use armor_robotfile::{Code, Finding, Findings};
+
+use crate::proof::Proof;
+
+/// Most transitions whose values are looked at: each costs a pass through all states.
+const MOST_EXPLAINED: usize = 8;
+/// Most values of a variable that a message names one by one.
+const MOST_NAMED: usize = 3;
+
+impl Proof<'_> {
+    pub(super) fn dead_transitions(&self, findings: &mut Findings) {
+        let timed = self.timed_if_small().map(|classes| {
+            let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
+            let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
+            self.net.transition_ids().filter(|id| !fire.contains(id)).collect::<BTreeSet<_>>()
+        });
+        let dead: BTreeSet<_> = match &timed {
+            Some(timed) if self.times_bound_it() => timed.clone(),
+            _ => self.exploration.space.dead_transitions().collect(),
+        };
+        // One that fires would take a variable out of its domain, which is a finding of its own.
+        let leaves_domain = |source: TransitionId| {
+            self.analysed.outside.iter().any(|(copy, of)| *of == source && !dead.contains(copy))
+        };
+        let mut explained = 0;
+        for source in self.plan.net().transition_ids() {
+            let arcs = self.plan.net().transition(source);
+            let is_in = |dead: &BTreeSet<_>| self.copies(source).iter().all(|it| dead.contains(it));
+            if leaves_domain(source) {
+                continue;
+            }
+            if !is_in(&dead) {
+                if timed.as_ref().is_some_and(is_in) && self.is_always_too_late(source) {
+                    findings.push(self.never_in_time(&arcs.name));
+                }
+                continue;
+            }
+            // Where a place is never marked, the finding is about that place, or about a transition
+            // that leads to it.
+            if arcs.inputs.iter().chain(&arcs.reads).any(|(place, _)| self.most_in(*place) == 0) {
+                continue;
+            }
+            let finding = self.leads_on_from_safe(arcs).or_else(|| {
+                explained += usize::from(self.plan.transition(source).guard.is_some());
+                (explained <= MOST_EXPLAINED).then(|| self.guard_decides(source))?
+            });
+            findings.push(finding.unwrap_or_else(|| {
+                let message =
+                    format!("{} never fires: no sequence of firings contains it", arcs.name);
+                let finding =
+                    Finding::new(Code::NeverFires, self.at_transition(&arcs.name), message);
+                finding.remedy("add transitions that lead to its places, or remove it")
+            }));
+        }
+    }
+
+    fn never_in_time(&self, name: &str) -> Finding {
+        let message = format!("{name} never fires in time: something else always fires before it");
+        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message).by_times();
+        finding
+            .remedy("compare its times with those of the transitions that leave its places before")
+    }
+
+    /// Whether a transition has its tokens in some run, but never until its time has come. The
+    /// examination of times leaves out that a person declines a question which fires without an
+    /// answer: what competes with such a question may fire then.
+    fn is_always_too_late(&self, transition: TransitionId) -> bool {
+        let arcs = self.plan.net().transition(transition);
+        let has_tokens = |marking: &[u32]| {
+            arcs.inputs.iter().chain(&arcs.reads).all(|(place, n)| marking[place.index()] >= *n)
+        };
+        let competes = self.mission.transitions.iter().any(|other| {
+            let shares =
+                |place: &str| arcs.inputs.iter().any(|(id, _)| self.plan.net().place(*id) == place);
+            other.name.value != arcs.name
+                && matches!(other.autonomy, Autonomy::Confirm { fire_unanswered: true, .. })
+                && other.inputs().any(|arc| shares(&arc.place.value))
+        });
+        !competes && self.find_witness(&has_tokens).is_some()
+    }
+
+    /// A transition that takes a token from the safe place.
+    fn leads_on_from_safe(&self, transition: &NetTransition) -> Option<Finding> {
+        let safe = self.plan.safe()?;
+        if !transition.inputs.iter().any(|(place, _)| *place == safe) {
+            return None;
+        }
+        let (name, place) = (&transition.name, self.net.place(safe));
+        let message = format!(
+            "{name} never fires: it leads on from {place}, the safe place, and the mission is over \
+             when {place} is marked"
+        );
+        let mut finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
+        if let Some(safe) = &self.mission.safe {
+            finding = finding.related(&safe.at, "the safe place");
+        }
+        Some(finding.remedy("name another place as safe, or remove what leads on from it"))
+    }
+
+    /// A transition whose places are marked, but whose guard is false for all values that its
+    /// variables have there.
+    fn guard_decides(&self, source: TransitionId) -> Option<Finding> {
+        let guard = self.plan.transition(source).guard.as_ref()?;
+        let counters: BTreeSet<_> =
+            guard.operands.iter().filter_map(|operand| operand.counter()).collect();
+        let arcs = self.plan.net().transition(source);
+        let needed = || arcs.inputs.iter().chain(&arcs.reads);
+        let mut values = vec![BTreeSet::new(); self.plan.counters().len()];
+        let mut note_values = |marking: &[u32]| {
+            if needed().all(|(place, count)| marking[place.index()] >= *count) {
+                for (seen, (_, value)) in values.iter_mut().zip(self.analysed.values(marking)) {
+                    seen.insert(value);
+                }
+            }
+        };
+        if self.times_bound_it() {
+            let (classes, _) = self.timed_so_far();
+            (0..classes.classes() as u32).for_each(|class| note_values(classes.marking(class)));
+        } else {
+            self.exploration.space.find(|marking| {
+                note_values(marking);
+                false
+            });
+        }
+        let names = counters.iter().map(|index| self.plan.counters()[*index].name.as_str());
+        let seen: Vec<_> = names
+            .clone()
+            .zip(counters.iter().map(|index| &values[*index]))
+            .filter(|(_, values)| !values.is_empty())
+            .map(|(name, values)| format!("{name} is {}", values_in_words(values)))
+            .collect();
+        if seen.is_empty() {
+            return None;
+        }
+        let name = &arcs.name;
+        let written = self.mission.transitions.iter().find(|it| it.name.value == *name)?;
+        let when = written.when.as_ref()?;
+        let message = format!(
+            "{name} never fires: `{}` is false whenever its places are marked, because {} there",
+            when.value,
+            seen.join(" and ")
+        );
+        let names: Vec<_> = names.collect();
+        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message);
+        Some(finding.related(&when.at, "this guard").remedy(format!(
+            "compare {} with a value that it has there, or let a transition before set it",
+            names.join(" and ")
+        )))
+    }
+}
+
+/// "0", "0 or 1", "0 to 9".
+fn values_in_words(values: &BTreeSet<i64>) -> String {
+    let shown: Vec<_> = values.iter().map(i64::to_string).collect();
+    match shown.as_slice() {
+        [first, .., last] if shown.len() > MOST_NAMED => format!("{first} to {last}"),
+        all => all.join(" or "),
+    }
+}

@@ -1,0 +1,75 @@
+//! Exclusive components: never active together in one place or at the start, and each set once.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::mission::{Exclusive, Mission};
+use crate::source::Spanned;
+
+/// Exclusive components neither in one place nor in two places of the start.
+pub(super) fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
+    let mut sets: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (set, exclusive) in mission.exclusives.iter().enumerate() {
+        for component in &exclusive.components {
+            sets.entry(&component.value).or_default().push(set);
+        }
+    }
+    // Lists and not maps: thousands of sets times thousands of places are read in a moment.
+    let mut here = vec![None; mission.exclusives.len()];
+    let mut at_start = vec![None; mission.exclusives.len()];
+    // Two components that several sets declare exclusive, or that are together in several places, are
+    // one mistake.
+    let mut reported = BTreeSet::new();
+    for (number, place) in mission.places.iter().enumerate() {
+        for component in &place.components {
+            for set in sets.get(component.value.as_str()).into_iter().flatten() {
+                let before = here[*set].replace((number, component));
+                let other = before.filter(|(place, _)| *place == number).map(|(_, other)| other);
+                let other = other.or_else(|| {
+                    if place.initial > 0 { at_start[*set].replace(component) } else { None }
+                });
+                if let Some(other) = other.filter(|other| other.value != component.value)
+                    && reported.insert((&component.value, &other.value))
+                {
+                    report_together(component, other, mission, *set, findings);
+                }
+            }
+        }
+    }
+}
+
+/// Two sets of the same components: the second one excludes nothing more.
+pub(super) fn exclusives_once(mission: &Mission, findings: &mut Findings) {
+    let mut seen: BTreeMap<BTreeSet<&str>, &Exclusive> = BTreeMap::new();
+    for exclusive in &mission.exclusives {
+        let names: BTreeSet<_> =
+            exclusive.components.iter().map(|name| name.value.as_str()).collect();
+        if let Some(first) = seen.get(&names).filter(|_| names.len() > 1) {
+            let message = "these components are already exclusive";
+            let finding = Finding::new(Code::ExclusiveTwice, &exclusive.at, message);
+            let finding = finding.remedy("remove one of the two, or name other components");
+            findings.push(finding.related(&first.at, "first here"));
+        } else {
+            seen.insert(names, exclusive);
+        }
+    }
+}
+
+fn report_together(
+    component: &Spanned<String>,
+    other: &Spanned<String>,
+    mission: &Mission,
+    set: usize,
+    findings: &mut Findings,
+) {
+    let message = format!("{} would be active together with {}", component.value, other.value);
+    let finding = Finding::new(Code::ExclusiveTogether, &component.at, message);
+    findings.push(
+        finding
+            .remedy("activate them in different places, or do not declare them exclusive")
+            .related(&other.at, "with this one")
+            .related(&mission.exclusives[set].at, "declared exclusive here"),
+    );
+}

@@ -1,0 +1,138 @@
+//! Checks that fail because of something that is a finding already: a place that nothing leads to, a
+//! transition that never fires, a sub-mission without the place that it begins in. The check is the
+//! error, so it is kept, with that reason and its remedy.
+
+use super::{find_awaited, merging};
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::mission::{ArcKind, Mission, Transition};
+
+impl Findings {
+    /// Explains checks that fail because the mission does not continue, by the only finding of the
+    /// file that stops a transition.
+    pub(super) fn explain_checks(&mut self, proven: &mut Vec<Finding>) {
+        let stopped: Vec<_> = self.iter().filter(|it| it.stops_transition).cloned().collect();
+        let [cause] = stopped.as_slice() else { return };
+        let of_cause = |check: &Finding| {
+            let path =
+                |finding: &Finding| finding.at.as_ref().map(|at| at.source.path().to_path_buf());
+            path(check) == path(cause)
+        };
+        let (mut checks, others): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(|result| find_awaited(result).is_some());
+        *proven = others;
+        if checks.is_empty() {
+            return;
+        }
+        checks.sort_by_key(|check| !of_cause(check));
+        self.retain(|finding| !finding.stops_transition);
+        proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
+        proven.extend(explain_first(checks, cause.clone()));
+    }
+}
+
+/// Returns the first of the checks with its reason, and the others as further locations.
+fn explain_first(checks: Vec<Finding>, cause: Finding) -> Option<Finding> {
+    let mut checks = checks.into_iter();
+    let mut first = checks.next()?;
+    first.remedy = cause.remedy;
+    first.related.extend(cause.at.map(|at| (at, cause.message)));
+    first.related.extend(cause.related);
+    first.related.extend(merging::label_checks(checks));
+    Some(first)
+}
+
+/// Explains checks that fail because the same firings go on forever, by a transition that would leave
+/// them and never fires.
+pub(super) fn explain_endless(proven: &mut Vec<Finding>, mission: &Mission) {
+    let is_dead = |result: &&Finding| result.code == Code::NeverFires;
+    let mut dead = proven.iter().filter(is_dead);
+    let (Some(cause), None) = (dead.next().cloned(), dead.next()) else { return };
+    let find =
+        |is_it: &dyn Fn(&Transition) -> bool| mission.transitions.iter().find(|it| is_it(it));
+    let at = |transition: &Transition| {
+        cause.at.as_ref().is_some_and(|at| at.span == transition.name.at.span)
+    };
+    let Some(left) = find(&at) else { return };
+    let shares_place = |firing: &String| {
+        let fired = find(&|it: &Transition| it.name.value == *firing);
+        fired.is_some_and(|fired| {
+            fired.inputs().any(|arc| left.inputs().any(|it| it.place.value == arc.place.value))
+        })
+    };
+    let is_endless = |result: &Finding| {
+        let circle = result.trace.iter().flat_map(|trace| &trace.circle);
+        find_awaited(result).is_some() && circle.into_iter().any(shares_place)
+    };
+    let (checks, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| is_endless(result));
+    *proven = others;
+    if !checks.is_empty() {
+        proven.retain(|result| result.code != Code::NeverFires);
+        proven.extend(explain_first(checks, cause));
+    }
+}
+
+/// Explains what a sub-mission does that leads to a place but begins at the start, where transitions
+/// lead to a place of which nothing takes the tokens: it was probably to begin there.
+pub(super) fn explain_missing_entrance(proven: &mut Vec<Finding>, mission: &Mission) {
+    let mut submissions = mission.submissions.iter();
+    let Some(apart) = submissions.find(|it| it.enter.is_none() && it.leave.is_some()) else {
+        return;
+    };
+    let Some(entrance) = find_dead_end(mission) else { return };
+    let follows = |result: &Finding| {
+        use Code::{
+            CheckFails, GoalLost, GoalNeverReached, MarkedTogether, NeverFires, Standstill,
+            TwoTokens, ValueOutside, ValuesContradict,
+        };
+        matches!(
+            result.code,
+            CheckFails
+                | GoalLost
+                | GoalNeverReached
+                | MarkedTogether
+                | NeverFires
+                | Standstill
+                | TwoTokens
+                | ValueOutside
+                | ValuesContradict
+        )
+    };
+    let (mut following, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(follows);
+    *proven = others;
+    following.sort_by_key(|result| (result.severity(), find_awaited(result).is_none()));
+    let mut following = following.into_iter();
+    let Some(mut first) = following.next() else { return };
+    let file = &apart.file;
+    first.related.push((
+        file.at.clone(),
+        format!("{} has no in=\"…\", so it begins at the start", file.value),
+    ));
+    first.related.extend(merging::label_checks(following.filter(|it| find_awaited(it).is_some())));
+    first.remedy = format!(
+        "name the place that enters the sub-mission, in=\"{entrance}\", from which nothing leads on"
+    );
+    proven.push(first);
+}
+
+/// Returns the first place without components that a transition leads to and from which nothing
+/// leads on, apart from goal and safe place.
+fn find_dead_end(mission: &Mission) -> Option<&str> {
+    let takes = |transition: &Transition, place: &str| {
+        transition.arcs.iter().any(|arc| arc.kind != ArcKind::Put && arc.place.value == place)
+    };
+    let names = mission.places.iter().map(|place| place.name.value.as_str());
+    let mut names = names.filter(|name| {
+        let ends = mission.goal.iter().chain(&mission.safe);
+        let entered = mission.submissions.iter().filter_map(|it| it.enter.as_ref());
+        !ends.chain(entered).any(|end| end.value == *name)
+    });
+    names.find(|name| {
+        let mut moves = mission.transitions.iter();
+        moves.clone().any(|it| it.outputs().any(|arc| arc.place.value == *name))
+            && !moves.any(|it| takes(it, name))
+    })
+}

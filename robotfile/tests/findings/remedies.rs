@@ -1,0 +1,128 @@
+//! What to write instead of a word or sign of another language, and slips that nothing else shows.
+
+use super::follow_ups::{END, LATE, only, robot};
+
+/// With its safe place.
+fn with(content: &str) -> String {
+    robot(r#"safe="hold""#, &format!("{END}{LATE}{content}"))
+}
+
+fn guard(text: &str) -> String {
+    with(&format!(
+        r#"<variable name="n" min="0" max="3"/><transition name="t" from="a" to="hold" on="go.failed" when="{text}"><set variable="n" value="n + 1"/></transition>"#
+    ))
+}
+
+fn counted(value: &str) -> String {
+    guard("n &lt; 3").replace("n + 1", value)
+}
+
+fn check(text: &str) -> String {
+    let start = guard("n &lt; 3");
+    start.replace("</mission>", &format!("<check>{text}</check></mission>"))
+}
+
+#[test]
+fn a_decimal_comma_is_written_as_a_point() {
+    only("E0230", "`11,5` is not a number", &guard("power.state.voltage &lt; 11,5V"));
+    only("E0230", "did you mean 11.5V?", &guard("power.state.voltage &lt; 11,5V"));
+    only("E0230", "did you mean 0.3?", &guard("n &lt; 0,3"));
+    only("E0230", "write and or or between two conditions", &guard("n &lt; 3, n &gt; 1"));
+    only("E0250", "did you mean 1.5min?", &check("duration(over or hold) &lt;= 1,5min"));
+}
+
+#[test]
+fn words_for_comparisons_and_capital_letters_are_corrected() {
+    for (word, sign) in [("lt", "&lt;"), ("GE", "&gt;="), ("eq", "=="), ("ne", "!=")] {
+        only("E0230", &format!("did you mean {sign}?"), &guard(&format!("n {word} 3")));
+    }
+    only("E0230", "did you mean and?", &guard("n &lt; 3 AND n &gt; 0"));
+    only("E0230", "did you mean or?", &guard("n &lt; 1 OR n &gt; 2"));
+    only("E0250", "did you mean or?", &check("eventually over OR hold"));
+}
+
+#[test]
+fn a_list_in_a_check_and_a_call_without_parentheses_are_corrected() {
+    only("E0250", "write and or or between two conditions", &check("reachable(over, hold)"));
+    let text = "put parentheses around what reachable is about: reachable(…)";
+    only("E0250", text, &check("always reachable over or hold"));
+}
+
+#[test]
+fn a_value_that_is_set_is_a_whole_number_or_a_variable() {
+    only("E0238", "write n + 1 to count up by one", &counted("n++"));
+    only("E0238", "or the variable before it to count up: round + 1", &counted("+1"));
+    only("E0238", "a whole number or a variable that transitions set is expected", &counted("*"));
+}
+
+#[test]
+fn a_text_without_quotes_is_one_of_the_field() {
+    let file = guard("power.state.status == Full");
+    only("E0231", "write it in single quotes: 'Full'", &file);
+    let file = guard("power.state.status == Fulll");
+    only("E0231", "there is no variable called Fulll", &file);
+}
+
+#[test]
+fn places_in_an_exclusive_set_are_one_finding() {
+    let file = with(r#"<exclusive components="a over"/>"#);
+    only("E0103", "there is no component called a: a is a place", &file);
+    only("E0103", "those of a: go", &file);
+    let file = with(r#"<exclusive components="over hold"/>"#);
+    only("E0103", "name components that must not be active together", &file);
+}
+
+#[test]
+fn components_that_are_together_in_two_places_are_one_finding() {
+    let places = r#"<place name="b" components="go arm"/><place name="c" components="go arm"/><exclusive components="go arm"/>"#;
+    only("E0207", "arm would be active together with go", &with(places));
+}
+
+#[test]
+fn a_check_outside_of_a_domain_is_decided_by_it() {
+    only("W0236", "is always false: n is 0 to 3", &check("never n == 4"));
+    only("W0236", "is always true: n is 0 to 3", &check("always n &lt; 5"));
+    only("W0236", "is always false: n is 0 to 3", &check("a leads to 9 &lt;= n or over"));
+    super::none(&check("never n == 3 and over").replace("kind=\"battery\"", "kind=\"k\""));
+}
+
+#[test]
+fn on_stop_fail_where_nothing_stops_has_no_effect() {
+    let place = |from: &str| {
+        with(
+            r#"<place name="b" components="arm"/><place name="c"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="b" to="c" on="arm.done"/><transition name="v" from="c" to="over" timeout="2s"/>"#
+        )
+        .replace(&format!("name=\"{from}\""), &format!("name=\"{from}\" on-stop-fail=\"hold\""))
+    };
+    only("W0027", "on-stop-fail has no effect here", &place("v"));
+    super::none(&place("u"));
+}
+
+#[test]
+fn of_two_transitions_that_differ_in_their_names_one_is_to_be_removed() {
+    let twice = r#"<transition name="t" from="a" to="hold" on="go.failed"/><transition name="u" from="a" to="hold" on="go.failed"/>"#;
+    only("W0218", "t and u differ only in their names: remove one", &with(twice));
+    let other = twice.replace(r#"name="u" from="a" to="hold""#, r#"name="u" from="a" to="over""#);
+    only("W0218", "specify which one fires first", &with(&other));
+}
+
+#[test]
+fn a_submission_that_is_included_twice_is_one_finding() {
+    let inner = r#"<armor version="1"><mission goal="y" safe="z"><place name="x" initial="true"/><place name="y"/><place name="z"/><transition name="t" from="x" to="y" timeout="2s"/><transition name="u" from="x" to="z" operator="true"/></mission></armor>"#;
+    let file = |second: &str| {
+        with(&format!(
+            r#"<place name="b"/><transition name="t" from="a" to="b" on="go.failed"/><submission ref="inner.xml" in="b" out="over"/><submission ref="inner.xml" {second}/>"#
+        ))
+    };
+    let found = |file: &str| {
+        let reading = armor_robotfile::read("a.xml".as_ref(), &mut |path| {
+            Ok(if path.ends_with("inner.xml") { inner } else { file }.as_bytes().to_vec())
+        });
+        let findings = armor_robotfile::check(reading, &[], None).findings;
+        let codes: Vec<_> = findings.iter().map(|finding| finding.code.as_str()).collect();
+        (codes, findings.render(armor_robotfile::Colours::No))
+    };
+    let (codes, shown) = found(&file(r#"in="b" out="over""#));
+    assert_eq!(codes, ["W0218"], "{shown}");
+    assert!(shown.contains("is included twice with the same in and out"), "{shown}");
+}
