@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::io::PipeWriter;
 use std::os::unix::process::ExitStatusExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::sync::Arc;
 
@@ -16,6 +16,9 @@ use super::logs::{LogStream, RunLog};
 use super::supervisor::ChildExit;
 use super::survivors::kill_survivors;
 use crate::guard::{self, GuardedResources};
+
+/// With this code ends a guard that cannot become its program.
+const GUARD_FAILED: i32 = 1;
 
 /// How to start a process.
 #[derive(Clone, Debug)]
@@ -44,6 +47,7 @@ pub struct ChildProcess {
     readers: [JoinHandle<()>; 2],
     mark: String,
     reports: Option<PipeWriter>,
+    program: PathBuf,
 }
 
 /// A process group, which signals are sent to.
@@ -92,7 +96,8 @@ impl ChildProcess {
             tokio::spawn(log.clone().read(name.clone(), LogStream::Out, out)),
             tokio::spawn(log.clone().read(name, LogStream::Err, err)),
         ];
-        Ok(Self { pid, child, readers, mark: start.mark.clone(), reports })
+        let (mark, program) = (start.mark.clone(), start.program.clone());
+        Ok(Self { pid, child, readers, mark, reports, program })
     }
 
     /// Takes the launcher's end of the pipe on which it reports to the process, if there is one.
@@ -108,7 +113,10 @@ impl ChildProcess {
     /// Waits for the end of the process, and gives the readers of its output.
     pub async fn wait(mut self) -> (ChildExit, [JoinHandle<()>; 2]) {
         let exit = match self.child.wait().await {
-            Ok(status) => exit_of(status),
+            Ok(status) => match exit_of(status) {
+                ChildExit::Code(GUARD_FAILED) => find_cause(&self.program),
+                exit => exit,
+            },
             // Waiting failed, so its exit code is unknown; it is restarted like one that failed.
             Err(_) => ChildExit::Code(-1),
         };
@@ -145,6 +153,15 @@ pub fn is_suspended(pid: u32) -> bool {
     // The name, which may contain anything, is in parentheses; the state follows.
     let state = stat.ok().and_then(|stat| stat.rsplit_once(')')?.1.trim_start().chars().next());
     matches!(state, Some('T' | 't'))
+}
+
+/// Why a process that ended like a guard has: it cannot be started if its executable may not be
+/// executed any more.
+fn find_cause(program: &Path) -> ChildExit {
+    match rustix::fs::access(program, rustix::fs::Access::EXEC_OK) {
+        Ok(()) => ChildExit::Code(GUARD_FAILED),
+        Err(error) => ChildExit::NotStarted(error.raw_os_error()),
+    }
 }
 
 fn exit_of(status: ExitStatus) -> ChildExit {
