@@ -56,6 +56,7 @@ fn a_component_that_has_failed_is_restarted_and_one_is_stopped_for_good() {
     system.run.wait_for_log("an operator has stopped it", 1);
     armor_ok(&system, &["restart", "worker"]);
     started(&system, "worker", 3);
+    wait_for("the failure", || system.shown(&["ps"]).contains("failed").then_some(()));
     assert_eq!(system.trace("other").count("started"), 1, "the other one never noticed");
     armor_ok(&system, &["stop", "--all"]);
     // A component has failed, so the run has.
@@ -71,13 +72,16 @@ fn a_restart_that_does_not_succeed_fails_with_the_reason() {
     let (code, _, err) = armor(&system, &["restart", "worker"]);
     assert!(code == 1 && err.contains("error: worker has failed: "), "{err}");
 
-    std::fs::remove_file(system.folder.path().join("components/probe")).expect("it is there");
+    let draft = Draft::default().probe("worker", "rate='50Hz'", "panic=1").probe(
+        "other",
+        "rate='50Hz'",
+        "",
+    );
+    let system = draft.run(Folder::new("given-up-again"));
+    wait_for("the end", || system.shown(&["ps"]).contains("given up").then_some(()));
     let (code, _, err) = armor(&system, &["restart", "worker"]);
-    let expected = "worker does not run: cannot be started: No such file or directory (os error 2); \
-                    it is given up after 5 starts in";
+    let expected = "worker does not run: ended with code 101; it is given up after 5 starts in";
     assert!(code == 1 && err.contains(expected), "{err}");
-    let shown = system.shown(&["ps"]);
-    assert!(shown.contains("cannot be started: No such file or directory"), "{shown}");
 }
 
 #[test]

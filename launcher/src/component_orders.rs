@@ -101,10 +101,15 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
             && let Ok(status) = observed.ask_component(component)
             && status.state != RunState::Starting
         {
-            // Many a component fails in its first call.
+            // Many a component fails, or its process ends, in its first call.
             thread::sleep(LOOK_EVERY);
-            let status = observed.ask_component(component).unwrap_or(status);
-            return report_state(component, entry.pid, &status, format);
+            let later = observed.ask_component(component);
+            let is_same =
+                find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);
+            if let Some(status) = later.ok().filter(|_| is_same) {
+                return report_state(component, entry.pid, &status, format);
+            }
+            continue;
         }
         // Before the launcher obeys, it may still have been given up because of its earlier starts.
         let absent = find_absent(running, component).filter(|it| it.starts > starts_before);

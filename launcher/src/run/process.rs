@@ -183,3 +183,18 @@ pub fn own_path() -> PathBuf {
         None => path,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_executable_that_is_gone_or_not_executable_is_the_cause() {
+        let gone = find_cause(Path::new("/nowhere/component")).to_string();
+        assert_eq!(gone, "cannot be started: No such file or directory (os error 2)");
+        let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        let not_executable = find_cause(Path::new(manifest)).to_string();
+        assert_eq!(not_executable, "cannot be started: Permission denied (os error 13)");
+        assert_eq!(find_cause(Path::new(OWN_PROGRAM)), ChildExit::Code(GUARD_FAILED));
+    }
+}
