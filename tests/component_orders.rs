@@ -38,8 +38,11 @@ fn started(system: &System, name: &str, times: usize) {
 
 #[test]
 fn a_component_that_has_failed_is_restarted_and_one_is_stopped_for_good() {
-    let draft =
-        Draft::default().probe("worker", "rate='50Hz'", "fail=3").probe("other", "rate='50Hz'", "");
+    let draft = Draft::default().probe("worker", "rate='50Hz'", "fail=50").probe(
+        "other",
+        "rate='50Hz'",
+        "",
+    );
     let mut system = draft.run(Folder::new("restarted"));
     wait_for("the failure", || system.shown(&["ps"]).contains("failed").then_some(()));
     let out = armor_ok(&system, &["restart", "worker"]);
@@ -53,11 +56,32 @@ fn a_component_that_has_failed_is_restarted_and_one_is_stopped_for_good() {
     system.run.wait_for_log("an operator has stopped it", 1);
     armor_ok(&system, &["restart", "worker"]);
     started(&system, "worker", 3);
+    wait_for("the failure", || system.shown(&["ps"]).contains("failed").then_some(()));
     assert_eq!(system.trace("other").count("started"), 1, "the other one never noticed");
     armor_ok(&system, &["stop", "--all"]);
     // A component has failed, so the run has.
     assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
     system.run.wait_for_log("probes: an operator has stopped it; failed: worker", 1);
+}
+
+#[test]
+fn a_restart_that_does_not_succeed_fails_with_the_reason() {
+    let draft = Draft::default().probe("worker", "rate='50Hz'", "fail=1");
+    let system = draft.run(Folder::new("restarted-in-vain"));
+    wait_for("the failure", || system.shown(&["ps"]).contains("failed").then_some(()));
+    let (code, _, err) = armor(&system, &["restart", "worker"]);
+    assert!(code == 1 && err.contains("error: worker has failed: "), "{err}");
+
+    let draft = Draft::default().probe("worker", "rate='50Hz'", "panic=1").probe(
+        "other",
+        "rate='50Hz'",
+        "",
+    );
+    let system = draft.run(Folder::new("given-up-again"));
+    wait_for("the end", || system.shown(&["ps"]).contains("given up").then_some(()));
+    let (code, _, err) = armor(&system, &["restart", "worker"]);
+    let expected = "worker does not run: ended with code 101; it is given up after 5 starts in";
+    assert!(code == 1 && err.contains(expected), "{err}");
 }
 
 #[test]
@@ -168,24 +192,35 @@ fn a_refused_value_leaves_the_last_good_one_and_the_log_can_be_changed() {
         system.traced("lamp", &note, |trace| (trace.count(&note) == times).then_some(()));
     };
     let set = |mark: &str| armor_ok(&system, &["param", "set", "lamp.mark", mark]);
+    let refused = || {
+        let (code, out, err) = armor(&system, &["param", "set", "lamp.mark", "refused"]);
+        let why = "error: lamp refuses the value, which the file has now: parameter `mark`: it is";
+        assert!(code == 1 && out.contains("reaches lamp immediately"), "{out}{err}");
+        assert!(err.split_whitespace().collect::<Vec<_>>().join(" ").contains(why), "{err}");
+    };
     marked("one", 1);
-    set("refused");
+    refused();
     // The last good value is handed over again.
     marked("one", 2);
     let refusal = "parameter `mark`: it is refused; its last good value stays in force";
     system.run.wait_for_log(refusal, 1);
     let shown = system.shown(&["ps"]);
     assert!(shown.contains("active") && shown.contains("it is refused"), "{shown}");
+    let listed = system.shown(&["param", "list", "lamp"]);
+    assert!(listed.contains("refused (refused)"), "{listed}");
     set("two");
     marked("two", 1);
+    let shown = system.shown(&["ps"]);
+    assert!(!shown.contains("it is refused"), "a good value has arrived: {shown}");
+    assert!(!system.shown(&["param", "list", "lamp"]).contains("(refused)"));
 
     let out = armor_ok(&system, &["log", "lamp", "off"]);
     assert_eq!(out, "lamp: logs off from now on\n");
-    set("refused");
+    refused();
     marked("two", 2);
     armor_ok(&system, &["log", "lamp", "info"]);
     set("three");
-    set("refused");
+    refused();
     marked("three", 2);
     system.run.wait_for_log(refusal, 2);
     assert_eq!(system.run.log().matches(refusal).count(), 2, "one was not logged");

@@ -76,6 +76,7 @@ fn make_manifest(kind: String) -> Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind,
         summary: String::new(),
+        controllable: true,
         inputs: (0..INPUTS).map(|n| port("in", n)).collect(),
         outputs: (0..INPUTS).map(|n| port("out", n)).collect(),
         parameters: vec![parameter("speed", "m/s"), parameter("turn", "deg")],

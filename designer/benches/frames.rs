@@ -122,6 +122,7 @@ fn kinds() -> Kinds {
         armor_manifest: 1,
         kind: "block".into(),
         summary: "Takes and gives.".into(),
+        controllable: true,
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),

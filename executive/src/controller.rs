@@ -273,6 +273,9 @@ impl Controller {
                     let planned = cx.plan().component(component).is_controlled();
                     cx.roster.of_mut(component).controllable = planned && controllable;
                     cx.roster.note_doing(component, doing, activation);
+                    if planned && !controllable {
+                        self.commands.take_refusal(cx, component);
+                    }
                 }
             }
             ControllerEvent::Reported { component, instance, serial, activation, report } => {

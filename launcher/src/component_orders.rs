@@ -9,14 +9,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use armor_inspect::ObservedSystem;
-use armor_inspect::run_control::{self, RunReply, RunRequest};
-use armor_sdk::control::RunState;
+use armor_inspect::run_control::{self, AbsentComponent, AbsentState, RunReply, RunRequest};
+use armor_sdk::control::{RunState, Status};
 use armor_wire::registry::ComponentEntry;
 use clap::Args;
 use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem, parse_duration, parse_name};
 use crate::exit::CommandEnding;
+use crate::inspect_cli::absence::list_absent;
 use crate::inspect_cli::select_system;
 use crate::print::{end_printing, print_line, print_notice};
 use crate::system;
@@ -81,11 +82,13 @@ impl Verb for StopArguments {
 /// Has a component started again and waits until it runs.
 ///
 /// # Errors
-/// If no system is found, its launcher does not answer, or the component does not run in time.
+/// If no system is found, its launcher does not answer, or the component is given up, ends or does
+/// not run in time.
 fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<CommandEnding> {
     let RestartArguments { component, within, running } = arguments;
     let observed = select_system(running, "restart")?;
     let before = find_entry(&observed, component).map(|entry| entry.instance);
+    let starts_before = find_absent(running, component).map_or(0, |absent| absent.starts);
     let request = RunRequest::Restart { component: component.clone() };
     let ending = send_request(running, &request, format)?;
     if ending != CommandEnding::Fine {
@@ -98,13 +101,22 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
             && let Ok(status) = observed.ask_component(component)
             && status.state != RunState::Starting
         {
-            let (pid, state) = (entry.pid, status.state);
-            return end_printing(match format {
-                OutputFormat::Json => {
-                    print_line(json!({"component": component, "pid": pid, "state": state}))
-                }
-                _ => print_line(format_args!("{component} runs: process {pid}, {state}")),
-            });
+            // Many a component fails, or its process ends, in its first call.
+            thread::sleep(LOOK_EVERY);
+            let later = observed.ask_component(component);
+            let is_same =
+                find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);
+            if let Some(status) = later.ok().filter(|_| is_same) {
+                return report_state(component, entry.pid, &status, format);
+            }
+            continue;
+        }
+        // Before the launcher obeys, it may still have been given up because of its earlier starts.
+        let absent = find_absent(running, component).filter(|it| it.starts > starts_before);
+        if let Some(absent) = absent
+            && matches!(absent.state, AbsentState::GivenUp | AbsentState::Ended)
+        {
+            bail!("{component} does not run: {}", absent.reason);
         }
         thread::sleep(LOOK_EVERY);
     }
@@ -113,6 +125,35 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
          of the run the reason",
         within.as_secs_f64()
     )
+}
+
+/// Prints that the component runs; or why it has failed.
+fn report_state(
+    component: &str,
+    pid: u32,
+    status: &Status,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
+    let Status { state, last_error: problem, .. } = status;
+    let has_failed = *state == RunState::Failed;
+    let ending = end_printing(match format {
+        OutputFormat::Json if has_failed => print_line(
+            json!({"component": component, "pid": pid, "state": state, "problem": problem}),
+        ),
+        OutputFormat::Json => {
+            print_line(json!({"component": component, "pid": pid, "state": state}))
+        }
+        _ if has_failed => {
+            print_notice(format_args!("error: {component} has failed: {problem}"));
+            Ok(())
+        }
+        _ => print_line(format_args!("{component} runs: process {pid}, {state}")),
+    })?;
+    Ok(if has_failed { CommandEnding::Failed } else { ending })
+}
+
+fn find_absent(running: &RunningSystem, component: &str) -> Option<AbsentComponent> {
+    list_absent(running).into_iter().find(|absent| absent.component == component)
 }
 
 fn find_entry(observed: &ObservedSystem, component: &str) -> Option<ComponentEntry> {

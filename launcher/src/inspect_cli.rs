@@ -1,6 +1,6 @@
 //! Inspecting a running system: its processes, its data, its mission.
 
-mod absence;
+pub mod absence;
 pub mod data;
 pub mod describe;
 pub mod echo;

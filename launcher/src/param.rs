@@ -3,8 +3,10 @@
 
 pub mod arguments;
 mod parameter_store;
+mod refusals;
 mod wire_records;
 
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
@@ -21,6 +23,7 @@ use arguments::{
     DiffArguments, GetArguments, ListArguments, ParamCommand, ParameterSource, SetArguments,
 };
 use parameter_store::ParameterStore;
+use refusals::{RefusalReader, refusal_of};
 use wire_records::{print_rejection, record_to_json};
 
 impl Verb for ParamCommand {
@@ -48,11 +51,29 @@ fn print_parameters(arguments: &ListArguments, format: OutputFormat) -> Result<(
     let ListArguments { component, source } = arguments;
     let found = ParameterStore::open(source)?.parameters(component.as_deref())?;
     warn_if_refused(&found);
+    let problems = match source.file {
+        Some(_) => BTreeMap::new(),
+        None => RefusalReader::open(&source.running).list_problems(),
+    };
+    let refusal = |one: &ListedParameter| refusal_of(problems.get(&one.component)?, &one.name);
     if format == OutputFormat::Json {
-        return found.parameters.iter().try_for_each(|one| print_line(record_to_json(one)?));
+        return found.parameters.iter().try_for_each(|one| {
+            let mut record = record_to_json(one)?;
+            if let Some(refusal) = refusal(one) {
+                record["refused"] = refusal.into();
+            }
+            print_line(record)
+        });
     }
     let with_places = found.parameters.iter().any(|one| !one.places.is_empty());
-    let rows: Vec<_> = found.parameters.iter().map(|one| format_row(one, with_places)).collect();
+    let rows = found.parameters.iter().map(|one| {
+        let mut row = format_row(one, with_places);
+        if refusal(one).is_some() {
+            row[1] += " (refused)";
+        }
+        row
+    });
+    let rows: Vec<_> = rows.collect();
     let mut headings = vec!["PARAMETER", "VALUE", "UNIT", "RANGE", "LIVE", "FROM"];
     headings.extend(with_places.then_some("IN PLACES"));
     let table = Table::new(&headings, rows).dispensable(&["LIVE", "UNIT"]);
@@ -108,20 +129,37 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
     let (component, parameter) = &arguments.name;
     let ParameterSource { file, .. } = &arguments.source;
     let value = arguments.value.as_deref();
+    let reader = file.is_none().then(|| RefusalReader::open(&arguments.source.running));
+    let before = reader.as_ref().and_then(|reader| reader.find_refusal(component, parameter));
     match ParameterStore::open(&arguments.source)?.set(component, parameter, value)? {
-        SetOutcome::Set { version, changes } => end_printing(if format == OutputFormat::Json {
-            let changes = changes.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
-            print_line(json!({"set": true, "version": version, "changes": changes}))
-        } else if changes.is_empty() {
-            print_wrapped(format_args!(
-                "{component}.{parameter} already has this value; nothing was written"
-            ))
-        } else {
-            changes.iter().try_for_each(|change| match file {
-                Some(_) => print_wrapped(&change.text),
-                None => print_wrapped(format_args!("version {version}: {}", in_words(change))),
-            })
-        }),
+        SetOutcome::Set { version, changes } => {
+            let is_live = changes.iter().any(|change| change.effect.starts_with("reaches "));
+            let refusal = reader
+                .filter(|_| is_live)
+                .and_then(|reader| reader.await_refusal(component, parameter, before.as_deref()));
+            end_printing(if format == OutputFormat::Json {
+                let changes = changes.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
+                let mut printed = json!({"set": true, "version": version, "changes": changes});
+                if let Some(refusal) = &refusal {
+                    printed["refused"] = refusal.as_str().into();
+                }
+                print_line(printed)
+            } else if changes.is_empty() {
+                print_wrapped(format_args!(
+                    "{component}.{parameter} already has this value; nothing was written"
+                ))
+            } else {
+                changes.iter().try_for_each(|change| match file {
+                    Some(_) => print_wrapped(&change.text),
+                    None => print_wrapped(format_args!("version {version}: {}", in_words(change))),
+                })
+            })?;
+            let Some(refusal) = refusal else { return Ok(CommandEnding::Fine) };
+            print_notice(format_args!(
+                "error: {component} refuses the value, which the file has now: {refusal}"
+            ));
+            Ok(CommandEnding::Failed)
+        }
         SetOutcome::Rejected { text, findings, left_out } => {
             print_rejection(&text, &findings, left_out, format)?;
             Ok(CommandEnding::Failed)

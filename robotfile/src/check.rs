@@ -61,7 +61,7 @@ pub fn check(
         let mut found = Findings::default();
         findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
         system::keep_first(&mut configuration.system, &mut found);
-        by_itself(configuration, &mut found);
+        by_itself(configuration, manifests, &mut found);
         reports::check(configuration, manifests, &mut found);
         guards::check(configuration, manifests, &mut found);
         claims::check(configuration, &mut found);
@@ -138,12 +138,16 @@ fn repeats_malformed(finding: &Finding, system: &System) -> bool {
     system.unreadable.is_malformed(used) && !is_there()
 }
 
-/// Runs the checks that need no manifests.
-fn by_itself(configuration: &Configuration, findings: &mut Findings) {
+/// Runs the checks that need no manifests; with them one finds more.
+fn by_itself(
+    configuration: &Configuration,
+    manifests: Option<&Manifests>,
+    findings: &mut Findings,
+) {
     let system = &configuration.system;
     system::check(system, findings);
     links::check(system, findings);
-    mission::check(configuration, findings);
+    mission::check(configuration, manifests, findings);
     for mission in configuration.missions() {
         let period = configuration.mission.as_ref().and_then(|main| main.period.as_ref());
         transition::check(mission, period, findings);

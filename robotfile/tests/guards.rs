@@ -22,6 +22,7 @@ fn manifests() -> Manifests {
         armor_manifest: MANIFEST_VERSION,
         kind: "power".into(),
         summary: "for the test".into(),
+        controllable: true,
         inputs: vec![],
         outputs: vec![
             port("state", STATE),

@@ -96,7 +96,12 @@ impl Armor {
     /// # Errors
     /// [`SendError`] if there is no such output, it has another type, or the data is too large.
     pub fn send_data<T: Message>(&self, id: &str, data: &T) -> Result<Sent, SendError> {
-        self.participant.ports.publish(id, data, self.timestamp())
+        self.participant.ports.publish(id, data, self.timestamp()).map_err(|error| match error {
+            SendError::UnknownOutput { id, .. } if self.participant.lifecycle.is_starting() => {
+                SendError::NotYetDeclared { id }
+            }
+            error => error,
+        })
     }
 
     /// The current time of the whole system in seconds since the Unix epoch. In a system with a
@@ -105,7 +110,8 @@ impl Armor {
         self.participant.clock.timestamp()
     }
 
-    /// Forbids the executive to freeze this component: it serves a person, or another system.
+    /// Forbids the executive to freeze this component: it serves a person, or another system. Only
+    /// in the constructor: the manifest says so, and `armor check` refuses a mission that names it.
     pub fn set_non_controllable(&self) {
         self.participant.lifecycle.set_non_controllable();
     }

@@ -22,10 +22,11 @@ pub(crate) enum CalledFunction {
     Exec,
     DataReceived,
     ParameterReceived,
+    New,
 }
 
 impl CalledFunction {
-    const ALL: [Self; 3] = [Self::Exec, Self::DataReceived, Self::ParameterReceived];
+    const ALL: [Self; 4] = [Self::Exec, Self::DataReceived, Self::ParameterReceived, Self::New];
 
     /// Its name in the trait `Component`.
     pub fn name(self) -> &'static str {
@@ -33,6 +34,7 @@ impl CalledFunction {
             Self::Exec => "exec",
             Self::DataReceived => "data_received",
             Self::ParameterReceived => "parameter_received",
+            Self::New => "new",
         }
     }
 }

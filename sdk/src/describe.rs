@@ -57,6 +57,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         outputs,
         parameters,
         events,
+        controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
     if faults.is_empty() { Ok(manifest) } else { Err(ManifestFaults(faults).into()) }

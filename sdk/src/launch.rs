@@ -21,6 +21,7 @@ use lexopt::prelude::{Long, ValueExt};
 use crate::armor::Armor;
 use crate::background_thread::spawn_background;
 use crate::call::Fault;
+use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::configuration;
 use crate::describe::{list_declarations, manifest_of};
@@ -68,7 +69,9 @@ without configd, for trying a component by hand:
   --clock COMPONENT.OUTPUT  time follows this data
   --set PARAMETER=VALUE";
 
-/// Runs a component as this process, by its command line. For `main`.
+/// Runs a component as this process, by its command line. For `main`, which returns the result: it
+/// tells whoever started the process how it ended.
+#[must_use = "return it from `main`: fn main() -> std::process::ExitCode { armor_sdk::run::<…>() }"]
 pub fn run<C: Component>() -> ExitCode {
     run_with::<C>(std::env::args_os().skip(1))
 }
@@ -149,6 +152,14 @@ fn parse_arguments(
             other => return Err(other.unexpected()),
         }
     }
+    // The name that counts is in the manifest, which is checked as a whole.
+    if options.describe {
+        return Ok(Some(options));
+    }
+    if !name::is_name(kind) {
+        let why = format!("KIND is `{kind}`, which is not a name; use letters, digits, _ and -");
+        return Err(why.into());
+    }
     if !name::is_name(&options.name) {
         return Err(
             format!("`{}` is not a name; use letters, digits, _ and -", options.name).into()
@@ -188,7 +199,9 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     if options.alone {
         participant.parameters.answer_locally(options.set.clone(), "--set")?;
     }
+    let running = participant.calls.begin_call(CalledFunction::New);
     let user = C::new(Armor { participant: Arc::clone(&participant) })?;
+    drop(running);
     participant.parameters.wait_for_all(START_LIMIT)?;
     for parameter in participant.parameters.list_unrequested() {
         let name = &parameter.name;
@@ -235,6 +248,12 @@ fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
 
 fn apply_settings(participant: &Participant, settings: &ComponentSettings) -> Result<(), Fault> {
     participant.lifecycle.set_controlled(settings.controlled);
+    if participant.lifecycle.is_contradictory() {
+        participant.reports.record_error(
+            "the mission activates this component, but its code calls `set_non_controllable`: it \
+             stays frozen; name it in no place",
+        );
+    }
     let watchdog = settings.watchdog_s.and_then(|time_s| Duration::try_from_secs_f64(time_s).ok());
     if let Some(watchdog) = watchdog {
         participant.set_watchdog(watchdog);

@@ -82,9 +82,15 @@ impl Lifecycle {
         self.controlled.store(controlled, Ordering::Relaxed);
     }
 
-    /// Whether the component becomes active without an order.
+    /// Whether the component becomes active without an order. One that the mission commands does
+    /// not, even if its code forbids that: it could be active together with one that excludes it.
     pub fn starts_active(&self) -> bool {
-        !self.controlled.load(Ordering::Relaxed) || !self.is_controllable()
+        !self.controlled.load(Ordering::Relaxed)
+    }
+
+    /// Whether the mission commands the component, which its code forbids.
+    pub fn is_contradictory(&self) -> bool {
+        self.controlled.load(Ordering::Relaxed) && !self.is_controllable()
     }
 
     /// Records a new state and wakes the service thread to send it.
@@ -172,7 +178,10 @@ mod tests {
         let lifecycle = Lifecycle::new(Arc::new(Wakers::new().unwrap()));
         assert!(lifecycle.is_starting() && lifecycle.starts_active());
         lifecycle.set_controlled(true);
-        assert!(!lifecycle.starts_active(), "the executive decides");
+        assert!(!lifecycle.starts_active() && !lifecycle.is_contradictory());
+        lifecycle.set_non_controllable();
+        assert!(!lifecycle.starts_active(), "it might be excluded now");
+        assert!(lifecycle.is_contradictory());
         let activate = ActivationOrder { activation: 3, parameters: Vec::new() };
         let orders = [LifecycleOrder::Activate(activate), LifecycleOrder::Freeze(3)];
         orders.iter().for_each(|order| lifecycle.push_order(order.clone()));

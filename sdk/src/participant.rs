@@ -1,9 +1,9 @@
 //! A process that takes part in a system: the parts that its threads share.
 
 use std::sync::{Arc, OnceLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use armor_wire::control::{Answer, CurrentCall, Status};
+use armor_wire::control::{Answer, CurrentCall, RunState, Status};
 use armor_wire::manifest::{EventManifest, ParameterManifest};
 
 use crate::calls::CallCounter;
@@ -144,7 +144,7 @@ impl Participant {
             exec_calls: self.calls.exec_calls(),
             clock_offset_s: self.clock.offset_s(),
             clock_error_s: self.clock.estimate().map(|estimate| estimate.error_s),
-            last_error: self.reports.last_error(),
+            last_error: self.reports.current_error(state == RunState::Active, Instant::now()),
             dropped_reports: self.reports.count_dropped(),
             call,
             outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),

@@ -42,10 +42,20 @@ pub enum DeclareError {
 #[derive(Debug, Error)]
 pub enum SendError {
     /// The component has no such output.
-    #[error("component `{component}` has no output `{id}`; declare it with `provide` in `new`")]
+    #[error("component `{component}` has no output `{id}`{existing}; {remedy}")]
     UnknownOutput {
         /// The component.
         component: String,
+        /// The id given.
+        id: String,
+        /// Those that it has, in words; empty if there are none.
+        existing: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The component sends in its constructor, before it has declared the output.
+    #[error("`{id}` is not declared yet: in `new`, call `provide` for it before `send_data`")]
+    NotYetDeclared {
         /// The id given.
         id: String,
     },
@@ -59,9 +69,16 @@ pub enum SendError {
         /// The type given.
         given: &'static str,
     },
-    /// The message is too large.
-    #[error(transparent)]
-    TooLarge(#[from] EncodeError),
+    /// The message is too large, or cannot be written.
+    #[error("`{data}` ({type_name}) is not sent: {error}")]
+    NotEncoded {
+        /// The data.
+        data: String,
+        /// Its type.
+        type_name: String,
+        /// Why, with its size and the limit.
+        error: EncodeError,
+    },
 }
 
 /// The ports of one process.
@@ -139,9 +156,8 @@ impl PortTable {
         stamp_s: f64,
     ) -> Result<Sent, SendError> {
         let outputs = self.outputs.read();
-        let output = outputs.iter().find(|output| output.id == id).ok_or_else(|| {
-            SendError::UnknownOutput { component: self.identity.name.clone(), id: id.into() }
-        })?;
+        let output = outputs.iter().find(|output| output.id == id);
+        let output = output.ok_or_else(|| self.unknown_output(id, &outputs))?;
         if output.message != TypeId::of::<T>() {
             return Err(SendError::WrongType {
                 data: output.entry.data.clone(),
@@ -156,7 +172,28 @@ impl PortTable {
             gathered: &self.gathering,
             wake: &|| self.wakers.wake_service(),
         };
-        Ok(output.publish(message, &origin)?)
+        output.publish(message, &origin).map_err(|error| SendError::NotEncoded {
+            data: output.entry.data.clone(),
+            type_name: output.entry.type_name.clone(),
+            error,
+        })
+    }
+
+    fn unknown_output(&self, id: &str, outputs: &[Arc<OutputPort>]) -> SendError {
+        let existing: Vec<_> = outputs.iter().map(|output| output.id.as_str()).collect();
+        let (existing, remedy) = match existing.as_slice() {
+            [] => (String::new(), "declare it with `provide` in `new`"),
+            ids => (
+                format!(", only: {}", ids.join(", ")),
+                "correct the name, or declare it with `provide` in `new`",
+            ),
+        };
+        SendError::UnknownOutput {
+            component: self.identity.name.clone(),
+            id: id.into(),
+            existing,
+            remedy,
+        }
     }
 
     /// Whether frames are being gathered now.
@@ -217,7 +254,7 @@ fn check_free<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::messages::{Flag, Number};
+    use crate::messages::{Flag, Image, Number};
 
     fn table() -> PortTable {
         let identity = ProcessIdentity { name: "lamp".into(), kind: "lamp".into(), instance: 1 };
@@ -246,5 +283,20 @@ mod tests {
         assert!(unknown.to_string().contains("`lamp` has no output `sound`"), "{unknown}");
         let wrong = ports.publish("light", &Number { data: 1.0 }, 1.0).unwrap_err();
         assert!(wrong.to_string().contains("`lamp.light` was declared as"), "{wrong}");
+        let misspelt = ports.publish("lihgt", &Flag { data: true }, 1.0).unwrap_err().to_string();
+        let expected = "`lamp` has no output `lihgt`, only: light; correct the name";
+        assert!(misspelt.contains(expected), "{misspelt}");
+    }
+
+    #[test]
+    fn a_message_that_is_too_large_is_refused_without_a_subscriber_too() {
+        let ports = table();
+        ports.add_output::<Image>("view", false).unwrap();
+        let image = |len: usize| Image { data: vec![0; len].into(), ..Image::default() };
+        assert!(ports.publish("view", &image(100), 1.0).is_ok());
+        let error = ports.publish("view", &image(70 << 20), 1.0).unwrap_err().to_string();
+        let expected = "`lamp.view` (Image) is not sent: the value takes 734";
+        assert!(error.starts_with(expected), "{error}");
+        assert!(error.ends_with("a message has at most 67108864"), "{error}");
     }
 }

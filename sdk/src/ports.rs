@@ -5,6 +5,10 @@ use std::marker::PhantomData;
 use armor_wire::Message;
 
 /// An output type: a message, or [`Latched`] of one.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be the type of an output",
+    note = "an output is of a message, or `Latched` of one; `Optional` is for inputs"
+)]
 pub trait OutputType: 'static {
     /// The type of what is published.
     type Message: Message;
@@ -13,6 +17,10 @@ pub trait OutputType: 'static {
 }
 
 /// An input type: a message, or [`Optional`] of one.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be the type of an input",
+    note = "an input is of a message, or `Optional` of one; `Latched` is for outputs"
+)]
 pub trait InputType: 'static {
     /// The type of what is received.
     type Message: Message;

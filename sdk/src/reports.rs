@@ -1,9 +1,9 @@
 //! What the component reports to the executive: numbered, and kept until it is acknowledged, so
 //! that a restarted executive misses none.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 use armor_wire::control::ReportKind;
 use parking_lot::Mutex;
@@ -13,6 +13,8 @@ use crate::wake::Wakers;
 /// Most reports that wait for an executive: a component that runs without one must not fill memory.
 /// Beyond it the oldest event is dropped and counted; the first one is logged.
 const MAX_WAITING: usize = 256;
+/// After this time without another error, a component that is active counts as healthy again.
+const HEALTHY_AFTER: Duration = Duration::from_secs(10);
 
 /// A report that is not acknowledged yet.
 #[derive(Clone, Debug)]
@@ -29,22 +31,25 @@ struct WaitingReports {
     dropped: u64,
 }
 
+/// What is wrong with the component.
+#[derive(Default)]
+struct KnownErrors {
+    /// The error recorded last, and when; none once it is over.
+    last: Option<(String, Instant)>,
+    /// Errors that last until they are resolved, by their subject.
+    standing: BTreeMap<String, String>,
+}
+
 /// The reports that wait for an acknowledgement, and the component's last error.
 pub(crate) struct ReportQueue {
     waiting: Mutex<WaitingReports>,
-    last_error: Mutex<String>,
-    errors: AtomicU64,
+    errors: Mutex<KnownErrors>,
     wakers: Arc<Wakers>,
 }
 
 impl ReportQueue {
     pub fn new(wakers: Arc<Wakers>) -> Self {
-        Self {
-            waiting: Mutex::default(),
-            last_error: Mutex::default(),
-            errors: AtomicU64::new(0),
-            wakers,
-        }
+        Self { waiting: Mutex::default(), errors: Mutex::default(), wakers }
     }
 
     /// Adds a report and wakes the service thread to send it.
@@ -95,13 +100,24 @@ impl ReportQueue {
     /// Records and logs an error of the component.
     pub fn record_error(&self, reason: &str) {
         tracing::error!("{reason}");
-        reason.clone_into(&mut self.last_error.lock());
-        self.errors.fetch_add(1, Ordering::Relaxed);
+        self.errors.lock().last = Some((reason.to_owned(), Instant::now()));
     }
 
-    /// The errors recorded so far.
-    pub fn count_errors(&self) -> u64 {
-        self.errors.load(Ordering::Relaxed)
+    /// Records and logs an error that lasts until its subject is
+    /// [resolved](Self::resolve_error).
+    pub fn record_standing_error(&self, subject: &str, reason: &str) {
+        tracing::error!("{reason}");
+        self.errors.lock().standing.insert(subject.into(), reason.into());
+    }
+
+    /// Forgets the standing error of a subject.
+    pub fn resolve_error(&self, subject: &str) {
+        self.errors.lock().standing.remove(subject);
+    }
+
+    /// Forgets the last error: another activation begins.
+    pub fn forget_last_error(&self) {
+        self.errors.lock().last = None;
     }
 
     /// The number of the newest report; 0 if there was none.
@@ -109,9 +125,15 @@ impl ReportQueue {
         self.waiting.lock().last_number
     }
 
-    /// The error recorded last; empty if there was none.
-    pub fn last_error(&self) -> String {
-        self.last_error.lock().clone()
+    /// What is wrong with the component; empty if nothing is. `is_active`: it is at work, so an
+    /// error is over after a while.
+    pub fn current_error(&self, is_active: bool, now: Instant) -> String {
+        let errors = self.errors.lock();
+        let is_over = |at: Instant| is_active && now.saturating_duration_since(at) >= HEALTHY_AFTER;
+        let last = errors.last.as_ref().filter(|(_, at)| !is_over(*at));
+        let mut all: Vec<_> = last.iter().map(|(reason, _)| reason.as_str()).collect();
+        all.extend(errors.standing.values().map(String::as_str));
+        all.join("; ")
     }
 }
 
@@ -151,5 +173,21 @@ mod tests {
         let numbers = numbers(&queue, 0);
         assert_eq!((numbers.len(), queue.count_dropped()), (MAX_WAITING, 1));
         assert_eq!(numbers[..2], [1, 3], "the first event is dropped, `done` is not");
+    }
+
+    #[test]
+    fn an_error_is_over_when_the_component_works_again_and_a_standing_one_when_it_is_resolved() {
+        let queue = ReportQueue::new(Arc::new(Wakers::new().unwrap()));
+        queue.record_error("no echo");
+        let (now, later) = (Instant::now(), Instant::now() + HEALTHY_AFTER);
+        assert_eq!(queue.current_error(true, now), "no echo");
+        assert_eq!(queue.current_error(false, later), "no echo", "nothing has replaced it");
+        assert_eq!(queue.current_error(true, later), "");
+        queue.record_standing_error("speed", "too fast");
+        assert_eq!(queue.current_error(false, now), "no echo; too fast");
+        queue.forget_last_error();
+        assert_eq!(queue.current_error(true, later), "too fast");
+        queue.resolve_error("speed");
+        assert_eq!(queue.current_error(true, now), "");
     }
 }

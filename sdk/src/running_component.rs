@@ -1,7 +1,7 @@
 //! A component at work: its code, its state and its activation. Only the thread inside the call
 //! gate touches it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use armor_wire::control::{ReportKind, RunState};
@@ -35,8 +35,8 @@ pub(crate) struct RunningComponent {
     awaits_time: Option<ActivationOrder>,
     /// The last value of each parameter that the code has accepted.
     accepted: BTreeMap<String, Value>,
-    /// Parameters of which the code has accepted no value yet, but refused one.
-    refused: BTreeSet<String>,
+    /// Parameters of which the code has accepted no value yet, but refused one, and why.
+    refused: BTreeMap<String, String>,
 }
 
 impl RunningComponent {
@@ -56,7 +56,7 @@ impl RunningComponent {
             executes_on_data,
             awaits_time: None,
             accepted: BTreeMap::new(),
-            refused: BTreeSet::new(),
+            refused: BTreeMap::new(),
         }
     }
 
@@ -103,16 +103,21 @@ impl RunningComponent {
 
     /// Hands the parameters that have arrived to the component. A value that the code refuses is
     /// reported, and its last good value stays in force; without one the component has failed until
-    /// a good value arrives.
-    pub fn deliver_parameters(&mut self) {
+    /// a good value arrives. Returns what is wrong with the values that were refused.
+    pub fn deliver_parameters(&mut self) -> Vec<String> {
+        let mut problems = Vec::new();
         let was_refused = !self.refused.is_empty();
         while let Some((name, value)) = self.participant.parameters.take_arrived() {
             match self.hand_over(&name, &value) {
                 Ok(()) => {
                     self.refused.remove(&name);
+                    self.participant.reports.resolve_error(&name);
                     self.accepted.insert(name, value);
                 }
-                Err(problem) => self.keep_last_value(name, problem),
+                Err(problem) => {
+                    problems.push(problem.clone());
+                    self.keep_last_value(name, problem);
+                }
             }
         }
         let is_complete = was_refused && self.refused.is_empty();
@@ -125,16 +130,22 @@ impl RunningComponent {
             self.awaits_time = Some(order);
             self.activate_when_time_is_known();
         }
+        problems
     }
 
     fn hand_over(&mut self, name: &str, value: &Value) -> Result<(), String> {
-        let code = &mut self.code;
+        let (code, parameters) = (&mut self.code, &self.participant.parameters);
         let result = run_user_code(&self.participant, CalledFunction::ParameterReceived, || {
             code.receive_parameter(name, value).map(|()| Outcome::CarryOn).map_err(|fault| {
                 let (subject, why) = (format!("parameter `{name}`: "), fault.to_string());
                 // The fault of a derived struct begins with it already.
                 let why = why.strip_prefix(&subject).unwrap_or(&why);
-                format!("{subject}{why}").into()
+                match parameters.text_in_force(name) {
+                    Some(text) if !why.contains(&text) => {
+                        format!("{subject}{why} (its value: `{text}`)").into()
+                    }
+                    _ => format!("{subject}{why}").into(),
+                }
             })
         });
         result.map(|_| ())
@@ -143,16 +154,16 @@ impl RunningComponent {
     fn keep_last_value(&mut self, name: String, problem: String) {
         let last = self.accepted.get(&name).cloned();
         let Some(last) = last.filter(|_| !self.participant.lifecycle.has_crashed()) else {
-            self.refused.insert(name);
+            self.refused.insert(name, problem.clone());
             return self.report_result(Err(problem));
         };
-        self.participant
-            .reports
-            .record_error(&format!("{problem}; its last good value stays in force"));
+        let reason = format!("{problem}; its last good value stays in force");
+        self.participant.reports.record_standing_error(&name, &reason);
         // The code may have taken a part of the refused value.
         if let Err(problem) = self.hand_over(&name, &last) {
             self.accepted.remove(&name);
-            self.refused.insert(name);
+            self.participant.reports.resolve_error(&name);
+            self.refused.insert(name, problem.clone());
             self.report_result(Err(problem));
         }
     }
@@ -165,12 +176,32 @@ impl RunningComponent {
             code.execute(why)
         });
         if why == Call::Stopping {
-            // Its activation is over: nothing it returns can matter any more, except a failure.
-            if let Err(failure) = result {
-                self.participant.reports.record_error(&failure);
-            }
+            self.report_last_call(result);
         } else {
             self.report_result(result);
+        }
+    }
+
+    /// Reports what the last call of an activation returned; the state that follows is another's to
+    /// enter. A failure that is known already is only logged.
+    fn report_last_call(&mut self, result: Result<Outcome, String>) {
+        let declared = &self.participant.events;
+        let reports = &self.participant.reports;
+        match result.and_then(|outcome| check_event(outcome, declared)) {
+            Ok(Outcome::CarryOn | Outcome::Done) => {}
+            Ok(Outcome::Event { name, value }) => {
+                tracing::warn!(
+                    "the event `{name}` of the last call: its activation is over, so no \
+                     transition may wait for it any more"
+                );
+                reports.add_report(self.activation, ReportKind::Event { name, value });
+            }
+            Ok(Outcome::Failed(reason)) | Err(reason) => {
+                reports.record_error(&reason);
+                if self.state != RunState::Failed {
+                    reports.add_report(self.activation, ReportKind::Failed { reason });
+                }
+            }
         }
     }
 
@@ -239,16 +270,17 @@ impl RunningComponent {
         if let Err(problem) = given {
             self.report_result(Err(problem));
         }
-        let errors = self.participant.reports.count_errors();
-        self.deliver_parameters();
-        if self.state != RunState::Failed
-            && (!self.refused.is_empty() || self.participant.reports.count_errors() > errors)
-        {
-            let why = "a parameter has no value that it can use for this activation";
-            self.report_result(Err(why.into()));
+        let mut problems = self.deliver_parameters();
+        let known = self.refused.values().filter(|why| !problems.contains(why));
+        problems.extend(known.cloned().collect::<Vec<_>>());
+        if self.state != RunState::Failed && !problems.is_empty() {
+            self.report_result(Err(problems.join("; ")));
         }
         if self.state == RunState::Failed {
             return;
+        }
+        if !was_active {
+            self.participant.reports.forget_last_error();
         }
         self.enter_state(RunState::Active);
         if !was_active {

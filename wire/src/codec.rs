@@ -23,16 +23,16 @@ pub enum DecodeError {
 
 /// Why a value cannot be sent.
 #[derive(Debug, Error)]
-#[error("the value does not fit into {limit} bytes: {reason}")]
-pub struct EncodeError {
-    limit: usize,
-    reason: bincode::error::EncodeError,
-}
-
-impl EncodeError {
-    fn new(reason: bincode::error::EncodeError) -> Self {
-        Self { limit: MAX_DATA_LEN, reason }
-    }
+pub enum EncodeError {
+    /// It is larger than [`MAX_DATA_LEN`].
+    #[error("the value takes {len} bytes; a message has at most {MAX_DATA_LEN}")]
+    TooLarge {
+        /// The bytes it takes.
+        len: usize,
+    },
+    /// What the writer refused.
+    #[error("the value cannot be written: {0}")]
+    Refused(bincode::error::EncodeError),
 }
 
 /// Appends `value` to `bytes`.
@@ -42,7 +42,10 @@ impl EncodeError {
 pub fn encode_into<T: WireType>(value: &T, bytes: &mut Vec<u8>) -> Result<(), EncodeError> {
     let start = bytes.len();
     let most = start.saturating_add(MAX_DATA_LEN);
-    write(value, &mut Append { bytes, most }).inspect_err(|_| bytes.truncate(start))
+    write(value, &mut Append { bytes, most }).map_err(|error| {
+        bytes.truncate(start);
+        encoded_len(value).err().unwrap_or(error)
+    })
 }
 
 /// The bytes of `value`.
@@ -61,7 +64,7 @@ pub fn encode<T: WireType>(value: &T) -> Result<Vec<u8>, EncodeError> {
 /// What the writer refuses.
 pub fn write<T: WireType, W: Writer>(value: &T, writer: &mut W) -> Result<(), EncodeError> {
     let _ = const { T::MIN_LEN };
-    bincode::encode_into_writer(value, writer, config::legacy()).map_err(EncodeError::new)
+    bincode::encode_into_writer(value, writer, config::legacy()).map_err(EncodeError::Refused)
 }
 
 /// The number of bytes `value` encodes to, without encoding bulk arrays.
@@ -72,7 +75,7 @@ pub fn encoded_len<T: WireType>(value: &T) -> Result<usize, EncodeError> {
     let mut size = SizeWriter::default();
     write(value, &mut size)?;
     if size.bytes_written > MAX_DATA_LEN {
-        return Err(EncodeError::new(bincode::error::EncodeError::Other("it is larger")));
+        return Err(EncodeError::TooLarge { len: size.bytes_written });
     }
     Ok(size.bytes_written)
 }
@@ -193,7 +196,8 @@ mod tests {
         assert_eq!(encoded_len(&most).expect("just fits"), MAX_DATA_LEN);
         let more = (0..2).map(|_| vec![7_u8; MAX_DATA_LEN / 2]).collect::<Vec<_>>();
         let mut bytes = vec![1];
-        assert!(encode_into(&more, &mut bytes).is_err());
+        let error = encode_into(&more, &mut bytes).expect_err("too large").to_string();
+        assert_eq!(error, "the value takes 67108888 bytes; a message has at most 67108864");
         assert_eq!(bytes, [1]);
         assert!(encoded_len(&more).is_err());
     }

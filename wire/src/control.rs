@@ -154,7 +154,7 @@ pub enum Answer {
 #[derive(Clone, Debug, PartialEq, Message, Serialize)]
 #[message(wire = "armor_wire")]
 pub struct CurrentCall {
-    /// The function: `exec`, `data_received` or `parameter_received`.
+    /// The function: `new`, `exec`, `data_received` or `parameter_received`.
     pub function: String,
     /// How long the call has taken so far, in seconds.
     pub call_s: f64,

@@ -33,6 +33,13 @@ pub struct Manifest {
     /// The events that it reports. If there are none, it may report any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<EventManifest>,
+    /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
+    #[serde(default = "controllable_by_default", skip_serializing_if = "Clone::clone")]
+    pub controllable: bool,
+}
+
+fn controllable_by_default() -> bool {
+    true
 }
 
 /// An input or an output.
@@ -256,12 +263,19 @@ impl ParameterManifest {
 
     /// The range in the parameter's own unit, such as `0.1 to 500`; empty if there is none.
     pub fn range(&self) -> String {
-        self.range_in("")
+        self.range_in("", self.minimum, self.maximum)
     }
 
-    /// The range as a file's author writes such values: `0.1m to 500m`; empty if there is none.
+    /// The range as a file's author writes such values: `0.1m to 500m`; empty if there is none. The
+    /// ends of an integer type of 32 bits are left out: they are nobody's intention.
     pub fn range_with_unit(&self) -> String {
-        self.range_in(&self.unit)
+        let is_intended = |end: &f64| {
+            let ends = [f64::from(u32::MAX), f64::from(i32::MIN), f64::from(i32::MAX)];
+            self.kind != ParameterType::Integer || !ends.contains(end)
+        };
+        let (minimum, maximum) =
+            (self.minimum.filter(is_intended), self.maximum.filter(is_intended));
+        self.range_in(&self.unit, minimum, maximum)
     }
 
     /// Returns the default with its unit, as a file's author writes it: `30deg`, also where the
@@ -273,13 +287,13 @@ impl ParameterManifest {
         })
     }
 
-    fn range_in(&self, unit: &str) -> String {
+    fn range_in(&self, unit: &str, minimum: Option<f64>, maximum: Option<f64>) -> String {
         let size = Unit::named(&self.unit).map_or(1.0, Unit::received_size);
         let own = |received: f64| {
             let number = format!("{:.4}", received / size);
             format!("{}{unit}", number.trim_end_matches('0').trim_end_matches('.'))
         };
-        match (self.minimum.map(own), self.maximum.map(own)) {
+        match (minimum.map(own), maximum.map(own)) {
             (Some(low), Some(high)) => format!("{low} to {high}"),
             (Some(low), None) => format!("{low} or more"),
             (None, Some(high)) => format!("{high} or less"),
@@ -412,6 +426,22 @@ mod tests {
     }
 
     #[test]
+    fn a_table_leaves_out_the_ends_of_a_type() {
+        let of = |minimum: f64, maximum: f64| {
+            let (minimum, maximum) = (Some(minimum), Some(maximum));
+            ParameterManifest { minimum, maximum, ..parameter(ParameterType::Integer, "") }
+        };
+        let count = of(0.0, f64::from(u32::MAX));
+        assert_eq!(
+            (count.range_with_unit(), count.range()),
+            ("0 or more".into(), "0 to 4294967295".into())
+        );
+        assert!(count.parse("-1").is_err() && count.parse("4294967296").is_err());
+        assert_eq!(of(f64::from(i32::MIN), f64::from(i32::MAX)).range_with_unit(), "");
+        assert_eq!(of(1.0, 9.0).range_with_unit(), "1 to 9");
+    }
+
+    #[test]
     fn ranges_are_in_si_and_inclusive() {
         let range = Some((-std::f64::consts::PI, std::f64::consts::PI));
         let (minimum, maximum) = range.unzip();
@@ -474,6 +504,7 @@ mod tests {
             armor_manifest: MANIFEST_VERSION,
             kind: "mapper".into(),
             summary: "Draws.".into(),
+            controllable: true,
             inputs: vec![port],
             outputs: vec![],
             parameters: vec![parameter(ParameterType::Number, "m")],

@@ -57,6 +57,11 @@ pub trait WireType: Encode + Sized + 'static {
 }
 
 /// A type that an output may publish.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a message",
+    label = "not a message",
+    note = "derive `Message` for it, or take one of `armor_sdk::messages`"
+)]
 pub trait Message: WireType + Send {
     /// The name of the type as shown to people and compared at link time.
     const NAME: &'static str;

@@ -247,6 +247,7 @@ fn live_manifests() -> Manifests {
         armor_manifest: 1,
         kind: kind.into(),
         summary: String::new(),
+        controllable: true,
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],

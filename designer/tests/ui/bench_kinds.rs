@@ -55,6 +55,7 @@ fn kind(
         outputs,
         parameters,
         events: Vec::new(),
+        controllable: true,
     }
 }
 

@@ -34,6 +34,17 @@ impl Commands {
         cx.roster.left(component, ProcessPresence::Gone, host);
     }
 
+    /// Notes that a component refuses every command. A mission that needs to command it cannot be
+    /// played; without its own end, nothing that excludes the component will be started.
+    pub(super) fn take_refusal(&mut self, cx: &mut Context, component: ComponentId) {
+        cx.roster.of_mut(component).order = None;
+        let name = cx.plan().component(component).name.clone();
+        cx.retreat(&format!(
+            "`{name}` lets no mission control it (its code calls `set_non_controllable`), but this \
+             one activates it; name it in no place"
+        ));
+    }
+
     /// Gives each component the command it needs, if it can take one.
     pub(super) fn command_components(&mut self, cx: &mut Context) {
         for component in cx.plan().component_ids() {

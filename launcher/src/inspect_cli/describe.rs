@@ -104,6 +104,9 @@ fn in_words(kind: &ComponentKind) -> String {
     let width = terminal_width();
     let summary = wrap_text(summary, width.unwrap_or(usize::MAX)).join("\n");
     let mut out = format!("{name} ({})\n{summary}\n", format_origins(kind));
+    if !kind.manifest.controllable {
+        out += "No mission may freeze it: it is always active.\n";
+    }
     let ports = [("INPUT", inputs), ("OUTPUT", outputs)];
     for (heading, ports) in ports.into_iter().filter(|(_, ports)| !ports.is_empty()) {
         let rows: Vec<_> = ports.iter().map(format_port).collect();

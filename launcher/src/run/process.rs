@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::io::PipeWriter;
 use std::os::unix::process::ExitStatusExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::sync::Arc;
 
@@ -16,6 +16,9 @@ use super::logs::{LogStream, RunLog};
 use super::supervisor::ChildExit;
 use super::survivors::kill_survivors;
 use crate::guard::{self, GuardedResources};
+
+/// With this code ends a guard that cannot become its program.
+const GUARD_FAILED: i32 = 1;
 
 /// How to start a process.
 #[derive(Clone, Debug)]
@@ -44,6 +47,7 @@ pub struct ChildProcess {
     readers: [JoinHandle<()>; 2],
     mark: String,
     reports: Option<PipeWriter>,
+    program: PathBuf,
 }
 
 /// A process group, which signals are sent to.
@@ -92,7 +96,8 @@ impl ChildProcess {
             tokio::spawn(log.clone().read(name.clone(), LogStream::Out, out)),
             tokio::spawn(log.clone().read(name, LogStream::Err, err)),
         ];
-        Ok(Self { pid, child, readers, mark: start.mark.clone(), reports })
+        let (mark, program) = (start.mark.clone(), start.program.clone());
+        Ok(Self { pid, child, readers, mark, reports, program })
     }
 
     /// Takes the launcher's end of the pipe on which it reports to the process, if there is one.
@@ -108,7 +113,10 @@ impl ChildProcess {
     /// Waits for the end of the process, and gives the readers of its output.
     pub async fn wait(mut self) -> (ChildExit, [JoinHandle<()>; 2]) {
         let exit = match self.child.wait().await {
-            Ok(status) => exit_of(status),
+            Ok(status) => match exit_of(status) {
+                ChildExit::Code(GUARD_FAILED) => find_cause(&self.program),
+                exit => exit,
+            },
             // Waiting failed, so its exit code is unknown; it is restarted like one that failed.
             Err(_) => ChildExit::Code(-1),
         };
@@ -147,6 +155,15 @@ pub fn is_suspended(pid: u32) -> bool {
     matches!(state, Some('T' | 't'))
 }
 
+/// Why a process that ended like a guard has: it cannot be started if its executable may not be
+/// executed any more.
+fn find_cause(program: &Path) -> ChildExit {
+    match rustix::fs::access(program, rustix::fs::Access::EXEC_OK) {
+        Ok(()) => ChildExit::Code(GUARD_FAILED),
+        Err(error) => ChildExit::NotStarted(error.raw_os_error()),
+    }
+}
+
 fn exit_of(status: ExitStatus) -> ChildExit {
     match (status.code(), status.signal()) {
         (Some(code), _) => ChildExit::Code(code),
@@ -164,5 +181,20 @@ pub fn own_path() -> PathBuf {
     match path.to_string_lossy().strip_suffix(" (deleted)") {
         Some(before) => before.into(),
         None => path,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_executable_that_is_gone_or_not_executable_is_the_cause() {
+        let gone = find_cause(Path::new("/nowhere/component")).to_string();
+        assert_eq!(gone, "cannot be started: No such file or directory (os error 2)");
+        let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        let not_executable = find_cause(Path::new(manifest)).to_string();
+        assert_eq!(not_executable, "cannot be started: Permission denied (os error 13)");
+        assert_eq!(find_cause(Path::new(OWN_PROGRAM)), ChildExit::Code(GUARD_FAILED));
     }
 }

@@ -418,7 +418,9 @@ impl Launcher {
                     Answer::State { state, .. } => Some(*state),
                     Answer::Beat { call } => {
                         hanging_calls.record_beat(&name, call.as_ref());
-                        let call_s = call.as_ref().map_or(0.0, |call| call.call_s);
+                        // A watchdog limits the calls after the start, not the start itself.
+                        let limited = call.as_ref().filter(|call| call.function != "new");
+                        let call_s = limited.map_or(0.0, |call| call.call_s);
                         let call = Duration::try_from_secs_f64(call_s).unwrap_or_default();
                         if watchdog.is_some_and(|watchdog| call > watchdog) {
                             let _ = inputs.try_send(LauncherInput::Stuck(id, group, call));

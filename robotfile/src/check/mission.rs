@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::check::manifests::Manifests;
 use crate::check::names::{KnownNames, listed};
 use crate::check::{exclusive, twice};
 use crate::code::Code;
@@ -12,7 +13,11 @@ use crate::mission::{ArcKind, Exclusive, Mission, Place, Submission, Transition}
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
 
-pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
+pub(super) fn check(
+    configuration: &Configuration,
+    manifests: Option<&Manifests>,
+    findings: &mut Findings,
+) {
     let system = &configuration.system;
     let places = configuration.missions().flat_map(|mission| &mission.places);
     let controlled = places.flat_map(|place| &place.components).map(|name| name.value.as_str());
@@ -20,8 +25,10 @@ pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
     let is_complete = configuration.missions().all(|mission| {
         has_all_places(mission, system) && has_all_submissions(mission, configuration)
     });
+    let fixed = find_fixed(system, manifests);
     for mission in configuration.missions() {
-        check_one(mission, system, (&controlled, is_complete), configuration, findings);
+        let names = (&controlled, &fixed, is_complete);
+        check_one(mission, system, names, configuration, findings);
     }
     if let Some(mission) = configuration.mission.as_ref().filter(|m| m.safe.is_none()) {
         let message = "the mission has no safe place to go to when something fails";
@@ -37,6 +44,34 @@ pub(super) fn check(configuration: &Configuration, findings: &mut Findings) {
         };
         findings.push(finding.remedy(remedy));
     }
+}
+
+/// Returns the components that no mission may control, with what forbids it.
+fn find_fixed<'a>(
+    system: &'a System,
+    manifests: Option<&Manifests>,
+) -> BTreeMap<&'a str, FixedBy<'a>> {
+    let components = system.components.iter();
+    let fixed = components.filter_map(|component| {
+        let kind = component.kind.value.as_str();
+        let is_refused = || manifests?.get(kind).map(|manifest| !manifest.controllable);
+        let by = match component.controllable {
+            false => FixedBy::File,
+            true if is_refused() == Some(true) => FixedBy::Kind(kind),
+            true => return None,
+        };
+        Some((component.name.value.as_str(), by))
+    });
+    fixed.collect()
+}
+
+/// What forbids a mission to control a component.
+#[derive(Clone, Copy)]
+enum FixedBy<'a> {
+    /// `controllable="false"`.
+    File,
+    /// The manifest of its kind.
+    Kind(&'a str),
 }
 
 /// Returns whether all places and components that the mission names exist. If not, a component that
@@ -69,7 +104,7 @@ fn has_all_submissions(mission: &Mission, configuration: &Configuration) -> bool
 fn check_one(
     mission: &Mission,
     system: &System,
-    (controlled, is_complete): (&BTreeSet<&str>, bool),
+    (controlled, fixed, is_complete): (&BTreeSet<&str>, &BTreeMap<&str, FixedBy<'_>>, bool),
     configuration: &Configuration,
     findings: &mut Findings,
 ) {
@@ -77,8 +112,10 @@ fn check_one(
     KnownNames::collect("transition", Code::DuplicateTransition, transitions, findings);
     let variables = mission.variables.iter().map(|variable| &variable.name);
     KnownNames::collect("variable", Code::DuplicateVariable, variables, findings);
-    let known =
-        MissionNames { is_complete, ..MissionNames::of(mission, system, controlled, findings) };
+    let known = MissionNames {
+        is_complete,
+        ..MissionNames::of(mission, system, (controlled, fixed), findings)
+    };
     for place in [&mission.goal, &mission.safe].into_iter().flatten() {
         known.expect_place(place, findings);
     }
@@ -116,7 +153,7 @@ struct MissionNames<'a> {
     places: KnownNames<'a>,
     components: KnownNames<'a>,
     /// The components that no mission may control.
-    fixed: BTreeSet<&'a str>,
+    fixed: &'a BTreeMap<&'a str, FixedBy<'a>>,
     /// The places that activate a component.
     active_in: BTreeMap<&'a str, BTreeSet<&'a str>>,
     /// The components in a place of any mission; the others are always active.
@@ -135,12 +172,11 @@ impl<'a> MissionNames<'a> {
     fn of(
         mission: &'a Mission,
         system: &'a System,
-        controlled: &'a BTreeSet<&'a str>,
+        (controlled, fixed): (&'a BTreeSet<&'a str>, &'a BTreeMap<&'a str, FixedBy<'a>>),
         findings: &mut Findings,
     ) -> Self {
         let places = mission.places.iter().map(|place| &place.name);
         let components = system.components.iter().map(|component| &component.name);
-        let fixed = system.components.iter().filter(|component| !component.controllable);
         let mut active_in: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
         for place in &mission.places {
             for component in &place.components {
@@ -175,7 +211,7 @@ impl<'a> MissionNames<'a> {
                 unheard,
             )
             .including(&system.unreadable),
-            fixed: fixed.map(|component| component.name.value.as_str()).collect(),
+            fixed,
             active_in,
             controlled,
             is_complete: true,
@@ -218,13 +254,12 @@ impl<'a> MissionNames<'a> {
     fn expect_controllable(&self, names: &[Spanned<String>], findings: &mut Findings) {
         for name in names {
             self.expect_component(name, findings);
-            if self.fixed.contains(name.value.as_str()) {
-                let message = format!(
-                    "{} has controllable=\"false\", so no mission may control it",
-                    name.value
-                );
-                let finding = Finding::new(Code::NotControllable, &name.at, message);
-                findings.push(finding.remedy("remove it here, or make it controllable"));
+            if let Some(by) = self.fixed.get(name.value.as_str()) {
+                let remedy = match by {
+                    FixedBy::File => "remove it here, or make it controllable",
+                    FixedBy::Kind(_) => "remove it here: it is always active",
+                };
+                report_fixed(name, *by, remedy, findings);
             }
         }
     }
@@ -244,7 +279,7 @@ impl<'a> MissionNames<'a> {
         }
         let names = components.iter().filter(|name| {
             let name = name.value.as_str();
-            self.components.known.contains_key(name) && !self.fixed.contains(name)
+            self.components.known.contains_key(name) && !self.fixed.contains_key(name)
         });
         let is_free = |name: &&Spanned<String>| {
             self.is_complete && !self.controlled.contains(name.value.as_str())
@@ -307,8 +342,11 @@ impl<'a> MissionNames<'a> {
         for given in &place.parameters {
             let (component, name) = (&given.component, &given.parameter.name);
             let exists = self.expect_component(component, findings);
-            if exists
-                && !self.is_active_in(&component.value, &place.name.value)
+            let is_active = self.is_active_in(&component.value, &place.name.value);
+            if let Some(by) = self.fixed.get(component.value.as_str()).filter(|_| !is_active) {
+                report_fixed(component, *by, "set the parameter in the system", findings);
+            } else if exists
+                && !is_active
                 && !self.doubtful.contains(place.name.value.as_str())
                 && foreign.insert(&component.value)
             {
@@ -463,4 +501,17 @@ impl<'a> MissionNames<'a> {
             self.report_frozen(transition, reporter, findings);
         }
     }
+}
+
+fn report_fixed(name: &Spanned<String>, by: FixedBy<'_>, remedy: &str, findings: &mut Findings) {
+    let component = &name.value;
+    let message = match by {
+        FixedBy::File => {
+            format!("{component} has controllable=\"false\", so no mission may control it")
+        }
+        FixedBy::Kind(kind) => format!(
+            "{component} is a {kind}, which may not be frozen, so no mission may control it"
+        ),
+    };
+    findings.push(Finding::new(Code::NotControllable, &name.at, message).remedy(remedy));
 }

@@ -236,3 +236,34 @@ fn the_reports_a_mission_waits_for_are_those_that_its_components_declare() {
         "{undeclared:?}"
     );
 }
+
+#[test]
+fn no_mission_controls_a_kind_that_forbids_it() {
+    let kind = |kind: &str, controllable: bool| -> (String, Manifest) {
+        let text = format!(
+            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"","inputs":[],"outputs":[],
+                "parameters":[{{"name":"speed","type":"number","default":"1"}}],
+                "controllable":{controllable}}}"#
+        );
+        (kind.into(), serde_json::from_str(&text).unwrap())
+    };
+    let manifests = Manifests::from([kind("free", false), kind("k", true)]);
+    let file = |place: &str, inner: &str, more: &str| {
+        format!(
+            r#"<armor version="1"><system><component name="one" kind="k"/><component name="two" kind="k"/><component name="view" kind="free"/></system>
+            <mission goal="over" safe="hold"><place name="a" initial="true" components="{place}">{inner}</place><place name="b" components="two"/><place name="over"/><place name="hold"/>{more}
+            <transition name="t" from="a" to="b" timeout="1s"/><transition name="u" from="b" to="over" timeout="1s"/></mission></armor>"#
+        )
+    };
+    let exclusive = |mark: &str| format!("<exclusive components=\"one {mark}\"/>");
+    let given = r#"<parameter component="[[view]]" name="speed" value="2"/>"#;
+    for file in [
+        file("one [[view]]", "", ""),
+        file("one", "", &exclusive("[[view]]")),
+        file("one", given, ""),
+    ] {
+        one_with("E0206", &file, Some(&manifests));
+    }
+    let (reading, _) = reading(&file("one view", "", ""), None);
+    assert!(reading.is_valid(), "without manifests nothing is known of the kind");
+}

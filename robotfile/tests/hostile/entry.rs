@@ -221,6 +221,7 @@ fn kind(name: &str) -> Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind: name.into(),
         summary: String::new(),
+        controllable: true,
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),

@@ -45,10 +45,10 @@ impl IntegerType {
         }
     }
 
-    /// Returns the range that a parameter without one has by its type; `None` for 32 bits and more,
-    /// whose ends would only fill tables and make sliders useless.
+    /// Returns the range that a parameter without one has by its type; `None` for 64 bits, whose
+    /// ends no file means.
     pub(crate) fn declared_range(&self) -> Option<(Expr, Expr)> {
-        if self.high > u16::MAX.into() {
+        if self.high > u32::MAX.into() {
             return None;
         }
         let end = |number: i64| -> Expr {

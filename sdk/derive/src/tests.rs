@@ -70,14 +70,17 @@ fn a_default_that_the_type_cannot_hold_is_refused_where_it_stands() {
 
 #[test]
 fn an_integer_without_a_range_has_that_of_its_type() {
-    for (kind, range) in
-        [("u8", quote!(.range(0f64, 255f64))), ("i16", quote!(.range(-32768f64, 32767f64)))]
-    {
+    for (kind, range) in [
+        ("u8", quote!(.range(0f64, 255f64))),
+        ("i16", quote!(.range(-32768f64, 32767f64))),
+        ("u32", quote!(.range(0f64, 4294967295f64))),
+        ("i32", quote!(.range(-2147483648f64, 2147483647f64))),
+    ] {
         let source = format!("struct Settings {{ a: {kind} }}");
         let code = expand_struct(&parse_str(&source).expect("Rust")).expect("code").to_string();
         assert!(code.contains(&range.to_string()), "{code}");
     }
-    for source in ["struct Settings { a: u32 }", "struct Settings { a: i64 }"] {
+    for source in ["struct Settings { a: u64 }", "struct Settings { a: i64 }"] {
         let code = expand_struct(&parse_str(source).expect("Rust")).expect("code").to_string();
         assert!(!code.contains("range"), "{code}");
     }

@@ -213,6 +213,14 @@ impl ParameterRequests {
         Ok(())
     }
 
+    /// The text of a parameter's value, as it is assigned or declared.
+    pub fn text_in_force(&self, name: &str) -> Option<String> {
+        let state = self.lock_state();
+        let own = state.own.get(name).and_then(Option::as_ref);
+        let assigned = state.effective_value(name, own).map(|assigned| assigned.text.clone());
+        assigned.or_else(|| self.declaration(name)?.default.clone())
+    }
+
     fn describe_undeclared(&self) -> String {
         let names: Vec<_> = self.declared.iter().map(|known| known.name.as_str()).collect();
         let names = if names.is_empty() { "none".into() } else { names.join(", ") };

@@ -4,7 +4,7 @@ use std::any::TypeId;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_wire::codec::{self, EncodeError};
+use armor_wire::codec::{self, EncodeError, MAX_DATA_LEN};
 use armor_wire::control::OutputStatus;
 use armor_wire::frame::DataHeader;
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
@@ -42,16 +42,21 @@ pub(crate) struct OutputPort {
     pub entry: DataEntry,
     pub message: TypeId,
     schema_hash: u64,
+    /// No message of its type is too large, so none is measured.
+    is_bounded: bool,
     state: Mutex<OutputState>,
 }
 
 impl OutputPort {
     pub fn new<T: Message>(id: &str, data: &str, latched: bool) -> Self {
-        let schema = T::schema().to_string();
+        let schema = T::schema();
+        let is_bounded = schema.max_len().is_some_and(|len| len <= MAX_DATA_LEN);
+        let schema = schema.to_string();
         Self {
             id: id.into(),
             message: TypeId::of::<T>(),
             schema_hash: T::schema_hash(),
+            is_bounded,
             entry: DataEntry { data: data.into(), type_name: T::NAME.into(), schema, latched },
             state: Mutex::default(),
         }
@@ -144,7 +149,12 @@ impl OutputPort {
             let frame = Arc::new(encode_frame(message, header)?);
             state.publish_shared(sequence, &frame, how);
             state.last = Some((sequence, frame));
-        } else if !state.links.is_empty() && !state.publish_small(message, header, how)? {
+        } else if state.links.is_empty() {
+            // Whether it can be sent must not depend on who subscribes.
+            if !self.is_bounded {
+                codec::encoded_len(message)?;
+            }
+        } else if !state.publish_small(message, header, how)? {
             state.publish_large(message, header, how)?;
         }
         if let Some(record) = &mut state.record {

@@ -16,6 +16,7 @@ use rustix::event::PollFd;
 
 use super::handshake::AdmittedControl;
 use crate::call_watch::{CallNotice, CallWatch, ObservedCall, describe_watchdog, patience_for};
+use crate::calls::CalledFunction;
 use crate::faults::PeerFault;
 use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
 use crate::log;
@@ -306,6 +307,10 @@ impl ControlServer {
             calls.running_call().map(|number| ObservedCall { number, function: calls.function() });
         let now = self.participant.clock.monotonic();
         match self.call_watch.look(running, now, patience_for(self.participant.period())) {
+            Some(CallNotice::Hangs { function: CalledFunction::New, taken }) => tracing::warn!(
+                "new has not returned for {:.1} s; until it does, the component does not start",
+                taken.as_secs_f64()
+            ),
             Some(CallNotice::Hangs { function, taken }) => tracing::warn!(
                 "{} has not returned for {:.1} s; until it does, the component handles no data, \
                  no parameter and no order, not even to freeze; {}",

@@ -1,4 +1,6 @@
 use super::*;
+use armor_wire::control::GivenParameter;
+
 use crate::messages::{Count, Flag, Number};
 use crate::prelude::{Data, Header, Outcome, Parameters};
 use crate::{Parameter, Value};
@@ -223,4 +225,135 @@ fn what_a_test_does_wrong_is_named() {
     ] {
         assert_eq!(error.to_string(), expected);
     }
+}
+
+/// Returns what it was built with from its last call.
+struct Stopping<const N: usize>;
+
+impl<const N: usize> Component for Stopping<N> {
+    const KIND: &'static str = "stopping";
+    const SUMMARY: &'static str = "Cannot brake.";
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        if N == 4 {
+            armor.send_data("out", &Flag { data: true })?;
+        }
+        armor.provide::<Flag>("out")?;
+        armor.set_non_controllable();
+        Ok(Self)
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        match (call, N) {
+            (Call::Stopping, 0) => Ok(Outcome::Failed("could not brake".into())),
+            (Call::Stopping, 1) => Err("could not brake".into()),
+            (Call::Stopping, 2) => Ok(Outcome::event("slid", 0.5)),
+            (Call::Stopping, 3) => Ok(Outcome::Done),
+            _ => Ok(Outcome::CarryOn),
+        }
+    }
+}
+
+#[test]
+fn what_the_last_call_returns_is_reported() {
+    fn stop<const N: usize>() -> TestedComponent {
+        let mut component = TestedComponent::build::<Stopping<N>>(&[]).expect("it is built");
+        component.start().unwrap();
+        component.stop().unwrap();
+        assert_eq!(component.state(), RunState::Frozen);
+        component
+    }
+    let failed = [ReportKind::Failed { reason: "could not brake".into() }];
+    for mut component in [stop::<0>(), stop::<1>()] {
+        assert_eq!(component.reports(), failed);
+        let error =
+            |component: &TestedComponent| component.participant.compose_status(None).last_error;
+        assert_eq!(error(&component), "could not brake", "as `armor ps` shows it");
+        component.start().unwrap();
+        assert_eq!(error(&component), "", "another activation begins");
+    }
+    assert_eq!(stop::<2>().reports(), [ReportKind::Event { name: "slid".into(), value: 0.5 }]);
+    assert_eq!(stop::<3>().reports(), []);
+}
+
+#[test]
+fn the_manifest_says_that_no_mission_may_freeze_it() {
+    assert!(crate::manifest_of::<Counter>().unwrap().controllable);
+    assert!(!crate::manifest_of::<Stopping<0>>().unwrap().controllable);
+}
+
+#[test]
+fn what_is_sent_in_the_constructor_must_be_declared_before() {
+    let Err(error) = TestedComponent::build::<Stopping<4>>(&[]) else { panic!("it is built") };
+    let expected = "`out` is not declared yet: in `new`, call `provide` for it before `send_data`";
+    assert!(error.to_string().ends_with(expected), "{error}");
+}
+
+/// Refuses to be fast.
+struct Careful(CarefulParameters);
+
+#[derive(Parameters)]
+struct CarefulParameters {
+    /// how fast
+    #[parameter(unit = "m/s", default = "1m/s", range = 0.0..=2.0, live)]
+    speed_mps: f64,
+}
+
+impl Component for Careful {
+    const KIND: &'static str = "careful";
+    const SUMMARY: &'static str = "Refuses to be fast.";
+    const PARAMETERS: &'static [Parameter] = CarefulParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        Ok(Self(CarefulParameters::request(&armor)?))
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        if value.number()? > 1.5 {
+            return Err("the motor cannot go so fast".into());
+        }
+        Ok(self.0.set(name, value)?)
+    }
+}
+
+#[test]
+fn an_activation_with_a_refused_value_names_it() {
+    let why = "parameter `speed`: the motor cannot go so fast (its value: `1.8m/s`)";
+    let mut careful = TestedComponent::build::<Careful>(&[("speed", "1.8m/s")]).expect("built");
+    let failed = ReportKind::Failed { reason: why.into() };
+    assert_eq!(careful.reports(), std::slice::from_ref(&failed));
+    careful.start().unwrap();
+    assert_eq!(careful.state(), RunState::Failed);
+    assert_eq!(careful.reports(), [failed.clone(), failed.clone()]);
+
+    let mut careful = TestedComponent::build::<Careful>(&[]).expect("built");
+    let given = |text: &str| GivenParameter {
+        name: "speed".into(),
+        assigned: Assigned { text: text.into(), base: String::new(), origin: ORIGIN.into() },
+    };
+    let mut activate = |parameters| {
+        careful.activations += 1;
+        let activation = careful.activations;
+        careful.give_order(LifecycleOrder::Activate(ActivationOrder { activation, parameters }));
+        careful.give_order(LifecycleOrder::Freeze(activation));
+        (careful.reports.clone(), careful.participant.compose_status(None).last_error)
+    };
+    let (reports, error) = activate(vec![given("1.8m/s")]);
+    assert_eq!(reports, [failed]);
+    assert_eq!(error, format!("{why}; {why}; its last good value stays in force"));
+    assert_eq!(activate(Vec::new()).1, "", "a good value has arrived");
+}
+
+#[test]
+fn a_refused_live_value_is_a_problem_until_a_good_one_arrives() {
+    let mut careful = TestedComponent::build::<Careful>(&[]).expect("built");
+    careful.start().unwrap();
+    careful.set_parameter("speed", "1.6m/s").unwrap();
+    let later = std::time::Instant::now() + Duration::from_secs(60);
+    let error = |careful: &TestedComponent| careful.participant.reports.current_error(true, later);
+    let expected = "parameter `speed`: the motor cannot go so fast (its value: `1.6m/s`); its last \
+                    good value stays in force";
+    assert_eq!(error(&careful), expected);
+    careful.set_parameter("speed", "1.2m/s").unwrap();
+    assert_eq!(error(&careful), "");
 }

@@ -1,5 +1,6 @@
 //! Activation, freezing, reports and failures, as the executive sees them.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
@@ -297,4 +298,46 @@ fn values_of_the_command_line_go_before_values_of_the_mission() {
     let calls = [next(), next(), next()];
     let wanted = [ProbeEvent::Call(Call::Stopping), speed(3.0), ProbeEvent::Call(Call::Started)];
     assert_eq!(calls, wanted);
+}
+
+/// Its constructor returns when the test lets it.
+struct Slow;
+
+static MAY_RETURN: AtomicBool = AtomicBool::new(false);
+
+impl Component for Slow {
+    const KIND: &'static str = "slow";
+    const SUMMARY: &'static str = "Waits for its device.";
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        while !MAY_RETURN.load(Ordering::SeqCst) {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        Ok(Self)
+    }
+}
+
+#[test]
+fn a_constructor_that_does_not_return_is_a_call_that_runs() {
+    let system = System::start();
+    let address = system.registry.address().to_string();
+    let name = system.name("slow");
+    let arguments = ["--alone", "--name", &name, "--registry", &address].map(Into::into);
+    let thread = std::thread::spawn(move || armor_sdk::run_with::<Slow>(arguments));
+    let (control, _events) = system.control("slow", Role::Launcher);
+    let until = |wanted: &dyn Fn(&armor_sdk::control::Status) -> bool| {
+        let start = Instant::now();
+        while !wanted(&control.status(DEADLINE).expect("it answers")) {
+            assert!(start.elapsed() < DEADLINE, "never in the wanted state");
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+    };
+    until(&|status| {
+        let function = status.call.as_ref().map(|call| call.function.as_str());
+        status.state == RunState::Starting && function == Some("new")
+    });
+    MAY_RETURN.store(true, Ordering::SeqCst);
+    until(&|status| status.state == RunState::Active && status.call.is_none());
+    control.send(&Command::Terminate).expect("it is there");
+    thread.join().expect("it ends in order");
 }

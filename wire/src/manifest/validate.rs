@@ -308,6 +308,7 @@ mod tests {
             armor_manifest: MANIFEST_VERSION,
             kind: "mapper".into(),
             summary: "Draws.".into(),
+            controllable: true,
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],

@@ -106,15 +106,24 @@ impl<'a> FieldPath<'a> {
                     return Err(FieldError::NotOne { known });
                 };
                 path.add_step(only, &fields[only]);
-                Ok(path)
+                Ok(path.with_unit_of_value())
             }
-            _ => Ok(path),
+            _ => Ok(path.with_unit_of_value()),
         }
     }
 
     fn add_step(&mut self, step: usize, field: &'a Field) {
         self.steps.push(step);
-        (self.schema, self.unit) = (without_options(&field.schema), field.unit.as_deref());
+        // A unit of a struct is that of the numbers in it.
+        (self.schema, self.unit) =
+            (without_options(&field.schema), field.unit.as_deref().or(self.unit));
+    }
+
+    /// Without the unit of a struct, if the value is no number.
+    fn with_unit_of_value(mut self) -> Self {
+        use Schema::{Bool, Enum, Text};
+        self.unit = self.unit.filter(|_| !matches!(self.schema, Bool | Text | Enum { .. }));
+        self
     }
 
     /// Reads the value from one payload of `schema`, in which it was found; `None` if it is, or

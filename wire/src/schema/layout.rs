@@ -104,6 +104,26 @@ impl Schema {
             }
         }
     }
+
+    /// The most bytes a value takes; none if its texts and lists may have any length.
+    pub fn max_len(&self) -> Option<usize> {
+        match self {
+            Self::Text | Self::List(_) => None,
+            Self::Option(item) => item.max_len()?.checked_add(1),
+            Self::Fixed(item, count) => item.max_len()?.checked_mul(*count),
+            Self::Struct { fields, .. } => fields_max_len(fields),
+            Self::Enum { variants, .. } => {
+                let lengths = variants.iter().map(|variant| fields_max_len(&variant.fields));
+                let most = lengths.collect::<Option<Vec<_>>>()?.into_iter().max();
+                most.unwrap_or(0).checked_add(4)
+            }
+            plain => Some(plain.min_len()),
+        }
+    }
+}
+
+fn fields_max_len(fields: &[Field]) -> Option<usize> {
+    fields.iter().try_fold(0_usize, |sum, field| sum.checked_add(field.schema.max_len()?))
 }
 
 fn fields_min_len(fields: &[Field]) -> usize {

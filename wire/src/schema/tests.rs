@@ -164,3 +164,23 @@ fn a_long_list_of_differences_is_cut() {
     let other = format!("T{{{}}}", fields("u8"));
     assert!(difference(("a", &ours), ("b", &other)).len() < 4096);
 }
+
+#[test]
+fn the_most_bytes_of_a_value_are_known_unless_its_length_is_free() {
+    let most = |text: &str| parse(text).expect(text).max_len();
+    assert_eq!(most("Pose{x:f64,y:f32}"), Some(12));
+    assert_eq!(most("Pose{at:?[f64;3]}"), Some(25));
+    assert_eq!(most("Mode<idle,moving{speed:f32}>"), Some(8));
+    assert_eq!(most("Scan{ranges:[f32]}"), None);
+    assert_eq!(most("Mode<idle,named{name:string}>"), None);
+}
+
+#[test]
+fn the_unit_of_a_struct_is_that_of_the_numbers_in_it() {
+    let twist = "Twist{linear:Vector3{x:f64,ok:bool,at:f64(s)}(m/s),free:Vector3{x:f64}}";
+    let schema = parse(twist).expect("a schema");
+    let unit = |names: &[&str]| FieldPath::find(&schema, names).expect("a field").unit;
+    assert_eq!(unit(&["linear", "x"]), Some("m/s"));
+    assert_eq!(unit(&["linear", "at"]), Some("s"));
+    assert_eq!((unit(&["linear", "ok"]), unit(&["free", "x"])), (None, None));
+}

@@ -182,7 +182,8 @@ impl SystemView {
         parameter: &ParameterManifest,
         current: &str,
     ) {
-        let (Some(low), Some(high)) = (parameter.minimum, parameter.maximum) else {
+        let range = parameter.minimum.zip(parameter.maximum);
+        let Some((low, high)) = range.filter(|_| !has_range_of_type(parameter)) else {
             self.value(ui, field, parameter, current, 0.0);
             return;
         };
@@ -276,6 +277,12 @@ fn judged(parameter: &ParameterManifest, text: &str) -> Result<(), String> {
     if text.is_empty() { Ok(()) } else { parameter.parse(text).map(|_| ()) }
 }
 
+/// Whether its range is only that of the type of 32 bits that holds it: no slider can be set in it.
+fn has_range_of_type(parameter: &ParameterManifest) -> bool {
+    let width = parameter.maximum.zip(parameter.minimum).map(|(high, low)| high - low);
+    parameter.kind == ParameterType::Integer && width >= Some(f64::from(u32::MAX))
+}
+
 /// A number from a slider with as many digits as the slider has steps.
 fn rounded(value: f64, range: f64, kind: ParameterType) -> String {
     if kind == ParameterType::Integer {
@@ -293,6 +300,25 @@ fn rounded(value: f64, range: f64, kind: ParameterType) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_range_of_a_type_gets_no_slider() {
+        let parameter = |minimum: f64, maximum: f64| ParameterManifest {
+            name: "count".into(),
+            kind: ParameterType::Integer,
+            unit: String::new(),
+            default: None,
+            minimum: Some(minimum),
+            maximum: Some(maximum),
+            choices: Vec::new(),
+            doc: String::new(),
+            live: false,
+            written: false,
+        };
+        assert!(has_range_of_type(&parameter(0.0, f64::from(u32::MAX))));
+        assert!(has_range_of_type(&parameter(f64::from(i32::MIN), f64::from(i32::MAX))));
+        assert!(!has_range_of_type(&parameter(0.0, 65535.0)));
+    }
 
     #[test]
     fn a_slider_writes_as_many_digits_as_it_has_steps() {

@@ -136,6 +136,18 @@ impl Bench {
         });
     }
 
+    /// Reports that it runs and lets no mission control it.
+    pub(super) fn refuses_control(&mut self, component: ComponentId, doing: Doing) {
+        let instance = self.controller.roster().of(component).instance;
+        self.tell(ControllerEvent::StateReported {
+            component,
+            instance,
+            doing,
+            activation: 0,
+            controllable: false,
+        });
+    }
+
     pub(super) fn reports(
         &mut self,
         component: ComponentId,

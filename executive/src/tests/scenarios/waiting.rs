@@ -1,6 +1,7 @@
 //! Blocked starts: a component cannot start while one that it excludes may be running.
 
 use super::bench::{Bench, MS, SECOND};
+use crate::roster::Doing;
 use crate::tests::simulation::draft::{DraftPlan, Way};
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, PlanBuilder};
@@ -96,4 +97,35 @@ fn it_is_given_its_time_to_start_once_no_component_blocks_it() {
     bench.pass(1500 * MS);
     bench.obey();
     assert_eq!(bench.marked(), ["b"]);
+}
+
+#[test]
+fn a_component_that_no_mission_may_control_ends_it_at_its_start() {
+    let meeting = meeting(false);
+    let x = meeting.x;
+    let mut bench = Bench::playing(meeting.plan.build().unwrap());
+    for component in bench.plan.component_ids() {
+        bench.appears(component, Doing::Frozen, 0);
+        if component == x {
+            bench.refuses_control(component, Doing::Active);
+        }
+    }
+    bench.obey();
+    assert_eq!(bench.wanted(), ["Safe"], "it is neither killed nor waited for");
+    let why = bench.controller.ledger().why();
+    assert!(why.contains("`x` lets no mission control it"), "{why}");
+    assert!(why.ends_with("name it in no place"), "{why}");
+}
+
+#[test]
+fn a_component_that_starts_by_itself_excludes_all_others() {
+    let meeting = meeting(false);
+    let x = meeting.x;
+    let mut bench = Bench::playing(meeting.plan.build().unwrap());
+    bench.everybody_appears();
+    bench.wanted();
+    bench.refuses_control(x, Doing::Active);
+    bench.pass(60 * SECOND);
+    let wanted = bench.wanted();
+    assert!(!wanted.iter().any(|it| it.contains('y')), "y was started beside x: {wanted:?}");
 }

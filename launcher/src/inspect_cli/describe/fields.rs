@@ -7,40 +7,52 @@ use armor_wire::schema::{Field, Schema, parse};
 pub fn list_fields(schema: &str) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     match parse(schema) {
-        Ok(schema) => push_parts("", &schema, &mut lines),
+        Ok(schema) => push_parts("", None, &schema, &mut lines),
         Err(error) => lines.push((String::new(), format!("the schema cannot be read: {error}"))),
     }
     lines
 }
 
-fn push_parts(path: &str, schema: &Schema, lines: &mut Vec<(String, String)>) {
+/// `unit`: that of the struct, which its numbers without a unit have.
+fn push_parts(path: &str, unit: Option<&str>, schema: &Schema, lines: &mut Vec<(String, String)>) {
     match schema {
         Schema::Struct { fields, .. } => {
-            fields.iter().for_each(|field| push_field(path, field, lines));
+            fields.iter().for_each(|field| push_field(path, unit, field, lines));
         }
         Schema::Enum { variants, .. } => {
             for variant in variants {
                 let path = join(path, &variant.name);
-                variant.fields.iter().for_each(|field| push_field(&path, field, lines));
+                variant.fields.iter().for_each(|field| push_field(&path, unit, field, lines));
             }
         }
         Schema::Option(item) | Schema::List(item) | Schema::Fixed(item, _) => {
-            push_parts(path, item, lines);
+            push_parts(path, unit, item, lines);
         }
         _ => {}
     }
 }
 
-fn push_field(path: &str, field: &Field, lines: &mut Vec<(String, String)>) {
+fn push_field(path: &str, outer: Option<&str>, field: &Field, lines: &mut Vec<(String, String)>) {
     let path = join(path, &field.name);
-    let unit = field.unit.as_ref().map_or(String::new(), |unit| format!(" in {unit}"));
+    let unit = field.unit.as_deref().or(outer);
+    let has_unit = field.unit.is_some() || is_number(&field.schema);
+    let in_unit = unit.filter(|_| has_unit).map_or(String::new(), |unit| format!(" in {unit}"));
     // A struct is named by its fields below.
     if !matches!(field.schema, Schema::Struct { .. }) {
-        lines.push((path.clone(), format!("{}{unit}", describe_type(&field.schema))));
+        lines.push((path.clone(), format!("{}{in_unit}", describe_type(&field.schema))));
     }
     let is_array = matches!(field.schema, Schema::List(_) | Schema::Fixed(..));
     let inside = if is_array { format!("{path}.N") } else { path };
-    push_parts(&inside, &field.schema, lines);
+    push_parts(&inside, unit, &field.schema, lines);
+}
+
+fn is_number(schema: &Schema) -> bool {
+    use Schema::{Bool, Enum, Fixed, List, Option, Struct, Text};
+    match schema {
+        Option(item) | List(item) | Fixed(item, _) => is_number(item),
+        Bool | Text | Enum { .. } | Struct { .. } => false,
+        _ => true,
+    }
 }
 
 fn join(path: &str, name: &str) -> String {
@@ -65,6 +77,15 @@ fn describe_type(schema: &Schema) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_unit_of_a_struct_is_that_of_its_numbers() {
+        let schema = "Twist{linear:Vector3{x:f64,ok:bool,at:f64(s)}(m/s),mode:Mode<A,B>}";
+        let lines = list_fields(schema);
+        let lines: Vec<_> = lines.iter().map(|(path, kind)| format!("{path}: {kind}")).collect();
+        let expected = ["linear.x: f64 in m/s", "linear.ok: bool", "linear.at: f64 in s"];
+        assert_eq!(lines[..3], expected);
+    }
 
     #[test]
     fn every_field_has_a_line_with_its_type_and_unit() {

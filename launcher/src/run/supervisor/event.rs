@@ -44,6 +44,8 @@ pub enum ChildExit {
     Code(i32),
     /// By a signal.
     Signal(i32),
+    /// It never began: the operating system's error for its executable.
+    NotStarted(i32),
 }
 
 /// Why a process that runs must be killed.
@@ -221,6 +223,10 @@ impl fmt::Display for ChildExit {
             Self::Code(0) => return f.write_str("ended"),
             Self::Code(code) => return write!(f, "ended with code {code}"),
             Self::Signal(signal) => signal,
+            Self::NotStarted(error) => {
+                let error = std::io::Error::from_raw_os_error(*error);
+                return write!(f, "cannot be started: {error}");
+            }
         };
         let names = [(4, "ILL"), (6, "ABRT"), (9, "KILL"), (11, "SEGV"), (15, "TERM")];
         match names.iter().find(|(number, _)| number == signal) {
