@@ -31,7 +31,7 @@ fn everything() -> Value {
                "doc": "how fast", "required": true, "latched": true})
     };
     json!({
-        "armor_manifest": 1, "kind": "wheel", "summary": "Turns.",
+        "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
         "inputs": [port("in")], "outputs": [port("out")],
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,

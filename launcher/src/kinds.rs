@@ -172,6 +172,9 @@ impl Catalogue {
             } else if let Some(path) = self.not_executable.iter().find(|path| is_it(path)) {
                 let path = path.display();
                 finding.remedy = format!("{path} exists, but is not executable: chmod +x {path}");
+            } else if let Some((path, other)) = self.find_executable(is_it) {
+                let path = path.display();
+                finding.remedy = format!("{path} is the kind {other}: write kind=\"{other}\"");
             } else if !finding.remedy.starts_with("did you mean")
                 && kind.and_then(companions::suggest_build).is_none()
             {
@@ -179,6 +182,14 @@ impl Catalogue {
                 finding.remedy += &self.describe_search();
             }
         }
+    }
+
+    /// Returns an executable of a kind, and that kind.
+    fn find_executable(&self, is_it: impl Fn(&Path) -> bool) -> Option<(&Path, &str)> {
+        self.kinds.iter().find_map(|(name, kind)| match &kind.origin {
+            Origin::Executable(path) if is_it(path) => Some((path.as_path(), name.as_str())),
+            _ => None,
+        })
     }
 
     /// Where kinds were looked for, and what there could have been one.

@@ -1,12 +1,13 @@
 //! Adds the results of the proof to the findings of the file. A result that only follows from a
 //! finding of the file, or from another result, is left out: when that is fixed, it is proven again.
 
+mod awaited;
 mod causes;
 mod goal;
 mod merging;
 mod outside;
 
-use crate::claim::{Claim, Statement};
+use self::awaited::waits_for;
 use crate::code::Code;
 use crate::finding::{Finding, Severity};
 use crate::findings::Findings;
@@ -120,31 +121,4 @@ impl Findings {
             goal::explain_by_submission(proven, mission);
         }
     }
-}
-
-/// Returns whether the check that fails waits for the place.
-fn waits_for(result: &Finding, place: &str) -> bool {
-    let is_it = |claim: Claim| claim.names().iter().any(|(_, name)| name.as_str() == place);
-    find_awaited(result).is_some_and(is_it)
-}
-
-/// Returns the check that fails, if it waits for something to happen.
-fn find_awaited(result: &Finding) -> Option<Claim> {
-    let at = result.at.as_ref().filter(|_| result.code == Code::CheckFails)?;
-    let claim = read_claim(at)?;
-    let is_awaited = matches!(
-        claim.statement,
-        Statement::Reachable(_)
-            | Statement::AlwaysReachable(_)
-            | Statement::Eventually(_)
-            | Statement::LeadsTo(..)
-            | Statement::Duration { .. }
-    );
-    is_awaited.then_some(claim)
-}
-
-/// Reads the claim that is written there.
-fn read_claim(at: &Location) -> Option<Claim> {
-    let mut of_xml = Findings::default();
-    Claim::parse(&crate::start_tag::unescape(at, &mut of_xml)).ok()
 }

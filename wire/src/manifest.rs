@@ -266,16 +266,26 @@ impl ParameterManifest {
         self.range_in("", self.minimum, self.maximum)
     }
 
-    /// The range as a file's author writes such values: `0.1m to 500m`; empty if there is none. The
-    /// ends of an integer type of 32 bits are left out: they are nobody's intention.
+    /// The same for tables, without the ends of an integer type of 32 bits: they are nobody's
+    /// intention.
+    pub fn intended_range(&self) -> String {
+        let (minimum, maximum) = self.intended_ends();
+        self.range_in("", minimum, maximum)
+    }
+
+    /// The intended range as a file's author writes such values: `0.1m to 500m`; empty if there is
+    /// none.
     pub fn range_with_unit(&self) -> String {
+        let (minimum, maximum) = self.intended_ends();
+        self.range_in(&self.unit, minimum, maximum)
+    }
+
+    fn intended_ends(&self) -> (Option<f64>, Option<f64>) {
         let is_intended = |end: &f64| {
             let ends = [f64::from(u32::MAX), f64::from(i32::MIN), f64::from(i32::MAX)];
             self.kind != ParameterType::Integer || !ends.contains(end)
         };
-        let (minimum, maximum) =
-            (self.minimum.filter(is_intended), self.maximum.filter(is_intended));
-        self.range_in(&self.unit, minimum, maximum)
+        (self.minimum.filter(is_intended), self.maximum.filter(is_intended))
     }
 
     /// Returns the default with its unit, as a file's author writes it: `30deg`, also where the

@@ -320,3 +320,13 @@ fn an_unknown_kind_is_answered_with_where_it_was_looked_for() {
     let remedy = remedy_for_arm(&scratch);
     assert!(remedy.ends_with("arm.py") && remedy.contains("chmod +x"), "{remedy}");
 }
+
+#[test]
+fn an_executable_of_another_kind_than_its_file_name_is_named() {
+    let scratch = ScratchFolder::new("renamed");
+    let path = scratch.path().join("components/arm");
+    script(&path, &describing("gripper"));
+    let remedy = remedy_for_arm(&scratch);
+    let wanted = format!("{} is the kind gripper: write kind=\"gripper\"", path.display());
+    assert_eq!(remedy, wanted);
+}

@@ -357,8 +357,8 @@ impl Launcher {
                 let id = find(component)?;
                 if self.plan.duties.iter().any(|duty| duty.role == ChildRole::Executive) {
                     return Err(format!(
-                        "a mission runs in this system, and needs {component} where its places name \
-                         it; `armor mission pause` freezes all components, `armor stop --all` ends \
+                        "a mission runs in this system, and decides when {component} is active; \
+                         `armor mission pause` freezes all components, `armor stop --all` ends \
                          the system"
                     ));
                 }

@@ -2,7 +2,8 @@
 //! transition that never fires, a sub-mission without the place that it begins in. The check is the
 //! error, so it is kept, with that reason and its remedy.
 
-use super::{find_awaited, merging};
+use super::awaited::find_awaited;
+use super::merging;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;

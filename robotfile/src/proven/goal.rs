@@ -1,6 +1,7 @@
 //! What follows from the place that is the goal: where it is marked, the mission is over.
 
-use super::{find_awaited, merging};
+use super::awaited::find_awaited;
+use super::merging;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::mission::{Mission, Transition};

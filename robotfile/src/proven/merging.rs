@@ -1,7 +1,7 @@
 //! Results of one fault: shown by the same firings, by firings that end alike, or by a check that
 //! asks for more than another one that fails.
 
-use super::read_claim;
+use super::awaited::read_claim;
 use crate::claim::{Formula, Relation, Statement};
 use crate::code::Code;
 use crate::finding::Finding;
