@@ -69,8 +69,8 @@ without configd, for trying a component by hand:
   --clock COMPONENT.OUTPUT  time follows this data
   --set PARAMETER=VALUE";
 
-/// Runs a component as this process, by its command line. For `main`, which returns the result: it
-/// tells whoever started the process how it ended.
+/// Runs a component as this process, by its command line. `main` returns the result: the exit code
+/// of the process.
 #[must_use = "return it from `main`: fn main() -> std::process::ExitCode { armor_sdk::run::<…>() }"]
 pub fn run<C: Component>() -> ExitCode {
     run_with::<C>(std::env::args_os().skip(1))

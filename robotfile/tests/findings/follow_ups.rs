@@ -401,23 +401,6 @@ fn a_variable_with_a_taken_name_is_one_finding() {
 }
 
 #[test]
-fn a_transition_that_ends_the_mission_begins_no_work() {
-    let twice = |to: &str| {
-        let place = r#"<place name="b" components="arm"/><transition name="t" from="b" to="hold" timeout="9s"/>"#;
-        let to = END.replace("to=\"over\"", &format!("to=\"{to}\""));
-        robot(
-            r#"safe="hold""#,
-            &format!(
-                r#"{place}{to}<transition name="u" from="a" to="b" timeout="9s"/><transition name="v" from="b" to="over" on="arm.done"/>"#
-            ),
-        )
-    };
-    only("W0273", "end marks over, the goal, together with b", &twice("b over"));
-    only("W0273", "end marks hold, the safe place, together with b", &twice("hold b"));
-    super::none(&twice("over"));
-}
-
-#[test]
 fn a_mistake_that_a_guard_repeats_is_one_finding() {
     let guard = |text: &str| {
         let when = format!(r#"<transition name="t" from="a" to="hold" when="{text}"/>"#);
@@ -428,57 +411,6 @@ fn a_mistake_that_a_guard_repeats_is_one_finding() {
     only("W0236", "is always 0: both sides", &guard(&format!("{level} - {level} &lt; 1")));
     only("W0236", "is always 1: both sides", &guard(&format!("{level} / {level} &lt; 1")));
     super::none(&guard(&format!("{level} - 0.1 &lt; {level} * 2")));
-}
-
-#[test]
-fn a_component_that_is_always_active_may_have_been_done_before() {
-    let arm = |place: &str, of_arm: &str| {
-        let b = format!(r#"<place name="b"{place}/>"#);
-        let out = END.replace("to=\"over\"", "to=\"b\"");
-        let content = format!(
-            r#"{b}{out}{LATE}<transition name="t" from="b" to="over" on="arm.done"/><transition name="u" from="b" to="hold" timeout="9s"/>"#
-        );
-        robot(r#"safe="hold""#, &content).replace("kind=\"arm\"", &format!("kind=\"arm\"{of_arm}"))
-    };
-    only("W0274", "arm is in no place", &arm("", ""));
-    super::none(&arm(r#" components="arm""#, ""));
-    super::none(&arm("", r#" controllable="false""#));
-}
-
-#[test]
-fn an_operator_is_never_too_late() {
-    let by_hand = LATE.replace("/>", " operator=\"true\"/>");
-    only(
-        "W0027",
-        "this latest time has no effect",
-        &robot(r#"safe="hold""#, &format!("{END}{by_hand}")),
-    );
-    let after = by_hand.replace("timeout=", "after=");
-    super::none(&robot(r#"safe="hold""#, &format!("{END}{after}")));
-}
-
-#[test]
-fn a_report_with_a_time_loses_against_the_same_time_alone() {
-    let both = r#"<transition name="t" from="a" to="hold" on="go.failed" timeout="60s"/>"#;
-    only(
-        "W0217",
-        "t never fires: late always fires before it",
-        &robot(r#"safe="hold""#, &format!("{END}{LATE}{both}")),
-    );
-}
-
-#[test]
-fn an_exit_without_a_condition_leaves_no_time_for_reports() {
-    let passive = r#"<place name="b"/><transition name="t" from="b" to="a" on="free.done"/>"#;
-    let into = r#"<transition name="u" from="a" to="b" on="go.failed"/>"#;
-    let file = |exit: &str| {
-        let free = r#"<component name="free" kind="arm" controllable="false"/></system>"#;
-        let content = format!("{END}{LATE}{passive}{into}{exit}");
-        robot(r#"safe="hold""#, &content).replace("</system>", free)
-    };
-    let plain = r#"<transition name="v" from="b" to="hold"/>"#;
-    only("W0272", "v has no condition", &file(plain));
-    super::none(&file(&plain.replace("/>", " operator=\"true\"/>")));
 }
 
 #[test]

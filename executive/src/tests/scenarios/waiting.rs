@@ -127,5 +127,8 @@ fn a_component_that_starts_by_itself_excludes_all_others() {
     bench.refuses_control(x, Doing::Active);
     bench.pass(60 * SECOND);
     let wanted = bench.wanted();
-    assert!(!wanted.iter().any(|it| it.contains('y')), "y was started beside x: {wanted:?}");
+    assert!(
+        !wanted.iter().any(|it| it.contains('y')),
+        "y was started while x is active: {wanted:?}"
+    );
 }
