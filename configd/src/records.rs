@@ -82,6 +82,7 @@ fn severity_of(severity: Severity) -> FindingSeverity {
 fn subject_of(subject: Subject) -> ChangeSubject {
     match subject {
         Subject::System => ChangeSubject::System,
+        Subject::Host => ChangeSubject::Host,
         Subject::Component => ChangeSubject::Component,
         Subject::Parameter => ChangeSubject::Parameter,
         Subject::Link => ChangeSubject::Link,
@@ -168,7 +169,7 @@ fn describe_effect(
             | Subject::Submission,
             _,
         ) => "takes effect once the executive finds it safe from where the mission stands".into(),
-        (Subject::System | Subject::Component, _) => {
+        (Subject::System | Subject::Host | Subject::Component, _) => {
             "takes effect when the system is run again".into()
         }
     }

@@ -9,6 +9,7 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use armor_files::{Durability, PendingFile, SaveError};
+use armor_sdk::directory::HostPlace;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -30,6 +31,34 @@ pub struct RunRecord {
     pub file: PathBuf,
     /// The folder for what the run produces.
     pub out: PathBuf,
+    /// The place of this host, if components run on others, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<RecordedPlace>,
+}
+
+/// This host in a system of several, for the tools that connect to it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordedPlace {
+    /// Its name in the system.
+    pub host: String,
+    /// Where its router to the other hosts listens.
+    pub router: SocketAddr,
+}
+
+impl From<HostPlace> for RecordedPlace {
+    fn from(HostPlace { host, router }: HostPlace) -> Self {
+        Self { host, router }
+    }
+}
+
+/// Gives this process the way to the other hosts of the system whose registry is at `registry`, if it
+/// has any: its later connections to components there go through the router of this host.
+pub fn adopt_place(registry: SocketAddr) {
+    let records = record_directory().and_then(|directory| list_running(&directory));
+    let record = records.unwrap_or_default().into_iter().find(|it| it.registry == registry);
+    if let Some(RecordedPlace { host, router }) = record.and_then(|record| record.place) {
+        HostPlace { host, router }.adopt();
+    }
 }
 
 impl RunRecord {

@@ -135,14 +135,12 @@ impl Authority {
             |text: String| text.try_into().map_err(|_| "the name is not ASCII".to_owned());
         parameters.subject_alt_names = vec![SanType::URI(text_of(holder.to_uri())?)];
         parameters.key_usages = vec![KeyUsagePurpose::DigitalSignature];
-        let usage = match holder.purpose {
-            KeyPurpose::Host => {
-                parameters.subject_alt_names.push(SanType::DnsName(text_of(GATE_NAME.into())?));
-                ExtendedKeyUsagePurpose::ServerAuth
-            }
-            KeyPurpose::Person(_) => ExtendedKeyUsagePurpose::ClientAuth,
-        };
-        parameters.extended_key_usages = vec![usage];
+        // A host connects to the other hosts of its system, too.
+        parameters.extended_key_usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
+        if holder.purpose == KeyPurpose::Host {
+            parameters.subject_alt_names.push(SanType::DnsName(text_of(GATE_NAME.into())?));
+            parameters.extended_key_usages.push(ExtendedKeyUsagePurpose::ServerAuth);
+        }
         let key = KeyPair::generate().map_err(|error| error.to_string())?;
         let certificate =
             parameters.signed_by(&key, &self.issuer).map_err(|error| error.to_string())?;

@@ -1,7 +1,5 @@
-//! The other end of a gate, on the computer of a person: a SOCKS5 proxy on loopback that carries each
-//! connection of this user's tools over TLS to the gate.
-
-mod socks;
+//! The other end of a gate: connects to it and proves a key, that of a person or of a host. For a
+//! person, a SOCKS5 proxy on loopback carries each connection of this user's tools over TLS to the gate.
 
 use std::io;
 use std::net::SocketAddr;
@@ -14,13 +12,14 @@ use armor_wire::acting::KeyRole;
 use armor_wire::backoff::Backoff;
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::gate::{GateReply, GateRequest};
-use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::hello::Refusal;
 use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::remote_process::HostAddress;
 use parking_lot::Mutex;
 use rustls::ClientConfig;
 use rustls::pki_types::ServerName;
 use thiserror::Error;
-use tokio::io::{AsyncWriteExt, copy_bidirectional_with_sizes};
+use tokio::io::AsyncWriteExt;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time;
 use tokio_rustls::TlsConnector;
@@ -30,19 +29,19 @@ use crate::GATE_NAME;
 use crate::certificate::CertificateFacts;
 use crate::frames::{read_control, write_control};
 use crate::gate::tune_stream;
+use crate::host_keys::HostKeys;
 use crate::identity::KeyPurpose;
 use crate::key_file::KeyFile;
-use crate::tls::{explain_tls_error, person_config};
-use socks::SocksAnswer;
+use crate::tls::{client_config, explain_tls_error};
 
 /// How long connecting to the gate and its answer may take.
-const LIMIT: Duration = Duration::from_secs(5);
+pub(crate) const LIMIT: Duration = Duration::from_secs(5);
 /// Wait after the first failed attempt to reach the gate.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
 /// Longest wait between two attempts.
 const MOST_DELAY: Duration = Duration::from_secs(1);
 /// Bytes that are copied at a time, in each direction of a connection.
-const COPY_LEN: usize = 32 << 10;
+pub(crate) const COPY_LEN: usize = 32 << 10;
 
 /// Why the gate cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -74,8 +73,15 @@ pub enum GateError {
 /// The gate of one system, and the key for it.
 pub struct GateClient {
     gate: String,
-    key_path: PathBuf,
-    key: Mutex<LoadedKey>,
+    key: KeySource,
+}
+
+/// The key with which a client connects.
+enum KeySource {
+    /// That of a person, in a file.
+    Person { path: PathBuf, key: Mutex<LoadedKey> },
+    /// That of this host; the gate must be that of the host of this name.
+    Host { keys: HostKeys, expected: String },
 }
 
 #[derive(Clone)]
@@ -112,14 +118,35 @@ impl GateClient {
     /// # Errors
     /// If the key cannot be used.
     pub fn new(gate: &str, key: &Path) -> Result<Self, GateError> {
-        let key_path = key.to_owned();
-        let key = Mutex::new(load_key(&key_path)?);
-        Ok(Self { gate: gate.to_owned(), key_path, key })
+        let path = key.to_owned();
+        let key = Mutex::new(load_key(&path)?);
+        Ok(Self { gate: gate.to_owned(), key: KeySource::Person { path, key } })
+    }
+
+    /// A client of the gate of another host of the system, with the key of this host.
+    pub fn of_host(gate: &HostAddress, keys: HostKeys) -> Self {
+        let key = KeySource::Host { keys, expected: gate.host.clone() };
+        Self { gate: gate.address.clone(), key }
+    }
+
+    /// The address of the gate.
+    pub fn address(&self) -> &str {
+        &self.gate
     }
 
     /// What the certificate of the key contains.
     pub fn facts(&self) -> CertificateFacts {
-        self.key.lock().facts.clone()
+        match &self.key {
+            KeySource::Person { key, .. } => key.lock().facts.clone(),
+            KeySource::Host { keys, .. } => keys.lock().host.facts.clone(),
+        }
+    }
+
+    fn config(&self) -> Arc<ClientConfig> {
+        match &self.key {
+            KeySource::Person { key, .. } => Arc::clone(&key.lock().config),
+            KeySource::Host { keys, .. } => Arc::clone(&keys.lock().client),
+        }
     }
 
     /// Keeps a session with the gate for as long as the future lives, and reports its changes.
@@ -143,8 +170,10 @@ impl GateClient {
             }
             time::sleep(backoff.delay()).await;
             // A renewed key is used from here on; one that cannot be used leaves the old one.
-            if let Ok(key) = load_key(&self.key_path) {
-                *self.key.lock() = key;
+            if let KeySource::Person { path, key } = &self.key
+                && let Ok(loaded) = load_key(path)
+            {
+                *key.lock() = loaded;
             }
         }
     }
@@ -173,33 +202,11 @@ impl GateClient {
     async fn serve_tool(&self, stream: TcpStream) -> Result<(), GateError> {
         // Other users of this computer do not act with this key.
         let Ok(mut tool) = own_stream(stream) else { return Ok(()) };
-        let Ok(Ok(address)) = time::timeout(LIMIT, socks::read_request(&mut tool)).await else {
+        let Ok(Ok(address)) = time::timeout(LIMIT, crate::socks::read_request(&mut tool)).await
+        else {
             return Ok(());
         };
-        let (mut gate, refused) = match self.request(GateRequest::Connect { address }).await {
-            Ok((gate, GateReply::Connected)) => (gate, None),
-            Ok((gate, GateReply::Refused { refusal })) => (gate, Some(GateError::Refused(refusal))),
-            Ok((_, GateReply::Session { .. })) => return Ok(()),
-            Err(error) => {
-                let _ = socks::answer(&mut tool, SocksAnswer::Unreachable).await;
-                return Err(error);
-            }
-        };
-        if let Some(error) = refused {
-            let answer = match &error {
-                // No process listens there: as without a proxy.
-                GateError::Refused(refusal) if refusal.code == RefusalCode::UnknownData => {
-                    SocksAnswer::ConnectionRefused
-                }
-                _ => SocksAnswer::Forbidden,
-            };
-            let _ = socks::answer(&mut tool, answer).await;
-            return if answer == SocksAnswer::Forbidden { Err(error) } else { Ok(()) };
-        }
-        if socks::answer(&mut tool, SocksAnswer::Connected).await.is_ok() {
-            let _ = copy_bidirectional_with_sizes(&mut tool, &mut gate, COPY_LEN, COPY_LEN).await;
-        }
-        Ok(())
+        self.carry(tool, address).await
     }
 
     async fn open_session(&self) -> Result<(GateSession, TlsStream<TcpStream>), GateError> {
@@ -252,15 +259,18 @@ impl GateClient {
     }
 
     /// Connects to the gate, sends a request, and reads the reply.
-    async fn request(
+    ///
+    /// # Errors
+    /// If the gate cannot be reached, or one end does not accept the key of the other.
+    pub async fn request(
         &self,
         request: GateRequest,
     ) -> Result<(TlsStream<TcpStream>, GateReply), GateError> {
         let exchange = async {
             let stream = tune_stream(TcpStream::connect(self.gate.as_str()).await?)?;
             let name = ServerName::try_from(GATE_NAME).map_err(io::Error::other)?;
-            let config = Arc::clone(&self.key.lock().config);
-            let mut stream = TlsConnector::from(config).connect(name, stream).await?;
+            let mut stream = TlsConnector::from(self.config()).connect(name, stream).await?;
+            self.check_gate(&stream).map_err(io::Error::other)?;
             // The gate judges the key only now; why it refuses it is in what it sends.
             let written = write_control(&mut stream, &request).await;
             match read_control(&mut stream).await {
@@ -277,7 +287,29 @@ impl GateClient {
         }
     }
 
+    /// Checks whether the gate is that of the host to which a host connects; every host of the
+    /// authority could otherwise take its place.
+    fn check_gate(&self, stream: &TlsStream<TcpStream>) -> Result<(), WrongGate> {
+        let KeySource::Host { keys, expected } = &self.key else { return Ok(()) };
+        let certificates = stream.get_ref().1.peer_certificates().unwrap_or_default();
+        let certificate = certificates.first().ok_or_else(|| WrongGate("it has no key".into()))?;
+        let facts = CertificateFacts::read(certificate).map_err(WrongGate)?;
+        if keys.lock().revoked.contains(&facts.serial) {
+            return Err(WrongGate(format!("the key of {} is revoked", facts.holder.name)));
+        }
+        if facts.holder.name != *expected {
+            let name = facts.holder.name;
+            return Err(WrongGate(format!("it is the gate of {name}, not of {expected}")));
+        }
+        Ok(())
+    }
+
     fn explain_error(&self, error: &io::Error) -> GateError {
+        let wrong = error.get_ref().and_then(|it| it.downcast_ref::<WrongGate>());
+        if let Some(WrongGate(reason)) = wrong {
+            let (gate, reason) = (self.gate.clone(), reason.clone());
+            return GateError::NotAccepted { gate, reason };
+        }
         let inner = error.get_ref().and_then(|it| it.downcast_ref::<rustls::Error>());
         match inner {
             Some(inner) => {
@@ -290,10 +322,29 @@ impl GateClient {
         }
     }
 
+    /// A client of a gate that no test reaches.
+    #[cfg(test)]
+    pub(crate) fn dead(gate: &HostAddress) -> Self {
+        let authority = crate::Authority::create(0).expect("an authority");
+        let holder = crate::KeyHolder { name: "nobody".into(), purpose: KeyPurpose::Host };
+        let text =
+            authority.issue_key(holder, crate::Validity::days_from(0, 1)).expect("a key").text;
+        let key = KeyFile::from_text(&text).expect("it was just made");
+        let config = Arc::new(client_config(&key).expect("its own key"));
+        let key = Mutex::new(LoadedKey { facts: key.facts, config });
+        let path = PathBuf::new();
+        Self { gate: gate.address.clone(), key: KeySource::Person { path, key } }
+    }
+
     fn unreachable(&self, reason: &str) -> GateError {
         GateError::Unreachable { gate: self.gate.clone(), reason: reason.to_owned() }
     }
 }
+
+/// Why a gate with a valid key is not the one that is wanted.
+#[derive(Debug, Error)]
+#[error("{0}")]
+struct WrongGate(String);
 
 fn load_key(path: &Path) -> Result<LoadedKey, GateError> {
     let key = KeyFile::load(path).map_err(|error| GateError::Key(error.to_string()))?;
@@ -303,12 +354,12 @@ fn load_key(path: &Path) -> Result<LoadedKey, GateError> {
             "it is the key of a host, for its gate; connecting needs that of a person",
         ));
     }
-    let config = person_config(&key).map_err(|reason| wrong(&reason))?;
+    let config = client_config(&key).map_err(|reason| wrong(&reason))?;
     Ok(LoadedKey { facts: key.facts, config: Arc::new(config) })
 }
 
 /// Accepts a connection of this user only.
-fn own_stream(stream: TcpStream) -> io::Result<TcpStream> {
+pub(crate) fn own_stream(stream: TcpStream) -> io::Result<TcpStream> {
     let stream = Stream::Tcp(stream.into_std()?);
     check_client(&stream).map_err(io::Error::other)?;
     match stream {

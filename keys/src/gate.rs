@@ -1,11 +1,10 @@
-//! The gate of a system to other hosts: accepts TLS 1.3 from holders of keys, and forwards each
-//! connection to one process of the system, on behalf of the holder.
+//! The gate of a host to others: accepts TLS 1.3 from holders of keys, and forwards each connection to
+//! one process of the system, on behalf of the holder; that of an agent runs components for hosts, too.
 //!
 //! What the holder may do is decided by that process ([`armor_wire::acting`]); the gate decides who
-//! the holder is and which processes can be reached.
+//! the holder is, and [`Reach`] which processes can be reached.
 
 mod dial;
-mod keys;
 mod limits;
 mod session;
 mod sessions;
@@ -14,15 +13,15 @@ mod strangers;
 use std::convert::Infallible;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use armor_socket::{FaultTable, Stream, explain_bind_error, tune};
-use armor_wire::acting::Preface;
 use armor_wire::gate::GateRequest;
-use parking_lot::Mutex;
+use armor_wire::remote_process::RemoteStart;
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{self, MissedTickBehavior};
 use tokio_rustls::TlsAcceptor;
@@ -32,26 +31,44 @@ use tracing::{error, info, warn};
 use crate::certificate::CertificateFacts;
 use crate::expiry::{describe_notice, find_notice, now_s};
 use crate::frames::read_control;
+use crate::host_keys::{GateKeysError, HostKeys};
+use crate::reach::Reach;
+use crate::run_channel::RunChannel;
 use crate::tls::explain_refused_key;
-use keys::GateKeys;
-pub use keys::GateKeysError;
+pub(crate) use dial::list_endpoints;
 pub use limits::GateLimits;
 use limits::{ACCEPT_REST, LOOK_AT_KEYS};
 use session::drain_and_close;
+pub(crate) use session::refuse;
+pub(crate) use sessions::SessionPlace;
 use sessions::Sessions;
 use strangers::Strangers;
 
 /// How a gate is run.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct GateOptions {
     /// Where it listens: any address of the host.
     pub listen: SocketAddr,
-    /// The folder with the key of the host and the list of revoked keys.
-    pub keys: PathBuf,
-    /// Where the registry of the system listens.
-    pub registry: SocketAddr,
+    /// The key of the host and the list of revoked keys.
+    pub keys: HostKeys,
+    /// Which processes can be reached.
+    pub reach: Arc<dyn Reach>,
+    /// Takes requests to run a component, if this is the gate of an agent.
+    pub runs: Option<mpsc::Sender<RunOrder>>,
     /// Limits on what others cost it.
     pub limits: GateLimits,
+}
+
+/// A host's request to run a component, and the connection on which it is served.
+pub struct RunOrder {
+    /// What to run.
+    pub start: RemoteStart,
+    /// The host that asks, as its key names it.
+    pub launcher: String,
+    /// Where it connects from.
+    pub address: SocketAddr,
+    /// Its requests and their answers from here on; not answered yet.
+    pub channel: RunChannel,
 }
 
 /// Why a gate cannot serve.
@@ -60,9 +77,6 @@ pub enum GateStartError {
     /// Its keys cannot be used.
     #[error(transparent)]
     Keys(#[from] GateKeysError),
-    /// The registry is elsewhere.
-    #[error("the registry at {0} is not on this host; a gate leads to the system of its own host")]
-    Elsewhere(SocketAddr),
     /// It cannot listen where it should.
     #[error("cannot listen on {address}: {reason}; or choose another port")]
     Listen {
@@ -82,19 +96,18 @@ pub async fn serve(
     options: GateOptions,
     ready: impl FnOnce(SocketAddr),
 ) -> Result<Infallible, GateStartError> {
-    if !options.registry.ip().is_loopback() {
-        return Err(GateStartError::Elsewhere(options.registry));
-    }
-    // Before it listens: without a key no byte is accepted from another host.
-    let keys = GateKeys::read(&options.keys)?;
     let listen_error = |error: io::Error| refused_address(options.listen, &error);
     let listener = TcpListener::bind(options.listen).await.map_err(listen_error)?;
     let address = listener.local_addr().map_err(listen_error)?;
-    let (host, registry) = (keys.host.facts.holder.name.clone(), options.registry);
-    info!(%address, %registry, "the gate of {host} listens");
+    let GateOptions { keys, reach, runs, .. } = options;
+    match reach.registry() {
+        Some(registry) => info!(%address, %registry, "the gate of {} listens", keys.host_name()),
+        None => info!(%address, "the gate of {} listens", keys.host_name()),
+    }
     let gate = Arc::new(Gate {
-        keys: Mutex::new(keys),
-        registry,
+        keys,
+        reach,
+        runs,
         limits: options.limits,
         strangers: Strangers::new(&options.limits),
         sessions: Sessions::new(options.limits),
@@ -111,7 +124,7 @@ pub async fn serve(
 /// # Errors
 /// As [`serve`].
 pub fn check_start(listen: SocketAddr, keys: &Path) -> Result<(), GateStartError> {
-    GateKeys::read(keys)?;
+    HostKeys::read(keys)?;
     match std::net::TcpListener::bind(listen) {
         Ok(_) => Ok(()),
         Err(error) => Err(refused_address(listen, &error)),
@@ -149,8 +162,9 @@ async fn accept_connections(gate: &Arc<Gate>, listener: &TcpListener) -> ! {
 }
 
 struct Gate {
-    keys: Mutex<GateKeys>,
-    registry: SocketAddr,
+    keys: HostKeys,
+    reach: Arc<dyn Reach>,
+    runs: Option<mpsc::Sender<RunOrder>>,
     limits: GateLimits,
     strangers: Strangers,
     sessions: Sessions,
@@ -164,7 +178,6 @@ struct Gate {
 struct Client {
     stream: TlsStream<TcpStream>,
     facts: CertificateFacts,
-    preface: Preface,
     request: GateRequest,
 }
 
@@ -254,11 +267,9 @@ impl Gate {
         // The verifier has read both already.
         let certificate = certificates.first().ok_or("it has no key")?;
         let facts = CertificateFacts::read(certificate)?;
-        let role = facts.role().ok_or("its key is not that of a person")?;
         let request = read_control(&mut stream).await;
         let request = request.map_err(|_| "it sends no request of this protocol")?;
-        let preface = Preface { name: facts.holder.name.clone(), role };
-        Ok(Client { stream, facts, preface, request })
+        Ok(Client { stream, facts, request })
     }
 }
 

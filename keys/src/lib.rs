@@ -12,9 +12,14 @@ pub mod expiry;
 pub mod folder;
 mod frames;
 pub mod gate;
+mod host_keys;
 pub mod identity;
 pub mod key_file;
+pub mod reach;
 pub mod revoked;
+pub mod routes;
+pub mod run_channel;
+mod socks;
 pub mod tls;
 
 #[cfg(test)]
@@ -23,6 +28,7 @@ mod tests;
 pub use authority::{Authority, Validity};
 pub use certificate::{CertificateFacts, Serial};
 pub use folder::KeysFolder;
+pub use host_keys::{GateKeysError, HostKeys};
 pub use identity::{KeyHolder, KeyPurpose};
 pub use key_file::{KeyFile, KeyFileError};
 pub use revoked::RevokedKeys;

@@ -12,7 +12,7 @@ use rustls::server::danger::ClientCertVerifier;
 use super::folder::{FolderError, KeyState};
 use super::*;
 use crate::expiry::DAY_S;
-use crate::tls::{PersonVerifier, explain_refused_key, gate_config, person_config};
+use crate::tls::{KeyVerifier, client_config, explain_refused_key, gate_config};
 
 const NOW_S: i64 = 1_800_000_000;
 const ALICE: (&str, KeyPurpose) = ("alice", KeyPurpose::Person(KeyRole::Operator));
@@ -34,7 +34,7 @@ fn verify(
     revoked: &Arc<RevokedKeys>,
     at_s: i64,
 ) -> Option<&'static str> {
-    let verifier = PersonVerifier::new(gate, Arc::clone(revoked)).unwrap();
+    let verifier = KeyVerifier::new(gate, Arc::clone(revoked)).unwrap();
     let now = UnixTime::since_unix_epoch(Duration::from_secs(at_s.unsigned_abs()));
     let verified = verifier.verify_client_cert(&key.certificate, &[], now);
     verified.err().map(|error| explain_refused_key(&error))
@@ -73,11 +73,11 @@ fn a_revoked_key_is_refused_and_its_renewal_is_not() {
 }
 
 #[test]
-fn a_host_is_no_person() {
+fn a_host_connects_to_others_and_is_no_person() {
     let authority = Authority::create(NOW_S).unwrap();
     let (gate, other) = (issue(&authority, ROBOT), issue(&authority, ROBOT));
-    let refused = verify(&gate, &other, &Arc::default(), NOW_S);
-    assert_eq!(refused, Some("its key is not that of a person"));
+    assert_eq!(verify(&gate, &other, &Arc::default(), NOW_S), None);
+    assert_eq!(other.facts.role(), None);
 }
 
 #[test]
@@ -115,8 +115,8 @@ fn a_key_file_with_the_secret_of_another_is_refused() {
     let authority = Authority::create(NOW_S).unwrap();
     let (mut alice, bob) = (issue(&authority, ALICE), issue(&authority, ALICE));
     alice.key = bob.key.clone_key();
-    assert!(person_config(&alice).is_err() && gate_config(&alice, Arc::default()).is_err());
-    assert!(person_config(&bob).is_ok());
+    assert!(client_config(&alice).is_err() && gate_config(&alice, Arc::default()).is_err());
+    assert!(client_config(&bob).is_ok());
 }
 
 #[test]

@@ -19,15 +19,15 @@ use crate::certificate::CertificateFacts;
 use crate::key_file::KeyFile;
 use crate::revoked::RevokedKeys;
 
-/// Accepts persons: the certificate is valid, of the same authority, names one role, and is not
-/// revoked.
+/// Accepts holders of keys: the certificate is valid, of the same authority, names a person or a host,
+/// and is not revoked.
 #[derive(Debug)]
-pub struct PersonVerifier {
+pub struct KeyVerifier {
     chain: Arc<dyn ClientCertVerifier>,
     revoked: Arc<RevokedKeys>,
 }
 
-impl PersonVerifier {
+impl KeyVerifier {
     /// Accepts those whom the authority of `key` has certified.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl PersonVerifier {
     }
 }
 
-impl ClientCertVerifier for PersonVerifier {
+impl ClientCertVerifier for KeyVerifier {
     fn root_hint_subjects(&self) -> &[DistinguishedName] {
         self.chain.root_hint_subjects()
     }
@@ -56,8 +56,8 @@ impl ClientCertVerifier for PersonVerifier {
             return Err(CertificateError::Revoked.into());
         }
         match CertificateFacts::read(end_entity) {
-            Ok(facts) if facts.role().is_some() => Ok(verified),
-            _ => Err(CertificateError::ApplicationVerificationFailure.into()),
+            Ok(_) => Ok(verified),
+            Err(_) => Err(CertificateError::ApplicationVerificationFailure.into()),
         }
     }
 
@@ -94,12 +94,12 @@ fn trust_authority(key: &KeyFile) -> Result<RootCertStore, String> {
     Ok(roots)
 }
 
-/// How a gate with the key of a host accepts persons.
+/// How a gate with the key of a host accepts others.
 ///
 /// # Errors
 /// If the key does not fit its certificate.
 pub fn gate_config(key: &KeyFile, revoked: Arc<RevokedKeys>) -> Result<ServerConfig, String> {
-    let verifier = Arc::new(PersonVerifier::new(key, revoked)?);
+    let verifier = Arc::new(KeyVerifier::new(key, revoked)?);
     let builder = ServerConfig::builder_with_provider(provider());
     let builder = builder.with_protocol_versions(&[&TLS13]).map_err(|error| error.to_string())?;
     let mut config = builder
@@ -112,12 +112,12 @@ pub fn gate_config(key: &KeyFile, revoked: Arc<RevokedKeys>) -> Result<ServerCon
     Ok(config)
 }
 
-/// How a person with a key connects to gates: to those whom the same authority has certified as
-/// hosts.
+/// How a person or a host with a key connects to gates: to those whom the same authority has certified
+/// as hosts.
 ///
 /// # Errors
 /// If the key does not fit its certificate.
-pub fn person_config(key: &KeyFile) -> Result<ClientConfig, String> {
+pub fn client_config(key: &KeyFile) -> Result<ClientConfig, String> {
     let builder = ClientConfig::builder_with_provider(provider());
     let builder = builder.with_protocol_versions(&[&TLS13]).map_err(|error| error.to_string())?;
     let mut config = builder
@@ -146,7 +146,10 @@ pub fn explain_tls_error(error: &Error) -> String {
         ) => "the gate refuses the key: another authority has made it".into(),
         Error::AlertReceived(
             AlertDescription::AccessDenied | AlertDescription::UnsupportedCertificate,
-        ) => "the gate refuses the key: it is not that of a person".into(),
+        ) => {
+            "the gate refuses the key: it is of another kind; make it again with `armor keys renew`"
+                .into()
+        }
         Error::InvalidCertificate(
             CertificateError::Expired
             | CertificateError::ExpiredContext { .. }
@@ -174,7 +177,9 @@ pub fn explain_refused_key(error: &Error) -> &'static str {
         Error::InvalidCertificate(
             CertificateError::UnknownIssuer | CertificateError::BadSignature,
         ) => "another authority has made its key",
-        Error::InvalidCertificate(_) => "its key is not that of a person",
+        Error::InvalidCertificate(_) => {
+            "its key is not for connecting; `armor keys renew` makes one"
+        }
         Error::NoCertificatesPresented => "it has no key",
         Error::AlertReceived(_) => "it does not accept this host's key",
         _ => "it does not speak TLS 1.3",

@@ -22,6 +22,7 @@ use crate::evaluate_cli::EvalArguments;
 use crate::explain::ExplainArguments;
 use crate::fmt::FmtArguments;
 use crate::guard::GuardArguments;
+use crate::host_agent::HostArguments;
 use crate::inspect_cli::data::DataCommand;
 use crate::inspect_cli::describe::DescribeArguments;
 use crate::inspect_cli::echo::EchoArguments;
@@ -103,6 +104,7 @@ commands! {
     Configd(ConfigdArguments),
     Executive(ExecutiveArguments),
     Gate(GateArguments),
+    Host(HostArguments),
     Component(ComponentArguments),
     #[command(hide = true)] Guard(GuardArguments),
     #[command(hide = true)] GroupKiller(GroupKillerArguments),

@@ -5,4 +5,4 @@ pub mod configd;
 pub mod executive;
 pub mod gate;
 pub mod registry;
-mod serving;
+pub mod serving;

@@ -3,6 +3,7 @@
 //! broken one is a finding and the rest still works.
 
 mod ask;
+pub mod build;
 mod cache;
 mod companions;
 mod folders;

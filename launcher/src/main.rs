@@ -22,6 +22,7 @@ mod exit;
 mod explain;
 mod fmt;
 mod guard;
+mod host_agent;
 mod inspect_cli;
 mod keys_cli;
 mod kinds;

@@ -3,20 +3,23 @@
 pub mod arguments;
 mod component_link;
 pub mod descriptors;
-mod environment;
+pub mod environment;
 pub mod given_up;
 pub mod group_killer;
 mod hanging_calls;
-mod logs;
+pub mod logs;
+mod other_hosts;
+pub mod output_feed;
 mod output_folder;
 mod plan;
 pub mod port;
 pub mod process;
+mod remote;
 mod requests;
-mod status;
+pub mod status;
 mod supervise;
-mod supervisor;
-mod survivors;
+pub mod supervisor;
+pub mod survivors;
 mod unfinished;
 
 use std::process::ExitCode;
@@ -36,6 +39,7 @@ use arguments::RunArguments;
 use armor_inspect::systems::{self, RunFile, RunRecord};
 use hanging_calls::HangingCalls;
 use logs::{EarlierLogs, RunLog};
+use other_hosts::OtherHosts;
 use plan::ProcessPlan;
 use port::PortLease;
 use status::{StatusLine, StatusObserver, StatusSources};
@@ -80,8 +84,11 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
         output_folder::OutputFolder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
     let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
     let lease = PortLease::take(arguments.registry)?;
+    let hosts = OtherHosts::find(configuration, arguments, &name)?;
+    let catalogue = &checked.catalogue;
+    let (registry, folder) = (lease.address, out.path());
     let plan =
-        ProcessPlan::new(configuration, &checked.catalogue, arguments, lease.address, out.path())?;
+        ProcessPlan::new(configuration, catalogue, arguments, registry, folder, hosts.as_ref())?;
     descriptors::raise_limit(descriptors::count_needed(configuration, plan.duties.len()))?;
     let record = RunRecord {
         system: name.clone(),
@@ -91,6 +98,7 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
         started_s: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64(),
         file: arguments.file.clone(),
         out: out.path().into(),
+        place: hosts.as_ref().map(|hosts| hosts.place().clone().into()),
     };
     let _run_file = RunFile::write(&systems::record_directory()?, &record)?;
 
@@ -134,7 +142,8 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
         StatusObserver::start(sources, line)
     });
     let observer = observer.transpose()?;
-    let identity = RunIdentity { system: name.clone(), time: arguments.time };
+    let resumes = arguments.resume;
+    let identity = RunIdentity { system: name.clone(), time: arguments.time, resumes };
     let supervision = supervise::supervise(plan, identity, &log, restarts, hanging_calls);
     let verdict = runtime.block_on(supervision);
     if let Some(observer) = observer {

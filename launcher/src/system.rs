@@ -18,6 +18,12 @@ const REGISTRY_WITHIN: Duration = Duration::from_millis(200);
 /// # Errors
 /// If there is none, or several.
 pub fn find_registry(running: &RunningSystem) -> Result<SocketAddr> {
+    let registry = select_registry(running)?;
+    systems::adopt_place(registry);
+    Ok(registry)
+}
+
+fn select_registry(running: &RunningSystem) -> Result<SocketAddr> {
     if let Some(registry) = running.registry {
         return Ok(registry);
     }
@@ -131,6 +137,7 @@ mod tests {
             file: "robots/explorer.xml".into(),
             file_names: vec!["patrol".into()],
             out: "out".into(),
+            place: None,
         }
     }
 

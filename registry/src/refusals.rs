@@ -58,10 +58,14 @@ pub(crate) fn check_component(entry: &ComponentEntry) -> Result<(), Refusal> {
             quote_text(&entry.host)
         )));
     }
-    if entry.endpoint.parse::<std::net::SocketAddr>().is_err() {
+    // In a system of several hosts it begins with the name of its host.
+    let port = entry.endpoint.strip_prefix(&entry.host).and_then(|it| it.strip_prefix(':'));
+    let is_of_host = port.is_some_and(|port| port.parse::<u16>().is_ok());
+    if !is_of_host && entry.endpoint.parse::<std::net::SocketAddr>().is_err() {
         return Err(refuse_malformed(format!(
-            "the endpoint {} is not an address with a port",
-            quote_text(&entry.endpoint)
+            "the endpoint {} is not an address with a port, nor `{}:PORT`",
+            quote_text(&entry.endpoint),
+            quote_text(&entry.host)
         )));
     }
     if entry.instance == 0 {

@@ -138,6 +138,9 @@ codes! {
         WatchdogTooShort = "W0133", "a watchdog that is too short";
         BadBlock = "N0134", "a block of the layout that shows nothing";
         WorkUnused = "W0135", "an active component whose outputs nothing uses";
+        DuplicateHost = "E0136", "two hosts have the same name";
+        UnknownHost = "E0137", "an unknown host";
+        UnusedHost = "W0138", "a host on which nothing runs";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";

@@ -15,6 +15,8 @@ use items::{Aspect, ComparedItem};
 pub enum Subject {
     /// The system itself: its name, its clock.
     System,
+    /// Another host.
+    Host,
     /// A component; its name is the component's.
     Component,
     /// A parameter; its name is `component.parameter`.
@@ -39,6 +41,7 @@ impl fmt::Display for Subject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::System => "system",
+            Self::Host => "host",
             Self::Component => "component",
             Self::Parameter => "parameter",
             Self::Link => "link",

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use armor_wire::keep::{Keep, Wake};
+use armor_wire::remote_process::CutOff;
 
 use crate::mission::Mission;
 use crate::overrides::OVERRIDE;
@@ -42,6 +43,8 @@ pub struct System {
     pub name: Option<Spanned<String>>,
     /// The group of users of the host who may take part, besides the one who starts the system.
     pub group: Option<Spanned<String>>,
+    /// The other hosts on which components run, in the order of the file.
+    pub hosts: Vec<Host>,
     /// The components in the order of the file.
     pub components: Vec<Component>,
     /// The links in the order of the file.
@@ -63,6 +66,17 @@ impl System {
     }
 }
 
+/// `<host name="arm" at="arm.local:7410"/>`: another host, whose agent runs components.
+#[derive(Clone, Debug)]
+pub struct Host {
+    /// Its name, which is that in its key.
+    pub name: Spanned<String>,
+    /// Where its agent listens: a name or address, and a port.
+    pub address: Spanned<String>,
+    /// What happens to its components while it is cut off.
+    pub cut_off: CutOff,
+}
+
 /// A component: an executable of some kind under a name.
 #[derive(Clone, Debug)]
 pub struct Component {
@@ -70,6 +84,8 @@ pub struct Component {
     pub name: Spanned<String>,
     /// Its kind.
     pub kind: Spanned<String>,
+    /// The host on which it runs; without one, that on which the system is started.
+    pub host: Option<Spanned<String>>,
     /// The rate of its `exec`, in hertz; without one it is called when data arrives.
     pub rate_hz: Option<Spanned<f64>>,
     /// The behaviour when its process ends by itself.

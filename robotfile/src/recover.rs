@@ -31,7 +31,7 @@ const HOPELESS: [Code; 6] = [
 /// The elements that an element may contain; a `<layout>` may contain anything.
 const HOLDS: [(&str, &[&str]); 6] = [
     ("armor", &["system", "mission"]),
-    ("system", &["component", "link", "clock", "layout"]),
+    ("system", &["host", "component", "link", "clock", "layout"]),
     ("mission", &["variable", "place", "exclusive", "transition", "check", "submission", "layout"]),
     ("component", &["parameter"]),
     ("place", &["parameter"]),

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
+pub use armor_socket::HostPlace;
 use armor_socket::random_id;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};

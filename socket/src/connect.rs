@@ -9,6 +9,7 @@ use armor_wire::registry::ComponentEntry;
 use armor_wire::transport::{Endpoint, Transport};
 use socket2::{Domain, Socket, Type};
 
+use crate::hosts::{Way, find_way, own_place};
 use crate::identity::host_name;
 use crate::listener::unix_address;
 use crate::owner::{OwnerError, check_server};
@@ -62,19 +63,41 @@ fn connect_unix(instance: u64, limit: Duration) -> io::Result<Stream> {
 }
 
 fn connect_tcp(address: &str, limit: Duration) -> io::Result<Stream> {
-    let Some(proxy) = proxy::proxy_address() else {
-        let stream = TcpStream::connect_timeout(&resolve_address(address)?, limit)?;
-        reject_self_connection(&stream)?;
-        let stream = Stream::Tcp(stream);
-        reject_stranger(&stream)?;
-        return Ok(stream);
+    if let Some(proxy) = proxy::proxy_address() {
+        return connect_by_proxy(&proxy, proxy::PROXY, address, limit);
+    }
+    let address = match find_way(own_place().as_ref(), address) {
+        Way::Direct(address) => address,
+        Way::Router(router) => {
+            return connect_by_proxy(&router.to_string(), proxy::ROUTER, address, limit);
+        }
     };
-    let stream =
-        TcpStream::connect_timeout(&resolve_address(&proxy)?, limit).map_err(proxy::name_proxy)?;
+    let stream = TcpStream::connect_timeout(&resolve_address(&address)?, limit)?;
+    reject_self_connection(&stream)?;
     let stream = Stream::Tcp(stream);
-    reject_stranger(&stream).map_err(proxy::name_proxy)?;
-    proxy::connect_through(&stream, address, limit)?;
+    reject_stranger(&stream)?;
     Ok(stream)
+}
+
+/// Connects through the SOCKS5 proxy `proxy`, which errors call `source`.
+fn connect_by_proxy(
+    proxy: &str,
+    source: &str,
+    address: &str,
+    limit: Duration,
+) -> io::Result<Stream> {
+    let reach_proxy = || {
+        let stream = Stream::Tcp(TcpStream::connect_timeout(&resolve_address(proxy)?, limit)?);
+        reject_stranger(&stream)?;
+        Ok(stream)
+    };
+    let stream = reach_proxy().map_err(|error| proxy::name_source(&error, source))?;
+    match proxy::connect_through(&stream, address, limit) {
+        Ok(()) => Ok(stream),
+        // The far end refuses: as without a proxy.
+        Err(error) if error.get_ref().is_none() => Err(error),
+        Err(error) => Err(proxy::name_source(&error, source)),
+    }
 }
 
 /// Refuses a server of another user, who may have taken the port of a process that has died.

@@ -9,6 +9,7 @@ pub mod connect;
 #[cfg(feature = "daemon")]
 pub mod daemon;
 pub mod faults;
+pub mod hosts;
 mod identity;
 pub mod listener;
 pub mod owner;
@@ -21,6 +22,7 @@ pub use connect::{connect, connect_component};
 #[cfg(feature = "daemon")]
 pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
 pub use faults::{FaultTable, is_temporary};
+pub use hosts::{HostPlace, name_endpoint};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
 pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group};

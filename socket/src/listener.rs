@@ -9,6 +9,7 @@ use armor_wire::transport::unix_socket_name;
 use socket2::{Domain, SockAddr, Socket, Type};
 use thiserror::Error;
 
+use crate::hosts::name_endpoint;
 use crate::identity::random_id;
 use crate::port_holder::explain_bind_error;
 use crate::proxy;
@@ -170,13 +171,14 @@ impl ComponentListeners {
         Ok(Self { listeners: [tcp, Listener::bind_unix(instance)?] })
     }
 
-    /// Returns the TCP address that the registry hands to clients, `address:port`.
+    /// Returns the TCP address that the registry hands to clients, `address:port`, or `HOST:port` in a
+    /// system of several hosts.
     ///
     /// # Errors
     /// If the system does not know it.
     pub fn endpoint(&self) -> io::Result<String> {
         let [tcp, _] = &self.listeners;
-        Ok(tcp.local_addr()?.to_string())
+        Ok(name_endpoint(tcp.local_addr()?))
     }
 
     /// Returns the sockets, for waiting on all of them.

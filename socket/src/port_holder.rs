@@ -18,7 +18,10 @@ pub fn explain_bind_error(address: SocketAddr, error: &io::Error) -> String {
     let own = geteuid().as_raw();
     match find_listener(address) {
         None => "the address is in use".to_owned(),
-        Some((user, inode)) => describe_holder(user, own, find_process(inode).as_deref()),
+        Some((user, inode)) => {
+            let process = find_process(inode).map(|(pid, name)| format!("{pid} ({name})"));
+            describe_holder(user, own, process.as_deref())
+        }
     }
 }
 
@@ -31,9 +34,15 @@ fn describe_holder(user: u32, own: u32, process: Option<&str>) -> String {
     format!("{process} of user {user} already listens there, which only that user and root can end")
 }
 
+/// Returns the process id of the process that listens on `address`, if this user may know.
+pub fn find_holder(address: SocketAddr) -> Option<u32> {
+    let (_, inode) = find_listener(address)?;
+    find_process(inode).map(|(pid, _)| pid)
+}
+
 /// Returns the number and the name of the process that has the socket with this inode open. Those
 /// of other users are visible only to root.
-fn find_process(inode: u32) -> Option<String> {
+fn find_process(inode: u32) -> Option<(u32, String)> {
     let socket = format!("socket:[{inode}]");
     let holds = |process: &Path| {
         let files = fs::read_dir(process.join("fd")).ok()?;
@@ -47,7 +56,7 @@ fn find_process(inode: u32) -> Option<String> {
         let name = fs::read_to_string(entry.path().join("comm")).unwrap_or_default();
         // The process chooses its name: no control characters on a terminal.
         let name: String = name.trim_end().chars().flat_map(char::escape_debug).collect();
-        Some(format!("{number} ({name})"))
+        Some((number, name))
     })
 }
 
@@ -61,6 +70,7 @@ mod tests {
     fn the_process_of_this_user_that_holds_a_port_is_named() {
         let held = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = held.local_addr().unwrap();
+        assert_eq!(find_holder(address), Some(std::process::id()));
         let error = TcpListener::bind(address).unwrap_err();
         let text = explain_bind_error(address, &error);
         assert!(text.starts_with(&format!("process {} (", std::process::id())), "{text}");

@@ -54,13 +54,14 @@ pub(crate) fn connect_through(stream: &Stream, address: &str, limit: Duration) -
     stream.set_write_timeout(None)
 }
 
+/// A plain `ConnectionRefused` or `TimedOut` is that of the far end.
 fn request_connection(mut stream: impl Read + Write, address: &str) -> io::Result<()> {
     let request = connect_request(address)?;
     stream.write_all(&[VERSION, 1, WITHOUT_PASSWORD])?;
     let mut method = [0; 2];
     stream.read_exact(&mut method)?;
     if method != [VERSION, WITHOUT_PASSWORD] {
-        return Err(refused_by_proxy("it is not a SOCKS5 proxy, or requires a password"));
+        return Err(refuse("it is not a SOCKS5 proxy, or requires a password"));
     }
     stream.write_all(&request)?;
     // Version, verdict, reserved, kind of the address that follows.
@@ -74,19 +75,19 @@ fn request_connection(mut stream: impl Read + Write, address: &str) -> io::Resul
             stream.read_exact(&mut length)?;
             usize::from(length[0])
         }
-        _ => return Err(refused_by_proxy("its answer is not SOCKS5")),
+        _ => return Err(refuse("its answer is not SOCKS5")),
     };
     // The address and port from which the proxy connects are not needed, but they must be read.
     let mut bound = [0; 255 + 2];
     stream.read_exact(&mut bound[..length + 2])?;
     match answer[1] {
         0 => Ok(()),
-        1 => Err(refused_by_proxy("it failed")),
-        2 => Err(refused_by_proxy("its rules forbid the connection")),
-        3 | 4 => Err(refused_by_proxy("it has no route to the address")),
+        1 => Err(refuse("it failed")),
+        2 => Err(refuse("its rules forbid the connection")),
+        3 | 4 => Err(refuse("it has no route to the address")),
         5 => Err(io::ErrorKind::ConnectionRefused.into()),
         6 => Err(io::ErrorKind::TimedOut.into()),
-        code => Err(refused_by_proxy(&format!("it refuses (code {code})"))),
+        code => Err(refuse(&format!("it refuses (code {code})"))),
     }
 }
 
@@ -105,13 +106,18 @@ fn connect_request(address: &str) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Adds to an error that it is the proxy which cannot be reached.
-pub(crate) fn name_proxy(error: io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("the proxy ({PROXY_VARIABLE}): {error}"))
+/// What the proxy of the environment is called in errors.
+pub(crate) const PROXY: &str = "the proxy (ARMOR_VIA)";
+/// What the router to other hosts is called in errors.
+pub(crate) const ROUTER: &str = "the way to the other host";
+
+/// Adds to an error that it comes from the proxy, or from the way to it.
+pub(crate) fn name_source(error: &io::Error, source: &str) -> io::Error {
+    io::Error::new(error.kind(), format!("{source}: {error}"))
 }
 
-fn refused_by_proxy(why: &str) -> io::Error {
-    io::Error::new(io::ErrorKind::ConnectionRefused, format!("the proxy ({PROXY_VARIABLE}): {why}"))
+fn refuse(why: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::ConnectionRefused, why)
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
-//! On whose behalf a connection acts that a gate forwards, and what the role of that person may
-//! request.
+//! On whose behalf a connection acts that a gate forwards, and what that person or host may request.
 //!
 //! A gate has authenticated the other end by its key. It begins the connection to a process of the
-//! system with a [`Preface`], which names the person and the role. A process believes it because the
-//! gate belongs to its own user; a preface only takes rights away. [`Opening`] is the one place where
-//! it is read, and [`NeedsRole`] the one table of what each role may do.
+//! system with a [`Preface`], which names the holder of the key and its rights. A process believes it
+//! because the gate belongs to its own user; a preface only takes rights away. [`Opening`] is the one
+//! place where it is read, and [`NeedsRole`] the one table of what each role may do.
 
 use std::fmt;
 use std::str::FromStr;
@@ -60,35 +59,72 @@ impl FromStr for KeyRole {
     }
 }
 
+/// What the other end of a connection may do that a gate forwards.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum Rights {
+    /// A person: what the role in the certificate allows.
+    Person {
+        /// The role.
+        role: KeyRole,
+    },
+    /// Another host of the same system, for the components that the file places there.
+    Host {
+        /// The names under which its processes may register.
+        components: Vec<String>,
+    },
+    /// The host on which the system was started: registry, executive and launcher run there.
+    Launcher,
+}
+
 /// The first frame of a connection that a gate forwards.
 #[derive(Clone, Debug, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
 pub struct Preface {
-    /// The holder of the key, as its certificate names them.
+    /// The holder of the key, as its certificate names it: a person or a host.
     pub name: String,
-    /// The role in the certificate.
-    pub role: KeyRole,
+    /// What it may do.
+    pub rights: Rights,
 }
 
 impl Preface {
-    /// Checks whether the role allows a request.
+    /// The preface of a person.
+    pub fn of_person(name: &str, role: KeyRole) -> Self {
+        Self { name: name.to_owned(), rights: Rights::Person { role } }
+    }
+
+    /// The role, if the holder is a person.
+    pub fn role(&self) -> Option<KeyRole> {
+        match self.rights {
+            Rights::Person { role } => Some(role),
+            Rights::Host { .. } | Rights::Launcher => None,
+        }
+    }
+
+    /// Checks whether the rights allow a request.
     ///
     /// # Errors
     /// The refusal names the role that the request needs.
     pub fn check(&self, request: &impl NeedsRole) -> Result<(), Refusal> {
-        let needed = request.needed_role();
-        if needed.is_some_and(|needed| self.role >= needed) {
-            return Ok(());
-        }
-        let (name, role, what) = (&self.name, self.role, request.describe());
-        let text = match needed {
-            Some(needed) => {
-                format!("{what} needs the role {needed}, and the key of {name} has the role {role}")
+        let (name, what) = (&self.name, request.describe());
+        let text = match &self.rights {
+            Rights::Launcher => return Ok(()),
+            Rights::Host { components } if request.is_open_to_host(name, components) => {
+                return Ok(());
             }
-            None => format!(
-                "{what} is only for processes on the robot's host, not for the key of {name}; \
-                 through ssh it is possible (docs/operator.md)"
-            ),
+            Rights::Host { .. } => {
+                format!("{what} is not for the host {name}: the file does not place that there")
+            }
+            Rights::Person { role } => match request.needed_role() {
+                Some(needed) if *role >= needed => return Ok(()),
+                Some(needed) => format!(
+                    "{what} needs the role {needed}, and the key of {name} has the role {role}"
+                ),
+                None => format!(
+                    "{what} is only for processes on the hosts of the system, not for the key of \
+                     {name}; through ssh it is possible (docs/operator.md)"
+                ),
+            },
         };
         Err(Refusal::new(RefusalCode::Role, text))
     }
@@ -98,6 +134,11 @@ impl Preface {
 pub trait NeedsRole {
     /// The least role that may send it through a gate; `None` if none may.
     fn needed_role(&self) -> Option<KeyRole>;
+    /// Whether a host of the system may send it on which only these components run. A component
+    /// there may command the mission, as the operator's screen does.
+    fn is_open_to_host(&self, _host: &str, _components: &[String]) -> bool {
+        self.needed_role().is_some_and(|needed| needed <= KeyRole::Operator)
+    }
     /// What it is, as the subject of a sentence.
     fn describe(&self) -> String;
 }
@@ -106,7 +147,7 @@ impl NeedsRole for Purpose {
     fn needed_role(&self) -> Option<KeyRole> {
         match self {
             Self::Registry { entry: None } | Self::Config => Some(KeyRole::Observer),
-            // A component accepts connections too, and a gate forwards none in that direction.
+            // A component accepts connections too, and nothing forwards them to a person's computer.
             Self::Registry { entry: Some(_) } => None,
             // The publisher would wait for a subscriber that is slow on purpose, or spin for it.
             Self::Link { link: LinkRequest { keep: Keep::All, .. } }
@@ -115,6 +156,20 @@ impl NeedsRole for Purpose {
             // Every order is checked on its own: any key may bring the robot to rest.
             Self::Control { role: Role::Observer | Role::Operator } => Some(KeyRole::Observer),
             Self::Control { role: Role::Executive | Role::Launcher } => None,
+        }
+    }
+
+    fn is_open_to_host(&self, host: &str, components: &[String]) -> bool {
+        match self {
+            Self::Registry { entry: Some(entry) } => {
+                entry.host == host && components.contains(&entry.name)
+            }
+            Self::Control { role: Role::Executive | Role::Launcher } => false,
+            // Also links for which the publisher waits: the file asks for them.
+            Self::Registry { entry: None }
+            | Self::Config
+            | Self::Link { .. }
+            | Self::Control { role: Role::Observer | Role::Operator } => true,
         }
     }
 
@@ -271,7 +326,7 @@ mod tests {
     /// Checks for each role whether it may, and that a refusal names the role that is needed.
     fn check(request: &impl NeedsRole, least: Option<KeyRole>) {
         for role in KeyRole::ALL {
-            let result = Preface { name: "alice".into(), role }.check(request);
+            let result = Preface::of_person("alice", role).check(request);
             assert_eq!(
                 result.is_ok(),
                 least.is_some_and(|least| role >= least),
@@ -281,7 +336,9 @@ mod tests {
             assert_eq!(refusal.code, RefusalCode::Role);
             let named = match least {
                 Some(least) => format!("needs the role {least}, and the key of alice has"),
-                None => "only for processes on the robot's host, not for the key of alice".into(),
+                None => {
+                    "only for processes on the hosts of the system, not for the key of alice".into()
+                }
             };
             assert!(refusal.text.contains(&named), "{refusal}");
         }
@@ -374,7 +431,7 @@ mod tests {
     }
 
     fn preface(name: &str, role: KeyRole) -> (FrameKind, Vec<u8>) {
-        let preface = Preface { name: name.into(), role };
+        let preface = Preface::of_person(name, role);
         (FrameKind::Preface, to_bytes(FrameKind::Preface, &preface).unwrap())
     }
 
@@ -389,7 +446,7 @@ mod tests {
         assert_eq!(own, None);
         let frames = [preface("alice", KeyRole::Observer), hello(Purpose::Config)];
         let (_, alice) = read_all(&frames).unwrap();
-        assert_eq!(alice, Some(Preface { name: "alice".into(), role: KeyRole::Observer }));
+        assert_eq!(alice, Some(Preface::of_person("alice", KeyRole::Observer)));
     }
 
     #[test]

@@ -1,25 +1,37 @@
-//! The messages within the TLS connection between the computer of a person and the gate of a system.
-//! The client sends one request in a `Control` frame, and the gate one reply.
+//! The messages within a TLS connection between hosts: from the computer of a person to the gate of a
+//! system, or between two hosts of it. The client sends one request in a `Control` frame, and the
+//! other end one reply.
 
 use crate::Message;
-use crate::acting::KeyRole;
+use crate::acting::{KeyRole, Preface};
 use crate::refusal::Refusal;
+use crate::remote_process::RemoteStart;
 
 /// Port on which a gate listens by default.
 pub const GATE_PORT: u16 = 7410;
 
 /// From the client to the gate.
-#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire", name = "Request")]
 pub enum GateRequest {
     /// Connect to a process of the system. After `Connected`, all bytes are those of that
     /// connection.
     Connect {
-        /// Where it listens on the robot's host, `address:port`.
+        /// Where it listens on that host, `address:port`; the address may be the name of a host.
         address: String,
+        /// On whose behalf, if the host that asks forwards the connection of another holder. Only the
+        /// launcher's host may.
+        acts_for: Option<Preface>,
     },
     /// Describe the session. Beats follow in both directions, for as long as the key is accepted.
     Watch,
+    /// Run a component; only a host may ask for it, and only an agent (`armor host`) does it. After
+    /// `Connected`, [`crate::remote_process::RemoteOrder`] and
+    /// [`crate::remote_process::RemoteEvent`] follow, and beats.
+    Run {
+        /// Which.
+        start: RemoteStart,
+    },
 }
 
 /// From the gate to the client.

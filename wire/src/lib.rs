@@ -26,6 +26,7 @@ pub mod name;
 pub mod peer;
 pub mod refusal;
 pub mod registry;
+pub mod remote_process;
 pub mod schema;
 pub mod transport;
 

@@ -123,7 +123,7 @@ fn hello() -> Hello {
 }
 
 fn preface() -> Preface {
-    Preface { name: "alice".into(), role: KeyRole::Operator }
+    Preface::of_person("alice", KeyRole::Operator)
 }
 
 fn lookup() -> registry::RegistryRequest {

@@ -1,6 +1,5 @@
-//! Connecting to a process of the system on behalf of the holder of a key. Only to the registry, and
-//! to where a registered process listens; and no byte of the client goes to a process that does not
-//! acknowledge the preface.
+//! Connecting to a process of the system on behalf of the holder of a key: no byte of the client goes to
+//! a process that does not acknowledge the preface.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -21,34 +20,12 @@ const FROM: &str = "tool-gate";
 /// Most frames of the registry before its listing.
 const MAX_FRAMES: usize = 64;
 
-/// Connects to `address`, if a process of the system listens there. Returns its name, too.
+/// Connects to the process that listens on `target`.
 ///
 /// # Errors
 /// The refusal for the client.
-pub(crate) fn dial_process(
-    registry: SocketAddr,
-    address: &str,
-    preface: &Preface,
-) -> Result<TcpStream, Refusal> {
+pub(crate) fn dial_process(target: SocketAddr, preface: &Preface) -> Result<TcpStream, Refusal> {
     let refuse = |code, text: String| Err(Refusal::new(code, text));
-    let Ok(target) = address.parse::<SocketAddr>() else {
-        let text = format!("{address} is not an address with a port, such as {registry}");
-        return refuse(RefusalCode::Malformed, text);
-    };
-    if !target.ip().is_loopback() {
-        let text = format!("{target} is not on the robot's host: a gate leads to its system only");
-        return refuse(RefusalCode::WrongPurpose, text);
-    }
-    if target != registry {
-        let endpoints = list_endpoints(registry).map_err(|error| {
-            let text = format!("the registry at {registry} does not answer the gate: {error}");
-            Refusal::new(RefusalCode::UnknownData, text)
-        })?;
-        if !endpoints.contains(&target) {
-            let text = format!("no process of the system listens on {target} of the robot's host");
-            return refuse(RefusalCode::UnknownData, text);
-        }
-    }
     let dialled = armor_socket::connect(&Endpoint::Tcp(target.to_string()), DIAL)
         .and_then(|stream| send_preface(stream, preface));
     match dialled {
@@ -87,7 +64,7 @@ fn send_preface(stream: Stream, preface: &Preface) -> io::Result<Result<Stream, 
 }
 
 /// Where the processes of the system listen.
-fn list_endpoints(registry: SocketAddr) -> io::Result<Vec<SocketAddr>> {
+pub(crate) fn list_endpoints(registry: SocketAddr) -> io::Result<Vec<String>> {
     let stream = armor_socket::connect(&Endpoint::Tcp(registry.to_string()), DIAL)?;
     set_timeouts(&stream, Some(DIAL))?;
     let purpose = Purpose::Registry { entry: None };
@@ -108,7 +85,7 @@ fn list_endpoints(registry: SocketAddr) -> io::Result<Vec<SocketAddr>> {
         }
         match codec::decode_control(&body).map_err(io::Error::other)? {
             RegistryReply::Listing { components, .. } => {
-                return Ok(components.iter().filter_map(|it| it.endpoint.parse().ok()).collect());
+                return Ok(components.into_iter().map(|it| it.endpoint).collect());
             }
             RegistryReply::Refused { refusal, .. } => return Err(io::Error::other(refusal)),
             _ => {}

@@ -32,6 +32,13 @@ pub struct GateLimits {
     pub sessions_per_process: usize,
 }
 
+impl GateLimits {
+    /// Those of a gate to other hosts of the system: each link between components is a connection.
+    pub fn of_hosts() -> Self {
+        Self { sessions: 2_000, ..Self::default() }
+    }
+}
+
 impl Default for GateLimits {
     fn default() -> Self {
         Self {

@@ -3,11 +3,14 @@
 
 use std::io;
 use std::net::SocketAddr;
+use std::sync::Arc;
 
+use armor_wire::acting::Preface;
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::gate::{GateReply, GateRequest};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::remote_process::RemoteStart;
 use tokio::io::{
     AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, copy_bidirectional_with_sizes,
 };
@@ -16,17 +19,22 @@ use tokio::time;
 use tokio_rustls::server::TlsStream;
 use tracing::{debug, info};
 
+use super::RunOrder;
 use super::dial::dial_process;
 use super::limits::{COPY_LEN, LINGER};
 use super::sessions::SessionPlace;
 use super::{Client, Gate};
 use crate::frames::{read_frame, write_control};
+use crate::identity::KeyHolder;
+use crate::reach::Target;
+use crate::run_channel::RunChannel;
 
 impl Gate {
     pub(super) async fn serve_session(&self, mut client: Client, address: SocketAddr) {
         let process = match &client.request {
             GateRequest::Watch => "the gate",
-            GateRequest::Connect { address } => address,
+            GateRequest::Connect { address, .. } => address,
+            GateRequest::Run { start } => &start.component,
         };
         let place = self.sessions.admit(&client.facts, process).and_then(|place| {
             // It may have been revoked after the handshake, and before it had its place.
@@ -36,7 +44,10 @@ impl Gate {
         match place {
             Ok(place) => match client.request.clone() {
                 GateRequest::Watch => self.serve_watch(client, place, address).await,
-                GateRequest::Connect { address } => self.forward(client, place, address).await,
+                GateRequest::Connect { address, acts_for } => {
+                    self.forward(client, place, address, acts_for).await;
+                }
+                GateRequest::Run { start } => self.run(client, place, start, address).await,
             },
             Err(text) => {
                 self.log_once(address.ip(), &text);
@@ -48,12 +59,22 @@ impl Gate {
 
     /// Beats, so that both ends notice the loss of the other, until the key is no longer accepted.
     async fn serve_watch(&self, client: Client, mut place: SessionPlace, address: SocketAddr) {
-        let Client { mut stream, facts, preface, .. } = client;
+        let Client { mut stream, facts, .. } = client;
+        let (Some(role), Some(registry)) = (facts.role(), self.reach.registry()) else {
+            let text = if facts.role().is_none() {
+                format!("{} is the key of a host, and not of a person", facts.holder.name)
+            } else {
+                "this is an agent, which runs components of a system on another host; connect to \
+                 the gate there"
+                    .into()
+            };
+            return refuse(&mut stream, Refusal::new(RefusalCode::WrongPurpose, text)).await;
+        };
         let session = GateReply::Session {
-            host: self.keys.lock().host.facts.holder.name.clone(),
-            name: preface.name,
-            role: preface.role,
-            registry: self.registry.to_string(),
+            host: self.keys.host_name().to_owned(),
+            name: facts.holder.name.clone(),
+            role,
+            registry: registry.to_string(),
         };
         if write_control(&mut stream, &session).await.is_err() {
             return;
@@ -78,38 +99,124 @@ impl Gate {
     }
 
     /// Connects the client to a process of the system.
-    async fn forward(&self, client: Client, mut place: SessionPlace, address: String) {
-        let Client { mut stream, preface, .. } = client;
-        let name = preface.name.clone();
-        let registry = self.registry;
-        let dial = {
-            let address = address.clone();
-            move || dial_process(registry, &address, &preface)
-        };
-        let failed = |error: String| Refusal::new(RefusalCode::Limit, error);
-        let dialled = match tokio::task::spawn_blocking(dial).await {
-            Ok(dialled) => dialled,
-            Err(error) => Err(failed(error.to_string())),
-        };
-        let connected = dialled.and_then(|dialled| {
-            dialled.set_nonblocking(true).map_err(|error| failed(error.to_string()))?;
-            TcpStream::from_std(dialled).map_err(|error| failed(error.to_string()))
-        });
-        let mut process = match connected {
-            Ok(process) => process,
-            Err(refusal) => {
-                debug!(%name, %address, %refusal, "refused");
-                return refuse(&mut stream, refusal).await;
+    async fn forward(
+        &self,
+        client: Client,
+        mut place: SessionPlace,
+        address: String,
+        acts_for: Option<Preface>,
+    ) {
+        let Client { mut stream, facts, .. } = client;
+        let name = facts.holder.name.clone();
+        let dialled = self.dial_target(facts.holder, &address, acts_for).await;
+        let refusal = match dialled {
+            Ok(DialledTarget::Process(mut process)) => {
+                return self.copy(stream, &mut process, place, &name, &address).await;
             }
+            Ok(DialledTarget::Gate(mut gate)) => {
+                return self.copy(stream, &mut *gate, place, &name, &address).await;
+            }
+            Err(refusal) => refusal,
         };
+        debug!(%name, %address, %refusal, "refused");
+        tokio::select! {
+            _ = place.ended() => {}
+            () = refuse(&mut stream, refusal) => {}
+        }
+    }
+
+    async fn dial_target(
+        &self,
+        holder: KeyHolder,
+        address: &str,
+        acts_for: Option<Preface>,
+    ) -> Result<DialledTarget, Refusal> {
+        let failed = |error: String| Refusal::new(RefusalCode::Limit, error);
+        let reach = Arc::clone(&self.reach);
+        let wanted = address.to_owned();
+        let find_and_dial = move || match reach.find_target(&holder, &wanted, acts_for.as_ref())? {
+            Target::Process { address, preface } => {
+                Ok((Some(dial_process(address, &preface)?), None))
+            }
+            Target::Host { host, address, preface } => Ok((None, Some((host, address, preface)))),
+        };
+        let found = tokio::task::spawn_blocking(find_and_dial).await;
+        match found.map_err(|error| failed(error.to_string()))?? {
+            (Some(dialled), _) => {
+                dialled.set_nonblocking(true).map_err(|error| failed(error.to_string()))?;
+                let process = TcpStream::from_std(dialled);
+                process.map(DialledTarget::Process).map_err(|error| failed(error.to_string()))
+            }
+            (None, Some((host, address, preface))) => {
+                let gate = self.reach.find_gate(&host).ok_or_else(|| {
+                    let text = format!("the way to the host {host} is not known any more");
+                    Refusal::new(RefusalCode::UnknownData, text)
+                })?;
+                let request = GateRequest::Connect { address, acts_for: Some(preface) };
+                match gate.request(request).await {
+                    Ok((stream, GateReply::Connected)) => Ok(DialledTarget::Gate(Box::new(stream))),
+                    Ok((_, GateReply::Refused { refusal })) => Err(refusal),
+                    Ok((_, GateReply::Session { .. })) => {
+                        Err(failed(format!("the gate of {host} answers another request")))
+                    }
+                    Err(error) => {
+                        Err(Refusal::new(RefusalCode::UnknownData, format!("{host}: {error}")))
+                    }
+                }
+            }
+            (None, None) => Err(failed("there is no target".into())),
+        }
+    }
+
+    async fn copy(
+        &self,
+        mut stream: TlsStream<TcpStream>,
+        target: &mut (impl AsyncRead + AsyncWrite + Unpin),
+        mut place: SessionPlace,
+        name: &str,
+        address: &str,
+    ) {
         if write_control(&mut stream, &GateReply::Connected).await.is_err() {
             return;
         }
         tokio::select! {
             why = place.ended() => debug!(%name, %address, %why, "disconnected"),
-            _ = copy_bidirectional_with_sizes(&mut stream, &mut process, COPY_LEN, COPY_LEN) => {}
+            _ = copy_bidirectional_with_sizes(&mut stream, target, COPY_LEN, COPY_LEN) => {}
         }
     }
+
+    /// Hands a request to run a component to the agent.
+    async fn run(
+        &self,
+        client: Client,
+        place: SessionPlace,
+        start: RemoteStart,
+        address: SocketAddr,
+    ) {
+        let Client { mut stream, facts, .. } = client;
+        let text = match &self.runs {
+            None => "this is the gate of a system; `armor host` runs components for another".into(),
+            Some(_) if facts.role().is_some() => {
+                format!("only a host may run components here, not {}", facts.holder.name)
+            }
+            Some(runs) => {
+                let launcher = facts.holder.name;
+                let channel = RunChannel::new(stream, place);
+                let order = RunOrder { start, launcher, address, channel };
+                // An agent that ends takes none.
+                let _ = runs.send(order).await;
+                return;
+            }
+        };
+        self.log_once(address.ip(), &text);
+        refuse(&mut stream, Refusal::new(RefusalCode::Role, text)).await;
+    }
+}
+
+/// The other end of a forwarded connection.
+enum DialledTarget {
+    Process(TcpStream),
+    Gate(Box<tokio_rustls::client::TlsStream<TcpStream>>),
 }
 
 async fn beat(writer: &mut (impl AsyncWrite + Unpin)) {
@@ -131,7 +238,7 @@ async fn hear_beats(reader: &mut (impl AsyncRead + Unpin)) {
 }
 
 /// Sends a refusal, as far as the client takes it.
-async fn refuse(stream: &mut TlsStream<TcpStream>, refusal: Refusal) {
+pub(crate) async fn refuse(stream: &mut TlsStream<TcpStream>, refusal: Refusal) {
     let refused = async {
         write_control(stream, &GateReply::Refused { refusal }).await?;
         stream.shutdown().await?;

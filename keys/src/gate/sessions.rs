@@ -9,6 +9,7 @@ use tokio::sync::oneshot;
 
 use super::limits::GateLimits;
 use crate::certificate::CertificateFacts;
+use crate::identity::KeyPurpose;
 
 /// The open connections.
 #[derive(Clone)]
@@ -50,18 +51,20 @@ impl Sessions {
     ) -> Result<SessionPlace, String> {
         let name = &facts.holder.name;
         let mut open = self.open.lock();
+        // A host has a connection for each link of its components.
+        let is_host = facts.holder.purpose == KeyPurpose::Host;
         let of_name = || open.sessions.values().filter(|it| it.facts.holder.name == *name);
         let to_process = of_name().filter(|it| it.process == process).count();
         if open.sessions.len() >= self.limits.sessions {
             return Err(format!("all {} connections of the gate are taken", self.limits.sessions));
         }
-        if of_name().count() >= self.limits.sessions_per_name {
+        if !is_host && of_name().count() >= self.limits.sessions_per_name {
             return Err(format!(
                 "{name} has {} connections already",
                 self.limits.sessions_per_name
             ));
         }
-        if to_process >= self.limits.sessions_per_process {
+        if !is_host && to_process >= self.limits.sessions_per_process {
             return Err(format!("{name} has {to_process} connections to {process} already"));
         }
         open.last += 1;
@@ -111,7 +114,7 @@ mod tests {
 
     use super::*;
     use crate::certificate::Serial;
-    use crate::identity::{KeyHolder, KeyPurpose};
+    use crate::identity::KeyHolder;
 
     fn key(name: &str) -> CertificateFacts {
         let purpose = KeyPurpose::Person(KeyRole::Observer);

@@ -1,10 +1,18 @@
 //! `armor gate`: the gate of a system to other hosts, as a process.
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::process::ExitCode;
+use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use armor_keys::HostKeys;
+use armor_keys::connect::GateError;
 use armor_keys::gate::{self, GateLimits, GateOptions};
+use armor_keys::reach::SystemReach;
+use armor_keys::routes::{Routes, listen_for_processes, serve_processes};
+use armor_socket::FaultTable;
+use armor_wire::remote_process::HostAddress;
 use clap::Args;
 
 use super::serving::serve_until_signal;
@@ -33,6 +41,20 @@ pub struct GateArguments {
     /// The system whose registry listens here.
     #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
     pub registry: SocketAddr,
+    /// Another host of the system, and where its agent listens; `armor run` gives those in the file.
+    #[arg(long = "host", value_name = "NAME=ADDRESS:PORT", value_parser = parse_pair)]
+    pub hosts: Vec<(String, String)>,
+    /// A component, and the other host on which it runs.
+    #[arg(long = "place", value_name = "COMPONENT=HOST", value_parser = parse_pair)]
+    pub places: Vec<(String, String)>,
+    /// The port on loopback by which processes of this host reach the other hosts.
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub router: u16,
+}
+
+fn parse_pair(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("NAME=VALUE is expected")?;
+    Ok((name.to_owned(), value.to_owned()))
 }
 
 impl Verb for GateArguments {
@@ -41,18 +63,54 @@ impl Verb for GateArguments {
         if armor_socket::has_proxy() {
             bail!("ARMOR_VIA is set, for systems on another host; unset it for a gate to this one");
         }
-        let limits = GateLimits::default();
+        if !self.registry.ip().is_loopback() {
+            let registry = self.registry;
+            bail!(
+                "the registry at {registry} is not on this host; a gate leads to the system of its \
+                 own host"
+            );
+        }
+        let is_alone = self.hosts.is_empty();
+        let limits = if is_alone { GateLimits::default() } else { GateLimits::of_hosts() };
         let most = 2 * limits.sessions + limits.strangers + DESCRIPTORS;
         descriptors::raise_limit(most as u64)?;
-        let options = GateOptions {
-            listen: self.listen,
-            keys: self.directory.path()?,
-            registry: self.registry,
-            limits,
-        };
+        let keys = HostKeys::read(&self.directory.path()?)?;
+        let routes = Arc::new(Routes::new(keys.clone(), self.list_gates()));
+        let reach = SystemReach::new(self.registry, keys.host_name())
+            .with_hosts(self.list_components(), Arc::clone(&routes));
+        let (listen, reach) = (self.listen, Arc::new(reach));
+        let options = GateOptions { listen, keys, reach, runs: None, limits };
         let ending = serve_until_signal(async {
+            if !is_alone {
+                let (listener, _) = listen_for_processes(self.router)
+                    .await
+                    .with_context(|| format!("cannot listen on port {}", self.router))?;
+                let faults = Arc::new(FaultTable::default());
+                let report = move |error: &GateError| {
+                    if faults.is_new(None, error.to_string()) {
+                        tracing::warn!("a connection to another host: {error}");
+                    }
+                };
+                tokio::spawn(serve_processes(routes, listener, report));
+            }
             Ok(gate::serve(options, |_| {}).await.map(|never| match never {})?)
         })?;
         Ok(ending.into())
+    }
+}
+
+impl GateArguments {
+    fn list_gates(&self) -> Vec<HostAddress> {
+        let gates = self.hosts.iter().cloned();
+        gates.map(|(host, address)| HostAddress { host, address }).collect()
+    }
+
+    fn list_components(&self) -> BTreeMap<String, Vec<String>> {
+        let hosts = self.hosts.iter().map(|(host, _)| (host.clone(), Vec::new()));
+        let mut components: BTreeMap<String, Vec<String>> = hosts.collect();
+        for (component, host) in &self.places {
+            components.entry(host.clone()).or_default().push(component.clone());
+        }
+        components
     }
 }

@@ -32,7 +32,7 @@ pub fn make_entry(name: &str, address: SocketAddr) -> ComponentEntry {
         instance: armor_socket::random_id(),
         pid: std::process::id(),
         host,
-        endpoint: address.to_string(),
+        endpoint: armor_socket::name_endpoint(address),
     }
 }
 

@@ -11,14 +11,18 @@ use armor_robotfile::resources::ResourceLimits;
 use armor_sdk::messages::Progress;
 use armor_wire::Message;
 use armor_wire::name::is_name;
+use armor_wire::remote_process::{ProcessResources, RemoteStart};
 
 use super::arguments::RunArguments;
 use super::environment::select_variables;
+use super::other_hosts::OtherHosts;
 use super::process::{OWN_PROGRAM, ProcessStart};
+use super::remote::RemotePlan;
 use super::supervisor::{ChildRole, Duty};
 use super::{survivors, unfinished};
 use crate::guard::GuardedResources;
-use crate::kinds::{Catalogue, Origin};
+use crate::kinds::build::{find_build, fingerprint_manifest};
+use crate::kinds::{Catalogue, ComponentKind, Origin};
 use armor_socket::GROUP_VARIABLE;
 
 /// The launcher's own name in the log.
@@ -37,13 +41,22 @@ pub struct ProcessPlan {
     /// What the supervisor needs to know of each process.
     pub duties: Vec<Duty>,
     /// How each process is started.
-    pub starts: Vec<ProcessStart>,
+    pub starts: Vec<PlannedStart>,
     /// Where the registry listens.
     pub registry: SocketAddr,
     /// The mark of all processes of the run, in [`survivors::VARIABLE`].
     pub mark: String,
     /// What the log begins with: variables that the file names and that are not set.
     pub warnings: Vec<String>,
+}
+
+/// How a process is started.
+#[derive(Debug)]
+pub enum PlannedStart {
+    /// On this host.
+    Here(ProcessStart),
+    /// By the agent of another host.
+    Remote(Box<RemotePlan>),
 }
 
 /// The name of a run: the mission's, the system's, or the file's.
@@ -85,6 +98,7 @@ impl ProcessPlan {
         arguments: &RunArguments,
         registry: SocketAddr,
         out: &Path,
+        hosts: Option<&OtherHosts>,
     ) -> Result<Self> {
         let mark = format!("{:016x}/", armor_socket::random_id());
         let mut plan =
@@ -115,7 +129,12 @@ impl ProcessPlan {
         }
         for component in components {
             if !arguments.without.contains(&component.name.value) {
-                plan.component(component, catalogue, &at)?;
+                match (&component.host, hosts) {
+                    (Some(host), Some(hosts)) => {
+                        plan.add_remote(component, catalogue, &hosts.plan(host)?)?;
+                    }
+                    _ => plan.component(component, catalogue, &at)?,
+                }
             }
         }
         if configuration.mission.is_some() {
@@ -130,7 +149,7 @@ impl ProcessPlan {
             plan.add_daemon("executive", ChildRole::Executive, executive);
         }
         if let Some(gate) = arguments.gate {
-            plan.add_gate(gate, &arguments.keys.path()?, components, &at)?;
+            plan.add_gate(gate, &arguments.keys.path()?, components, &at, hosts)?;
         }
         let mut environment = vec![
             ("ARMOR_REGISTRY".into(), OsString::from(&at)),
@@ -149,7 +168,11 @@ impl ProcessPlan {
         if arguments.headless {
             environment.push(("ARMOR_HEADLESS".into(), "1".into()));
         }
+        let place = hosts.map(|hosts| hosts.place().list_variables());
+        let place = place.into_iter().flatten().map(|(name, value)| (name.into(), value.into()));
+        environment.extend(place);
         for start in &mut plan.starts {
+            let PlannedStart::Here(start) = start else { continue };
             // The file decides who takes part, not the shell that starts the system.
             start.environment.retain(|(name, _)| name != GROUP_VARIABLE);
             start.environment.extend(environment.iter().cloned());
@@ -177,6 +200,7 @@ impl ProcessPlan {
         keys: &Path,
         components: &[Component],
         at: &str,
+        hosts: Option<&OtherHosts>,
     ) -> Result<()> {
         if let Some(component) = components.iter().find(|it| it.name.value == GATE) {
             bail!(
@@ -189,21 +213,17 @@ impl ProcessPlan {
         let mut arguments: Vec<OsString> = vec!["--listen".into(), listen.to_string().into()];
         arguments.extend(["--registry".into(), at.into()]);
         arguments.extend(["--keys".into(), keys.as_os_str().to_owned()]);
+        if let Some(hosts) = hosts {
+            arguments.extend(hosts.list_arguments(components));
+        }
         self.add_daemon(GATE, ChildRole::Gate, arguments);
         Ok(())
     }
 
     fn component(&mut self, component: &Component, catalogue: &Catalogue, at: &str) -> Result<()> {
         let (name, kind) = (&component.name.value, &component.kind.value);
-        if RESERVED.contains(&name.as_str()) {
-            bail!(
-                "{}: the name {name} belongs to the system itself; rename the component",
-                component.name.at
-            );
-        }
-        let found = catalogue.kinds.get(kind);
-        let found =
-            found.with_context(|| format!("{}: no kind is called {kind}", component.kind.at))?;
+        check_name(component)?;
+        let found = find_kind(component, catalogue)?;
         let mut arguments: Vec<OsString> =
             ["--name", name.as_str(), "--registry", at].map(OsString::from).to_vec();
         let program = match &found.origin {
@@ -214,7 +234,8 @@ impl ProcessPlan {
             Origin::Executable(path) => path.clone(),
         };
         self.add(name, ChildRole::Component, component.restart, program, arguments);
-        if let (Some(start), Some(named)) = (self.starts.last_mut(), &component.variables) {
+        let Some(PlannedStart::Here(start)) = self.starts.last_mut() else { return Ok(()) };
+        if let Some(named) = &component.variables {
             let unset = named.value.iter().filter(|name| std::env::var_os(name).is_none());
             self.warnings.extend(unset.map(|name| {
                 let (at, component) = (&named.at, &component.name.value);
@@ -222,12 +243,51 @@ impl ProcessPlan {
             }));
             start.environment = select_variables(std::env::vars_os(), &named.value);
         }
-        if let Some(start) = self.starts.last_mut() {
-            start.resources = find_resources(component)?;
-        }
+        start.resources = find_resources(component)?;
         if let Some(duty) = self.duties.last_mut() {
             duty.watchdog = component.watchdog.as_ref().map(|watchdog| watchdog.value);
         }
+        Ok(())
+    }
+
+    /// Adds a component that the agent of another host runs.
+    fn add_remote(
+        &mut self,
+        component: &Component,
+        catalogue: &Catalogue,
+        plan: &RemotePlan,
+    ) -> Result<()> {
+        let name = &component.name.value;
+        check_name(component)?;
+        let found = find_kind(component, catalogue)?;
+        let mut plan = plan.clone();
+        let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+        plan.start = RemoteStart {
+            component: name.clone(),
+            kind: component.kind.value.clone(),
+            manifest: fingerprint_manifest(&found.manifest),
+            build: find_build(&found.origin),
+            variables: component.variables.as_ref().map(|it| it.value.clone()).unwrap_or_default(),
+            resources: ProcessResources {
+                nice: nice.as_ref().map(|nice| nice.value),
+                realtime: realtime.as_ref().map(|priority| priority.value),
+                cpus: cpus
+                    .iter()
+                    .flat_map(|it| &it.value)
+                    .filter_map(|it| (*it).try_into().ok())
+                    .collect(),
+                memory: memory.as_ref().map(|memory| memory.value),
+            },
+            ..plan.start
+        };
+        self.duties.push(Duty {
+            name: name.clone(),
+            role: ChildRole::Component,
+            restart: component.restart,
+            watchdog: component.watchdog.as_ref().map(|watchdog| watchdog.value),
+            host: Some(plan.host.clone()),
+        });
+        self.starts.push(PlannedStart::Remote(Box::new(plan)));
         Ok(())
     }
 
@@ -239,11 +299,11 @@ impl ProcessPlan {
         program: PathBuf,
         arguments: Vec<OsString>,
     ) {
-        self.duties.push(Duty { name: name.into(), role, restart, watchdog: None });
+        self.duties.push(Duty { name: name.into(), role, restart, watchdog: None, host: None });
         let environment = select_variables(std::env::vars_os(), &[]);
         let takes_reports = role == ChildRole::Executive;
         let name = name.into();
-        self.starts.push(ProcessStart {
+        self.starts.push(PlannedStart::Here(ProcessStart {
             name,
             program,
             arguments,
@@ -251,8 +311,25 @@ impl ProcessPlan {
             mark: String::new(),
             resources: GuardedResources::default(),
             takes_reports,
-        });
+        }));
     }
+}
+
+fn check_name(component: &Component) -> Result<()> {
+    let name = &component.name.value;
+    if RESERVED.contains(&name.as_str()) {
+        bail!(
+            "{}: the name {name} belongs to the system itself; rename the component",
+            component.name.at
+        );
+    }
+    Ok(())
+}
+
+fn find_kind<'a>(component: &Component, catalogue: &'a Catalogue) -> Result<&'a ComponentKind> {
+    let kind = &component.kind.value;
+    let found = catalogue.kinds.get(kind);
+    found.with_context(|| format!("{}: no kind is called {kind}", component.kind.at))
 }
 
 /// Returns what the file lets a component use of the host.

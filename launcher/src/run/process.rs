@@ -129,6 +129,11 @@ impl ChildProcess {
 }
 
 impl ProcessGroup {
+    /// That of a process which was started in a group of its own.
+    pub fn of(pid: Pid) -> Self {
+        Self(pid)
+    }
+
     /// Its process id.
     pub fn pid(self) -> u32 {
         self.0.as_raw_nonzero().get().unsigned_abs()
@@ -157,14 +162,15 @@ pub fn is_suspended(pid: u32) -> bool {
 
 /// Why a process that ended like a guard has: it cannot be started if its executable may not be
 /// executed any more.
-fn find_cause(program: &Path) -> ChildExit {
+pub fn find_cause(program: &Path) -> ChildExit {
     match rustix::fs::access(program, rustix::fs::Access::EXEC_OK) {
         Ok(()) => ChildExit::Code(GUARD_FAILED),
         Err(error) => ChildExit::NotStarted(error.raw_os_error()),
     }
 }
 
-fn exit_of(status: ExitStatus) -> ChildExit {
+/// How a process has ended.
+pub fn exit_of(status: ExitStatus) -> ChildExit {
     match (status.code(), status.signal()) {
         (Some(code), _) => ChildExit::Code(code),
         (None, Some(signal)) => ChildExit::Signal(signal),

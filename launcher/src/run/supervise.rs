@@ -1,8 +1,8 @@
 //! The loop around the [`Supervisor`]: gives it the events and carries out its actions.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -11,6 +11,7 @@ use armor_robotfile::advise_similar;
 use armor_sdk::directory::{Directory, DirectoryChange};
 use armor_wire::control::{Answer, RunState};
 use armor_wire::registry::ComponentEntry;
+use armor_wire::remote_process::Takeover;
 use rustix::process::{Pid, getpgid};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
@@ -22,8 +23,9 @@ use super::given_up::GivenUpReports;
 use super::group_killer::GroupKiller;
 use super::hanging_calls::HangingCalls;
 use super::logs::RunLog;
-use super::plan::{LAUNCHER, ProcessPlan};
+use super::plan::{LAUNCHER, PlannedStart, ProcessPlan};
 use super::process::{ChildProcess, ProcessGroup, is_suspended};
+use super::remote::{RemoteNotice, RemotePlan, RemoteProcess};
 use super::requests::{ReceivedRequest, RequestSocket, refusal};
 use super::supervisor::{
     ChildExit, ChildId, ChildOrder, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, Supervisor,
@@ -44,10 +46,14 @@ const MAX_REQUESTS: usize = 16;
 enum LauncherInput {
     Exited(ChildId, ChildExit),
     /// A component of this process sent an answer: its state, if it was one.
-    Heard(ChildId, ProcessGroup, Option<RunState>),
-    Stuck(ChildId, ProcessGroup, Duration),
+    Heard(ChildId, ProcessId, Option<RunState>),
+    Stuck(ChildId, ProcessId, Duration),
     /// There is no descriptor left to connect to it.
     Unheard(ChildId),
+    /// It is on another host, which is cut off.
+    CutOff(ChildId, u64),
+    /// Its process on another host has ended.
+    EndedThere(ChildId, u64, ChildExit),
     Registry(DirectoryChange),
 }
 
@@ -57,18 +63,58 @@ pub struct RunIdentity {
     pub system: String,
     /// The time after which it stops, if it is limited.
     pub time: Option<Duration>,
+    /// Whether it continues an earlier run.
+    pub resumes: bool,
 }
 
 /// A running process.
 struct RunningProcess {
-    group: ProcessGroup,
+    process: ProcessHandle,
     link: Option<ComponentLink>,
+}
+
+/// A process of this host or of another.
+enum ProcessHandle {
+    Here(ProcessGroup),
+    There(RemoteProcess),
+}
+
+/// Tells the starts of one component apart.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ProcessId {
+    Here(ProcessGroup),
+    There(u64),
+}
+
+impl ProcessHandle {
+    fn id(&self) -> ProcessId {
+        match self {
+            Self::Here(group) => ProcessId::Here(*group),
+            Self::There(process) => ProcessId::There(process.id),
+        }
+    }
+
+    fn terminate(&self) {
+        match self {
+            Self::Here(group) => group.terminate(),
+            Self::There(process) => process.terminate(),
+        }
+    }
+
+    fn kill(&self) {
+        match self {
+            Self::Here(group) => group.kill(),
+            Self::There(process) => process.kill(),
+        }
+    }
 }
 
 struct Launcher {
     plan: ProcessPlan,
     running: Vec<Option<RunningProcess>>,
     was_started: Vec<bool>,
+    /// Continues an earlier run, whose processes on other hosts are taken over.
+    resumes: bool,
     restarts: Arc<AtomicU32>,
     hanging_calls: HangingCalls,
     group_killer: GroupKiller,
@@ -100,6 +146,7 @@ pub async fn supervise(
     let mut launcher = Launcher {
         running: plan.duties.iter().map(|_| None).collect(),
         was_started: vec![false; plan.duties.len()],
+        resumes: identity.resumes,
         restarts,
         hanging_calls,
         group_killer: GroupKiller::start(&plan.mark)?,
@@ -172,12 +219,12 @@ impl Launcher {
                     if let Some(running) = &self.running[id]
                         && !running.link.as_ref().is_some_and(ComponentLink::terminate)
                     {
-                        running.group.terminate();
+                        running.process.terminate();
                     }
                 }
                 SupervisorAction::Kill(id) => {
                     if let Some(running) = &self.running[id] {
-                        running.group.kill();
+                        running.process.kill();
                     }
                 }
                 SupervisorAction::ReportGivenUp(id, why) => {
@@ -193,10 +240,23 @@ impl Launcher {
     }
 
     fn spawn_child(&mut self, id: ChildId) {
-        if std::mem::replace(&mut self.was_started[id], true) {
+        let is_first = !std::mem::replace(&mut self.was_started[id], true);
+        if !is_first {
             self.restarts.fetch_add(1, Ordering::Relaxed);
         }
-        match ChildProcess::start(&self.plan.starts[id], &self.log) {
+        let start = match &self.plan.starts[id] {
+            PlannedStart::Here(start) => start,
+            PlannedStart::Remote(plan) => {
+                let takeover =
+                    if is_first && self.resumes { Takeover::Any } else { Takeover::Never };
+                let process = self.start_remote(id, plan, takeover);
+                self.given_up.remove_component(&self.plan.duties[id].name);
+                let process = ProcessHandle::There(process);
+                self.running[id] = Some(RunningProcess { process, link: None });
+                return;
+            }
+        };
+        match ChildProcess::start(start, &self.log) {
             Ok(mut process) => {
                 let group = process.group();
                 self.given_up.remove_component(&self.plan.duties[id].name);
@@ -204,7 +264,8 @@ impl Launcher {
                     self.given_up.connect_executive(pipe);
                 }
                 self.group_killer.add_group(group);
-                self.running[id] = Some(RunningProcess { group, link: None });
+                let handle = ProcessHandle::Here(group);
+                self.running[id] = Some(RunningProcess { process: handle, link: None });
                 let inputs = self.inputs.clone();
                 tokio::spawn(async move {
                     let (exit, readers) = process.wait().await;
@@ -228,6 +289,29 @@ impl Launcher {
         }
     }
 
+    fn start_remote(&self, id: ChildId, plan: &RemotePlan, takeover: Takeover) -> RemoteProcess {
+        let (inputs, number) = (self.inputs.clone(), Arc::new(OnceLock::new()));
+        let known = Arc::clone(&number);
+        let process = RemoteProcess::begin(plan, takeover, &self.log, move |notice| {
+            let number = known.get().copied().unwrap_or_default();
+            let input = match notice {
+                RemoteNotice::CutOff => LauncherInput::CutOff(id, number),
+                RemoteNotice::Ended(exit) => {
+                    let inputs = inputs.clone();
+                    // Must not be lost, and this is called within a task.
+                    tokio::spawn(async move {
+                        let ended = LauncherInput::EndedThere(id, number, exit);
+                        let _ = inputs.send(ended).await;
+                    });
+                    return;
+                }
+            };
+            let _ = inputs.try_send(input);
+        });
+        let _ = number.set(process.id);
+        process
+    }
+
     /// Watches the registry for processes that appear and go.
     fn watch_registry(&self) {
         let name = format!("{LAUNCHER}-{}", std::process::id());
@@ -246,18 +330,30 @@ impl Launcher {
         match input {
             LauncherInput::Exited(id, exit) => {
                 self.hanging_calls.forget_component(&self.plan.duties[id].name);
-                if let Some(running) = self.running[id].take() {
-                    self.group_killer.remove_group(running.group);
+                if let Some(running) = self.running[id].take()
+                    && let ProcessHandle::Here(group) = running.process
+                {
+                    self.group_killer.remove_group(group);
                 }
                 Some(SupervisorEvent::Exited(id, exit))
             }
-            LauncherInput::Heard(id, group, state) => {
-                let current = self.running[id].as_ref()?;
-                (current.group == group).then_some(SupervisorEvent::Heard(id, state))
+            LauncherInput::EndedThere(id, number, exit) => {
+                self.expect_process(id, ProcessId::There(number))?;
+                self.hanging_calls.forget_component(&self.plan.duties[id].name);
+                self.running[id] = None;
+                Some(SupervisorEvent::Exited(id, exit))
             }
-            LauncherInput::Stuck(id, group, call) => {
-                let current = self.running[id].as_ref()?;
-                (current.group == group).then_some(SupervisorEvent::Stuck(id, call))
+            LauncherInput::CutOff(id, number) => {
+                self.expect_process(id, ProcessId::There(number))?;
+                Some(SupervisorEvent::Unheard(id))
+            }
+            LauncherInput::Heard(id, process, state) => {
+                self.expect_process(id, process)?;
+                Some(SupervisorEvent::Heard(id, state))
+            }
+            LauncherInput::Stuck(id, process, call) => {
+                self.expect_process(id, process)?;
+                Some(SupervisorEvent::Stuck(id, call))
             }
             LauncherInput::Unheard(id) => {
                 self.report_shortage();
@@ -297,8 +393,10 @@ impl Launcher {
     /// has started as this component.
     fn is_suspended(&self, id: ChildId) -> bool {
         let Some(running) = &self.running[id] else { return false };
+        // The processes of another host cannot be looked at.
+        let ProcessHandle::Here(group) = &running.process else { return false };
         let registered = running.link.as_ref().map(|link| link.pid);
-        [Some(running.group.pid()), registered].into_iter().flatten().any(is_suspended)
+        [Some(group.pid()), registered].into_iter().flatten().any(is_suspended)
     }
 
     /// Reports once that descriptors are short.
@@ -406,7 +504,7 @@ impl Launcher {
         let running = self.running[id].as_mut()?;
         let connected = running.link.as_ref().map(|link| link.instance) == Some(entry.instance);
         if self.plan.duties[id].role == ChildRole::Component && !connected {
-            let (inputs, group) = (self.inputs.clone(), running.group);
+            let (inputs, process) = (self.inputs.clone(), running.process.id());
             let Duty { name, watchdog, .. } = self.plan.duties[id].clone();
             let hanging_calls = self.hanging_calls.clone();
             running.link = Some(ComponentLink::begin(entry, move |answer| {
@@ -423,24 +521,36 @@ impl Launcher {
                         let call_s = limited.map_or(0.0, |call| call.call_s);
                         let call = Duration::try_from_secs_f64(call_s).unwrap_or_default();
                         if watchdog.is_some_and(|watchdog| call > watchdog) {
-                            let _ = inputs.try_send(LauncherInput::Stuck(id, group, call));
+                            let _ = inputs.try_send(LauncherInput::Stuck(id, process, call));
                         }
                         None
                     }
                     _ => None,
                 };
                 // A full queue contains enough beats.
-                let _ = inputs.try_send(LauncherInput::Heard(id, group, state));
+                let _ = inputs.try_send(LauncherInput::Heard(id, process, state));
             }));
         }
         Some(SupervisorEvent::Ready(id))
     }
 
+    /// Returns something if this is still the process of the component.
+    fn expect_process(&self, id: ChildId, process: ProcessId) -> Option<()> {
+        let current = self.running[id].as_ref()?;
+        (current.process.id() == process).then_some(())
+    }
+
     /// Returns our process of that name, if the entry is of its process group: it may be the child
-    /// of a script.
+    /// of a script. Another host's processes register only through the gate, which knows the host.
     fn find_child(&self, entry: &ComponentEntry) -> Option<ChildId> {
         let id = self.plan.duties.iter().position(|duty| duty.name == entry.name)?;
-        let ours = self.running[id].as_ref()?.group.pid();
+        let ours = match &self.running[id].as_ref()?.process {
+            ProcessHandle::Here(group) => group.pid(),
+            ProcessHandle::There(_) => {
+                let is_there = self.plan.duties[id].host.as_ref() == Some(&entry.host);
+                return is_there.then_some(id);
+            }
+        };
         let pid = Pid::from_raw(i32::try_from(entry.pid).ok()?);
         let in_group =
             || getpgid(pid).is_ok_and(|group| group.as_raw_nonzero().get().unsigned_abs() == ours);

@@ -37,6 +37,15 @@ pub fn kill_survivors(mark: &str) -> usize {
     killed.len()
 }
 
+/// Returns the mark of a process, if it has one and belongs to this user.
+pub fn read_mark(pid: u32) -> Option<String> {
+    let variables = fs::read(format!("/proc/{pid}/environ")).ok()?;
+    let prefix = format!("{VARIABLE}=");
+    let mut variables = variables.split(|byte| *byte == 0);
+    let mark = variables.find_map(|variable| variable.strip_prefix(prefix.as_bytes()))?;
+    String::from_utf8(mark.to_vec()).ok()
+}
+
 /// Only processes of this user can be read, and a process that has ended has no variables.
 fn find_survivors(mark: &str) -> Vec<Pid> {
     let wanted = format!("{VARIABLE}={mark}");
@@ -63,6 +72,7 @@ mod tests {
             command.arg("600").env(VARIABLE, format!("{mark}{name}/"));
             command.spawn().expect("sleep runs")
         });
+        assert_eq!(read_mark(others[0].id()), Some(format!("{mark}laser/")));
         assert_eq!(kill_survivors(&format!("{mark}laser/")), 1);
         assert!(!others[0].wait().expect("it is ours").success());
         assert_eq!(others[1].try_wait().expect("it is ours"), None);

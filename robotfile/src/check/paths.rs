@@ -72,13 +72,15 @@ pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec
             });
         }
     };
-    for component in &system.components {
+    // What another host has is not known here.
+    for component in system.components.iter().filter(|component| component.host.is_none()) {
         for given in &component.parameters {
             add(&component.kind.value, &component.name.value, given);
         }
     }
     for given in configuration.missions().flat_map(|m| &m.places).flat_map(|p| &p.parameters) {
-        if let Some(component) = system.component(&given.component.value) {
+        let component = system.component(&given.component.value);
+        if let Some(component) = component.filter(|component| component.host.is_none()) {
             add(&component.kind.value, &component.name.value, &given.parameter);
         }
     }

@@ -45,6 +45,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
         }
     }
     similar_names(system, findings);
+    check_hosts(system, findings);
     for link in &system.links {
         names.expect(&link.from.component, Code::UnknownComponent, findings);
         names.expect(&link.to.component, Code::UnknownComponent, findings);
@@ -53,6 +54,28 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
         names.expect(&clock.source.component, Code::UnknownComponent, findings);
     }
     inputs_fed_once(&system.links, findings);
+}
+
+/// Each host once, each component on one that there is, each host with a component.
+fn check_hosts(system: &System, findings: &mut Findings) {
+    let names = system.hosts.iter().map(|host| &host.name);
+    let hosts = KnownNames::collect("host", Code::DuplicateHost, names, findings);
+    let hosts = hosts.including(&system.unreadable);
+    let mut used = BTreeSet::new();
+    for host in system.components.iter().filter_map(|component| component.host.as_ref()) {
+        if !hosts.expect(host, Code::UnknownHost, findings) {
+            // It may stand for one that looks unused.
+            used.extend(hosts.known.keys());
+        }
+        used.insert(host.value.as_str());
+    }
+    for host in system.hosts.iter().filter(|host| !used.contains(host.name.value.as_str())) {
+        let message = format!("no component runs on the host {}", host.name.value);
+        let finding = Finding::new(Code::UnusedHost, &host.name.at, message);
+        let name = &host.name.value;
+        let remedy = format!("write host=\"{name}\" at a component, or remove the host");
+        findings.push(finding.remedy(remedy));
+    }
 }
 
 /// A system of a file without errors, in which every component was read.

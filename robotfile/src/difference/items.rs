@@ -1,10 +1,12 @@
 //! A configuration divided into the things that a user would name: each with its attributes, as
 //! values to compare and as text to show.
 
+use armor_wire::remote_process::CutOff;
+
 use super::Subject;
 use crate::date::Date;
 use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Place, Transition, Variable};
-use crate::model::{Component, Configuration, Link, LinkMode, Parameter, Restart};
+use crate::model::{Component, Configuration, Host, Link, LinkMode, Parameter, Restart};
 use crate::resources::ResourceLimits;
 use crate::source::Spanned;
 
@@ -53,6 +55,7 @@ pub(super) fn of(configuration: &Configuration) -> Vec<ComparedItem> {
         clock.and_then(|source| plain_aspect("clock", source)),
     ];
     let mut items = vec![ComparedItem::new(Subject::System, "", itself)];
+    items.extend(system.hosts.iter().map(of_host));
     for component in &system.components {
         items.push(of_component(component));
         items.extend(component.parameters.iter().map(|given| of_parameter(component, given)));
@@ -60,6 +63,16 @@ pub(super) fn of(configuration: &Configuration) -> Vec<ComparedItem> {
     items.extend(system.links.iter().map(of_link));
     items.extend(configuration.mission.iter().flat_map(of_mission));
     items
+}
+
+fn of_host(host: &Host) -> ComparedItem {
+    let cut_off =
+        CutOff::ALL.iter().find(|(_, it)| *it == host.cut_off && *it != CutOff::default());
+    let aspects = vec![
+        plain_aspect("at", &*host.address.value),
+        cut_off.and_then(|(name, _)| plain_aspect("cut-off", *name)),
+    ];
+    ComparedItem::new(Subject::Host, &*host.name.value, aspects)
 }
 
 fn of_component(component: &Component) -> ComparedItem {
@@ -72,6 +85,7 @@ fn of_component(component: &Component) -> ComparedItem {
     let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
     let aspects = vec![
         plain_aspect("kind", &*component.kind.value),
+        text_aspect("host", &component.host),
         rate.map(|rate| new_aspect("rate", rate.value.to_string(), rate.at.text())),
         plain_aspect("restart", restart),
         watchdog.map(|watchdog| {

@@ -13,6 +13,7 @@ use crate::tree::Element;
 const ORDER: &[&str] = &[
     "system",
     "clock",
+    "host",
     "component",
     "link",
     "mission",

@@ -1,14 +1,17 @@
 //! `<system>` → [`System`].
 
+use std::net::{Ipv6Addr, SocketAddrV6};
 use std::sync::Arc;
 
+use armor_wire::gate::GATE_PORT;
 use armor_wire::keep::{Keep, Wake};
+use armor_wire::remote_process::CutOff;
 
 use crate::code::Code;
 use crate::fields::ElementFields;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::model::{Clock, Component, Link, LinkMode, Parameter, Restart, System, Transport};
+use crate::model::{Clock, Component, Host, Link, LinkMode, Parameter, Restart, System, Transport};
 use crate::read::layout;
 use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};
 use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice, parse_realtime};
@@ -21,9 +24,13 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
     let (name, at) = (fields.name("name"), Some(fields.at()));
     let group = fields.converted("group", parse_group);
     let mut system = System { name, group, at, ..System::default() };
-    for child in fields.finish(&["component", "link", "clock", "layout"]) {
+    for child in fields.finish(&["host", "component", "link", "clock", "layout"]) {
         let at = child.at(source);
         match child.name.as_str() {
+            "host" => match read_host(child, source, findings) {
+                Some(host) => add_limited(&mut system.hosts, host, MAX_ELEMENTS, &at, findings),
+                None => system.unreadable.add_element(child),
+            },
             "component" => {
                 let read = read_component(child, source, findings);
                 record_doubt(child, read.as_ref(), &mut system.unreadable);
@@ -59,6 +66,42 @@ fn record_doubt(element: &Element, read: Option<&Component>, unreadable: &mut Un
     }
 }
 
+fn read_host(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> Option<Host> {
+    let mut fields = ElementFields::new(element, source, findings);
+    let name = fields.required_name("name");
+    let is_there = element.attribute("at").is_some();
+    let address = fields.converted("at", parse_address);
+    if !is_there {
+        fields.required("at");
+    }
+    let cut_off = fields.choice("cut-off", &CutOff::ALL);
+    fields.finish(&[]);
+    let cut_off = cut_off.map(|cut_off| cut_off.value).unwrap_or_default();
+    Some(Host { name: name?, address: address?, cut_off })
+}
+
+/// Reads the address of a host's agent: a name or an address, and a port, or the usual one.
+fn parse_address(text: &str) -> Result<String, String> {
+    let wrong = || format!("an address such as arm.local, 10.0.0.2:{GATE_PORT} or [fd00::2]:7410");
+    let is_plain = |host: &str| {
+        let is_part = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
+        !host.is_empty() && host.chars().all(is_part)
+    };
+    if text.parse::<Ipv6Addr>().is_ok() {
+        return Ok(format!("[{text}]:{GATE_PORT}"));
+    }
+    if text.parse::<SocketAddrV6>().is_ok_and(|address| address.port() > 0) {
+        return Ok(text.to_owned());
+    }
+    match text.rsplit_once(':') {
+        None if is_plain(text) => Ok(format!("{text}:{GATE_PORT}")),
+        Some((host, port)) if is_plain(host) && port.parse::<u16>().is_ok_and(|port| port > 0) => {
+            Ok(text.to_owned())
+        }
+        _ => Err(wrong()),
+    }
+}
+
 fn read_component(
     element: &Element,
     source: &Arc<Source>,
@@ -67,6 +110,7 @@ fn read_component(
     let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
     let kind = fields.required_name("kind");
+    let host = fields.name("host");
     let rate_hz = fields.rate_hz("rate");
     let restart = fields.choice(
         "restart",
@@ -91,6 +135,7 @@ fn read_component(
     Some(Component {
         name: name?,
         kind: kind?,
+        host,
         rate_hz,
         restart: restart.map(|restart| restart.value).unwrap_or_default(),
         watchdog,

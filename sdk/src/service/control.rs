@@ -71,7 +71,9 @@ enum Place {
 impl Place {
     fn of(role: Role, preface: Option<&Preface>) -> Self {
         match preface {
-            Some(preface) if role == Role::Operator && preface.role < KeyRole::Operator => {
+            Some(preface)
+                if role == Role::Operator && preface.role() == Some(KeyRole::Observer) =>
+            {
                 Self::Stopper
             }
             _ => Self::Of(role),
@@ -253,8 +255,9 @@ impl ControlServer {
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
                 let (from, instance) = (connection.from.clone(), connection.instance);
-                // Whatever the client claims.
-                let author = connection.preface.as_ref().map_or(author, |it| it.name.clone());
+                // Whatever a person's client claims.
+                let person = connection.preface.as_ref().filter(|it| it.role().is_some());
+                let author = person.map_or(author, |it| it.name.clone());
                 let connection = connection.id;
                 let given = GivenOrder { connection, from, instance, request, author, take, order };
                 if let Some(answer) = self.participant.operator_orders.submit_order(given) {

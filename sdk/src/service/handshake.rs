@@ -137,8 +137,9 @@ impl Handshakes {
     ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
         let from = match pending.opening.preface() {
-            Some(preface) => name_remote_tool(&hello.from, preface),
-            None => hello.from,
+            Some(preface) if preface.role().is_some() => name_remote_tool(&hello.from, preface),
+            // A process of this host, or of another host of the system.
+            _ => hello.from,
         };
         match hello.purpose {
             Purpose::Link { link } => self.admit_link(&link, &from, stream).map(|()| None),
@@ -297,7 +298,7 @@ mod tests {
 
     #[test]
     fn a_remote_tool_cannot_pass_for_a_component() {
-        let preface = Preface { name: "alice".into(), role: KeyRole::Observer };
+        let preface = Preface::of_person("alice", KeyRole::Observer);
         assert_eq!(name_remote_tool("tool-7", &preface), "tool-7 of alice");
         assert_eq!(name_remote_tool("driver", &preface), "tool-driver of alice");
     }

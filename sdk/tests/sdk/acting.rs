@@ -24,7 +24,7 @@ impl RemoteTool {
         let stream = TcpStream::connect(system.entry(component).endpoint).unwrap();
         stream.set_read_timeout(Some(DEADLINE)).unwrap();
         let mut tool = Self { stream, frames: FrameReader::new() };
-        let preface = Preface { name: "alice".into(), role };
+        let preface = Preface::of_person("alice", role);
         tool.stream.write_all(&frame::to_bytes(FrameKind::Preface, &preface).unwrap()).unwrap();
         assert_eq!(tool.hear().unwrap().0, FrameKind::Beat, "it is acknowledged");
         tool

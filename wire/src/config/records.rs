@@ -75,6 +75,8 @@ text_enum! {
     ChangeSubject {
         /// The system itself.
         System = "system",
+        /// Another host.
+        Host = "host",
         /// A component.
         Component = "component",
         /// A parameter.
@@ -100,7 +102,7 @@ impl ChangeSubject {
     /// Whether it is part of the mission, of which the executive decides when to take a change.
     pub fn is_of_mission(self) -> bool {
         match self {
-            Self::System | Self::Component | Self::Parameter | Self::Link => false,
+            Self::System | Self::Host | Self::Component | Self::Parameter | Self::Link => false,
             Self::Mission
             | Self::Variable
             | Self::Place

@@ -89,7 +89,7 @@ fn seeds() -> Vec<Vec<u8>> {
     add(&mut seeds, FrameKind::Control, &config::ConfigReply::Settings { request: 1, settings });
     add(&mut seeds, FrameKind::Control, &Command::Status { request: 8 });
     add(&mut seeds, FrameKind::Control, &Answer::Report { report: 1, activation: 2, outcome });
-    let preface = Preface { name: "alice".into(), role: KeyRole::Operator };
+    let preface = Preface::of_person("alice", KeyRole::Operator);
     add(&mut seeds, FrameKind::Preface, &preface);
     let observer = Hello::new("tool-1", 1, Purpose::Registry { entry: None });
     let frames = [

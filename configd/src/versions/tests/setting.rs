@@ -155,7 +155,7 @@ fn no_request_leads_what_a_component_writes_out_of_the_run_folder() {
 fn a_value_is_set_through_a_gate_by_an_engineer_and_by_no_lower_role() {
     for role in KeyRole::ALL {
         let mut versions = tuned();
-        let preface = Some(Preface { name: "alice".into(), role });
+        let preface = Some(Preface::of_person("alice", role));
         connect_through(&mut versions, 1, "tool-7", preface);
         let actions = set(&mut versions, 8, "player.speed", Some("5"));
         if role == KeyRole::Engineer {

@@ -35,6 +35,8 @@ pub struct Duty {
     pub restart: Restart,
     /// How long one call of a component's code may take.
     pub watchdog: Option<Duration>,
+    /// The other host on which it runs, if it does not run on this one.
+    pub host: Option<String>,
 }
 
 /// How a process ended.

@@ -179,7 +179,7 @@ fn dropping_the_server_closes_everything_and_frees_the_port() {
 }
 
 fn preface(role: KeyRole) -> Preface {
-    Preface { name: "alice".into(), role }
+    Preface::of_person("alice", role)
 }
 
 #[test]

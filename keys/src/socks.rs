@@ -16,7 +16,7 @@ const BY_IPV6: u8 = 4;
 
 /// The answer to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SocksAnswer {
+pub(crate) enum SocksAnswer {
     Connected = 0,
     Forbidden = 2,
     Unreachable = 4,
@@ -26,7 +26,7 @@ pub(super) enum SocksAnswer {
 }
 
 /// Reads the greeting and the request; returns the address, `host:port`.
-pub(super) async fn read_request(
+pub(crate) async fn read_request(
     stream: &mut (impl AsyncRead + AsyncWrite + Unpin),
 ) -> io::Result<String> {
     let [version, methods] = read_bytes(stream).await?;
@@ -68,7 +68,7 @@ pub(super) async fn read_request(
 }
 
 /// Answers a request. The address from which the gate connects is not sent: no tool needs it.
-pub(super) async fn answer(
+pub(crate) async fn answer(
     stream: &mut (impl AsyncWrite + Unpin),
     answer: SocksAnswer,
 ) -> io::Result<()> {

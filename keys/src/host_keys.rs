@@ -1,19 +1,20 @@
-//! The folder of keys on the robot's host: the host's own key and the list of revoked ones. It is
-//! read again when it changes, so that neither a renewal nor a revocation needs a restart.
+//! The folder of keys on a host: the host's own key and the list of revoked ones. It is read again when
+//! it changes, so that neither a renewal nor a revocation needs a restart.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rustls::ServerConfig;
+use parking_lot::{Mutex, MutexGuard};
+use rustls::{ClientConfig, ServerConfig};
 use thiserror::Error;
 
 use crate::folder::{AUTHORITY, FolderError, KEY_SUFFIX, REVOKED, read_list};
 use crate::identity::KeyPurpose;
 use crate::key_file::{KeyFile, KeyFileError, check_folder};
 use crate::revoked::{RevokedKeys, parse_revoked};
-use crate::tls::gate_config;
+use crate::tls::{client_config, gate_config};
 
 /// Why the keys of a gate cannot be used.
 #[derive(Debug, Error)]
@@ -31,12 +32,43 @@ pub enum GateKeysError {
     },
 }
 
-/// The keys of a gate, as last read.
+/// The keys of this host, which its gate and its connections to other hosts share.
+#[derive(Clone)]
+pub struct HostKeys {
+    keys: Arc<Mutex<GateKeys>>,
+    name: Arc<str>,
+}
+
+impl HostKeys {
+    /// Reads the folder.
+    ///
+    /// # Errors
+    /// If there is not one key of a host, or no list of revoked keys, or others can read the folder.
+    pub fn read(folder: &Path) -> Result<Self, GateKeysError> {
+        let keys = GateKeys::read(folder)?;
+        let name = keys.host.facts.holder.name.as_str().into();
+        Ok(Self { keys: Arc::new(Mutex::new(keys)), name })
+    }
+
+    /// The name of this host in its key.
+    pub fn host_name(&self) -> &str {
+        &self.name
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, GateKeys> {
+        self.keys.lock()
+    }
+}
+
+/// The keys of a host, as last read.
 pub(crate) struct GateKeys {
     folder: PathBuf,
     /// The host's key.
     pub(crate) host: KeyFile,
+    /// How its gate accepts others.
     pub(crate) config: Arc<ServerConfig>,
+    /// How it connects to the gates of other hosts.
+    pub(crate) client: Arc<ClientConfig>,
     pub(crate) revoked: Arc<RevokedKeys>,
     seen: FolderState,
 }
@@ -69,8 +101,8 @@ impl GateKeys {
         let host = read_host_key(folder)?;
         let revoked = Arc::<RevokedKeys>::default();
         revoked.add_keys(read_revoked(folder)?);
-        let config = make_config(folder, &host, &revoked)?;
-        Ok(Self { folder: folder.into(), host, config, revoked, seen })
+        let (config, client) = make_configs(folder, &host, &revoked)?;
+        Ok(Self { folder: folder.into(), host, config, client, revoked, seen })
     }
 
     /// Reads the folder again if it has changed.
@@ -86,13 +118,20 @@ impl GateKeys {
             Err(error) => change.problems.push(error.to_string()),
         }
         let host = read_host_key(&self.folder).and_then(|host| {
-            let config = make_config(&self.folder, &host, &self.revoked)?;
-            Ok((host, config))
+            let configs = make_configs(&self.folder, &host, &self.revoked)?;
+            Ok((host, configs))
         });
         match host {
             Ok((host, _)) if host.facts == self.host.facts => {}
-            Ok((host, config)) => {
-                (self.host, self.config, change.renewed) = (host, config, true);
+            Ok((host, _)) if host.facts.holder != self.host.facts.holder => {
+                let (own, other) = (&self.host.facts.holder.name, &host.facts.holder.name);
+                change.problems.push(format!(
+                    "the folder now has the key of {other}; this is {own}, until it is started again"
+                ));
+            }
+            Ok((host, (config, client))) => {
+                (self.host, self.config, self.client) = (host, config, client);
+                change.renewed = true;
             }
             Err(error) => change.problems.push(error.to_string()),
         }
@@ -119,13 +158,15 @@ impl FolderState {
     }
 }
 
-fn make_config(
+fn make_configs(
     folder: &Path,
     host: &KeyFile,
     revoked: &Arc<RevokedKeys>,
-) -> Result<Arc<ServerConfig>, GateKeysError> {
-    let config = gate_config(host, Arc::clone(revoked));
-    config.map(Arc::new).map_err(|reason| GateKeysError::Folder { path: folder.into(), reason })
+) -> Result<(Arc<ServerConfig>, Arc<ClientConfig>), GateKeysError> {
+    let folder_error = |reason| GateKeysError::Folder { path: folder.into(), reason };
+    let config = gate_config(host, Arc::clone(revoked)).map_err(folder_error)?;
+    let client = client_config(host).map_err(folder_error)?;
+    Ok((Arc::new(config), Arc::new(client)))
 }
 
 fn read_host_key(folder: &Path) -> Result<KeyFile, GateKeysError> {

@@ -1,0 +1,170 @@
+//! The connection on which a component of another host is run: orders in one direction, events in the
+//! other, beats in both. Its end says only that the two hosts are cut off from each other.
+
+use std::io;
+
+use armor_wire::codec;
+use armor_wire::frame::{self, FrameKind};
+use armor_wire::gate::{GateReply, GateRequest};
+use armor_wire::hello::Refusal;
+use armor_wire::liveness::{BEAT, SILENCE};
+use armor_wire::message::WireType;
+use armor_wire::remote_process::{RemoteEvent, RemoteOrder, RemoteStart};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
+use tokio::net::TcpStream;
+use tokio::sync::mpsc;
+use tokio::time;
+use tokio_rustls::{client, server};
+
+use crate::connect::{GateClient, GateError};
+use crate::frames::{read_frame, write_control};
+use crate::gate::SessionPlace;
+
+/// Longest piece of output in one event, in bytes: a frame takes 16 KiB.
+pub const MAX_OUTPUT_LEN: usize = 8 << 10;
+
+/// The agent's end.
+pub struct RunChannel {
+    stream: server::TlsStream<TcpStream>,
+    place: SessionPlace,
+}
+
+impl RunChannel {
+    pub(crate) fn new(stream: server::TlsStream<TcpStream>, place: SessionPlace) -> Self {
+        Self { stream, place }
+    }
+
+    /// Refuses the request.
+    pub async fn refuse(mut self, refusal: Refusal) {
+        crate::gate::refuse(&mut self.stream, refusal).await;
+    }
+
+    /// Accepts the request, sends `events`, and calls `obey` with each order. Returns why the
+    /// connection has ended, or `None` when there are no more events.
+    pub async fn serve(
+        mut self,
+        mut events: mpsc::Receiver<RemoteEvent>,
+        mut obey: impl FnMut(RemoteOrder),
+    ) -> Option<String> {
+        if let Err(error) = write_control(&mut self.stream, &GateReply::Connected).await {
+            return Some(error.to_string());
+        }
+        let (mut reader, mut writer) = tokio::io::split(self.stream);
+        tokio::select! {
+            ended = send_messages(&mut writer, &mut events) => match ended {
+                Ok(()) => {
+                    let _ = time::timeout(SILENCE, writer.shutdown()).await;
+                    None
+                }
+                Err(error) => Some(error.to_string()),
+            },
+            error = hear_messages(&mut reader, &mut obey) => Some(error.to_string()),
+            why = self.place.ended() => Some(why),
+        }
+    }
+}
+
+/// The launcher's end.
+pub struct RunConnection {
+    reader: ReadHalf<client::TlsStream<TcpStream>>,
+    writer: WriteHalf<client::TlsStream<TcpStream>>,
+}
+
+impl GateClient {
+    /// Asks the agent behind this gate to run a component.
+    ///
+    /// # Errors
+    /// If the agent cannot be reached, or refuses.
+    pub async fn run(&self, start: RemoteStart) -> Result<RunConnection, GateError> {
+        match self.request(GateRequest::Run { start }).await? {
+            (stream, GateReply::Connected) => {
+                let (reader, writer) = tokio::io::split(stream);
+                Ok(RunConnection { reader, writer })
+            }
+            (_, GateReply::Refused { refusal }) => Err(GateError::Refused(refusal)),
+            (_, GateReply::Session { .. }) => Err(GateError::Unreachable {
+                gate: self.address().to_owned(),
+                reason: "it answers another request".into(),
+            }),
+        }
+    }
+}
+
+impl RunConnection {
+    /// Sends `orders`, and calls `heard` with each event until it returns a value, which ends the
+    /// connection.
+    ///
+    /// # Errors
+    /// If the connection ends before: the agent is cut off.
+    pub async fn follow<T>(
+        mut self,
+        orders: &mut mpsc::Receiver<RemoteOrder>,
+        mut heard: impl FnMut(RemoteEvent) -> Option<T>,
+    ) -> io::Result<T> {
+        let mut result = None;
+        let hear = async {
+            loop {
+                if let Some(event) = hear_message(&mut self.reader).await?
+                    && let Some(value) = heard(event)
+                {
+                    result = Some(value);
+                    return io::Result::Ok(());
+                }
+            }
+        };
+        tokio::select! {
+            ended = hear => ended?,
+            sent = send_messages(&mut self.writer, orders) => {
+                sent?;
+                return Err(io::ErrorKind::ConnectionAborted.into());
+            }
+        }
+        result.ok_or_else(|| io::ErrorKind::ConnectionAborted.into())
+    }
+}
+
+/// Sends what comes, and beats in between; returns when no more can come.
+async fn send_messages<T: WireType>(
+    writer: &mut (impl AsyncWrite + Unpin),
+    messages: &mut mpsc::Receiver<T>,
+) -> io::Result<()> {
+    loop {
+        let sent = match time::timeout(BEAT, messages.recv()).await {
+            Ok(Some(message)) => time::timeout(SILENCE, write_control(writer, &message)).await,
+            Ok(None) => return Ok(()),
+            Err(_) => {
+                let beat = async {
+                    writer.write_all(&frame::signal(FrameKind::Beat)).await?;
+                    writer.flush().await
+                };
+                time::timeout(SILENCE, beat).await
+            }
+        };
+        sent.map_err(|_| io::Error::other("the other end does not read"))??;
+    }
+}
+
+async fn hear_messages<T: WireType>(
+    reader: &mut (impl AsyncRead + Unpin),
+    take: &mut impl FnMut(T),
+) -> io::Error {
+    loop {
+        match hear_message(reader).await {
+            Ok(Some(message)) => take(message),
+            Ok(None) => {}
+            Err(error) => return error,
+        }
+    }
+}
+
+/// Reads the next frame: a message, or a beat.
+async fn hear_message<T: WireType>(reader: &mut (impl AsyncRead + Unpin)) -> io::Result<Option<T>> {
+    let frame = time::timeout(SILENCE, read_frame(reader)).await;
+    match frame.map_err(|_| io::Error::other("it has fallen silent"))?? {
+        (FrameKind::Beat, _) => Ok(None),
+        (FrameKind::Control, body) => codec::decode_control(&body)
+            .map(Some)
+            .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string())),
+        _ => Err(io::ErrorKind::InvalidData.into()),
+    }
+}

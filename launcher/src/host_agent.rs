@@ -1,0 +1,245 @@
+//! `armor host`: the agent of a host. It runs components of systems that were started on another host,
+//! watches their processes, and carries the connections between them and the other hosts.
+//!
+//! The launcher of the system decides what runs; the agent only carries it out, so that there is one
+//! place where restarts are counted and nothing runs twice. It keeps a process over a cut of the
+//! connection if the file says so.
+
+mod process;
+mod reach;
+mod site;
+
+use std::collections::HashMap;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use armor_keys::HostKeys;
+use armor_keys::gate::{self, GateLimits, GateOptions, RunOrder};
+use armor_wire::gate::GATE_PORT;
+use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::name::is_name;
+use armor_wire::remote_process::{RemoteStart, Takeover};
+use clap::Args;
+use parking_lot::Mutex;
+use tokio::sync::mpsc;
+
+use crate::arguments::{KindFolders, OutputFormat, parse_name};
+use crate::daemon::serving::serve_until_signal;
+use crate::keys_cli::KeysDirectory;
+use crate::run::descriptors;
+use crate::run::group_killer::GroupKiller;
+use crate::verb::Verb;
+use process::{AgentProcess, ProcessKey};
+use reach::AgentReach;
+use site::Site;
+
+/// What an agent has open besides its connections, with room to spare.
+const DESCRIPTORS: usize = 256;
+/// Requests that wait to be carried out.
+const MAX_REQUESTS: usize = 64;
+/// How long processes have to end when the agent ends.
+const GRACE: Duration = Duration::from_secs(5);
+
+/// Run components of systems that are started on another host.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  armor host --from robot          on the host that the file of robot's system names
+
+The folder of keys holds the key of this host (`armor keys add NAME --role host`) and the list of
+revoked keys. NAME is the name of the host in the file.")]
+pub struct HostArguments {
+    /// The host whose systems may run components here, as its key names it.
+    #[arg(long, value_name = "HOST", value_parser = parse_name)]
+    pub from: String,
+    /// Where it listens.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value_t = default_listen())]
+    pub listen: SocketAddr,
+    #[command(flatten)]
+    pub directory: KeysDirectory,
+    #[command(flatten)]
+    pub kinds: KindFolders,
+    /// Folder for what the components produce and for their logs: a folder in it for each system.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+}
+
+fn default_listen() -> SocketAddr {
+    ([0, 0, 0, 0], GATE_PORT).into()
+}
+
+impl Verb for HostArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        armor_sdk::log::init();
+        let limits = GateLimits::of_hosts();
+        descriptors::raise_limit((2 * limits.sessions + limits.strangers + DESCRIPTORS) as u64)?;
+        let keys = HostKeys::read(&self.directory.path()?)?;
+        let mark = format!("{:016x}/", armor_socket::random_id());
+        let agent = Arc::new(Agent {
+            group_killer: Mutex::new(GroupKiller::start(&mark)?),
+            mark,
+            keys: keys.clone(),
+            arguments: self,
+            format,
+            sites: Mutex::default(),
+            processes: Mutex::default(),
+            starting: tokio::sync::Mutex::default(),
+        });
+        let listen = agent.arguments.listen;
+        let (sender, orders) = mpsc::channel(MAX_REQUESTS);
+        let reach = Arc::new(AgentReach::new(&agent));
+        let options = GateOptions { listen, keys, reach, runs: Some(sender), limits };
+        let ending = serve_until_signal(async {
+            tokio::select! {
+                ended = gate::serve(options, |_| report_ready()) => match ended? {},
+                () = take_orders(&agent, orders) => Ok(()),
+            }
+        });
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        runtime.context("the event loop cannot be started")?.block_on(agent.end_processes());
+        Ok(ending?.into())
+    }
+}
+
+/// Reports to systemd, if it has started the agent, that the agent serves (sd_notify(3)).
+fn report_ready() {
+    if let Err(error) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
+        tracing::warn!("systemd cannot be notified: {error}");
+    }
+}
+
+async fn take_orders(agent: &Arc<Agent>, mut orders: mpsc::Receiver<RunOrder>) {
+    while let Some(order) = orders.recv().await {
+        let agent = Arc::clone(agent);
+        tokio::spawn(async move { agent.serve_order(order).await });
+    }
+}
+
+/// The agent of this host.
+pub(crate) struct Agent {
+    arguments: HostArguments,
+    format: OutputFormat,
+    keys: HostKeys,
+    /// The mark of all its processes.
+    mark: String,
+    group_killer: Mutex<GroupKiller>,
+    /// What it has for each system.
+    sites: Mutex<HashMap<String, Arc<Site>>>,
+    /// The last process of each component.
+    processes: Mutex<HashMap<ProcessKey, Arc<AgentProcess>>>,
+    /// One start at a time, so that no component runs twice.
+    starting: tokio::sync::Mutex<()>,
+}
+
+impl Agent {
+    async fn serve_order(self: Arc<Self>, order: RunOrder) {
+        let RunOrder { start, launcher, address, channel } = order;
+        let process = match self.find_or_start(&start, &launcher, address).await {
+            Ok(found) => found,
+            Err(refusal) => {
+                tracing::warn!(%launcher, component = %start.component, "refused: {refusal}");
+                return channel.refuse(refusal).await;
+            }
+        };
+        let (attached, events) = process.attach();
+        let lost = channel.serve(events, |order| process.obey(order)).await;
+        process.detach(attached);
+        if let Some(why) = lost {
+            process.handle_cut(&launcher, &why);
+        }
+    }
+
+    async fn find_or_start(
+        self: &Arc<Self>,
+        start: &RemoteStart,
+        launcher: &str,
+        address: SocketAddr,
+    ) -> Result<Arc<AgentProcess>, Refusal> {
+        let refuse = |code, text: String| Err(Refusal::new(code, text));
+        if launcher != self.arguments.from {
+            let from = &self.arguments.from;
+            let text =
+                format!("this agent runs components for systems of {from}, not of {launcher}");
+            return refuse(RefusalCode::Role, text);
+        }
+        if [&start.system, &start.component, &start.kind].into_iter().any(|name| !is_name(name)) {
+            return refuse(RefusalCode::Malformed, "a name in the request is not one".into());
+        }
+        let key = ProcessKey { system: start.system.clone(), component: start.component.clone() };
+        let _one_at_a_time = self.starting.lock().await;
+        let existing = self.processes.lock().get(&key).cloned();
+        match (start.takeover, existing) {
+            (Takeover::Only { process }, Some(existing)) if existing.id == process => {
+                existing.adopt(start);
+                return Ok(existing);
+            }
+            (Takeover::Only { .. }, _) => {
+                let text = "its process is not known any more: the agent was restarted";
+                return refuse(RefusalCode::UnknownData, text.into());
+            }
+            (Takeover::Any, Some(existing)) if existing.is_alive() => {
+                existing.adopt(start);
+                return Ok(existing);
+            }
+            (Takeover::Any, _) => {}
+            (Takeover::Never, _) => self.end_earlier(start).await,
+        }
+        let site = self.find_site(start, launcher, address).await?;
+        let process = process::start(self, &site, key.clone(), start).await?;
+        self.processes.lock().insert(key, Arc::clone(&process));
+        Ok(process)
+    }
+
+    /// Kills the component's own process, and what an earlier run of its system has left.
+    async fn end_earlier(&self, start: &RemoteStart) {
+        let is_left = |process: &&Arc<AgentProcess>| {
+            process.key.system == start.system
+                && (process.key.component == start.component || process.run() != start.run)
+        };
+        let left: Vec<_> = self.processes.lock().values().filter(is_left).cloned().collect();
+        for process in left {
+            process.kill();
+            process.wait_for_end().await;
+        }
+    }
+
+    async fn find_site(
+        &self,
+        start: &RemoteStart,
+        launcher: &str,
+        address: SocketAddr,
+    ) -> Result<Arc<Site>, Refusal> {
+        let known = self.sites.lock().get(&start.system).cloned();
+        if let Some(site) = known {
+            site.set_hosts(start, launcher, address);
+            return Ok(site);
+        }
+        let opened =
+            Site::open(&self.arguments.out, &self.keys, start, launcher, address, self.format);
+        match opened.await {
+            Ok(site) => {
+                let site = Arc::new(site);
+                self.sites.lock().insert(start.system.clone(), Arc::clone(&site));
+                Ok(site)
+            }
+            Err(error) => Err(Refusal::new(RefusalCode::Limit, format!("{error:#}"))),
+        }
+    }
+
+    /// Asks every process to end, and kills those that do not.
+    async fn end_processes(&self) {
+        let processes: Vec<_> = self.processes.lock().values().cloned().collect();
+        processes.iter().for_each(|process| process.terminate());
+        let all = async {
+            for process in &processes {
+                process.wait_for_end().await;
+            }
+        };
+        if tokio::time::timeout(GRACE, all).await.is_err() {
+            processes.iter().for_each(|process| process.kill());
+        }
+    }
+}

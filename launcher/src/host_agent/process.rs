@@ -1,0 +1,385 @@
+//! One component's process on the agent's host: started under the guard, its output kept and sent to the
+//! launcher, its end remembered until the launcher knows it.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::Stdio;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::remote_process::{
+    CutOff, OutputStream, ProcessEnd, ProcessResources, REGISTRY_PORT, RemoteEvent, RemoteOrder,
+    RemoteStart,
+};
+use parking_lot::Mutex;
+use tokio::io::{AsyncRead, AsyncReadExt};
+use tokio::process::{Child, Command};
+use tokio::sync::{mpsc, watch};
+use tokio::task::JoinHandle;
+
+use super::Agent;
+use super::site::Site;
+use crate::guard::{self, GuardedResources};
+use crate::kinds::build::{find_build, fingerprint_manifest};
+use crate::kinds::{Catalogue, ComponentKind, Origin};
+use crate::run::environment::select_variables;
+use crate::run::logs::{LogStream, RunLog};
+use crate::run::output_feed::open_feed;
+use crate::run::process::{OWN_PROGRAM, ProcessGroup, exit_of, find_cause, own_path};
+use crate::run::supervisor::{ChildExit, LogLevel};
+use crate::run::survivors::{self, kill_survivors};
+
+/// Events that wait for the connection to the launcher. Output beyond that is only in the log.
+const MAX_EVENTS: usize = 128;
+/// Longest piece of output that is read at a time.
+const PIECE_LEN: usize = armor_keys::run_channel::MAX_OUTPUT_LEN;
+/// With this code ends a guard that cannot become its program.
+const GUARD_FAILED: i32 = 1;
+
+/// A component of a system.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct ProcessKey {
+    pub(super) system: String,
+    pub(super) component: String,
+}
+
+/// A process, or the memory of one that has ended.
+pub(super) struct AgentProcess {
+    pub(super) key: ProcessKey,
+    /// Its number at this agent.
+    pub(super) id: u64,
+    group: ProcessGroup,
+    log: RunLog,
+    log_path: PathBuf,
+    /// What a person should know of it, such as that it is another build.
+    notice: String,
+    state: Mutex<ProcessState>,
+    end: watch::Receiver<Option<ProcessEnd>>,
+}
+
+struct ProcessState {
+    /// The start of the system that it belongs to.
+    run: u64,
+    cut_off: CutOff,
+    /// The launcher's connection.
+    events: Option<mpsc::Sender<RemoteEvent>>,
+    /// Counts the connections.
+    attached: u64,
+    /// Bytes of output that no connection has taken.
+    missed: u64,
+}
+
+static LAST_ID: AtomicU64 = AtomicU64::new(0);
+
+/// Starts the process of a component.
+pub(super) async fn start(
+    agent: &Arc<Agent>,
+    site: &Arc<Site>,
+    key: ProcessKey,
+    start: &RemoteStart,
+) -> Result<Arc<AgentProcess>, Refusal> {
+    let refuse = |text: String| Refusal::new(RefusalCode::WrongPurpose, text);
+    let kind = find_kind(agent, start).await.map_err(refuse)?;
+    let resources = read_resources(&start.resources).map_err(refuse)?;
+    let notice = compare_builds(agent, &kind, start);
+    let registry = format!("{}:{REGISTRY_PORT}", agent.arguments.from);
+    let mut arguments: Vec<OsString> =
+        ["--name", &start.component, "--registry", &registry].map(OsString::from).to_vec();
+    let program = match &kind.origin {
+        Origin::Stock => {
+            arguments.splice(0..0, ["component".into(), (&start.kind).into()]);
+            OWN_PROGRAM.into()
+        }
+        Origin::Executable(path) => path.clone(),
+    };
+    let mark = format!("{}{}/{}/", agent.mark, key.system, key.component);
+    let mut child = spawn(&program, &arguments, &resources, list_variables(site, start, &mark))
+        .map_err(|error| refuse(format!("a process cannot be started: {error:#}")))?;
+    let pid = child.id().and_then(|pid| i32::try_from(pid).ok());
+    let group = pid.and_then(rustix::process::Pid::from_raw).map(ProcessGroup::of);
+    let (Some(group), Some(out), Some(err)) = (group, child.stdout.take(), child.stderr.take())
+    else {
+        return Err(refuse("the process has ended while it was started".into()));
+    };
+    agent.group_killer.lock().add_group(group);
+    let (sender, end) = watch::channel(None);
+    let process = Arc::new(AgentProcess {
+        log_path: site.folder.join("logs").join(format!("{}.log", key.component)),
+        key,
+        id: LAST_ID.fetch_add(1, Ordering::Relaxed) + 1,
+        group,
+        log: site.log.clone(),
+        notice,
+        state: Mutex::new(ProcessState {
+            run: start.run,
+            cut_off: start.cut_off,
+            events: None,
+            attached: 0,
+            missed: 0,
+        }),
+        end,
+    });
+    process.report(LogLevel::Info, format!("started as process {}", group.pid()));
+    let readers = [
+        tokio::spawn(Arc::clone(&process).pass_on(OutputStream::Out, out)),
+        tokio::spawn(Arc::clone(&process).pass_on(OutputStream::Error, err)),
+    ];
+    tokio::spawn(watch_end(
+        Arc::clone(agent),
+        Arc::clone(&process),
+        child,
+        program,
+        mark,
+        readers,
+        sender,
+    ));
+    Ok(process)
+}
+
+impl AgentProcess {
+    pub(super) fn is_alive(&self) -> bool {
+        self.end.borrow().is_none()
+    }
+
+    pub(super) fn run(&self) -> u64 {
+        self.state.lock().run
+    }
+
+    /// Continues under another start of its system, or after a cut.
+    pub(super) fn adopt(&self, start: &RemoteStart) {
+        let mut state = self.state.lock();
+        (state.run, state.cut_off) = (start.run, start.cut_off);
+    }
+
+    pub(super) fn obey(&self, order: RemoteOrder) {
+        match order {
+            RemoteOrder::Terminate => self.terminate(),
+            RemoteOrder::Kill => self.kill(),
+        }
+    }
+
+    pub(super) fn terminate(&self) {
+        if self.is_alive() {
+            self.group.terminate();
+        }
+    }
+
+    pub(super) fn kill(&self) {
+        if self.is_alive() {
+            self.group.kill();
+        }
+    }
+
+    pub(super) async fn wait_for_end(&self) -> ProcessEnd {
+        let mut end = self.end.clone();
+        let ended = end.wait_for(Option::is_some).await;
+        ended.ok().and_then(|end| *end).unwrap_or(ProcessEnd::Unknown)
+    }
+
+    /// Sends what happens from here on to a new connection, which replaces an older one.
+    pub(super) fn attach(self: &Arc<Self>) -> (u64, mpsc::Receiver<RemoteEvent>) {
+        let (sender, events) = mpsc::channel(MAX_EVENTS);
+        let mut state = self.state.lock();
+        let is_taken_over = state.attached > 0;
+        state.attached += 1;
+        let (pid, notice) = (self.group.pid(), self.notice.clone());
+        let running = RemoteEvent::Running { process: self.id, pid, is_taken_over, notice };
+        let _ = sender.try_send(running);
+        let missed = std::mem::take(&mut state.missed);
+        if missed > 0 {
+            let file = self.log_path.display().to_string();
+            let _ = sender.try_send(RemoteEvent::Missed { bytes: missed, file });
+        }
+        state.events = Some(sender.clone());
+        let attached = state.attached;
+        drop(state);
+        let process = Arc::clone(self);
+        tokio::spawn(async move {
+            let end = tokio::select! {
+                end = process.wait_for_end() => end,
+                // The connection has ended before.
+                () = sender.closed() => return,
+            };
+            let _ = sender.send(RemoteEvent::Ended { end }).await;
+            process.detach(attached);
+        });
+        (attached, events)
+    }
+
+    /// Sends nothing more to the connection, unless a newer one has replaced it.
+    pub(super) fn detach(&self, attached: u64) {
+        let mut state = self.state.lock();
+        if state.attached == attached {
+            state.events = None;
+        }
+    }
+
+    /// The launcher is cut off, or has died.
+    pub(super) fn handle_cut(&self, launcher: &str, why: &str) {
+        if !self.is_alive() || self.state.lock().events.is_some() {
+            return;
+        }
+        let cut_off = self.state.lock().cut_off;
+        let what = match cut_off {
+            CutOff::Continue => "it continues",
+            CutOff::Stop => "it is ended",
+        };
+        self.report(LogLevel::Warn, format!("{launcher} is cut off ({why}); {what}"));
+        if cut_off == CutOff::Stop {
+            self.terminate();
+            let (group, mut end) = (self.group, self.end.clone());
+            tokio::spawn(async move {
+                let ended = end.wait_for(Option::is_some);
+                if tokio::time::timeout(super::GRACE, ended).await.is_err() {
+                    group.kill();
+                }
+            });
+        }
+    }
+
+    fn report(&self, level: LogLevel, text: String) {
+        self.log.report(&self.key.component, level, text);
+    }
+
+    /// Reads the process's output into the log, and sends it to the launcher as far as it keeps up.
+    async fn pass_on(self: Arc<Self>, stream: OutputStream, mut source: impl AsyncRead + Unpin) {
+        let (feed, output) = open_feed();
+        let log_stream = match stream {
+            OutputStream::Out => LogStream::Out,
+            OutputStream::Error => LogStream::Err,
+        };
+        let name = self.key.component.as_str().into();
+        let reader = tokio::spawn(self.log.clone().read(name, log_stream, output));
+        let mut bytes = vec![0; PIECE_LEN];
+        while let Ok(len @ 1..) = source.read(&mut bytes).await {
+            // The log limits floods itself.
+            feed.push(bytes[..len].to_vec());
+            let mut state = self.state.lock();
+            let event = RemoteEvent::Output { stream, bytes: bytes[..len].to_vec() };
+            let is_sent = state.events.as_ref().is_some_and(|it| it.try_send(event).is_ok());
+            if !is_sent {
+                state.missed += len as u64;
+            }
+        }
+        drop(feed);
+        let _ = reader.await;
+    }
+}
+
+/// Waits for the end of the process, and ends what it has started.
+async fn watch_end(
+    agent: Arc<Agent>,
+    process: Arc<AgentProcess>,
+    mut child: Child,
+    program: PathBuf,
+    mark: String,
+    readers: [JoinHandle<()>; 2],
+    end: watch::Sender<Option<ProcessEnd>>,
+) {
+    let exit = match child.wait().await {
+        Ok(status) => match exit_of(status) {
+            ChildExit::Code(GUARD_FAILED) => find_cause(&program),
+            exit => exit,
+        },
+        Err(_) => ChildExit::Code(-1),
+    };
+    process.group.kill();
+    let _ = tokio::task::spawn_blocking(move || kill_survivors(&mark)).await;
+    let last = async {
+        for reader in readers {
+            let _ = reader.await;
+        }
+    };
+    let _ = tokio::time::timeout(super::GRACE, last).await;
+    process.report(LogLevel::Info, exit.to_string());
+    agent.group_killer.lock().remove_group(process.group);
+    let _ = end.send(Some(match exit {
+        ChildExit::Code(code) => ProcessEnd::Code { code },
+        ChildExit::Signal(signal) => ProcessEnd::Signal { signal },
+        ChildExit::NotStarted(error) => ProcessEnd::NotStarted { error },
+    }));
+}
+
+/// Finds the kind, and checks that it is the one for which the file was checked.
+async fn find_kind(agent: &Arc<Agent>, start: &RemoteStart) -> Result<ComponentKind, String> {
+    let directories = agent.arguments.kinds.directories.clone();
+    let gathering = tokio::task::spawn_blocking(move || Catalogue::gather(&directories, []));
+    let gathered = gathering.await.map_err(|error| error.to_string())?;
+    let mut catalogue = gathered.map_err(|error| format!("{error:#}"))?;
+    let (own, from) = (agent.keys.host_name(), &agent.arguments.from);
+    let kind = catalogue.kinds.remove(&start.kind).filter(|kind| kind.rivals.is_empty());
+    let Some(kind) = kind else {
+        return Err(format!(
+            "the host {own} has no kind {}, or several; copy its executable into a folder there \
+             that `armor host --components FOLDER` names",
+            start.kind
+        ));
+    };
+    if fingerprint_manifest(&kind.manifest) != start.manifest {
+        return Err(format!(
+            "the kind {} on {own} has other ports, parameters or events than on {from}; copy the \
+             same executable to both",
+            start.kind
+        ));
+    }
+    Ok(kind)
+}
+
+/// Says so if the executable is another build than that with which the file was checked.
+fn compare_builds(agent: &Agent, kind: &ComponentKind, start: &RemoteStart) -> String {
+    if find_build(&kind.origin) == start.build {
+        return String::new();
+    }
+    let (own, from) = (agent.keys.host_name(), &agent.arguments.from);
+    format!(
+        "the kind {} on {own} is another build than on {from}, with the same ports and parameters",
+        start.kind
+    )
+}
+
+/// Checks what the process may use against what this host can grant.
+fn read_resources(wanted: &ProcessResources) -> Result<GuardedResources, String> {
+    let resources = GuardedResources {
+        nice: wanted.nice,
+        realtime: wanted.realtime,
+        cpus: wanted.cpus.iter().map(|cpu| *cpu as usize).collect(),
+        memory: wanted.memory,
+    };
+    let obstacle =
+        resources.refuse_nice().or_else(|| resources.refuse_realtime()).or(resources.refuse_cpus());
+    obstacle.map_or(Ok(resources), Err)
+}
+
+fn list_variables(site: &Site, start: &RemoteStart, mark: &str) -> Vec<(OsString, OsString)> {
+    let mut variables = select_variables(std::env::vars_os(), &start.variables);
+    let settings =
+        start.settings.iter().map(|setting| (setting.name.clone(), setting.value.clone()));
+    let place = site.place.list_variables().map(|(name, value)| (name.to_owned(), value));
+    for (name, value) in settings.chain(place) {
+        variables.retain(|(known, _)| *known != *name);
+        variables.push((name.into(), value.into()));
+    }
+    variables.push(("ARMOR_OUT".into(), site.folder.clone().into()));
+    variables.push((survivors::VARIABLE.into(), mark.into()));
+    variables
+}
+
+fn spawn(
+    program: &PathBuf,
+    arguments: &[OsString],
+    resources: &GuardedResources,
+    variables: Vec<(OsString, OsString)>,
+) -> std::io::Result<Child> {
+    let program = program.clone().into_os_string();
+    Command::new(OWN_PROGRAM)
+        .arg0(own_path())
+        .args(guard::list_arguments(std::process::id(), resources, &program, arguments))
+        .env_clear()
+        .envs(variables)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .process_group(0)
+        .spawn()
+}
