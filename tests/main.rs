@@ -11,6 +11,7 @@ mod evaluation;
 mod figure_four;
 mod fixture;
 mod guards;
+mod hosts;
 mod keys;
 mod launcher;
 mod manifests;

@@ -14,7 +14,8 @@ use std::time::{Duration, Instant};
 
 use armor_keys::connect::GateClient;
 use armor_keys::gate::{GateLimits, GateOptions, serve};
-use armor_keys::{KeyHolder, KeysFolder};
+use armor_keys::reach::SystemReach;
+use armor_keys::{HostKeys, KeyHolder, KeysFolder};
 use armor_wire::frame::{self, FrameKind, PREFIX_LEN};
 
 type Failure = Box<dyn std::error::Error>;
@@ -131,8 +132,9 @@ fn start_forwarder(target: SocketAddr) -> Result<SocketAddr, Failure> {
 
 fn start_gate(keys: &Path, registry: SocketAddr) -> Result<SocketAddr, Failure> {
     let (sender, ready) = channel();
-    let (listen, keys) = (([127, 0, 0, 1], 0).into(), keys.to_owned());
-    let options = GateOptions { listen, keys, registry, limits: GateLimits::default() };
+    let (listen, keys) = (([127, 0, 0, 1], 0).into(), HostKeys::read(keys)?);
+    let reach = Arc::new(SystemReach::new(registry, keys.host_name()));
+    let options = GateOptions { listen, keys, reach, runs: None, limits: GateLimits::default() };
     thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let ended = runtime.map(|it| {

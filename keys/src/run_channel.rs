@@ -58,7 +58,7 @@ impl RunChannel {
                 }
                 Err(error) => Some(error.to_string()),
             },
-            error = hear_messages(&mut reader, &mut obey) => Some(error.to_string()),
+            error = hear_messages(&mut reader, &mut obey) => Some(explain_end(&error)),
             why = self.place.ended() => Some(why),
         }
     }
@@ -95,8 +95,16 @@ impl RunConnection {
     /// connection.
     ///
     /// # Errors
-    /// If the connection ends before: the agent is cut off.
+    /// Why the connection has ended before: the agent is cut off.
     pub async fn follow<T>(
+        self,
+        orders: &mut mpsc::Receiver<RemoteOrder>,
+        heard: impl FnMut(RemoteEvent) -> Option<T>,
+    ) -> Result<T, String> {
+        self.exchange(orders, heard).await.map_err(|error| explain_end(&error))
+    }
+
+    async fn exchange<T>(
         mut self,
         orders: &mut mpsc::Receiver<RemoteOrder>,
         mut heard: impl FnMut(RemoteEvent) -> Option<T>,
@@ -120,6 +128,14 @@ impl RunConnection {
             }
         }
         result.ok_or_else(|| io::ErrorKind::ConnectionAborted.into())
+    }
+}
+
+/// Why a connection has ended, for people: TLS adds how it would have ended in order.
+fn explain_end(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => "it has closed the connection".into(),
+        _ => error.to_string(),
     }
 }
 

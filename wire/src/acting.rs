@@ -410,6 +410,48 @@ mod tests {
     }
 
     #[test]
+    fn a_host_acts_for_the_components_that_the_file_places_there() {
+        let rights = Rights::Host { components: vec!["laser".into()] };
+        let arm = Preface { name: "robot".into(), rights };
+        let check = |request: &dyn Fn(&Preface) -> Result<(), Refusal>, is_open: bool| {
+            let result = request(&arm);
+            assert_eq!(result.is_ok(), is_open, "{result:?}");
+            let launcher = Preface { name: "base".into(), rights: Rights::Launcher };
+            assert_eq!(request(&launcher), Ok(()));
+        };
+        let there = |name: &str, host: &str| {
+            let entry = ComponentEntry { name: name.into(), host: host.into(), ..entry() };
+            Purpose::Registry { entry: Some(entry) }
+        };
+        for (purpose, is_open) in [
+            (there("laser", "robot"), true),
+            (there("mapper", "robot"), false),
+            (there("executive", "robot"), false),
+            (there("laser", "base"), false),
+            (Purpose::Registry { entry: None }, true),
+            (Purpose::Config, true),
+            (link(Keep::All, Wake::Spin), true),
+            (Purpose::Control { role: Role::Observer }, true),
+            (Purpose::Control { role: Role::Operator }, true),
+            (Purpose::Control { role: Role::Executive }, false),
+            (Purpose::Control { role: Role::Launcher }, false),
+        ] {
+            check(&|preface| preface.check(&purpose), is_open);
+        }
+        for (command, is_open) in [
+            (order(Order::Resume, true), true),
+            (Command::Activate { activation: 1, parameters: Vec::new() }, false),
+            (Command::Terminate, false),
+            (Command::SetLogFilter { request: 1, filter: "debug".into() }, false),
+        ] {
+            check(&|preface| preface.check(&command), is_open);
+        }
+        let (component, parameter) = ("driver".to_owned(), "speed".to_owned());
+        let set = ConfigRequest::Set { request: 1, component, parameter, value: None };
+        check(&|preface| preface.check(&set), false);
+    }
+
+    #[test]
     fn a_role_is_known_by_its_name() {
         for role in KeyRole::ALL {
             assert_eq!(role.name().parse(), Ok(role));

@@ -9,7 +9,9 @@ use armor_wire::frame::{self, DataHeader, Frame, FrameKind, FrameReader};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::{ComponentEntry, DataEntry};
-use armor_wire::{Array, Message, WireType, codec, config, control, gate, registry, schema};
+use armor_wire::{
+    Array, Message, WireType, codec, config, control, gate, registry, remote_process, schema,
+};
 
 const DOCUMENT: &str = include_str!("../../docs/protocol.md");
 
@@ -59,6 +61,8 @@ fn the_schemas_are_those_of_the_types() {
             ("Preface", text::<Preface>()),
             ("gate::Request", text::<gate::GateRequest>()),
             ("gate::Reply", text::<gate::GateReply>()),
+            ("RemoteOrder", text::<remote_process::RemoteOrder>()),
+            ("RemoteEvent", text::<remote_process::RemoteEvent>()),
         ],
     );
 }

@@ -15,6 +15,9 @@ use armor_inspect::run_control::AbsentComponent;
 use armor_inspect::words::{describe_call, format_duration, format_short_time};
 use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 
+/// Where the column of the hosts stands, if there are several.
+const HOST_COLUMN: usize = 2;
+
 /// Show the processes of a running system.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -45,11 +48,24 @@ fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<Comm
         present.chain(absent.iter().map(json_of_absent)).try_for_each(print_line)
     } else {
         let rows = sightings.iter().map(format_row).chain(absent.iter().map(format_absent));
-        let rows: Vec<_> = rows.collect();
-        let headings = ["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
+        let mut rows: Vec<_> = rows.collect();
+        let mut headings =
+            vec!["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
+        if has_several_hosts(&sightings) {
+            let hosts = sightings.iter().map(|sighting| sighting.entry.host.clone());
+            let hosts = hosts.chain(std::iter::repeat("-".to_owned()));
+            headings.insert(HOST_COLUMN, "HOST");
+            rows.iter_mut().zip(hosts).for_each(|(row, host)| row.insert(HOST_COLUMN, host));
+        }
         let table = Table::new(&headings, rows).dispensable(&["CLOCK", "CALLS", "UPTIME"]);
         print_line(table.format(terminal_width()).trim_end())
     })
+}
+
+fn has_several_hosts(sightings: &[Sighting]) -> bool {
+    let mut hosts = sightings.iter().map(|sighting| &sighting.entry.host);
+    let first = hosts.next();
+    hosts.any(|host| Some(host) != first)
 }
 
 fn format_absent(absent: &AbsentComponent) -> Vec<String> {

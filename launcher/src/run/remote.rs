@@ -141,7 +141,7 @@ impl Follower {
                     };
                     match ended {
                         Ok(end) => return report(RemoteNotice::Ended(convert_end(end))),
-                        Err(error) => error.to_string(),
+                        Err(why) => why,
                     }
                 }
                 Err(GateError::Refused(refusal))
@@ -211,7 +211,7 @@ impl Follower {
         &mut self,
         connection: RunConnection,
         orders: &mut mpsc::Receiver<RemoteOrder>,
-    ) -> std::io::Result<ProcessEnd> {
+    ) -> Result<ProcessEnd, String> {
         let (out, out_reader) = self.open_stream(LogStream::Out);
         let (err, err_reader) = self.open_stream(LogStream::Err);
         let ended = connection.follow(orders, |event| self.hear(event, &out, &err)).await;

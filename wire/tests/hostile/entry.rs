@@ -6,7 +6,7 @@ use armor_wire::frame::{FrameReader, PREFIX_LEN};
 use armor_wire::hello::{Hello, Refusal, Welcome, read_answer};
 use armor_wire::message::WireType;
 use armor_wire::schema::{self, Schema};
-use armor_wire::{codec, config, control, gate, quantity, registry};
+use armor_wire::{codec, config, control, gate, quantity, registry, remote_process};
 
 /// A name, and what it does with bytes.
 pub type Entry = (&'static str, fn(&[u8]));
@@ -110,6 +110,8 @@ pub fn control_values(bytes: &[u8]) {
     value::<Preface>(bytes);
     value::<gate::GateRequest>(bytes);
     value::<gate::GateReply>(bytes);
+    value::<remote_process::RemoteOrder>(bytes);
+    value::<remote_process::RemoteEvent>(bytes);
 }
 
 /// A value has one encoding, and the typed and the untyped reader agree on what is one.

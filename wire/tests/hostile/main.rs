@@ -15,6 +15,10 @@ use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::message::WireType;
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
+use armor_wire::remote_process::{
+    CutOff, HostAddress, OutputStream, ProcessResources, RemoteEvent, RemoteStart, Takeover,
+    VariableSetting,
+};
 use armor_wire::transport::Transport;
 use armor_wire::{codec, config};
 use cap::Cap;
@@ -98,7 +102,10 @@ fn seeds() -> Vec<Vec<u8>> {
     ];
     seeds.push(frames.concat());
     let address = "127.0.0.1:20001".into();
-    add(&mut seeds, FrameKind::Control, &GateRequest::Connect { address });
+    add(&mut seeds, FrameKind::Control, &GateRequest::Connect { address, acts_for: Some(preface) });
+    add(&mut seeds, FrameKind::Control, &remote_start());
+    let event = RemoteEvent::Output { stream: OutputStream::Error, bytes: b"line\n".to_vec() };
+    add(&mut seeds, FrameKind::Control, &event);
     let header = DataHeader { sequence: 1, stamp_s: 2.0, instance: 3, fresh: true };
     seeds.push([&[200], &header.to_bytes(4)[..], b"data"].concat());
     for text in ["[[[?u8]]]", "S{a:[E<A,B{x:[string]}>],b:[[f64;3];3]}", "2.5m/s", "10min"] {
@@ -106,6 +113,28 @@ fn seeds() -> Vec<Vec<u8>> {
         seeds.push([text.as_bytes(), &[0; 40]].concat());
     }
     seeds
+}
+
+fn remote_start() -> GateRequest {
+    let setting = VariableSetting { name: "ARMOR_HEADLESS".into(), value: "1".into() };
+    let host = HostAddress { host: "base".into(), address: "10.0.0.3:7410".into() };
+    let resources = ProcessResources { nice: Some(-5), cpus: vec![0, 3], ..Default::default() };
+    let start = RemoteStart {
+        system: "rover".into(),
+        run: 7,
+        component: "gripper".into(),
+        kind: "arm".into(),
+        manifest: 8,
+        build: 9,
+        variables: vec!["MAP_TOKEN".into()],
+        settings: vec![setting],
+        resources,
+        cut_off: CutOff::Stop,
+        hosts: vec![host],
+        gate_port: 7410,
+        takeover: Takeover::Only { process: 3 },
+    };
+    GateRequest::Run { start }
 }
 
 /// Damages `input` in one to eight places: bytes, lengths, cuts, repetitions, splices.

@@ -1,0 +1,264 @@
+//! One system on two hosts: an agent runs the components of the second one. Both are on this machine;
+//! the names of the hosts keep them apart, so every connection between them goes through both gates.
+
+use std::fs::{self, DirBuilder};
+use std::os::unix::fs::DirBuilderExt;
+use std::process::{Child, Stdio};
+
+use rustix::process::Signal;
+use serde_json::Value;
+
+use crate::fixture::{Folder, Run, free_port, is_alive, run_to_end, send_signal, wait_for};
+
+const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
+    <circle id="start" cx="-1" cy="0.5"/>
+    <circle class="start" id="blue" cx="1" cy="0.5"/></svg>"#;
+
+/// A folder with the keys of two hosts and of alice, and the ports of their gates.
+struct Hosts {
+    folder: Folder,
+    gate: u16,
+    agent: u16,
+}
+
+/// A running agent, which ends with the test.
+struct Agent(Child);
+
+impl Hosts {
+    fn new(name: &str, cut_off: &str) -> Self {
+        let folder = Folder::new(name);
+        let hosts = Self { folder, gate: free_port(), agent: free_port() };
+        hosts.folder.write("room.svg", WORLD);
+        let agent = hosts.agent;
+        let system = format!(
+            r#"<armor version="1">
+  <system name="two-hosts">
+    <host name="arm" at="127.0.0.1:{agent}"{cut_off}/>
+    <component name="near" kind="simulator" rate="50Hz">
+      <parameter name="world" value="room.svg"/>
+    </component>
+    <component name="far" kind="simulator" rate="50Hz" host="arm">
+      <parameter name="world" value="room.svg"/>
+      <parameter name="start" value="blue"/>
+    </component>
+    <link from="near.presence" to="far.other1"/>
+    <link from="far.presence" to="near.other1"/>
+  </system>
+  <mission name="two-hosts" goal="over" safe="hold">
+    <place name="work" initial="true" components="near far"/>
+    <place name="over"/>
+    <place name="hold"/>
+    <transition name="leave" from="work" to="over" operator="true"/>
+  </mission>
+</armor>"#
+        );
+        hosts.folder.write("robots.xml", &system);
+        hosts.keys(&["init"]);
+        for host in ["robot", "arm"] {
+            hosts.keys(&["add", host, "--role", "host"]);
+            let folder = hosts.folder.path().join(host);
+            DirBuilder::new().mode(0o700).create(&folder).expect("a folder");
+            for file in [&format!("{host}.key"), "revoked"] {
+                let from = hosts.folder.path().join("authority").join(file);
+                fs::copy(from, folder.join(file)).expect("it is copied");
+            }
+        }
+        hosts
+    }
+
+    fn keys(&self, arguments: &[&str]) {
+        let mut command = self.folder.armor(&["keys"]);
+        let (code, out, err) = run_to_end(command.args(arguments).args(["--keys", "authority"]));
+        assert_eq!(code, 0, "{arguments:?} {out} {err}");
+    }
+
+    fn start_agent(&self, from: &str) -> Agent {
+        let listen = format!("127.0.0.1:{}", self.agent);
+        let mut command = self.folder.armor(&["host", "--from", from, "--listen", &listen]);
+        command.args(["--keys", "arm", "--out", "arm-out"]);
+        let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+        Agent(child.expect("it starts"))
+    }
+
+    fn run(&self, arguments: &[&str]) -> Run {
+        let gate = format!("127.0.0.1:{}", self.gate);
+        let all = ["robots.xml", "--headless", "--gate", &gate, "--keys", "robot"];
+        self.folder.run("out", &[&all, arguments].concat())
+    }
+
+    /// What a tool prints on the launcher's host, one JSON object per line.
+    fn lines(&self, run: &Run, tool: &[&str]) -> Vec<Value> {
+        let registry = run.registry().to_string();
+        let mut command = self.folder.armor(tool);
+        let (_, out, _) = run_to_end(command.args(["--format", "json", "--registry", &registry]));
+        out.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    }
+
+    /// Waits until `far` takes part, with a process that is not one of `others`; returns it.
+    fn wait_for_far(&self, run: &Run, others: &[i32]) -> i32 {
+        wait_for(&format!("far to take part\n{}", run.log()), || {
+            let all = self.lines(run, &["ps"]);
+            let far = all.iter().find(|one| one["name"] == "far" && one["host"] == "arm")?;
+            let pid = i32::try_from(far["pid"].as_i64()?).ok()?;
+            (far["status"]["state"] == "Active" && !others.contains(&pid)).then_some(pid)
+        })
+    }
+
+    /// Waits until a link carries data.
+    fn wait_for_data(&self, run: &Run, from: &str) {
+        wait_for(&format!("{from} to travel\n{}", run.log()), || {
+            let links = self.lines(run, &["graph"]);
+            let link = links.iter().find(|link| link["from"] == from)?;
+            (link["state"] == "up" && link["received"].as_u64()? > 20).then_some(())
+        });
+    }
+}
+
+impl Agent {
+    fn pid(&self) -> i32 {
+        i32::try_from(self.0.id()).expect("a process id")
+    }
+
+    fn kill(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Drop for Agent {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+#[test]
+fn components_of_two_hosts_take_part_in_one_system() {
+    let hosts = Hosts::new("hosts", "");
+    let agent = hosts.start_agent("robot");
+    let mut run = hosts.run(&[]);
+    let first = hosts.wait_for_far(&run, &[]);
+    for data in ["near.presence", "far.presence"] {
+        hosts.wait_for_data(&run, data);
+    }
+    let all = hosts.lines(&run, &["ps"]);
+    for one in &all {
+        let host = if one["name"] == "far" { "arm" } else { "robot" };
+        let endpoint = one["endpoint"].as_str().unwrap_or_default();
+        assert!(one["host"] == host && endpoint.starts_with(&format!("{host}:")), "{one}");
+    }
+    // A death there is noticed, and restarted, as one here.
+    send_signal(first, Signal::KILL);
+    run.wait_for_log("ended by signal 9 (SIGKILL); it starts again", 1);
+    let second = hosts.wait_for_far(&run, &[first]);
+    assert_eq!(hosts.lines(&run, &["restart", "far"]).len(), 1, "{}", run.log());
+    let third = hosts.wait_for_far(&run, &[first, second]);
+    assert!(!is_alive(first) && !is_alive(second));
+    // A person reaches the processes of both hosts through the gate of the one, and only that.
+    hosts.keys(&["add", "alice", "--role", "operator"]);
+    let remote = |port: u16, tool: &[&str]| {
+        let gate = format!("127.0.0.1:{port}");
+        let connect = ["connect", &gate, "--key", "authority/alice.key", "--"];
+        let mut command = hosts.folder.armor(&connect);
+        run_to_end(command.arg(env!("CARGO_BIN_EXE_armor")).args(tool))
+    };
+    for data in ["far.odometry", "near.odometry"] {
+        let (code, out, err) = remote(hosts.gate, &["echo", data, "--once"]);
+        assert!(code == 0 && out.contains("odom"), "{code} {out} {err}");
+    }
+    let (code, out, err) = remote(hosts.gate, &["log", "far", "debug"]);
+    assert!(code == 1 && err.contains("needs the role engineer"), "{code} {out} {err}");
+    let (code, out, err) = remote(hosts.agent, &["ps"]);
+    assert!(code == 1 && err.contains("connect to the gate there"), "{code} {out} {err}");
+    // The agent lives on, its component ends with the system.
+    hosts.lines(&run, &["stop", "--all"]);
+    run.code();
+    assert!(!is_alive(third) && is_alive(agent.pid()), "{}", run.log());
+}
+
+#[test]
+fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
+    let hosts = Hosts::new("hosts-cut", "");
+    let agent = hosts.start_agent("robot");
+    let run = hosts.run(&[]);
+    let far = hosts.wait_for_far(&run, &[]);
+    hosts.wait_for_data(&run, "far.presence");
+    for times in 1..=3 {
+        send_signal(agent.pid(), Signal::STOP);
+        run.wait_for_log("arm is cut off (it has fallen silent)", times);
+        run.wait_for_log("gone name=far", times);
+        send_signal(agent.pid(), Signal::CONT);
+        run.wait_for_log("arm is connected again", times);
+        assert_eq!(hosts.wait_for_far(&run, &[]), far, "{}", run.log());
+        hosts.wait_for_data(&run, "far.presence");
+    }
+    assert!(!run.log().contains("suspected of hanging"), "{}", run.log());
+}
+
+#[test]
+fn a_host_ends_its_components_when_it_is_cut_off_if_the_file_says_so() {
+    let hosts = Hosts::new("hosts-stop", " cut-off=\"stop\"");
+    let mut agent = hosts.start_agent("robot");
+    let run = hosts.run(&[]);
+    let first = hosts.wait_for_far(&run, &[]);
+    // The launcher stands still: for the agent it is cut off.
+    run.signal(Signal::STOP);
+    wait_for("the end of far", || (!is_alive(first)).then_some(()));
+    run.signal(Signal::CONT);
+    let second = hosts.wait_for_far(&run, &[first]);
+    // What an agent has started dies with it, and is started by the next agent.
+    agent.kill();
+    wait_for("the end of far", || (!is_alive(second)).then_some(()));
+    run.wait_for_log("arm is cut off", 2);
+    let _agent = hosts.start_agent("robot");
+    hosts.wait_for_far(&run, &[first, second]);
+}
+
+#[test]
+fn a_launcher_that_comes_back_takes_over_and_another_run_starts_from_scratch() {
+    let hosts = Hosts::new("hosts-resume", "");
+    let _agent = hosts.start_agent("robot");
+    let mut run = hosts.run(&[]);
+    let first = hosts.wait_for_far(&run, &[]);
+    run.signal(Signal::KILL);
+    run.code();
+    assert!(is_alive(first));
+    let mut run = hosts.run(&["--resume"]);
+    assert_eq!(hosts.wait_for_far(&run, &[]), first, "{}", run.log());
+    run.wait_for_log("runs on arm already", 1);
+    run.signal(Signal::KILL);
+    run.code();
+    let run = hosts.run(&[]);
+    hosts.wait_for_far(&run, &[first]);
+    assert!(!is_alive(first));
+}
+
+#[test]
+fn what_cannot_work_is_refused_with_the_remedy() {
+    let hosts = Hosts::new("hosts-refused", "");
+    let refused = |arguments: &[&str], why: &str| {
+        let mut command = hosts.folder.armor(&["run", "--headless", "--out", "out"]);
+        let (code, _, err) = run_to_end(command.args(arguments));
+        assert!(code == 1 && err.contains(why), "{arguments:?}: {code} {err}");
+    };
+    refused(&["robots.xml"], "which must reach this one: give --gate");
+    let gate = format!("127.0.0.1:{}", hosts.gate);
+    refused(&["robots.xml", "--gate", &gate, "--keys", "arm"], "arm is this host, by its key");
+    // The agent is for the systems of another host.
+    let agent = hosts.start_agent("base");
+    let run = hosts.run(&[]);
+    run.wait_for_log("this agent runs components for systems of base, not of robot", 1);
+    drop((run, agent));
+    // A kind that the other host does not have, or has with other ports.
+    let _agent = hosts.start_agent("robot");
+    hosts.folder.script("nod", "sleep 60");
+    let at = hosts.agent;
+    let text = format!(
+        r#"<armor version="1"><system name="own">
+  <host name="arm" at="127.0.0.1:{at}"/><component name="head" kind="nod" host="arm"/>
+</system></armor>"#
+    );
+    hosts.folder.write("own.xml", &text);
+    let all = ["own.xml", "--headless", "--gate", &gate, "--keys", "robot"];
+    let run = hosts.folder.run("own-out", &all);
+    run.wait_for_log("the host arm has no kind nod", 1);
+}
