@@ -100,7 +100,7 @@ impl Hosts {
             let all = self.lines(run, &["ps"]);
             let far = all.iter().find(|one| one["name"] == "far" && one["host"] == "arm")?;
             let pid = i32::try_from(far["pid"].as_i64()?).ok()?;
-            (far["status"]["state"] == "Active" && !others.contains(&pid)).then_some(pid)
+            (far["status"]["state"] == "active" && !others.contains(&pid)).then_some(pid)
         })
     }
 

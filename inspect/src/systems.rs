@@ -9,7 +9,7 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use armor_files::{Durability, PendingFile, SaveError};
-use armor_sdk::directory::HostPlace;
+use armor_sdk::directory::{self, HostPlace};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -51,14 +51,13 @@ impl From<HostPlace> for RecordedPlace {
     }
 }
 
-/// Gives this process the way to the other hosts of the system whose registry is at `registry`, if it
+/// Gives this process the way to the other hosts of the system whose registry is at `registry`, if that
 /// has any: its later connections to components there go through the router of this host.
 pub fn adopt_place(registry: SocketAddr) {
     let records = record_directory().and_then(|directory| list_running(&directory));
     let record = records.unwrap_or_default().into_iter().find(|it| it.registry == registry);
-    if let Some(RecordedPlace { host, router }) = record.and_then(|record| record.place) {
-        HostPlace { host, router }.adopt();
-    }
+    let place = record.and_then(|record| record.place);
+    directory::adopt_place(place.map(|RecordedPlace { host, router }| HostPlace { host, router }));
 }
 
 impl RunRecord {

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-pub use armor_socket::HostPlace;
 use armor_socket::random_id;
+pub use armor_socket::{HostPlace, adopt_place};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};
 use parking_lot::{Condvar, Mutex};

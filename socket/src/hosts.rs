@@ -7,6 +7,8 @@
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::OnceLock;
 
+use parking_lot::Mutex;
+
 /// The name of this host in the file.
 const HOST_VARIABLE: &str = "ARMOR_HOST";
 /// `address:port` of the router on this host.
@@ -22,22 +24,22 @@ pub struct HostPlace {
 }
 
 /// What a tool has found out about the system that it connects to.
-static FOUND: OnceLock<HostPlace> = OnceLock::new();
+static FOUND: Mutex<Option<HostPlace>> = Mutex::new(None);
 
 impl HostPlace {
     /// The environment variables that give a process this place.
     pub fn list_variables(&self) -> [(&'static str, String); 2] {
         [(HOST_VARIABLE, self.host.clone()), (ROUTER_VARIABLE, self.router.to_string())]
     }
-
-    /// Gives this process the place, for all its later connections. Only the first call counts, and
-    /// what the environment sets comes before it.
-    pub fn adopt(self) {
-        let _ = FOUND.set(self);
-    }
 }
 
-/// Returns the place that the environment, or [`HostPlace::adopt`], has given this process.
+/// Gives this process its place in the system that it connects to from here on, or none. What the
+/// environment sets comes before it.
+pub fn adopt_place(place: Option<HostPlace>) {
+    *FOUND.lock() = place;
+}
+
+/// Returns the place that the environment, or [`adopt_place`], has given this process.
 pub fn own_place() -> Option<HostPlace> {
     static SET: OnceLock<Option<HostPlace>> = OnceLock::new();
     let set = SET.get_or_init(|| {
@@ -45,7 +47,7 @@ pub fn own_place() -> Option<HostPlace> {
         let router = variable(ROUTER_VARIABLE)?.parse().ok()?;
         Some(HostPlace { host: variable(HOST_VARIABLE)?, router })
     });
-    set.clone().or_else(|| FOUND.get().cloned())
+    set.clone().or_else(|| FOUND.lock().clone())
 }
 
 /// Returns how other processes of the system reach one of this host that listens on `address`.

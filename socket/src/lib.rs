@@ -22,7 +22,7 @@ pub use connect::{connect, connect_component};
 #[cfg(feature = "daemon")]
 pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
 pub use faults::{FaultTable, is_temporary};
-pub use hosts::{HostPlace, name_endpoint};
+pub use hosts::{HostPlace, adopt_place, name_endpoint};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
 pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group};

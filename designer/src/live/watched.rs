@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use armor_inspect::log::Tail;
-use armor_inspect::systems::RunRecord;
+use armor_inspect::systems::{self, RunRecord};
 use armor_inspect::{
     MissionLook, MissionWatch, OrderSender, ParameterClient, SystemWatch, WakeCallback,
     WatchedValues,
@@ -50,6 +50,9 @@ impl Watched {
         tail: Option<Tail>,
         wake: &WakeCallback,
     ) -> io::Result<Self> {
+        if let Ok(registry) = registry.parse() {
+            systems::adopt_place(registry);
+        }
         let watch = SystemWatch::begin(registry, TOOL, Arc::clone(wake))?;
         let mission = MissionWatch::begin(watch.directory(), Arc::clone(wake))?;
         let record = record.map(RunRecord::resolved);

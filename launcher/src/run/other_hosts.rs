@@ -66,7 +66,7 @@ impl OtherHosts {
         }
         let place = HostPlace { host: own, router: choose_router_port()? };
         // For the connections of the launcher itself, such as those to components.
-        place.clone().adopt();
+        armor_socket::adopt_place(Some(place.clone()));
         let gates = hosts.iter().map(address_of);
         let routes = Routes::new(keys, gates.clone());
         let mut settings = Vec::new();

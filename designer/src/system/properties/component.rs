@@ -3,6 +3,7 @@
 use armor_robotfile::model::{Component, Restart};
 use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice, parse_realtime};
 use armor_wire::manifest::Manifest;
+use armor_wire::name::is_name;
 use armor_wire::quantity;
 use eframe::egui::{self, ComboBox, RichText};
 
@@ -170,7 +171,17 @@ struct ExecutionRow {
     check: fn(&str) -> Result<(), String>,
 }
 
-const EXECUTION_ROWS: [ExecutionRow; 7] = [
+const EXECUTION_ROWS: [ExecutionRow; 8] = [
+    ExecutionRow {
+        attribute: "host",
+        label: "Host",
+        hint: "where the system is started",
+        doc: "The <host> of the file on which it runs, through the agent there.",
+        check: |text| match is_name(text) {
+            true => Ok(()),
+            false => Err("the name of a <host> of this file".into()),
+        },
+    },
     ExecutionRow {
         attribute: "rate",
         label: "Rate",
