@@ -21,6 +21,7 @@ fn record(system: &str, pid: u32) -> RunRecord {
         registry: ([127, 0, 0, 1], 7411).into(),
         started_s: f64::from(pid),
         file: "office.xml".into(),
+        place: None,
         out: "out/office".into(),
     }
 }
