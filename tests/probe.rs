@@ -68,6 +68,8 @@ impl Component for Probe {
         Parameter::text("ask").default("").doc("another parameter that it asks for"),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("ticked")];
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<Numbered>("numbers")?;
         for input in INPUTS {

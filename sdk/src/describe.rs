@@ -56,7 +56,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         inputs,
         outputs,
         parameters,
-        events,
+        events: Some(events),
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));

@@ -29,7 +29,7 @@ pub(crate) struct Declarations {
 /// See the module.
 pub(crate) struct Participant {
     pub identity: Arc<ProcessIdentity>,
-    /// The events that the component declares; without any it may report every name.
+    /// The events that the component declares: it reports no others.
     pub events: Vec<EventManifest>,
     pub clock: Arc<SystemClock>,
     /// The constructor runs only to find out what it declares.

@@ -2,8 +2,8 @@ use super::*;
 use armor_wire::control::GivenParameter;
 
 use crate::messages::{Count, Flag, Number};
-use crate::prelude::{Data, Header, Outcome, Parameters};
-use crate::{Parameter, Value};
+use crate::prelude::{Data, Events, Header, Outcome, Parameters};
+use crate::{DeclaredEvent, Parameter, Value};
 
 const TICK: Duration = Duration::from_millis(100);
 
@@ -28,6 +28,7 @@ impl Component for Counter {
     const KIND: &'static str = "counter";
     const SUMMARY: &'static str = "Counts.";
     const PARAMETERS: &'static [Parameter] = CounterParameters::DECLARED;
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("ordered")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<Number>("order")?;
@@ -233,6 +234,7 @@ struct Stopping<const N: usize>;
 impl<const N: usize> Component for Stopping<N> {
     const KIND: &'static str = "stopping";
     const SUMMARY: &'static str = "Cannot brake.";
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("slid")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         if N == 4 {
@@ -274,6 +276,40 @@ fn what_the_last_call_returns_is_reported() {
     }
     assert_eq!(stop::<2>().reports(), [ReportKind::Event { name: "slid".into(), value: 0.5 }]);
     assert_eq!(stop::<3>().reports(), []);
+}
+
+/// Reports an event of an enum, and has forgotten its `EVENTS`.
+struct Forgetful;
+
+#[derive(Events)]
+enum ForgetfulEvent {
+    Lap,
+}
+
+impl Component for Forgetful {
+    const KIND: &'static str = "forgetful";
+    const SUMMARY: &'static str = "Declares nothing.";
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        Ok(Self)
+    }
+
+    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+        Ok(ForgetfulEvent::Lap.into())
+    }
+}
+
+#[test]
+fn an_event_without_the_constant_fails_and_names_the_constant() {
+    let manifest = crate::manifest_of::<Forgetful>().unwrap();
+    assert_eq!(manifest.events, Some(Vec::new()), "it reports none");
+    let mut component = TestedComponent::build::<Forgetful>(&[]).expect("it is built");
+    component.start().expect("it starts");
+    let reports = component.reports();
+    let [ReportKind::Failed { reason }] = reports else { panic!("{reports:?}") };
+    for part in ["the event `lap` is not declared", "add `const EVENTS"] {
+        assert!(reason.contains(part), "{reason}");
+    }
 }
 
 #[test]

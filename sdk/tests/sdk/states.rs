@@ -183,8 +183,8 @@ fn an_error_is_a_report_and_a_panic_too() {
 }
 
 #[test]
-fn an_event_that_a_mission_could_mistake_is_a_failure() {
-    for name in ["done", "failed", "two words", ""] {
+fn an_event_that_is_undeclared_or_that_a_mission_could_mistake_is_a_failure() {
+    for name in ["done", "failed", "two words", "", "undeclared"] {
         let mut system = System::start();
         system.run("worker", &["--rate=100Hz"], None, move |_, call| {
             Ok(if call == Call::Tick { Outcome::event(name, 1.0) } else { Outcome::CarryOn })

@@ -96,12 +96,16 @@ impl Manifest {
         check_names("port", ports.clone().map(|port| port.id.as_str()), &mut found);
         let parameters = self.parameters.iter().map(|parameter| parameter.name.as_str());
         check_names("parameter", parameters, &mut found);
-        check_names("event", self.events.iter().map(|event| event.name.as_str()), &mut found);
+        check_names(
+            "event",
+            self.listed_events().iter().map(|event| event.name.as_str()),
+            &mut found,
+        );
         for port in ports {
             check_port(port, &mut found);
         }
         found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
-        found.extend(self.events.iter().flat_map(EventManifest::list_faults));
+        found.extend(self.listed_events().iter().flat_map(EventManifest::list_faults));
         self.check_named_by(&mut found);
         if found.is_empty() { Ok(()) } else { Err(ManifestFaults(found)) }
     }
@@ -109,7 +113,7 @@ impl Manifest {
 
 impl Manifest {
     fn check_named_by(&self, found: &mut Vec<ManifestFault>) {
-        for event in self.events.iter().filter(|event| !event.named_by.is_empty()) {
+        for event in self.listed_events().iter().filter(|event| !event.named_by.is_empty()) {
             let subject = format!("the event {}", event.name);
             let mut faults = Faults { subject, found: &mut *found };
             let name = event.named_by.as_str();
@@ -312,8 +316,13 @@ mod tests {
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
-            events: vec![lap],
+            events: Some(vec![lap]),
         }
+    }
+
+    /// Its only event.
+    fn lap(manifest: &mut Manifest) -> &mut EventManifest {
+        &mut manifest.events.as_mut().expect("events")[0]
     }
 
     fn set_schema(port: &mut PortManifest, schema: &str) {
@@ -363,13 +372,16 @@ mod tests {
                 parameter.choices = vec!["a".into(), "a".into()];
             }),
             ("occurs twice", |m| m.parameters.push(m.parameters[0].clone())),
-            ("the event lap occurs twice", |m| m.events.push(m.events[0].clone())),
-            ("the event done: `done` and `failed`", |m| m.events[0].name = "done".into()),
-            ("the event lap: there is no unit called `knots`", |m| {
-                m.events[0].unit = "knots".into();
+            ("the event lap occurs twice", |m| {
+                let lap = lap(m).clone();
+                m.events.get_or_insert_default().push(lap);
             }),
-            ("named by `speed`, which is no text", |m| m.events[0].named_by = "speed".into()),
-            ("the event lap: it has the unit s", |m| m.events[0].value = None),
+            ("the event done: `done` and `failed`", |m| lap(m).name = "done".into()),
+            ("the event lap: there is no unit called `knots`", |m| {
+                lap(m).unit = "knots".into();
+            }),
+            ("named by `speed`, which is no text", |m| lap(m).named_by = "speed".into()),
+            ("the event lap: it has the unit s", |m| lap(m).value = None),
         ];
         for (expected, fault) in faults {
             let mut manifest = manifest();
@@ -387,7 +399,7 @@ mod tests {
         manifest.kind = "9x".into();
         manifest.inputs[0].schema_hash = 1;
         manifest.parameters[0].unit = "knots".into();
-        manifest.events[0].name = "failed".into();
+        lap(&mut manifest).name = "failed".into();
         let faults = manifest.validate().expect_err("four faults");
         let members: Vec<_> = faults.0.iter().map(|fault| fault.member).collect();
         assert_eq!(members, ["kind", "schema_hash", "unit", "name"]);
