@@ -9,7 +9,7 @@ use super::{
     PortManifest,
 };
 use crate::name::is_name;
-use crate::quantity::{self, Unit};
+use crate::quantity::{self, QuantityError, Unit};
 use crate::schema::{self, Schema};
 
 /// Names that reports have: no event may have them.
@@ -236,10 +236,7 @@ impl ParameterManifest {
         if let Some((_, choice)) = twice {
             faults.add("choices", format!("the choice `{choice}` occurs twice"), "remove one");
         }
-        // With a wrong unit, range or choices, the default would only repeat that.
-        if faults.found.iter().all(|fault| fault.member == "doc")
-            && let Some(Err(why)) = self.default.as_deref().map(|text| self.parse(text))
-        {
+        if let Some(why) = self.explain_default(faults.found) {
             let remedy = match self.range_with_unit() {
                 range if range.is_empty() => "write it as a file would".into(),
                 range => format!("write it as a file would, {range}"),
@@ -247,6 +244,25 @@ impl ParameterManifest {
             faults.add("default", format!("its default: {why}"), remedy);
         }
         found
+    }
+}
+
+impl ParameterManifest {
+    /// Why its default is wrong, as far as that does not follow from the other faults.
+    fn explain_default(&self, others: &[ManifestFault]) -> Option<String> {
+        let text = self.default.as_deref()?;
+        let are_of = |members: &[&str]| others.iter().all(|it| members.contains(&it.member));
+        if are_of(&["doc"]) {
+            return self.parse(text).err();
+        }
+        // Without its unit the number is nevertheless one.
+        if self.kind == ParameterType::Number && are_of(&["doc", "unit"]) {
+            let error = quantity::parse(text).err();
+            return error
+                .filter(|e| matches!(e, QuantityError::NotANumber(_)))
+                .map(|e| e.to_string());
+        }
+        None
     }
 }
 
