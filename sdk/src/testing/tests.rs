@@ -35,7 +35,6 @@ impl Component for Counter {
         armor.provide::<Count>("count")?;
         armor.provide::<Number>("time")?;
         let parameters = CounterParameters::request(&armor)?;
-        armor.synchronize()?;
         Ok(Self { armor, parameters, count: 0 })
     }
 
@@ -268,14 +267,54 @@ fn what_the_last_call_returns_is_reported() {
     let failed = [ReportKind::Failed { reason: "could not brake".into() }];
     for mut component in [stop::<0>(), stop::<1>()] {
         assert_eq!(component.reports(), failed);
-        let error =
-            |component: &TestedComponent| component.participant.compose_status(None).last_error;
+        let error = |component: &TestedComponent| {
+            component.participant.compose_status(None, 0.0).last_error
+        };
         assert_eq!(error(&component), "could not brake", "as `armor ps` shows it");
         component.start().unwrap();
         assert_eq!(error(&component), "", "another activation begins");
     }
     assert_eq!(stop::<2>().reports(), [ReportKind::Event { name: "slid".into(), value: 0.5 }]);
     assert_eq!(stop::<3>().reports(), []);
+}
+
+/// Computes with its parameters in its constructor.
+struct Prepared {
+    armor: Armor,
+    parameters: CounterParameters,
+    sum: u64,
+}
+
+impl Component for Prepared {
+    const KIND: &'static str = "prepared";
+    const SUMMARY: &'static str = "Adds its parameters.";
+    const PARAMETERS: &'static [Parameter] = CounterParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.provide::<Count>("sum")?;
+        let parameters = CounterParameters::request(&armor)?;
+        let sum = parameters.step + parameters.end;
+        Ok(Self { armor, parameters, sum })
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        Ok(self.parameters.set(name, value)?)
+    }
+
+    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+        self.armor.send_data("sum", &Count { count: self.sum })?;
+        Ok(Outcome::CarryOn)
+    }
+}
+
+#[test]
+fn the_constructor_has_the_values_of_its_parameters() {
+    for (given, sum) in [(vec![("step", "7"), ("end", "90")], 97), (vec![("step", "2")], 1002)] {
+        let mut component = TestedComponent::build::<Prepared>(&given).expect("it is built");
+        component.start().unwrap();
+        assert_eq!(component.last_output::<Count>("sum").unwrap(), Count { count: sum });
+    }
+    assert!(crate::manifest_of::<Prepared>().is_ok(), "with the defaults");
 }
 
 /// Reports an event of an enum, and has forgotten its `EVENTS`.
@@ -372,7 +411,7 @@ fn an_activation_with_a_refused_value_names_it() {
         let activation = careful.activations;
         careful.give_order(LifecycleOrder::Activate(ActivationOrder { activation, parameters }));
         careful.give_order(LifecycleOrder::Freeze(activation));
-        (careful.reports.clone(), careful.participant.compose_status(None).last_error)
+        (careful.reports.clone(), careful.participant.compose_status(None, 0.0).last_error)
     };
     let (reports, error) = activate(vec![given("1.8m/s")]);
     assert_eq!(reports, [failed]);

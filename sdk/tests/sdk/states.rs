@@ -2,8 +2,9 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use armor_sdk::SendError;
 use armor_sdk::control::{
     Answer, Assigned, Command, ControlEvent, GivenParameter, ReportKind, Role, RunState,
 };
@@ -159,6 +160,49 @@ fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
     assert_eq!(state(&events, RunState::Active), 2);
     let calls: Vec<_> = probe.try_iter().filter(|t| matches!(t, ProbeEvent::Call(_))).collect();
     assert_eq!(calls[0], ProbeEvent::Call(Call::Started));
+}
+
+#[test]
+fn a_thread_of_its_own_publishes_only_until_the_component_is_frozen() {
+    let mut system = System::start();
+    let (handles, handle) = channel();
+    system.run("worker", &["--rate=100Hz"], None, move |armor, call| {
+        if call == Call::Started {
+            handles.send(armor.clone()).unwrap();
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let armor = handle.recv_timeout(DEADLINE).expect("its first call");
+    let send = || armor.send_data("out", &sample(1, 0));
+    // The handle is used on the test's thread, outside any call of the component.
+    assert!(send().is_ok());
+    let (control, events) = system.control("worker", Role::Executive);
+    control.send(&Command::Freeze { activation: 1 }).unwrap();
+    state(&events, RunState::Frozen);
+    match send() {
+        Err(error @ SendError::NotActive { .. }) => {
+            assert!(
+                error.to_string().starts_with("`out` is not sent: the component is not active")
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
+    state(&events, RunState::Active);
+    assert!(send().is_ok());
+}
+
+#[test]
+fn a_component_that_is_slower_than_its_rate_is_found_and_each_skipped_tick_counted() {
+    let mut system = System::start();
+    system.run("slow", &["--rate=100Hz"], None, |_, call| {
+        if call == Call::Tick {
+            std::thread::sleep(Duration::from_millis(40));
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let status = system.until("slow", |status| status.skipped_share > 0.2);
+    assert!(status.skipped_ticks > status.exec_calls, "three of four: {status:?}");
 }
 
 #[test]
