@@ -117,7 +117,7 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
     });
     end_tick.send(()).unwrap();
     data(&probe);
-    std::thread::sleep(std::time::Duration::from_millis(2));
+    std::thread::sleep(Duration::from_millis(2));
     open.send(()).unwrap();
     ticks.recv_timeout(DEADLINE).expect("a tick before the second of them");
     let (control, events) = system.control("sink", Role::Executive);
@@ -355,7 +355,7 @@ impl Component for Slow {
 
     fn new(_: Armor) -> Result<Self, Fault> {
         while !MAY_RETURN.load(Ordering::SeqCst) {
-            std::thread::sleep(std::time::Duration::from_millis(5));
+            std::thread::sleep(Duration::from_millis(5));
         }
         Ok(Self)
     }
@@ -373,7 +373,7 @@ fn a_constructor_that_does_not_return_is_a_call_that_runs() {
         let start = Instant::now();
         while !wanted(&control.status(DEADLINE).expect("it answers")) {
             assert!(start.elapsed() < DEADLINE, "never in the wanted state");
-            std::thread::sleep(std::time::Duration::from_millis(20));
+            std::thread::sleep(Duration::from_millis(20));
         }
     };
     until(&|status| {
