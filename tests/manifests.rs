@@ -68,8 +68,10 @@ fn a_constructor_that_prints_on_stdout_is_named_by_its_own_description() {
     // Under this name the program is a `talker`; a symbolic link would be resolved to `probe`.
     let script = format!("#!/bin/bash\nexec -a talker '{}' \"$@\"\n", probe().display());
     folder.executable("components/talker", &script);
-    let output =
-        Command::new(folder.path("components/talker")).arg("--describe").output().expect("it runs");
+    let output = Command::new(folder.path().join("components/talker"))
+        .arg("--describe")
+        .output()
+        .expect("it runs");
     let (out, err) = (&output.stdout, String::from_utf8_lossy(&output.stderr));
     assert_eq!((output.status.code(), out.len()), (Some(1), 0), "{err}");
     let why = "talker: the constructor prints on stdout, where only the manifest may be: \"the talker \

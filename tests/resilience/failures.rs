@@ -48,7 +48,8 @@ fn a_panic_of_a_thread_of_its_own_is_a_failure_of_the_component_and_its_process_
     let mut system = working("thread-panics", "thread_panic=20");
     assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
     let log = system.run.log();
-    let why = "retreats: `worker` failed: the thread `aside` panicked at tests/probe.rs:";
+    let why =
+        "retreats: `worker` failed: the thread `aside` panicked at launcher/../tests/probe.rs:";
     assert!(log.lines().any(|line| line.contains(why) && line.ends_with("wants it")), "{log}");
     let reported = |line: &&str| line.contains("ERROR") && line.contains("the thread `aside`");
     assert_eq!(log.lines().filter(reported).count(), 1, "{log}");
