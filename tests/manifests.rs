@@ -9,6 +9,7 @@ use armor_wire::manifest::Manifest;
 use serde_json::{Value, json};
 
 use crate::fixture::{Folder, run_to_end};
+use crate::resilience::system::probe;
 use schema::Schema;
 
 fn schema() -> Schema {
@@ -59,6 +60,23 @@ fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
         }
         _ => {}
     }
+}
+
+#[test]
+fn a_constructor_that_prints_on_stdout_is_named_by_its_own_description() {
+    let folder = Folder::new("talker");
+    // Under this name the program is a `talker`; a symbolic link would be resolved to `probe`.
+    let script = format!("#!/bin/bash\nexec -a talker '{}' \"$@\"\n", probe().display());
+    folder.executable("components/talker", &script);
+    let output = Command::new(folder.path().join("components/talker"))
+        .arg("--describe")
+        .output()
+        .expect("it runs");
+    let (out, err) = (&output.stdout, String::from_utf8_lossy(&output.stderr));
+    assert_eq!((output.status.code(), out.len()), (Some(1), 0), "{err}");
+    let why = "talker: the constructor prints on stdout, where only the manifest may be: \"the talker \
+               is ready\"; print on stderr";
+    assert!(err.starts_with(why), "{err}");
 }
 
 #[test]

@@ -37,12 +37,13 @@ struct Probe {
     bulk_len: usize,
     burst: u64,
     limit: u64,
-    /// Ticks of this activation after which it reports an event, is done, hangs, panics or fails;
-    /// 0: never.
+    /// Ticks of this activation after which it reports an event, is done, hangs, panics, has a thread
+    /// that panics, or fails; 0: never.
     event: u64,
     done: u64,
     hang: u64,
     panic: u64,
+    thread_panic: u64,
     fail: u64,
     work: Duration,
     ticks: u64,
@@ -62,11 +63,16 @@ impl Component for Probe {
         Parameter::integer("done").default("0").doc("ticks until it reports done; 0: never"),
         Parameter::integer("hang").default("0").doc("ticks until it hangs; 0: never"),
         Parameter::integer("panic").default("0").doc("ticks until it panics; 0: never"),
+        Parameter::integer("thread_panic")
+            .default("0")
+            .doc("ticks until its thread panics; 0: never"),
         Parameter::integer("fail").default("0").doc("ticks until it reports a failure; 0: never"),
         Parameter::number("work", "s").default("0s").doc("how long each tick takes"),
         Parameter::text("mark").default("").doc("written down when it arrives").live(),
         Parameter::text("ask").default("").doc("another parameter that it asks for"),
     ];
+
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("ticked")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<Numbered>("numbers")?;
@@ -89,6 +95,7 @@ impl Component for Probe {
             done: 0,
             hang: 0,
             panic: 0,
+            thread_panic: 0,
             fail: 0,
             work: Duration::ZERO,
             ticks: 0,
@@ -107,6 +114,7 @@ impl Component for Probe {
             "done" => self.done = u64::try_from(value.integer()?)?,
             "hang" => self.hang = u64::try_from(value.integer()?)?,
             "panic" => self.panic = u64::try_from(value.integer()?)?,
+            "thread_panic" => self.thread_panic = u64::try_from(value.integer()?)?,
             "fail" => self.fail = u64::try_from(value.integer()?)?,
             "work" => self.work = Duration::from_secs_f64(value.number()?),
             "mark" if value.text()? == "refused" => return Err("it is refused".into()),
@@ -162,6 +170,10 @@ impl Probe {
             std::thread::sleep(FOREVER);
         }
         assert!(self.ticks != self.panic, "as the test wants it");
+        if self.ticks == self.thread_panic {
+            let panics = || panic!("as the test wants it");
+            std::thread::Builder::new().name("aside".into()).spawn(panics)?;
+        }
         Ok(match self.ticks {
             ticks if ticks == self.done => Outcome::Done,
             ticks if ticks == self.fail => Outcome::Failed("as the test wants it".into()),
@@ -234,12 +246,25 @@ impl Component for Worker {
     }
 }
 
-/// Runs a probe; an executable named `worker` runs a worker.
+/// Prints in its constructor.
+struct Talker;
+
+impl Component for Talker {
+    const KIND: &'static str = "talker";
+    const SUMMARY: &'static str = "Prints where only its manifest may be.";
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        print!("the talker is ready");
+        Ok(Self)
+    }
+}
+
+/// Runs a probe; an executable named `worker` or `talker` runs that.
 fn main() -> ExitCode {
-    let name = std::env::args_os().next().map(PathBuf::from);
-    if name.is_some_and(|path| path.ends_with("worker")) {
-        armor_sdk::run::<Worker>()
-    } else {
-        armor_sdk::run::<Probe>()
+    let path = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
+    match path.file_name().and_then(|name| name.to_str()) {
+        Some("worker") => armor_sdk::run::<Worker>(),
+        Some("talker") => armor_sdk::run::<Talker>(),
+        _ => armor_sdk::run::<Probe>(),
     }
 }

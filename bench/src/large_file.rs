@@ -80,7 +80,7 @@ fn make_manifest(kind: String) -> Manifest {
         inputs: (0..INPUTS).map(|n| port("in", n)).collect(),
         outputs: (0..INPUTS).map(|n| port("out", n)).collect(),
         parameters: vec![parameter("speed", "m/s"), parameter("turn", "deg")],
-        events: Vec::new(),
+        events: None,
     }
 }
 

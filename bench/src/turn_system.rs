@@ -60,6 +60,7 @@ pub struct TurnComponent {
 impl Component for TurnComponent {
     const KIND: &'static str = "turn";
     const SUMMARY: &'static str = "Takes turns and prints the times.";
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("passed")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<Flag>("beat")?;

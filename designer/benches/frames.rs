@@ -126,7 +126,7 @@ fn kinds() -> Kinds {
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),
-        events: Vec::new(),
+        events: None,
     };
     Kinds::of([kind], "stock")
 }

@@ -191,6 +191,8 @@ mod tests {
             controllable: true,
             uptime_s,
             exec_calls: 0,
+            skipped_ticks: 0,
+            skipped_share: 0.0,
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),

@@ -177,7 +177,7 @@ codes! {
         EndlessLoop = "W0222", "transitions that fire forever in no time";
         DatePassed = "W0223", "a date that has passed";
         UnknownEvent = "E0225", "an unknown event";
-        EventsUndeclared = "N0226", "an event of a kind that declares none";
+        EventsUndeclared = "N0226", "an event of a kind whose manifest lists none";
         NoGoal = "W0260", "no goal";
         NoInput = "W0261", "a transition that takes tokens from no place";
         NoOutput = "W0271", "a transition that puts tokens into no place";

@@ -30,7 +30,7 @@ fn manifests() -> Manifests {
             port("ok", "Ok{data:bool}"),
         ],
         parameters: vec![],
-        events: Vec::new(),
+        events: None,
     };
     [("power".to_owned(), manifest)].into()
 }

@@ -7,6 +7,7 @@ use armor_wire::message::Message;
 use armor_wire::name;
 
 use crate::call::Fault;
+use crate::calls::is_in_call;
 use crate::link::output::Sent;
 use crate::participant::Participant;
 use crate::port_table::{DeclareError, SendError};
@@ -78,7 +79,8 @@ impl Armor {
     }
 
     /// Waits until every parameter asked for has arrived; they are handed to `parameter_received`
-    /// before the next call of the component.
+    /// before the next call of the component. [`Parameters::request`](crate::Parameters::request) asks
+    /// and waits itself.
     ///
     /// # Errors
     /// If a parameter is not assigned and has no default, if its text is not of its type, or if
@@ -93,11 +95,25 @@ impl Armor {
     /// Publishes `data` on output `id`: encoded once, and on its way to every subscriber that can
     /// take it when this returns. Waits only for subscribers that asked for `keep="all"`.
     ///
+    /// A thread that the component has started itself may publish while the component is active, and
+    /// after it has reported `done` or a failure, until it is frozen. It is frozen only after such a
+    /// call of `send_data` has returned.
+    ///
     /// # Errors
-    /// [`SendError`] if there is no such output, it has another type, or the data is too large.
+    /// [`SendError`] if there is no such output, it has another type, or the data is too large; on a
+    /// thread of the component's own, [`SendError::NotActive`] while it is frozen or starting.
     pub fn send_data<T: Message>(&self, id: &str, data: &T) -> Result<Sent, SendError> {
+        let lifecycle = &self.participant.lifecycle;
+        let _right = match is_in_call() {
+            true => None,
+            false => Some(
+                lifecycle
+                    .try_publish_outside_calls()
+                    .ok_or_else(|| SendError::NotActive { id: id.into() })?,
+            ),
+        };
         self.participant.ports.publish(id, data, self.timestamp()).map_err(|error| match error {
-            SendError::UnknownOutput { id, .. } if self.participant.lifecycle.is_starting() => {
+            SendError::UnknownOutput { id, .. } if lifecycle.is_starting() => {
                 SendError::NotYetDeclared { id }
             }
             error => error,

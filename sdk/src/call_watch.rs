@@ -16,6 +16,8 @@ pub(crate) struct ObservedCall {
     /// Its number.
     pub number: u64,
     pub function: CalledFunction,
+    /// How long it has taken.
+    pub taken: Duration,
 }
 
 /// What is to be logged.
@@ -30,7 +32,7 @@ pub(crate) enum CallNotice {
 #[derive(Clone, Copy, Debug)]
 struct WatchedCall {
     call: ObservedCall,
-    /// When it was first seen.
+    /// When it began.
     since: Duration,
     /// The function in which it was reported.
     reported: Option<CalledFunction>,
@@ -73,7 +75,8 @@ impl CallWatch {
         };
         let ended = self.watched.take_if(|watched| !is_same(watched));
         if let Some(call) = running {
-            let new = WatchedCall { call, since: now, reported: None };
+            let since = now.saturating_sub(call.taken);
+            let new = WatchedCall { call, since, reported: None };
             let watched = self.watched.get_or_insert(new);
             // One call may run `data_received` and then `exec`.
             watched.call = call;
@@ -107,7 +110,8 @@ mod tests {
     const EXEC: CalledFunction = CalledFunction::Exec;
 
     fn look(watch: &mut CallWatch, number: Option<u64>, now_ms: u64) -> Option<CallNotice> {
-        let running = number.map(|number| ObservedCall { number, function: EXEC });
+        let taken = Duration::ZERO;
+        let running = number.map(|number| ObservedCall { number, function: EXEC, taken });
         watch.look(running, Duration::from_millis(now_ms), patience_for(None))
     }
 
@@ -128,6 +132,16 @@ mod tests {
         assert_eq!(look(&mut watch, Some(8), 100_500), Some(returned));
         assert_eq!(look(&mut watch, None, 101_000), None, "the next call was short");
         assert_eq!(watch.current(None, now), None);
+    }
+
+    #[test]
+    fn the_time_before_the_first_look_counts() {
+        let mut watch = CallWatch::default();
+        let (now, taken) = (Duration::from_secs(9), Duration::from_millis(400));
+        let running = ObservedCall { number: 1, function: EXEC, taken };
+        assert_eq!(watch.look(Some(running), now, patience_for(None)), None);
+        let later = now + Duration::from_millis(100);
+        assert_eq!(watch.current(Some(1), later), Some((EXEC, Duration::from_millis(500))));
     }
 
     #[test]

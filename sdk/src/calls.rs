@@ -2,7 +2,10 @@
 //! service thread knows how long a call takes.
 
 use std::cell::Cell;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
 
 use crate::counter::SingleWriterCounter;
 
@@ -44,15 +47,19 @@ impl CalledFunction {
 pub(crate) struct CallCounter {
     started: SingleWriterCounter,
     is_running: AtomicBool,
+    /// When the running call began, in milliseconds of [`coarse_ms`].
+    began_ms: AtomicU64,
     /// The [`CalledFunction`] of the running call.
     function: AtomicU8,
     exec_calls: SingleWriterCounter,
+    skipped_ticks: SingleWriterCounter,
 }
 
 impl CallCounter {
     /// Marks that this thread runs user code until the returned value is dropped.
     pub fn begin_call(&self, function: CalledFunction) -> RunningCall<'_> {
         self.enter_function(function);
+        self.began_ms.store(coarse_ms(), Ordering::Relaxed);
         self.is_running.store(true, Ordering::Relaxed);
         CURRENT_CALL.set(self.started.increment());
         RunningCall(self)
@@ -61,6 +68,11 @@ impl CallCounter {
     /// The number of the running call, if user code runs on any thread.
     pub fn running_call(&self) -> Option<u64> {
         self.is_running.load(Ordering::Relaxed).then(|| self.started.count())
+    }
+
+    /// How long the running call has taken; of no meaning if none runs.
+    pub fn time_taken(&self) -> Duration {
+        Duration::from_millis(coarse_ms().saturating_sub(self.began_ms.load(Ordering::Relaxed)))
     }
 
     /// Marks that the running call is in `function` from now on.
@@ -83,11 +95,32 @@ impl CallCounter {
     pub fn exec_calls(&self) -> u64 {
         self.exec_calls.count()
     }
+
+    /// Counts ticks at which `exec` was not called, because earlier calls took too long.
+    pub fn add_skipped_ticks(&self, count: u64) {
+        self.skipped_ticks.add(count);
+    }
+
+    pub fn skipped_ticks(&self) -> u64 {
+        self.skipped_ticks.count()
+    }
+}
+
+/// The host's monotonic clock as of the last tick of the kernel: every call reads it, and this costs
+/// less than the exact time.
+fn coarse_ms() -> u64 {
+    let now = clock_gettime(ClockId::MonotonicCoarse);
+    now.tv_sec.unsigned_abs() * 1000 + now.tv_nsec.unsigned_abs() / 1_000_000
 }
 
 /// The number of the call of user code that the calling thread is in; 0 outside of one.
 pub(crate) fn current_call() -> u64 {
     CURRENT_CALL.get()
+}
+
+/// Whether the calling thread is in a call of user code.
+pub(crate) fn is_in_call() -> bool {
+    current_call() != NO_CALL
 }
 
 /// While it exists, this thread runs user code.

@@ -20,8 +20,9 @@ pub trait Component: Sized + Send + 'static {
     /// What each port carries, in one line, for `armor describe` and the designer.
     const PORTS: &'static [(&'static str, &'static str)] = &[];
 
-    /// The events that it reports. If any are declared, others cannot be reported; if none are, every
-    /// name can, and `armor check` cannot check what a mission waits for.
+    /// The events that it reports; see [`Events`](crate::Events). To report another one is a failure,
+    /// and `armor check` refuses a mission that waits for another one. `done` and `failed` are reports
+    /// of every component and not declared.
     const EVENTS: &'static [DeclaredEvent] = &[];
 
     /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware.

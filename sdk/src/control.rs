@@ -25,6 +25,7 @@ use crate::dial::{self, ConnectError};
 use crate::session::{self, FrameWriter};
 
 /// What happens on a control connection.
+#[expect(clippy::large_enum_variant, reason = "almost every event is an answer")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum ControlEvent {
     /// The component has sent an answer.

@@ -13,7 +13,12 @@ pub(crate) struct SingleWriterCounter(AtomicU64);
 impl SingleWriterCounter {
     /// Counts one more; returns the new count.
     pub fn increment(&self) -> u64 {
-        let count = self.0.load(Ordering::Relaxed) + 1;
+        self.add(1)
+    }
+
+    /// Counts `more`; returns the new count.
+    pub fn add(&self, more: u64) -> u64 {
+        let count = self.0.load(Ordering::Relaxed).wrapping_add(more);
         self.0.store(count, Ordering::Relaxed);
         count
     }

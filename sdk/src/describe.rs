@@ -10,6 +10,7 @@ use armor_wire::schema;
 
 use crate::armor::Armor;
 use crate::call::Fault;
+use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::identity::ProcessIdentity;
 use crate::participant::{Declarations, Participant};
@@ -22,7 +23,9 @@ use crate::participant::{Declarations, Participant};
 pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
     let identity = ProcessIdentity { name: "describe".into(), kind: C::KIND.into(), instance: 1 };
     let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), true)?);
+    let running = participant.calls.begin_call(CalledFunction::New);
     C::new(Armor { participant: Arc::clone(&participant) })?;
+    drop(running);
     let doc = |id: &str| {
         let found = C::PORTS.iter().find(|(port, _)| *port == id);
         found.map(|(_, doc)| (*doc).to_owned()).unwrap_or_default()
@@ -56,7 +59,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         inputs,
         outputs,
         parameters,
-        events,
+        events: Some(events),
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));

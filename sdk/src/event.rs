@@ -90,8 +90,8 @@ impl DeclaredEvent {
 ///     }
 /// }
 /// # let manifest = armor_sdk::manifest_of::<Heater>().unwrap();
-/// # assert_eq!(manifest.events[0].name, "finished");
-/// # assert_eq!(manifest.events[1].name, "lid_open");
+/// # let events = manifest.listed_events();
+/// # assert_eq!((&*events[0].name, &*events[1].name), ("finished", "lid_open"));
 /// ```
 pub trait Events: Sized {
     /// The table for [`Component::EVENTS`](crate::Component::EVENTS), in the order of the variants.

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use armor_socket::random_id;
 use armor_wire::config::{ComponentSettings, InputSettings};
 use armor_wire::keep::{Keep, Wake};
-use armor_wire::manifest::ManifestFaults;
+use armor_wire::manifest::{Manifest, ManifestFaults};
 use armor_wire::name;
 use armor_wire::quantity;
 use armor_wire::registry::DEFAULT_PORT;
@@ -32,6 +32,8 @@ use crate::log;
 use crate::node;
 use crate::participant::Participant;
 use crate::runtime::Runtime;
+use crate::stdout_aside::run_with_stdout_aside;
+use crate::thread_panics::report_thread_panics;
 
 /// How long the registry and configd may take at the start.
 const START_LIMIT: Duration = Duration::from_secs(20);
@@ -104,7 +106,7 @@ pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> 
 }
 
 fn print_manifest<C: Component>() -> ExitCode {
-    let manifest = manifest_of::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
+    let manifest = describe_aside::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
     match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
@@ -119,6 +121,20 @@ fn print_manifest<C: Component>() -> ExitCode {
             }
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Returns the manifest of a constructor that prints nothing on stdout.
+fn describe_aside<C: Component>() -> Result<Manifest, Fault> {
+    let (manifest, printed) = run_with_stdout_aside(manifest_of::<C>)?;
+    let manifest = manifest?;
+    match printed.lines().find(|line| !line.trim().is_empty()) {
+        None => Ok(manifest),
+        Some(line) => Err(format!(
+            "the constructor prints on stdout, where only the manifest may be: {line:?}; print on \
+             stderr (eprintln!), or log with tracing"
+        )
+        .into()),
     }
 }
 
@@ -193,6 +209,7 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     let identity = ProcessIdentity { name, kind, instance: random_id() };
     let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), false)?);
     end_on_signals(&participant)?;
+    report_thread_panics(&participant);
     node::join_system(&participant, &options.registry, START_LIMIT)?;
     let settings =
         if options.alone { None } else { Some(configuration::client::start_client(&participant)?) };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use armor_wire::control::{GivenParameter, RunState};
-use parking_lot::Mutex;
+use parking_lot::{Mutex, RwLock, RwLockReadGuard};
 
 use crate::wake::Wakers;
 
@@ -43,6 +43,11 @@ pub(crate) struct Lifecycle {
     unsent: Mutex<Vec<EnteredState>>,
     /// Whether `state` is active, for readers that must not take its lock.
     active: AtomicBool,
+    /// Shared by threads outside the calls of user code while they publish; the component is not
+    /// frozen as long as one does.
+    publishing: RwLock<()>,
+    /// Such a thread was refused before.
+    has_refused: AtomicBool,
     orders: Mutex<VecDeque<LifecycleOrder>>,
     /// Whether `orders` has any, for the main loop between two messages.
     ordered: AtomicBool,
@@ -60,6 +65,8 @@ impl Lifecycle {
             state: Mutex::new(EnteredState { state: RunState::Starting, activation: 0 }),
             unsent: Mutex::default(),
             active: AtomicBool::new(false),
+            publishing: RwLock::default(),
+            has_refused: AtomicBool::new(false),
             orders: Mutex::default(),
             ordered: AtomicBool::new(false),
             ending: AtomicBool::new(false),
@@ -96,10 +103,32 @@ impl Lifecycle {
     /// Records a new state and wakes the service thread to send it.
     pub fn enter_state(&self, state: RunState, activation: u64) {
         let entered = EnteredState { state, activation };
+        let _none_publishes = (state == RunState::Frozen).then(|| self.publishing.write());
         *self.state.lock() = entered;
         self.unsent.lock().push(entered);
         self.active.store(state == RunState::Active, Ordering::SeqCst);
         self.wakers.wake_service();
+    }
+
+    /// For a thread outside the calls of user code: the right to publish, which keeps the component
+    /// from being frozen until it is dropped. `None` if the component is starting, or frozen: that is
+    /// logged the first time.
+    pub fn try_publish_outside_calls(&self) -> Option<RwLockReadGuard<'_, ()>> {
+        let right = self.publishing.read();
+        let state = self.state().state;
+        if !matches!(state, RunState::Starting | RunState::Frozen) {
+            return Some(right);
+        }
+        // A thread that the constructor has started is early, not wrong.
+        if state == RunState::Frozen && !self.has_refused.swap(true, Ordering::Relaxed) {
+            let thread = std::thread::current();
+            tracing::warn!(
+                "`send_data` on the thread `{}` was refused: the component is frozen; further \
+                 ones are not logged",
+                thread.name().unwrap_or("(without a name)")
+            );
+        }
+        None
     }
 
     pub fn state(&self) -> EnteredState {
@@ -172,6 +201,27 @@ impl Lifecycle {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_component_is_frozen_after_a_thread_of_its_own_has_published() {
+        let lifecycle = Lifecycle::new(Arc::new(Wakers::new().unwrap()));
+        assert!(lifecycle.try_publish_outside_calls().is_none(), "it is starting");
+        lifecycle.enter_state(RunState::Active, 1);
+        std::thread::scope(|scope| {
+            let right = lifecycle.try_publish_outside_calls().expect("it is active");
+            let freezing = scope.spawn(|| lifecycle.enter_state(RunState::Frozen, 1));
+            while lifecycle.publishing.try_read().is_some() {
+                assert!(!freezing.is_finished(), "it does not wait");
+                std::thread::yield_now();
+            }
+            assert_eq!(lifecycle.state().state, RunState::Active);
+            drop(right);
+        });
+        assert_eq!(lifecycle.state().state, RunState::Frozen);
+        assert!(lifecycle.try_publish_outside_calls().is_none());
+        lifecycle.enter_state(RunState::Done, 2);
+        assert!(lifecycle.try_publish_outside_calls().is_some(), "its activation has not ended");
+    }
 
     #[test]
     fn orders_come_in_their_order_and_every_state_is_sent_once() {

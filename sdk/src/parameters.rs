@@ -36,7 +36,6 @@ use crate::parameter::{Parameter, Value};
 ///
 ///     fn new(armor: Armor) -> Result<Self, Fault> {
 ///         let parameters = BlinkerParameters::request(&armor)?;
-///         armor.synchronize()?;
 ///         Ok(Self { parameters })
 ///     }
 ///
@@ -60,15 +59,26 @@ pub trait Parameters: Sized {
     /// [`ParameterError`] if there is no such parameter, or the value does not fit its field.
     fn set(&mut self, name: &str, value: &Value) -> Result<(), ParameterError>;
 
-    /// Asks for every parameter, and returns their defaults until the answers arrive.
+    /// Asks for every parameter, waits for the answers, and returns the values. Each value goes to
+    /// `parameter_received` too, before the first call of the component. For `--describe` all values
+    /// are the defaults.
     ///
     /// # Errors
-    /// If a name is malformed.
+    /// As of [`Armor::synchronize`]. A value that does not fit its field is no error here: the field
+    /// has its default, and `parameter_received` gets the value.
     fn request(armor: &Armor) -> Result<Self, Fault> {
         for parameter in Self::DECLARED {
             armor.get_parameter(parameter.name())?;
         }
-        Ok(Self::defaults())
+        armor.synchronize()?;
+        let mut parameters = Self::defaults();
+        for name in Self::DECLARED.iter().map(Parameter::name) {
+            if let Some(value) = armor.participant.parameters.find_arrived(name) {
+                // Refused again, and reported, in `parameter_received`.
+                let _ = parameters.set(name, &value);
+            }
+        }
+        Ok(parameters)
     }
 }
 

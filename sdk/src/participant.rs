@@ -17,6 +17,7 @@ use crate::operator::EXECUTIVE;
 use crate::orders::OrderInbox;
 use crate::port_table::PortTable;
 use crate::reports::ReportQueue;
+use crate::thread_panics::ThreadPanics;
 use crate::wake::Wakers;
 
 /// What the code of a component declares as constants; nothing for other processes.
@@ -29,7 +30,7 @@ pub(crate) struct Declarations {
 /// See the module.
 pub(crate) struct Participant {
     pub identity: Arc<ProcessIdentity>,
-    /// The events that the component declares; without any it may report every name.
+    /// The events that the component declares: it reports no others.
     pub events: Vec<EventManifest>,
     pub clock: Arc<SystemClock>,
     /// The constructor runs only to find out what it declares.
@@ -39,6 +40,8 @@ pub(crate) struct Participant {
     pub lifecycle: Lifecycle,
     pub reports: ReportQueue,
     pub calls: CallCounter,
+    /// Panics of threads that the component has started itself.
+    pub thread_panics: ThreadPanics,
     /// What operators order.
     pub operator_orders: OrderInbox,
     /// What peers did wrong.
@@ -76,6 +79,7 @@ impl Participant {
             lifecycle: Lifecycle::new(Arc::clone(&wakers)),
             reports: ReportQueue::new(Arc::clone(&wakers)),
             calls: CallCounter::default(),
+            thread_panics: ThreadPanics::new(Arc::clone(&wakers)),
             operator_orders: match identity.kind.as_str() {
                 EXECUTIVE => OrderInbox::awaiting_taker(),
                 _ => OrderInbox::default(),
@@ -131,8 +135,8 @@ impl Participant {
         self.wakers.wake_service();
     }
 
-    /// `call`: the call of user code that runs.
-    pub fn compose_status(&self, call: Option<CurrentCall>) -> Status {
+    /// `call`: the call of user code that runs; `skipped_share`: of its ticks, lately.
+    pub fn compose_status(&self, call: Option<CurrentCall>, skipped_share: f64) -> Status {
         let EnteredState { state, activation } = self.lifecycle.state();
         Status {
             name: self.identity.name.clone(),
@@ -142,6 +146,8 @@ impl Participant {
             controllable: self.lifecycle.is_controllable(),
             uptime_s: self.clock.monotonic().as_secs_f64(),
             exec_calls: self.calls.exec_calls(),
+            skipped_ticks: self.calls.skipped_ticks(),
+            skipped_share,
             clock_offset_s: self.clock.offset_s(),
             clock_error_s: self.clock.estimate().map(|estimate| estimate.error_s),
             last_error: self.reports.current_error(state == RunState::Active, Instant::now()),

@@ -59,6 +59,15 @@ pub enum SendError {
         /// The id given.
         id: String,
     },
+    /// A thread outside the calls of user code sends while the component is not active.
+    #[error(
+        "`{id}` is not sent: the component is not active, and until it is, none of its threads \
+         publishes; drop the value, or end the thread in `exec(Call::Stopping)`"
+    )]
+    NotActive {
+        /// The id given.
+        id: String,
+    },
     /// The output was declared with another type.
     #[error("`{data}` was declared as {declared}, but a {given} was given")]
     WrongType {

@@ -251,6 +251,18 @@ impl RunningComponent {
         }
     }
 
+    /// Reports the panics of threads that the code has started itself: to a mission only while the
+    /// component is active.
+    pub fn report_thread_panics(&mut self) {
+        for reason in self.participant.thread_panics.take_waiting() {
+            if self.is_active() {
+                self.report_result(Err(reason));
+            } else {
+                self.participant.reports.record_error(&reason);
+            }
+        }
+    }
+
     /// Brings the component to rest for the end of the process.
     pub fn end_life(&mut self) {
         self.call_stopping();

@@ -188,6 +188,7 @@ impl MainLoop<'_> {
         self.initially_active.take_if(|active| component.begin_life(*active));
         component.activate_when_time_is_known();
         component.obey_orders();
+        component.report_thread_panics();
         self.restart_beat(component.is_active() && !was_active);
         let clock = &self.runtime.participant.clock;
         let beat = self.beat.as_ref().filter(|_| component.is_active());
@@ -199,7 +200,7 @@ impl MainLoop<'_> {
         let now = clock.tick_time().0;
         if beat.is_due(now) {
             component.execute_call(Call::Tick);
-            beat.record_tick(now);
+            self.runtime.participant.calls.add_skipped_ticks(beat.record_tick(now));
         }
         // Simulated time wakes this thread when it passes.
         if clock.runs_by_itself() {

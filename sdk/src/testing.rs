@@ -51,6 +51,7 @@ pub use armor_wire::control::{ReportKind, RunState};
 
 use crate::armor::Armor;
 use crate::call::{Call, Fault};
+use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::describe::list_declarations;
 use crate::identity::ProcessIdentity;
@@ -161,7 +162,9 @@ impl TestedComponent {
         let own = |(name, text): &(&str, &str)| ((*name).to_owned(), (*text).to_owned());
         let values = parameters.iter().map(own).collect();
         participant.parameters.answer_locally(values, ORIGIN)?;
+        let running = participant.calls.begin_call(CalledFunction::New);
         let code = C::new(Armor { participant: Arc::clone(&participant) })?;
+        drop(running);
         participant.parameters.wait_for_all(Duration::ZERO)?;
         let inputs = participant.ports.inputs();
         for input in &inputs {

@@ -59,16 +59,18 @@ impl Timeline {
 pub(crate) struct TickSchedule {
     period: Duration,
     next: Duration,
+    /// What was missed, beyond the ticks that were counted as skipped.
+    missed: Duration,
 }
 
 impl TickSchedule {
     pub fn new(period: Duration) -> Self {
-        Self { period, next: Duration::ZERO }
+        Self { period, next: Duration::ZERO, missed: Duration::ZERO }
     }
 
     /// Makes the next call due now.
     pub fn start_at(&mut self, now: Duration) {
-        self.next = now;
+        (self.next, self.missed) = (now, Duration::ZERO);
     }
 
     pub fn is_due(&self, now: Duration) -> bool {
@@ -80,15 +82,24 @@ impl TickSchedule {
         self.next.saturating_sub(now)
     }
 
-    /// Records a call at `now` and schedules the next one. A missed tick is not repeated: the next
-    /// one keeps the phase. Only ticks that are closer together than the kernel wakes reliably are
-    /// all called, late ones too.
-    pub fn record_tick(&mut self, now: Duration) {
+    /// Records a call at `now` and schedules the next one. Returns how many ticks were skipped before
+    /// it. A late tick keeps the phase of the others; after a missed one they are counted from `now`.
+    /// Only ticks that are closer together than the kernel wakes reliably are all called, late ones
+    /// too.
+    pub fn record_tick(&mut self, now: Duration) -> u64 {
         let behind = now.saturating_sub(self.next);
         self.next += self.period;
-        if behind > self.period.max(MADE_UP) {
-            self.next = now + self.period;
+        if behind <= self.period.max(MADE_UP) {
+            return 0;
         }
+        self.next = now + self.period;
+        self.missed += behind;
+        let skipped = self.missed.as_nanos() / self.period.as_nanos().max(1);
+        let skipped = u64::try_from(skipped).unwrap_or(u64::MAX);
+        let counted = self.period.as_nanos().saturating_mul(skipped.into());
+        let rest = self.missed.as_nanos().saturating_sub(counted);
+        self.missed = Duration::from_nanos(u64::try_from(rest).unwrap_or(0));
+        skipped
     }
 }
 
@@ -140,6 +151,28 @@ mod tests {
         assert_eq!(ticks(&[0, 40, 80, 120, 160, 200]), [0, 120, 200]);
         assert_eq!(ticks(&[0, 50, 450, 500, 550, 600]), [0, 450, 550]);
         assert_eq!(ticks(&[0, 1_000_000, 1_000_050, 1_000_100]), [0, 1_000_000, 1_000_100]);
+    }
+
+    #[test]
+    fn skipped_ticks_are_counted_in_full() {
+        let period = Duration::from_millis(100);
+        // A call of 250 ms at 10 Hz: 4 calls per second instead of 10.
+        let mut beat = TickSchedule::new(period);
+        let (mut now, mut called, mut skipped) = (Duration::ZERO, 0, 0);
+        while now < Duration::from_secs(100) {
+            now += beat.time_left(now);
+            (called, skipped) = (called + 1, skipped + beat.record_tick(now));
+            now += Duration::from_millis(250);
+        }
+        assert!((995..=1005).contains(&(called + skipped)), "{called} and {skipped}");
+        assert!((300..=600).contains(&called), "{called}");
+        // Late by less than a period, or activated again: none is skipped.
+        let mut beat = TickSchedule::new(period);
+        let late = [0, 190, 290, 390].map(|ms| beat.record_tick(Duration::from_millis(ms)));
+        assert_eq!(late, [0; 4]);
+        beat.start_at(Duration::from_secs(900));
+        assert_eq!(beat.record_tick(Duration::from_secs(900)), 0);
+        assert_eq!(beat.record_tick(Duration::from_secs(902)), 19, "stopped for two seconds");
     }
 
     #[test]

@@ -62,7 +62,7 @@ pub(crate) fn run_user_code(
 }
 
 /// Returns the outcome if it is no event, or one that a mission can wait for: its name has no other
-/// meaning there, and it is among those that the component declares, if it declares any.
+/// meaning there, and it is among those that the component declares.
 ///
 /// # Errors
 /// In words, what is wrong with the event.
@@ -75,8 +75,14 @@ pub(crate) fn check_event(outcome: Outcome, declared: &[EventManifest]) -> Resul
     }
     // Which words a parameter has is the file's; `armor check` compares them.
     let is_declared = |event: &EventManifest| event.name == *name || !event.named_by.is_empty();
-    if declared.is_empty() || declared.iter().any(is_declared) {
+    if declared.iter().any(is_declared) {
         return Ok(outcome);
+    }
+    if declared.is_empty() {
+        return Err(format!(
+            "the event `{name}` is not declared: the component has no EVENTS; add `const EVENTS: \
+             &'static [DeclaredEvent] = E::DECLARED;`, where E is its enum with `#[derive(Events)]`"
+        ));
     }
     let declared: Vec<_> = declared.iter().map(|event| event.name.as_str()).collect();
     let declared = declared.join(", ");

@@ -44,6 +44,21 @@ fn a_panic_is_a_report_and_sends_the_mission_to_its_safe_place() {
 }
 
 #[test]
+fn a_panic_of_a_thread_of_its_own_is_a_failure_of_the_component_and_its_process_stays() {
+    let mut system = working("thread-panics", "thread_panic=20");
+    assert_eq!(system.run.code(), Some(1), "{}", system.run.log());
+    let log = system.run.log();
+    let why =
+        "retreats: `worker` failed: the thread `aside` panicked at launcher/../tests/probe.rs:";
+    assert!(log.lines().any(|line| line.contains(why) && line.ends_with("wants it")), "{log}");
+    let reported = |line: &&str| line.contains("ERROR") && line.contains("the thread `aside`");
+    assert_eq!(log.lines().filter(reported).count(), 1, "{log}");
+    let trace = system.trace("worker");
+    assert_eq!(trace.count("started"), 1, "it was not restarted");
+    assert_eq!(trace.count("stopping"), 1, "it came to rest");
+}
+
+#[test]
 fn a_component_that_has_failed_fails_a_run_without_a_mission() {
     // A component that fails needs time to start and to reach its third tick.
     for (fail, code, time) in [("fail=3", 1, "8s"), ("", 0, "1s")] {

@@ -198,6 +198,10 @@ pub struct Status {
     pub uptime_s: f64,
     /// Calls of `exec` so far.
     pub exec_calls: u64,
+    /// Ticks at which `exec` was not called, because earlier calls took too long.
+    pub skipped_ticks: u64,
+    /// The share of such ticks in the last ten seconds, 0 to 1; one slow call alone does not count.
+    pub skipped_share: f64,
     /// System time minus this host's wall clock, in seconds.
     pub clock_offset_s: f64,
     /// Half the round trip the offset was measured with, in seconds: its error is at most that.

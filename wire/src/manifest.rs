@@ -32,9 +32,14 @@ pub struct Manifest {
     pub outputs: Vec<PortManifest>,
     /// What can be set in the file.
     pub parameters: Vec<ParameterManifest>,
-    /// The events that it reports. If there are none, it may report any.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub events: Vec<EventManifest>,
+    /// The events that it reports, and no others. Left out by a component that does not list them: it
+    /// may report any.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
+    pub events: Option<Vec<EventManifest>>,
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "controllable_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
@@ -200,6 +205,11 @@ pub struct EventManifest {
 }
 
 impl Manifest {
+    /// The events that it lists; none if it does not list them.
+    pub fn listed_events(&self) -> &[EventManifest] {
+        self.events.as_deref().unwrap_or_default()
+    }
+
     /// The names of its events, where `value_of` returns the value that the file assigns to a
     /// parameter. [`RESERVED_EVENTS`] are not among them: every component sends those.
     pub fn event_names<'a>(
@@ -211,7 +221,7 @@ impl Manifest {
             parameter.and_then(|parameter| parameter.default.as_deref())
         };
         let mut names = BTreeSet::new();
-        for event in &self.events {
+        for event in self.listed_events() {
             if event.named_by.is_empty() {
                 names.insert(event.name.as_str());
             } else {

@@ -80,7 +80,6 @@ impl Component for Camera {
         armor.provide::<CompressedImage>("image")?;
         armor.subscribe::<Optional<Image>>("raw")?;
         let parameters = CameraParameters::request(&armor)?;
-        armor.synchronize()?;
         Ok(Self {
             armor,
             parameters,

@@ -64,7 +64,6 @@ impl Component for CarmenPlayer {
         armor.provide::<Latched<Clock>>("clock")?;
         armor.provide::<Latched<Count>>("end")?;
         let parameters = CarmenParameters::request(&armor)?;
-        armor.synchronize()?;
         Ok(Self { armor, parameters, playback: None, last_stamp_s: None })
     }
 

@@ -116,7 +116,6 @@ impl Component for Driver {
         armor.provide::<Twist>("velocity")?;
         armor.provide::<Progress>("progress")?;
         let parameters = DriverParameters::request(&armor)?;
-        armor.synchronize()?;
         let driving = Driving::new(parameters.settings());
         Ok(Self { armor, parameters, driving, pace: ProgressPace::default() })
     }

@@ -82,7 +82,6 @@ impl Component for Explorer {
         armor.provide::<PoseStamped>("goal")?;
         armor.provide::<Progress>("progress")?;
         let parameters = ExplorerParameters::request(&armor)?;
-        armor.synchronize()?;
         let exploration = Exploration::new(parameters.settings());
         let (frame, pace) = ("map".into(), ProgressPace::default());
         Ok(Self { armor, parameters, exploration, frame, pace })

@@ -135,7 +135,6 @@ impl Component for GridSlam {
         armor.provide::<PoseArray>("particles")?;
         armor.provide::<SlamDiagnostics>("diagnostics")?;
         let parameters = GridSlamParameters::request(&armor)?;
-        armor.synchronize()?;
         let slam = Slam::new(parameters.config());
         Ok(Self {
             armor,

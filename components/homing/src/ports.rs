@@ -66,7 +66,6 @@ impl Component for Homing {
         armor.provide::<PoseStamped>("goal")?;
         armor.provide::<Progress>("progress")?;
         let parameters = HomingParameters::request(&armor)?;
-        armor.synchronize()?;
         let homecoming = parameters.homecoming();
         Ok(Self { armor, parameters, homecoming, pace: ProgressPace::default() })
     }

@@ -54,7 +54,6 @@ impl Component for MapWriter {
         armor.subscribe::<Optional<Count>>("end")?;
         armor.subscribe::<Optional<Odometry>>("truth")?;
         let parameters = MapWriterParameters::request(&armor)?;
-        armor.synchronize()?;
         let record = parameters.record();
         Ok(Self { armor, parameters, record })
     }

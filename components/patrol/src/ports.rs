@@ -103,7 +103,6 @@ impl Component for Patrol {
         armor.provide::<PoseStamped>("goal")?;
         armor.provide::<Progress>("progress")?;
         let parameters = PatrolParameters::request(&armor)?;
-        armor.synchronize()?;
         let rounds = Rounds::new(Vec::new(), parameters.settings());
         Ok(Self { armor, parameters, rounds, pace: ProgressPace::default() })
     }

@@ -67,7 +67,6 @@ impl Component for Planner {
         armor.subscribe::<Optional<PoseStamped>>("operator")?;
         armor.provide::<Path>("path")?;
         let parameters = PlannerParameters::request(&armor)?;
-        armor.synchronize()?;
         let planning = Planning::new(parameters.settings());
         Ok(Self { armor, parameters, planning, frame: "map".into() })
     }

@@ -83,7 +83,6 @@ impl Component for Simulator {
             armor.subscribe::<Optional<Presence>>(other)?;
         }
         let parameters = SimulatorParameters::request(&armor)?;
-        armor.synchronize()?;
         Ok(Self {
             armor,
             models: parameters.models(),

@@ -251,7 +251,7 @@ fn live_manifests() -> Manifests {
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],
-        events: Vec::new(),
+        events: None,
     };
     ["player", "mapper", "view"].map(|kind| (kind.to_owned(), manifest(kind))).into()
 }

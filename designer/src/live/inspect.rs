@@ -75,7 +75,7 @@ fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
         ("kind", entry.kind.clone()),
         ("process", format!("{} on {}", entry.pid, entry.host)),
         ("runs for", format_duration(status.uptime_s)),
-        ("calls of exec", status.exec_calls.to_string()),
+        ("calls of exec", describe_exec_calls(status)),
         ("clock", clock),
         ("starts seen", process.starts.to_string()),
     ];
@@ -86,6 +86,13 @@ fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
             ui.end_row();
         }
     });
+}
+
+fn describe_exec_calls(status: &Status) -> String {
+    match status.skipped_ticks {
+        0 => status.exec_calls.to_string(),
+        skipped => format!("{}; {skipped} ticks skipped", status.exec_calls),
+    }
 }
 
 /// Each output can be opened; the window subscribes to it only while it is open.

@@ -54,7 +54,7 @@ fn kind(
         inputs,
         outputs,
         parameters,
-        events: Vec::new(),
+        events: None,
         controllable: true,
     }
 }
@@ -86,7 +86,7 @@ pub fn manifests() -> Vec<Manifest> {
             vec![parameter("device", ParameterType::Text, None), distance],
         ),
         Manifest {
-            events: vec![packed],
+            events: Some(vec![packed]),
             ..kind(
                 "arm",
                 vec![port("target", "Point", POINT, true), port("view", "Image", IMAGE, false)],

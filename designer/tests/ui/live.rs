@@ -93,6 +93,8 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         controllable: true,
         uptime_s,
         exec_calls: 0,
+        skipped_ticks: 0,
+        skipped_share: 0.0,
         clock_offset_s: 0.0,
         clock_error_s: None,
         last_error: String::new(),

@@ -100,7 +100,7 @@ fn with_origin(kind: &ComponentKind) -> serde_json::Value {
 }
 
 fn in_words(kind: &ComponentKind) -> String {
-    let Manifest { kind: name, summary, inputs, outputs, parameters, events, .. } = &kind.manifest;
+    let Manifest { kind: name, summary, inputs, outputs, parameters, .. } = &kind.manifest;
     let width = terminal_width();
     let summary = wrap_text(summary, width.unwrap_or(usize::MAX)).join("\n");
     let mut out = format!("{name} ({})\n{summary}\n", format_origins(kind));
@@ -119,13 +119,23 @@ fn in_words(kind: &ComponentKind) -> String {
         let headings = ["PARAMETER", "TYPE", "DEFAULT", "RANGE", "", ""];
         out += &Table::new(&headings, rows).format(width);
     }
-    if !events.is_empty() {
-        let rows: Vec<_> = events.iter().map(format_event).collect();
-        out += "\n";
-        out += &Table::new(&["EVENT", "VALUE", ""], rows).format(width);
-    }
+    out += &describe_events(&kind.manifest, width);
     out += &describe_messages(inputs.iter().chain(outputs), width);
     out
+}
+
+/// Returns the table of what a mission can wait for, or a line if that is `done` and `failed` alone or
+/// is not known.
+fn describe_events(manifest: &Manifest, width: Option<usize>) -> String {
+    let line = match &manifest.events {
+        Some(events) if !events.is_empty() => {
+            let rows: Vec<_> = events.iter().map(format_event).collect();
+            return format!("\n{}", Table::new(&["EVENT", "VALUE", ""], rows).format(width));
+        }
+        Some(_) => "It reports no events, only done and failed.",
+        None => "Its events are not known: its manifest does not list them.",
+    };
+    format!("\n{}\n", wrap_text(line, width.unwrap_or(usize::MAX)).join("\n"))
 }
 
 /// Returns the fields of each message type, once.

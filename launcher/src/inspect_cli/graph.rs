@@ -142,6 +142,8 @@ mod tests {
             controllable: true,
             uptime_s: 1.0,
             exec_calls: 0,
+            skipped_ticks: 0,
+            skipped_share: 0.0,
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),

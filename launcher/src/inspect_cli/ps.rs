@@ -18,6 +18,9 @@ use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 /// Where the column of the hosts stands, if there are several.
 const HOST_COLUMN: usize = 2;
 
+/// From this share of skipped ticks on, a component is listed as too slow.
+const SKIPPED_SHARE: f64 = 0.2;
+
 /// Show the processes of a running system.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -117,10 +120,18 @@ fn list_problems(status: &armor_wire::control::Status) -> String {
         .map(describe_call)
         .into_iter()
         .chain(own)
+        .chain(describe_skipped_ticks(status))
         .chain(describe_dropped_reports(status))
         .chain(inputs)
         .collect::<Vec<_>>()
         .join("; ")
+}
+
+/// Returns which share of its ticks a component that is too slow for its rate misses, in words.
+fn describe_skipped_ticks(status: &armor_wire::control::Status) -> Option<String> {
+    let share = status.skipped_share;
+    (share >= SKIPPED_SHARE)
+        .then(|| format!("{:.0} % of its ticks skipped: too slow for its rate", share * 100.0))
 }
 
 /// Returns how many reports of a component were dropped, in words, if any was.

@@ -77,6 +77,7 @@ mod tests {
             let manifest = (stock.manifest)().expect(stock.kind);
             manifest.validate().expect(stock.kind);
             assert_eq!(manifest.kind, stock.kind);
+            assert!(manifest.events.is_some(), "{} does not list its events", stock.kind);
         }
     }
 }

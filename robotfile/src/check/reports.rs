@@ -36,7 +36,7 @@ pub(super) fn check(
             continue;
         }
         match manifest {
-            Some(manifest) if !manifest.events.is_empty() => {
+            Some(manifest) if manifest.events.is_some() => {
                 check_declared(on, component, manifest, configuration, findings);
             }
             manifest => {
@@ -133,11 +133,14 @@ fn report_misspelt(event: &Spanned<String>, findings: &mut Findings) -> bool {
 
 fn report_unknown(on: &ReportRef, component: &Component, findings: &mut Findings) {
     let message = format!(
-        "the kind {} declares no events, so it is not known whether {} reports {}",
+        "the manifest of the kind {} lists no events, so it is not known whether {} reports {}",
         short(&component.kind.value),
         on.component.value,
         short(&on.event.value)
     );
     let finding = Finding::new(Code::EventsUndeclared, &on.event.at, message);
-    findings.push(finding.remedy("declare its events in its EVENTS, or ignore this note"));
+    findings.push(finding.remedy(
+        "build it with this SDK; or list its events in its manifest, \"events\": [] if it has none; or \
+         ignore this note",
+    ));
 }

@@ -172,24 +172,24 @@ fn the_reports_a_mission_waits_for_are_those_that_its_components_declare() {
     let kind = |kind: &str, events: &str| -> Manifest {
         let text = format!(
             r#"{{"armor_manifest":1,"kind":"{kind}","summary":"","inputs":[],"outputs":[],
-                "parameters":[{{"name":"buttons","type":"text","default":"start"}}],
-                "events":[{events}]}}"#
+                "parameters":[{{"name":"buttons","type":"text","default":"start"}}]{events}}}"#
         );
         serde_json::from_str(&text).unwrap()
     };
-    let patrol = kind("patrol", r#"{"name":"lap"},{"name":"dome"}"#);
-    let view = kind("view", r#"{"name":"button","named_by":"buttons"}"#);
+    let patrol = kind("patrol", r#","events":[{"name":"lap"},{"name":"dome"}]"#);
+    let view = kind("view", r#","events":[{"name":"button","named_by":"buttons"}]"#);
     let manifests = Manifests::from([
         ("patrol".into(), patrol),
         ("view".into(), view),
-        ("quiet".into(), kind("quiet", "")),
+        ("quiet".into(), kind("quiet", r#","events":[]"#)),
+        ("unlisted".into(), kind("unlisted", "")),
     ]);
     let found = |on: &str, parameter: &str, in_place: &str| {
         let file = format!(
             r#"<armor version="1"><system>
             <component name="a" kind="patrol"/><component name="b" kind="view">{parameter}</component>
-            <component name="c" kind="quiet"/></system>
-            <mission goal="home" safe="hold"><place name="go" initial="true" components="a b c">{in_place}</place>
+            <component name="c" kind="quiet"/><component name="d" kind="unlisted"/></system>
+            <mission goal="home" safe="hold"><place name="go" initial="true" components="a b c d">{in_place}</place>
             <place name="home"/><place name="hold"/>
             <transition name="t" from="go" to="home" on="{on}"/>
             <transition name="u" from="go" to="hold" timeout="10min"/></mission></armor>"#
@@ -229,11 +229,20 @@ fn the_reports_a_mission_waits_for_are_those_that_its_components_declare() {
         found("b.start", home, ""),
         ["E0225 b reports no event called start (it reports: explore, home, done, failed)"]
     );
-    assert_eq!(found("c.dnoe", "", "").len(), 1, "W0221 alone");
-    let undeclared = found("c.seen", "", "");
+    assert_eq!(
+        found("c.finshed", "", ""),
+        ["E0225 c reports no event called finshed (it reports: done, failed)"]
+    );
+    assert_eq!(
+        found("c.dnoe", "", ""),
+        ["E0225 c reports no event called dnoe (did you mean done?)"]
+    );
+    let misspelt = found("d.dnoe", "", "");
+    assert!(misspelt.len() == 1 && misspelt[0].starts_with("W0221"), "{misspelt:?}");
+    let unlisted = found("d.seen", "", "");
     assert!(
-        undeclared.len() == 1 && undeclared[0].starts_with("N0226 the kind quiet"),
-        "{undeclared:?}"
+        unlisted.len() == 1 && unlisted[0].starts_with("N0226 the manifest of the kind unlisted"),
+        "{unlisted:?}"
     );
 }
 

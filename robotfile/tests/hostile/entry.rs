@@ -225,7 +225,7 @@ fn kind(name: &str) -> Manifest {
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),
-        events: Vec::new(),
+        events: None,
     }
 }
 

@@ -72,14 +72,25 @@ impl ParameterField {
         let stated = Stated::read(&field.attrs)?;
         let kind = stated.value_kind(&field.ty)?;
         let integer = IntegerType::of(&field.ty).filter(|_| kind == ValueKind::Integer);
-        let default = stated.default.as_ref().map(|default| stated.default_text(default, kind));
-        let default = default.transpose()?;
-        stated.check_range(kind)?;
-        if let (Some(integer), Some(default)) = (&integer, &stated.default) {
-            integer.check_default(default)?;
-        }
-        let name = stated.parameter_name(&ident)?;
-        stated.check_as_manifest(&ident, &name, kind, default.as_deref())?;
+        let mut errors = Vec::new();
+        let default = stated.default.as_ref().map(|default| {
+            if let Some(integer) = &integer {
+                integer.check_default(default)?;
+            }
+            stated.default_text(default, kind)
+        });
+        let default = default.transpose().unwrap_or_else(|error| {
+            errors.push(error);
+            None
+        });
+        errors.extend(stated.check_unit(kind).err());
+        errors.extend(stated.check_range(kind).err());
+        let name = stated.parameter_name(&ident).unwrap_or_else(|error| {
+            errors.push(error);
+            String::new()
+        });
+        errors.extend(stated.check_as_manifest(&ident, &name, kind, default.as_deref()).err());
+        combine_errors(errors.into_iter().map(Err::<(), _>))?;
         let Stated { unit, range, choices, parse, is_live, written, .. } = stated;
         let conversion = match (choices, parse) {
             (Some(choices), _) => Conversion::Choices(choices),
@@ -133,16 +144,19 @@ impl Stated {
             (None, Some(_)) => ValueKind::Text,
             (None, None) => kind_of_type(field).ok_or_else(|| Error::new_spanned(field, TYPES))?,
         };
-        let kind = match self.colour {
-            Some(_) if kind == ValueKind::Text && self.parse.is_none() => ValueKind::Colour,
-            Some(span) => return Err(Error::new(span, "a colour is a String")),
-            None => kind,
-        };
+        match self.colour {
+            Some(_) if kind == ValueKind::Text && self.parse.is_none() => Ok(ValueKind::Colour),
+            Some(span) => Err(Error::new(span, "a colour is a String")),
+            None => Ok(kind),
+        }
+    }
+
+    fn check_unit(&self, kind: ValueKind) -> Result<()> {
         match &self.unit {
             Some(unit) if kind != ValueKind::Number => {
                 Err(Error::new_spanned(unit, "only f64 and f32 have a unit"))
             }
-            _ => Ok(kind),
+            _ => Ok(()),
         }
     }
 
@@ -195,8 +209,11 @@ impl Stated {
         kind: ValueKind,
         default: Option<&str>,
     ) -> Result<()> {
-        let end =
-            |of: fn(&(Span, Expr, Expr)) -> &Expr| self.range.as_ref().map(of).and_then(float_of);
+        // A unit or a range that the type does not have is refused before.
+        let is_number = kind == ValueKind::Number;
+        let unit = self.unit.as_ref().filter(|_| is_number);
+        let range = self.range.as_ref().filter(|_| is_number || kind == ValueKind::Integer);
+        let end = |of: fn(&(Span, Expr, Expr)) -> &Expr| range.map(of).and_then(float_of);
         let manifest = ParameterManifest {
             name: name.into(),
             kind: match kind {
@@ -208,7 +225,7 @@ impl Stated {
                 ValueKind::Choice => ParameterType::Choice,
                 ValueKind::Colour => ParameterType::Colour,
             },
-            unit: self.unit.as_ref().map(LitStr::value).unwrap_or_default(),
+            unit: unit.map(LitStr::value).unwrap_or_default(),
             default: default.map(Into::into),
             minimum: end(|(_, low, _)| low),
             maximum: end(|(_, _, high)| high),

@@ -74,6 +74,34 @@ pub(crate) fn expand_enum(input: &DeriveInput) -> Result<TokenStream> {
     })
 }
 
+/// Writes an `impl Events` without meaning for a type that is refused, as
+/// [`stub_struct`](crate::expansion::stub_struct) does.
+pub(crate) fn stub_enum(input: &DeriveInput) -> TokenStream {
+    let ident = &input.ident;
+    let (impl_generics, generics, conditions) = input.generics.split_for_impl();
+    quote! {
+        impl #impl_generics ::armor_sdk::Events for #ident #generics #conditions {
+            const DECLARED: &'static [::armor_sdk::DeclaredEvent] = &[];
+
+            fn event_name(&self) -> &'static str {
+                ::core::unreachable!()
+            }
+
+            fn event_value(&self) -> f64 {
+                ::core::unreachable!()
+            }
+        }
+
+        impl #impl_generics ::core::convert::From<#ident #generics> for ::armor_sdk::Outcome
+        #conditions
+        {
+            fn from(_: #ident #generics) -> Self {
+                ::core::unreachable!()
+            }
+        }
+    }
+}
+
 impl<'a> EventVariant<'a> {
     fn read(variant: &'a Variant) -> Result<Self> {
         let (mut name, mut unit): (Option<LitStr>, Option<LitStr>) = (None, None);

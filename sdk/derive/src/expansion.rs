@@ -56,6 +56,28 @@ pub(crate) fn expand_struct(input: &DeriveInput) -> Result<TokenStream> {
     })
 }
 
+/// Writes an `impl Parameters` without meaning for a type that is refused: its uses would be errors
+/// otherwise, next to those that explain what is wrong.
+pub(crate) fn stub_struct(input: &DeriveInput) -> TokenStream {
+    let ident = &input.ident;
+    let (impl_generics, generics, conditions) = input.generics.split_for_impl();
+    quote! {
+        impl #impl_generics ::armor_sdk::Parameters for #ident #generics #conditions {
+            const DECLARED: &'static [::armor_sdk::Parameter] = &[];
+
+            fn defaults() -> Self {
+                ::core::unreachable!()
+            }
+
+            fn set(
+                &mut self, _: &str, _: &::armor_sdk::Value,
+            ) -> ::core::result::Result<(), ::armor_sdk::ParameterError> {
+                ::core::unreachable!()
+            }
+        }
+    }
+}
+
 /// The entry of the table, as it would be written by hand.
 fn expand_declaration(field: &ParameterField) -> TokenStream {
     let name = &field.name;

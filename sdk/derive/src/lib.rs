@@ -10,7 +10,8 @@ mod integer;
 mod tests;
 
 use proc_macro::TokenStream;
-use syn::{DeriveInput, Error, parse_macro_input};
+use proc_macro2::TokenStream as TokenStream2;
+use syn::{DeriveInput, Result, parse_macro_input};
 
 /// Derives `armor_sdk::Parameters` for a struct with named fields, each of which is a parameter.
 ///
@@ -20,7 +21,7 @@ use syn::{DeriveInput, Error, parse_macro_input};
 #[proc_macro_derive(Parameters, attributes(parameter))]
 pub fn derive_parameters(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    expansion::expand_struct(&input).unwrap_or_else(Error::into_compile_error).into()
+    derive_or_stub(&input, expansion::expand_struct, expansion::stub_struct).into()
 }
 
 /// Derives `armor_sdk::Events` for an enum, each variant of which is an event, and its conversion into
@@ -31,5 +32,18 @@ pub fn derive_parameters(input: TokenStream) -> TokenStream {
 #[proc_macro_derive(Events, attributes(event))]
 pub fn derive_events(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    event::expand_enum(&input).unwrap_or_else(Error::into_compile_error).into()
+    derive_or_stub(&input, event::expand_enum, event::stub_enum).into()
+}
+
+/// Returns the code that `expand` writes, or its errors together with a stub.
+fn derive_or_stub(
+    input: &DeriveInput,
+    expand: fn(&DeriveInput) -> Result<TokenStream2>,
+    stub: fn(&DeriveInput) -> TokenStream2,
+) -> TokenStream2 {
+    expand(input).unwrap_or_else(|error| {
+        let mut code = error.into_compile_error();
+        code.extend(stub(input));
+        code
+    })
 }

@@ -3,8 +3,9 @@
 use quote::quote;
 use syn::parse_str;
 
-use crate::event::expand_enum;
-use crate::expansion::expand_struct;
+use crate::derive_or_stub;
+use crate::event::{expand_enum, stub_enum};
+use crate::expansion::{expand_struct, stub_struct};
 
 /// Checks that a field is refused, why, and at which source text the error points.
 fn check_refused(field: &str, at: &str, why: &str) {
@@ -222,6 +223,55 @@ fn all_wrong_fields_are_refused_together() {
     let source = "struct Settings { #[parameter(unit = \"x\")] a: f64, b: Vec<f64>, c: Vec<u8> }";
     let error = expand_struct(&parse_str(source).expect("Rust")).expect_err("three faults");
     assert_eq!(error.into_iter().count(), 3);
+}
+
+#[test]
+fn all_faults_of_a_field_are_refused_together() {
+    for (field, faults) in [
+        (r#"#[parameter(unit = "furlong", default = 0.2)] a: f64"#, vec![r#""furlong""#, "0.2"]),
+        (
+            r#"#[parameter(unit = "furlong", default = "fast")] a: f64"#,
+            vec![r#""furlong""#, r#""fast""#],
+        ),
+        (
+            r#"#[parameter(unit = "m", default = 1.5, name = "9a")] a: i64"#,
+            vec![r#""m""#, "1.5", r#""9a""#],
+        ),
+        (r#"#[parameter(range = 0.0..=1.0, default = 3)] a: bool"#, vec!["0.0..=1.0", "3"]),
+        // What is wrong with this default follows from the unit, if anything is.
+        (r#"#[parameter(unit = "furlong", default = "3s")] a: f64"#, vec![r#""furlong""#]),
+    ] {
+        let source = format!("struct Settings {{ {field} }}");
+        let error = expand_struct(&parse_str(&source).expect("Rust")).expect_err(field);
+        let places = error.into_iter().map(|error| error.span().source_text().unwrap_or_default());
+        let (mut places, mut faults): (Vec<_>, Vec<_>) = (places.collect(), faults);
+        places.sort();
+        faults.sort_unstable();
+        assert_eq!(places, faults, "{field}");
+    }
+}
+
+/// What `impl` block stands for a refused type, so that its uses are no further errors.
+#[test]
+fn a_refused_type_has_its_trait_nevertheless() {
+    for source in [
+        "struct Settings { #[parameter(unit = \"furlong\")] a: f64 }",
+        "struct Settings<T>(T);",
+        "enum Settings { A }",
+    ] {
+        let code = derive_or_stub(&parse_str(source).expect("Rust"), expand_struct, stub_struct);
+        let code: syn::File = syn::parse2(code).expect("Rust");
+        let [syn::Item::Macro(error), syn::Item::Impl(stub)] = &code.items[..] else {
+            panic!("{source}")
+        };
+        assert!(error.mac.path.segments.iter().any(|part| part.ident == "compile_error"));
+        assert_eq!(stub.items.len(), 3, "as many as the trait requires");
+    }
+    let events = parse_str("enum Reported { Done }").expect("Rust");
+    let code = derive_or_stub(&events, expand_enum, stub_enum).to_string();
+    for part in ["compile_error", ":: armor_sdk :: Events for Reported", "From < Reported >"] {
+        assert!(code.contains(part), "{code}");
+    }
 }
 
 fn check_event_refused(variant: &str, at: &str, why: &str) {

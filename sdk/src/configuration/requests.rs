@@ -148,6 +148,13 @@ impl ParameterRequests {
         next
     }
 
+    /// The newest value of a parameter that has arrived and was not handed over.
+    pub fn find_arrived(&self, name: &str) -> Option<Value> {
+        let state = self.lock_state();
+        let newest = state.arrived.iter().rev().find(|(arrived, _)| arrived == name);
+        newest.map(|(_, value)| value.clone())
+    }
+
     /// Keeps `has_arrived` in step with the queue; called with the lock held.
     pub(super) fn note_arrived(&self, state: &RequestState) {
         self.arrived.store(!state.arrived.is_empty(), Ordering::Release);

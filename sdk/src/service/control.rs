@@ -23,6 +23,7 @@ use crate::log;
 use crate::orders::GivenOrder;
 use crate::participant::Participant;
 use crate::reports::PendingReport;
+use crate::tick_watch::{TickCounts, TickWatch};
 
 /// Most connections of observers. Further ones are refused.
 const MAX_OBSERVERS: usize = 48;
@@ -90,14 +91,15 @@ pub(super) struct ControlServer {
     sent_state: EnteredState,
     last_beat: Instant,
     call_watch: CallWatch,
+    tick_watch: TickWatch,
 }
 
 impl ControlServer {
     pub fn new(participant: Arc<Participant>) -> Self {
         let sent_state = participant.lifecycle.state();
         let (connections, last_beat) = (Vec::new(), Instant::now());
-        let call_watch = CallWatch::default();
-        Self { participant, connections, count: 0, sent_state, last_beat, call_watch }
+        let (call_watch, tick_watch) = (CallWatch::default(), TickWatch::default());
+        Self { participant, connections, count: 0, sent_state, last_beat, call_watch, tick_watch }
     }
 
     pub fn add_poll_fds<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -250,7 +252,7 @@ impl ControlServer {
                 self.participant.reports.remove_acknowledged(report);
             }
             (Command::Status { request }, _) => {
-                let status = self.participant.compose_status(call);
+                let status = self.participant.compose_status(call, self.tick_watch.skipped_share());
                 connection.queue_answer(&Answer::Status { request, status });
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
@@ -306,9 +308,14 @@ impl ControlServer {
         }
         self.last_beat = Instant::now();
         let calls = &self.participant.calls;
-        let running =
-            calls.running_call().map(|number| ObservedCall { number, function: calls.function() });
+        let running = calls.running_call().map(|number| ObservedCall {
+            number,
+            function: calls.function(),
+            taken: calls.time_taken(),
+        });
         let now = self.participant.clock.monotonic();
+        let ticks = TickCounts { called: calls.exec_calls(), skipped: calls.skipped_ticks() };
+        self.tick_watch.look(ticks, now);
         match self.call_watch.look(running, now, patience_for(self.participant.period())) {
             Some(CallNotice::Hangs { function: CalledFunction::New, taken }) => tracing::warn!(
                 "new has not returned for {:.1} s; until it does, the component does not start",

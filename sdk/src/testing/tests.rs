@@ -2,8 +2,8 @@ use super::*;
 use armor_wire::control::GivenParameter;
 
 use crate::messages::{Count, Flag, Number};
-use crate::prelude::{Data, Header, Outcome, Parameters};
-use crate::{Parameter, Value};
+use crate::prelude::{Data, Events, Header, Outcome, Parameters};
+use crate::{DeclaredEvent, Parameter, Value};
 
 const TICK: Duration = Duration::from_millis(100);
 
@@ -28,13 +28,13 @@ impl Component for Counter {
     const KIND: &'static str = "counter";
     const SUMMARY: &'static str = "Counts.";
     const PARAMETERS: &'static [Parameter] = CounterParameters::DECLARED;
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("ordered")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<Number>("order")?;
         armor.provide::<Count>("count")?;
         armor.provide::<Number>("time")?;
         let parameters = CounterParameters::request(&armor)?;
-        armor.synchronize()?;
         Ok(Self { armor, parameters, count: 0 })
     }
 
@@ -233,6 +233,7 @@ struct Stopping<const N: usize>;
 impl<const N: usize> Component for Stopping<N> {
     const KIND: &'static str = "stopping";
     const SUMMARY: &'static str = "Cannot brake.";
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("slid")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         if N == 4 {
@@ -266,14 +267,88 @@ fn what_the_last_call_returns_is_reported() {
     let failed = [ReportKind::Failed { reason: "could not brake".into() }];
     for mut component in [stop::<0>(), stop::<1>()] {
         assert_eq!(component.reports(), failed);
-        let error =
-            |component: &TestedComponent| component.participant.compose_status(None).last_error;
+        let error = |component: &TestedComponent| {
+            component.participant.compose_status(None, 0.0).last_error
+        };
         assert_eq!(error(&component), "could not brake", "as `armor ps` shows it");
         component.start().unwrap();
         assert_eq!(error(&component), "", "another activation begins");
     }
     assert_eq!(stop::<2>().reports(), [ReportKind::Event { name: "slid".into(), value: 0.5 }]);
     assert_eq!(stop::<3>().reports(), []);
+}
+
+/// Computes with its parameters in its constructor.
+struct Prepared {
+    armor: Armor,
+    parameters: CounterParameters,
+    sum: u64,
+}
+
+impl Component for Prepared {
+    const KIND: &'static str = "prepared";
+    const SUMMARY: &'static str = "Adds its parameters.";
+    const PARAMETERS: &'static [Parameter] = CounterParameters::DECLARED;
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.provide::<Count>("sum")?;
+        let parameters = CounterParameters::request(&armor)?;
+        let sum = parameters.step + parameters.end;
+        Ok(Self { armor, parameters, sum })
+    }
+
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        Ok(self.parameters.set(name, value)?)
+    }
+
+    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+        self.armor.send_data("sum", &Count { count: self.sum })?;
+        Ok(Outcome::CarryOn)
+    }
+}
+
+#[test]
+fn the_constructor_has_the_values_of_its_parameters() {
+    for (given, sum) in [(vec![("step", "7"), ("end", "90")], 97), (vec![("step", "2")], 1002)] {
+        let mut component = TestedComponent::build::<Prepared>(&given).expect("it is built");
+        component.start().unwrap();
+        assert_eq!(component.last_output::<Count>("sum").unwrap(), Count { count: sum });
+    }
+    assert!(crate::manifest_of::<Prepared>().is_ok(), "with the defaults");
+}
+
+/// Reports an event of an enum, and has forgotten its `EVENTS`.
+struct Forgetful;
+
+#[derive(Events)]
+enum ForgetfulEvent {
+    Lap,
+}
+
+impl Component for Forgetful {
+    const KIND: &'static str = "forgetful";
+    const SUMMARY: &'static str = "Declares nothing.";
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        Ok(Self)
+    }
+
+    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+        Ok(ForgetfulEvent::Lap.into())
+    }
+}
+
+#[test]
+fn an_event_without_the_constant_fails_and_names_the_constant() {
+    let manifest = crate::manifest_of::<Forgetful>().unwrap();
+    assert_eq!(manifest.events, Some(Vec::new()), "it reports none");
+    let mut component = TestedComponent::build::<Forgetful>(&[]).expect("it is built");
+    component.start().expect("it starts");
+    let reports = component.reports();
+    let [ReportKind::Failed { reason }] = reports else { panic!("{reports:?}") };
+    for part in ["the event `lap` is not declared", "add `const EVENTS"] {
+        assert!(reason.contains(part), "{reason}");
+    }
 }
 
 #[test]
@@ -336,7 +411,7 @@ fn an_activation_with_a_refused_value_names_it() {
         let activation = careful.activations;
         careful.give_order(LifecycleOrder::Activate(ActivationOrder { activation, parameters }));
         careful.give_order(LifecycleOrder::Freeze(activation));
-        (careful.reports.clone(), careful.participant.compose_status(None).last_error)
+        (careful.reports.clone(), careful.participant.compose_status(None, 0.0).last_error)
     };
     let (reports, error) = activate(vec![given("1.8m/s")]);
     assert_eq!(reports, [failed]);

@@ -55,6 +55,7 @@ impl Component for Probe {
     const SUMMARY: &'static str = "Carries out the plan of a test.";
     const PARAMETERS: &'static [Parameter] =
         &[Parameter::number("speed", "m/s").default("2m/s").range(0.0, 10.0)];
+    const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("half")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<Sample>("out")?;

@@ -2,8 +2,9 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use armor_sdk::SendError;
 use armor_sdk::control::{
     Answer, Assigned, Command, ControlEvent, GivenParameter, ReportKind, Role, RunState,
 };
@@ -116,7 +117,7 @@ fn more_data_than_it_can_take_keep_no_component_from_its_orders_and_ticks() {
     });
     end_tick.send(()).unwrap();
     data(&probe);
-    std::thread::sleep(std::time::Duration::from_millis(2));
+    std::thread::sleep(Duration::from_millis(2));
     open.send(()).unwrap();
     ticks.recv_timeout(DEADLINE).expect("a tick before the second of them");
     let (control, events) = system.control("sink", Role::Executive);
@@ -162,6 +163,49 @@ fn reports_carry_their_activation_and_are_sent_again_until_acknowledged() {
 }
 
 #[test]
+fn a_thread_of_its_own_publishes_only_until_the_component_is_frozen() {
+    let mut system = System::start();
+    let (handles, handle) = channel();
+    system.run("worker", &["--rate=100Hz"], None, move |armor, call| {
+        if call == Call::Started {
+            handles.send(armor.clone()).unwrap();
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let armor = handle.recv_timeout(DEADLINE).expect("its first call");
+    let send = || armor.send_data("out", &sample(1, 0));
+    // The handle is used on the test's thread, outside any call of the component.
+    assert!(send().is_ok());
+    let (control, events) = system.control("worker", Role::Executive);
+    control.send(&Command::Freeze { activation: 1 }).unwrap();
+    state(&events, RunState::Frozen);
+    match send() {
+        Err(error @ SendError::NotActive { .. }) => {
+            assert!(
+                error.to_string().starts_with("`out` is not sent: the component is not active")
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
+    state(&events, RunState::Active);
+    assert!(send().is_ok());
+}
+
+#[test]
+fn a_component_that_is_slower_than_its_rate_is_found_and_each_skipped_tick_counted() {
+    let mut system = System::start();
+    system.run("slow", &["--rate=100Hz"], None, |_, call| {
+        if call == Call::Tick {
+            std::thread::sleep(Duration::from_millis(40));
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let status = system.until("slow", |status| status.skipped_share > 0.2);
+    assert!(status.skipped_ticks > status.exec_calls, "three of four: {status:?}");
+}
+
+#[test]
 fn an_error_is_a_report_and_a_panic_too() {
     for panics in [false, true] {
         let mut system = System::start();
@@ -183,8 +227,8 @@ fn an_error_is_a_report_and_a_panic_too() {
 }
 
 #[test]
-fn an_event_that_a_mission_could_mistake_is_a_failure() {
-    for name in ["done", "failed", "two words", ""] {
+fn an_event_that_is_undeclared_or_that_a_mission_could_mistake_is_a_failure() {
+    for name in ["done", "failed", "two words", "", "undeclared"] {
         let mut system = System::start();
         system.run("worker", &["--rate=100Hz"], None, move |_, call| {
             Ok(if call == Call::Tick { Outcome::event(name, 1.0) } else { Outcome::CarryOn })
@@ -311,7 +355,7 @@ impl Component for Slow {
 
     fn new(_: Armor) -> Result<Self, Fault> {
         while !MAY_RETURN.load(Ordering::SeqCst) {
-            std::thread::sleep(std::time::Duration::from_millis(5));
+            std::thread::sleep(Duration::from_millis(5));
         }
         Ok(Self)
     }
@@ -329,7 +373,7 @@ fn a_constructor_that_does_not_return_is_a_call_that_runs() {
         let start = Instant::now();
         while !wanted(&control.status(DEADLINE).expect("it answers")) {
             assert!(start.elapsed() < DEADLINE, "never in the wanted state");
-            std::thread::sleep(std::time::Duration::from_millis(20));
+            std::thread::sleep(Duration::from_millis(20));
         }
     };
     until(&|status| {

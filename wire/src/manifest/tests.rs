@@ -127,11 +127,16 @@ fn the_json_form_comes_back_as_it_was() {
         inputs: vec![port],
         outputs: vec![],
         parameters: vec![parameter(ParameterType::Number, "m")],
-        events: vec![],
+        events: None,
     };
     let text = serde_json::to_string(&manifest).expect("plain data");
     assert!(text.contains("\"schema_hash\":\"00abcdef01234567\""), "{text}");
     assert_eq!(serde_json::from_str::<Manifest>(&text).expect("as written"), manifest);
+    assert!(!text.contains("events"), "{text}");
+    let none = Manifest { events: Some(Vec::new()), ..manifest };
+    let without_events = serde_json::to_string(&none).expect("plain data");
+    assert!(without_events.contains("\"events\":[]"), "{without_events}");
+    assert_eq!(serde_json::from_str::<Manifest>(&without_events).expect("as written"), none);
     let extra = text.replacen('{', "{\"extra\":1,", 1);
     assert!(serde_json::from_str::<Manifest>(&extra).is_err());
 }

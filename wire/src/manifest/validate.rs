@@ -9,7 +9,7 @@ use super::{
     PortManifest,
 };
 use crate::name::is_name;
-use crate::quantity::{self, Unit};
+use crate::quantity::{self, QuantityError, Unit};
 use crate::schema::{self, Schema};
 
 /// Names that reports have: no event may have them.
@@ -96,12 +96,16 @@ impl Manifest {
         check_names("port", ports.clone().map(|port| port.id.as_str()), &mut found);
         let parameters = self.parameters.iter().map(|parameter| parameter.name.as_str());
         check_names("parameter", parameters, &mut found);
-        check_names("event", self.events.iter().map(|event| event.name.as_str()), &mut found);
+        check_names(
+            "event",
+            self.listed_events().iter().map(|event| event.name.as_str()),
+            &mut found,
+        );
         for port in ports {
             check_port(port, &mut found);
         }
         found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
-        found.extend(self.events.iter().flat_map(EventManifest::list_faults));
+        found.extend(self.listed_events().iter().flat_map(EventManifest::list_faults));
         self.check_named_by(&mut found);
         if found.is_empty() { Ok(()) } else { Err(ManifestFaults(found)) }
     }
@@ -109,7 +113,7 @@ impl Manifest {
 
 impl Manifest {
     fn check_named_by(&self, found: &mut Vec<ManifestFault>) {
-        for event in self.events.iter().filter(|event| !event.named_by.is_empty()) {
+        for event in self.listed_events().iter().filter(|event| !event.named_by.is_empty()) {
             let subject = format!("the event {}", event.name);
             let mut faults = Faults { subject, found: &mut *found };
             let name = event.named_by.as_str();
@@ -232,10 +236,7 @@ impl ParameterManifest {
         if let Some((_, choice)) = twice {
             faults.add("choices", format!("the choice `{choice}` occurs twice"), "remove one");
         }
-        // With a wrong unit, range or choices, the default would only repeat that.
-        if faults.found.iter().all(|fault| fault.member == "doc")
-            && let Some(Err(why)) = self.default.as_deref().map(|text| self.parse(text))
-        {
+        if let Some(why) = self.explain_default(faults.found) {
             let remedy = match self.range_with_unit() {
                 range if range.is_empty() => "write it as a file would".into(),
                 range => format!("write it as a file would, {range}"),
@@ -243,6 +244,25 @@ impl ParameterManifest {
             faults.add("default", format!("its default: {why}"), remedy);
         }
         found
+    }
+}
+
+impl ParameterManifest {
+    /// Why its default is wrong, as far as that does not follow from the other faults.
+    fn explain_default(&self, others: &[ManifestFault]) -> Option<String> {
+        let text = self.default.as_deref()?;
+        let are_of = |members: &[&str]| others.iter().all(|it| members.contains(&it.member));
+        if are_of(&["doc"]) {
+            return self.parse(text).err();
+        }
+        // Without its unit the number is nevertheless one.
+        if self.kind == ParameterType::Number && are_of(&["doc", "unit"]) {
+            let error = quantity::parse(text).err();
+            return error
+                .filter(|e| matches!(e, QuantityError::NotANumber(_)))
+                .map(|e| e.to_string());
+        }
+        None
     }
 }
 
@@ -312,8 +332,13 @@ mod tests {
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
-            events: vec![lap],
+            events: Some(vec![lap]),
         }
+    }
+
+    /// Its only event.
+    fn lap(manifest: &mut Manifest) -> &mut EventManifest {
+        &mut manifest.events.as_mut().expect("events")[0]
     }
 
     fn set_schema(port: &mut PortManifest, schema: &str) {
@@ -363,13 +388,16 @@ mod tests {
                 parameter.choices = vec!["a".into(), "a".into()];
             }),
             ("occurs twice", |m| m.parameters.push(m.parameters[0].clone())),
-            ("the event lap occurs twice", |m| m.events.push(m.events[0].clone())),
-            ("the event done: `done` and `failed`", |m| m.events[0].name = "done".into()),
-            ("the event lap: there is no unit called `knots`", |m| {
-                m.events[0].unit = "knots".into();
+            ("the event lap occurs twice", |m| {
+                let lap = lap(m).clone();
+                m.events.get_or_insert_default().push(lap);
             }),
-            ("named by `speed`, which is no text", |m| m.events[0].named_by = "speed".into()),
-            ("the event lap: it has the unit s", |m| m.events[0].value = None),
+            ("the event done: `done` and `failed`", |m| lap(m).name = "done".into()),
+            ("the event lap: there is no unit called `knots`", |m| {
+                lap(m).unit = "knots".into();
+            }),
+            ("named by `speed`, which is no text", |m| lap(m).named_by = "speed".into()),
+            ("the event lap: it has the unit s", |m| lap(m).value = None),
         ];
         for (expected, fault) in faults {
             let mut manifest = manifest();
@@ -387,7 +415,7 @@ mod tests {
         manifest.kind = "9x".into();
         manifest.inputs[0].schema_hash = 1;
         manifest.parameters[0].unit = "knots".into();
-        manifest.events[0].name = "failed".into();
+        lap(&mut manifest).name = "failed".into();
         let faults = manifest.validate().expect_err("four faults");
         let members: Vec<_> = faults.0.iter().map(|fault| fault.member).collect();
         assert_eq!(members, ["kind", "schema_hash", "unit", "name"]);

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_inspect::{MissionWatch, ObservedLink, SystemWatch, WakeCallback, WatchedValues};
-use armor_marking::{Marking, MissionComponentState};
+use armor_marking::{Marking, MarkingStage, MissionComponent, MissionComponentState};
 use armor_sdk::directory::Directory;
 use armor_sdk::messages::Progress;
 use armor_wire::codec;
@@ -184,7 +184,38 @@ fn list_places(marking: &Marking) -> Vec<String> {
 
 /// Returns whether the mission lets the component run, so that its last progress is of now.
 fn is_active(component: &str, marking: Option<&Marking>) -> bool {
-    let of_mission =
-        marking.and_then(|marking| marking.components.iter().find(|it| it.component == component));
-    of_mission.is_none_or(|it| !it.controlled || it.state == MissionComponentState::Active)
+    let Some(marking) = marking else { return true };
+    let of_mission = marking.components.iter().find(|it| it.component == component);
+    of_mission.is_none_or(|it| may_work(it, marking.stage))
+}
+
+/// Returns whether a component of the mission can have a task. Under the last place none has that the
+/// mission controls, although some are active until they have stopped.
+fn may_work(component: &MissionComponent, stage: MarkingStage) -> bool {
+    let is_over = stage == MarkingStage::Ending || stage.has_ended();
+    let is_active = component.state == MissionComponentState::Active;
+    !component.controlled || (is_active && !is_over)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_component_that_the_mission_stops_has_no_task() {
+        use MissionComponentState::{Active, Frozen};
+        let may = |controlled, state, stage| {
+            let (component, values) = ("driver".into(), Vec::new());
+            may_work(
+                &MissionComponent { component, controlled, state, activation: 1, values },
+                stage,
+            )
+        };
+        assert!(may(true, Active, MarkingStage::Playing));
+        assert!(may(true, Active, MarkingStage::Retreating), "its task has not ended");
+        assert!(!may(true, Frozen, MarkingStage::Playing));
+        assert!(!may(true, Active, MarkingStage::Ending), "its last place is marked");
+        assert!(!may(true, Active, MarkingStage::Safe));
+        assert!(may(false, Frozen, MarkingStage::Ending), "it is not the mission's");
+    }
 }
