@@ -27,6 +27,7 @@ pub mod peer;
 pub mod refusal;
 pub mod registry;
 pub mod schema;
+pub mod text_format;
 pub mod transport;
 
 pub use armor_quantity as quantity;

@@ -239,6 +239,7 @@ fn live_manifests() -> Manifests {
         minimum: None,
         maximum: None,
         choices: Vec::new(),
+        format: None,
         doc: String::new(),
         live,
         written: false,

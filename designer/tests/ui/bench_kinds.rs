@@ -34,6 +34,7 @@ fn parameter(name: &str, kind: ParameterType, default: Option<&str>) -> Paramete
         minimum: None,
         maximum: None,
         choices: Vec::new(),
+        format: None,
         doc: format!("what {name} does"),
         live: false,
         written: false,
