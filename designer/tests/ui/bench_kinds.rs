@@ -96,6 +96,7 @@ pub fn manifests() -> Vec<Manifest> {
             )
         },
         kind("lamp", vec![port("place", "Point", OTHER_POINT, false)], vec![], vec![]),
+        Manifest { controllable: false, ..kind("view", vec![], vec![], vec![]) },
     ]
 }
 
