@@ -38,7 +38,7 @@ fn everything() -> Value {
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
              "maximum": 2, "doc": "of the wheel", "live": true},
             {"name": "side", "type": "choice", "choices": ["left", "right"]},
-            {"name": "buttons", "type": "text"},
+            {"name": "buttons", "type": "text", "format": "names"},
             {"name": "report", "type": "path", "default": "", "written": true},
         ],
         "events": [

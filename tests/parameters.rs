@@ -227,6 +227,10 @@ fn a_file_without_a_run_is_listed_set_and_compared_too() {
     let (code, _, err) = param(&["set", "--file", "new.xml", "sim.seed", "-7"]);
     assert!(code == 1 && err.contains("error[E0113]"), "{err}");
     assert_eq!(now(), set);
+    let (code, _, err) = param(&["set", "--file", "new.xml", "sim.world", "hall.svg"]);
+    assert!(code == 0 && err.contains("warning[W0118]: sim.world names hall.svg"), "{err}");
+    let (code, _, err) = param(&["set", "--file", "new.xml", "sim.world", "world.svg"]);
+    assert_eq!((code, err.as_str()), (0, ""));
     assert_eq!(param(&["set", "--file", "new.xml", "sim.seed", "--default"]).0, 0);
     assert_eq!(now(), text);
     let (code, out, _) = param(&["list", "--file", "new.xml", "sim"]);
@@ -234,6 +238,30 @@ fn a_file_without_a_run_is_listed_set_and_compared_too() {
     folder.write("new.xml", "<armor");
     let (code, _, err) = param(&["list", "--file", "new.xml"]);
     assert!(code == 1 && err.contains("new.xml is not valid"), "{err}");
+}
+
+#[test]
+fn an_executable_that_is_replaced_by_one_that_does_not_fit_is_reported() {
+    let system = lamp("param-replaced");
+    let executable = system.folder.path().join("components/probe");
+    // It is a link, through which the script would be written.
+    std::fs::remove_file(&executable).expect("a link");
+    system.folder.script("probe", "exec sleep 1000");
+    let outdated = "the file is not valid with the components' executables as they are now; \
+                    version 1 stays in force";
+    system.run.wait_for_log(outdated, 1);
+    let state = stands(&system, "a refused state", |state| state["refused"] == true);
+    assert_eq!((&state["version"], &state["findings"][0]["code"]), (&1.into(), &"E0110".into()));
+    let registry = system.registry.to_string();
+    let ps = || run_to_end(system.folder.armor(&["ps"]).args(["--registry", &registry])).1;
+    assert!(ps().contains("the file on the disk is not valid (E0110 at"), "{}", ps());
+    // The running component and its configuration are untouched.
+    assert_eq!(param_ok(&system, &["get", "lamp.mark"]), "one\n");
+    system.traced("lamp", "its only start", |trace| (trace.count("mark one") == 1).then_some(()));
+    std::fs::remove_file(&executable).expect("a script");
+    std::os::unix::fs::symlink(probe(), &executable).expect("a link");
+    system.run.wait_for_log("the file is again that of version 1", 1);
+    assert!(!ps().contains("not valid"), "{}", ps());
 }
 
 #[test]

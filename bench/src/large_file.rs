@@ -68,6 +68,7 @@ fn make_manifest(kind: String) -> Manifest {
         minimum: Some(0.0),
         maximum: Some(10.0),
         choices: Vec::new(),
+        format: None,
         doc: String::new(),
         live: false,
         written: false,

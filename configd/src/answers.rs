@@ -136,6 +136,7 @@ pub(crate) fn list_parameters(
         let default = || (known.default.clone().unwrap_or_default(), DEFAULT.to_owned());
         let (value, origin) = assigned(&known.name).unwrap_or_else(default);
         let range = match known.choices.as_slice() {
+            [] if known.format.is_some() => known.form(),
             [] => known.intended_range(),
             choices => choices.join(", "),
         };

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use armor_files::save_atomically;
-use armor_robotfile::{Reading, read, read_bytes};
+use armor_robotfile::{Findings, NeededPath, Reading, read, read_bytes};
 
 use crate::versions::Write;
 
@@ -54,23 +54,24 @@ impl WatchedFiles {
     ///
     /// # Errors
     /// As [`write`].
-    pub(crate) fn write_file(&mut self, wanted: &Write) -> Result<(), String> {
-        write(wanted)?;
+    pub(crate) fn write_file(&mut self, wanted: &Write) -> Result<Findings, String> {
+        let findings = write(wanted)?;
         let known = wanted.expected.iter().map(|(path, expected)| {
             let text = if *path == wanted.file { &wanted.text } else { expected };
             (path.clone(), Some(text.clone().into_bytes()))
         });
         self.known = known.collect();
-        Ok(())
+        Ok(findings)
     }
 }
 
-/// Writes a file, whole or not at all, if all of them are still as expected.
+/// Writes a file, whole or not at all, if all of them are still as expected. Returns which of the
+/// files that it needs are missing.
 ///
 /// # Errors
 /// In words, with what to do; nothing is written then.
-pub fn write(wanted: &Write) -> Result<(), String> {
-    let Write { expected, file, text } = wanted;
+pub fn write(wanted: &Write) -> Result<Findings, String> {
+    let Write { expected, file, text, needs } = wanted;
     for (path, expected) in expected {
         if read_bytes(path).ok().as_deref() != Some(expected.as_bytes()) {
             return Err(format!(
@@ -79,7 +80,10 @@ pub fn write(wanted: &Write) -> Result<(), String> {
             ));
         }
     }
-    save_atomically(file, text.as_bytes()).map_err(|error| error.to_string())
+    save_atomically(file, text.as_bytes()).map_err(|error| error.to_string())?;
+    let mut findings = Findings::default();
+    findings.extend(needs.iter().filter_map(NeededPath::find_fault));
+    Ok(findings)
 }
 
 /// Whether every file exists and is not empty. A missing or empty file may be between two steps of

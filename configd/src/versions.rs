@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use armor_robotfile::model::System;
-use armor_robotfile::{Configuration, Findings, Manifests, Reading};
+use armor_robotfile::{Configuration, Findings, Manifests, NeededPath, Reading};
 use armor_socket::FaultTable;
 use armor_wire::acting::Preface;
 use armor_wire::config::{Assigned, ChangeRecord, ConfigReply, ConfigRequest, ConfigurationState};
@@ -33,8 +33,9 @@ pub enum ConfigdEvent {
     Read(Box<Reading>),
     /// There are other kinds of components than before.
     Kinds(Manifests),
-    /// The last [`ConfigdAction::Write`] is done, or why it is not.
-    Written(Result<(), String>),
+    /// The last [`ConfigdAction::Write`] is done, with the warnings about what it names, or why it is
+    /// not.
+    Written(Result<Findings, String>),
 }
 
 /// An action of configd.
@@ -51,7 +52,7 @@ pub enum ConfigdAction {
 }
 
 /// A file to be written.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Write {
     /// The text that every file must have for the write to happen.
     pub expected: Vec<(PathBuf, String)>,
@@ -59,6 +60,8 @@ pub struct Write {
     pub file: PathBuf,
     /// Its new text.
     pub text: String,
+    /// The files that the new value names, which are looked for.
+    pub needs: Vec<NeededPath>,
 }
 
 /// A notice for the program that runs configd, which may log it.
@@ -85,12 +88,20 @@ pub enum Notice {
         /// What is wrong.
         findings: Findings,
     },
+    /// The file has not changed, but is not valid with the kinds that there are now. What is in force
+    /// stays so.
+    Outdated {
+        /// The version in force.
+        version: u64,
+        /// What is wrong.
+        findings: Findings,
+    },
     /// The file is again what is in force, after it was refused.
     Restored {
         /// The version in force.
         version: u64,
     },
-    /// The state after any of the three; its stamp is not set.
+    /// The state after any of the four; its stamp is not set.
     State(Box<ConfigurationState>),
 }
 
@@ -400,12 +411,22 @@ impl Versions {
         Some(ConfigReply::Parameter { request, name: parameter, assigned })
     }
 
-    /// Checks by other kinds from now on; a refused file may be valid by them. The version in force
-    /// stays, because the running components were started by the earlier kinds.
+    /// Checks by other kinds from now on; a refused file may be valid by them, and the one in force
+    /// invalid. That one stays in force, because the running components were started by the earlier
+    /// kinds.
     fn take_kinds(&mut self, manifests: Manifests) -> Vec<ConfigdAction> {
         self.rules.manifests = Some(manifests);
-        let reading = self.refused_reading.take();
-        reading.map(|reading| self.take_reading(reading)).unwrap_or_default()
+        if let Some(reading) = self.refused_reading.take() {
+            return self.take_reading(reading);
+        }
+        let Some(reading) = self.newest_kept().map(|kept| kept.read_files()) else {
+            return Vec::new();
+        };
+        let Err(findings) = self.rules.judge_reading(reading.clone()) else { return Vec::new() };
+        self.refused_reading = Some(reading);
+        self.refused = Some(findings.clone());
+        let outdated = Notice::Outdated { version: self.number, findings };
+        vec![ConfigdAction::Tell(outdated), self.state_notice()]
     }
 
     fn take_reading(&mut self, reading: Reading) -> Vec<ConfigdAction> {

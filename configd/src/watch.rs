@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_robotfile::{Manifests, Reading};
+use armor_robotfile::{Findings, Manifests, Reading};
 use notify::event::{AccessKind, AccessMode, EventKind};
 use notify::{RecommendedWatcher, RecursiveMode, Watcher};
 use parking_lot::Mutex;
@@ -42,7 +42,7 @@ pub(crate) enum FileEvent {
     /// There are other kinds of components than before.
     Kinds(Manifests),
     /// A write was done, or why not.
-    Written(Result<(), String>),
+    Written(Result<Findings, String>),
 }
 
 /// The two ends of the watching task.

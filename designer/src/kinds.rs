@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use armor_robotfile::Manifests;
+use armor_robotfile::model::Component;
 use armor_wire::manifest::Manifest;
 use serde_json::Value;
 
@@ -126,6 +127,15 @@ impl Kinds {
     /// One kind.
     pub fn find(&self, kind: &str) -> Option<&Manifest> {
         self.manifests.as_ref()?.get(kind)
+    }
+
+    /// Why no mission can activate a component; none if one can.
+    pub fn explain_uncontrolled(&self, component: &Component) -> Option<String> {
+        if !component.controllable {
+            return Some("controllable=\"false\": no mission controls it".to_owned());
+        }
+        let kind = self.find(&component.kind.value).filter(|kind| !kind.controllable)?;
+        Some(format!("the kind {} is always active: no mission controls it", kind.kind))
     }
 
     /// All types of data that the kinds know, sorted.

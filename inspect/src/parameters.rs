@@ -165,13 +165,14 @@ impl ParameterThread {
             Ok(SetOutcome::Set { changes, .. }) if changes.is_empty() => {
                 report(true, format!("{name} already has this value; nothing was written"))
             }
-            Ok(SetOutcome::Set { version, changes }) => {
+            Ok(SetOutcome::Set { version, changes, findings }) => {
                 self.shared.state.lock().has_written = true;
                 let words = changes.iter().map(|change| match change.effect.as_str() {
                     "" => change.text.clone(),
                     effect => format!("{}; it {effect}", change.text),
                 });
-                report(true, format!("version {version}: {}", words.collect::<Vec<_>>().join("; ")))
+                let text = format!("version {version}: {}", words.collect::<Vec<_>>().join("; "));
+                SetReport { findings, ..report(true, text) }
             }
             Ok(SetOutcome::Rejected { text, findings, .. }) => {
                 SetReport { findings, ..report(false, text) }

@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn nothing_is_read_beyond_the_frame() {
-        let request = GateRequest::Connect { address: "127.0.0.1:7411".into() };
+        let request = GateRequest::Connect { address: "127.0.0.1:7411".into(), acts_for: None };
         let mut bytes = frame::signal(FrameKind::Beat).to_vec();
         bytes.extend(frame::to_bytes(FrameKind::Control, &request).unwrap());
         bytes.extend(b"the next conversation");
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn garbage_and_what_is_cut_is_an_error() {
-        let request = GateRequest::Connect { address: "x".repeat(MAX_BODY_LEN) };
+        let request = GateRequest::Connect { address: "x".repeat(MAX_BODY_LEN), acts_for: None };
         let long = frame::to_bytes(FrameKind::Control, &request).unwrap();
         let watch = frame::to_bytes(FrameKind::Control, &GateRequest::Watch).unwrap();
         let hello = frame::signal(FrameKind::Pause);

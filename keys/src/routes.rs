@@ -109,7 +109,8 @@ async fn serve_process(routes: &Routes, stream: TcpStream) -> Result<(), GateErr
     };
     let host = address.rsplit_once(':').map_or("", |(host, _)| host);
     if host == routes.host {
-        return Ok(forward_to_own(process, &address).await);
+        forward_to_own(process, &address).await;
+        return Ok(());
     }
     let Some(gate) = routes.find_gate(host) else {
         let _ = socks::answer(&mut process, SocksAnswer::Unreachable).await;

@@ -24,7 +24,7 @@ use arguments::{
 };
 use parameter_store::ParameterStore;
 use refusals::{RefusalReader, refusal_of};
-use wire_records::{print_rejection, record_to_json};
+use wire_records::{print_findings, print_rejection, record_to_json};
 
 impl Verb for ParamCommand {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
@@ -132,14 +132,17 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
     let reader = file.is_none().then(|| RefusalReader::open(&arguments.source.running));
     let before = reader.as_ref().and_then(|reader| reader.find_refusal(component, parameter));
     match ParameterStore::open(&arguments.source)?.set(component, parameter, value)? {
-        SetOutcome::Set { version, changes } => {
+        SetOutcome::Set { version, changes, findings } => {
             let is_live = changes.iter().any(|change| change.effect.starts_with("reaches "));
             let refusal = reader
                 .filter(|_| is_live)
                 .and_then(|reader| reader.await_refusal(component, parameter, before.as_deref()));
             end_printing(if format == OutputFormat::Json {
                 let changes = changes.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
-                let mut printed = json!({"set": true, "version": version, "changes": changes});
+                let found = findings.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
+                let mut printed = json!({
+                    "set": true, "version": version, "changes": changes, "findings": found,
+                });
                 if let Some(refusal) = &refusal {
                     printed["refused"] = refusal.as_str().into();
                 }
@@ -154,6 +157,9 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
                     None => print_wrapped(format_args!("version {version}: {}", in_words(change))),
                 })
             })?;
+            if format != OutputFormat::Json {
+                print_findings(&findings)?;
+            }
             let Some(refusal) = refusal else { return Ok(CommandEnding::Fine) };
             print_notice(format_args!(
                 "error: {component} refuses the value, which the file has now: {refusal}"

@@ -11,6 +11,9 @@ use crate::print::{fits_stderr, print_notice};
 /// Prints a message of the parser (an error, help or the version) and ends the process.
 pub fn exit_with(mut error: clap::Error, command: &Command) -> ! {
     add_nested_command(&mut error, command);
+    let arguments: Vec<_> =
+        std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
+    add_foreign_command(&mut error, &arguments);
     let text = error.render().to_string();
     // Help is wrapped already.
     if error.use_stderr() && !fits_stderr(&text) {
@@ -49,6 +52,90 @@ fn add_nested_command(error: &mut clap::Error, command: &Command) {
     }
 }
 
+/// Verbs of other systems, with their second word where it matters, and what they are here.
+const FOREIGN_VERBS: [(&str, &str, &str); 25] = [
+    ("topic", "echo", "`armor echo COMPONENT.OUTPUT` prints data"),
+    ("topic", "hz", "`armor hz COMPONENT.OUTPUT` measures a rate"),
+    ("topic", "list", "`armor data list` lists all outputs"),
+    ("topic", "info", "`armor graph` shows the links of an output"),
+    (
+        "topic",
+        "",
+        "`armor data list` lists all outputs, `armor echo` prints one, `armor hz` measures its rate",
+    ),
+    ("node", "list", "`armor ps` lists the running components"),
+    ("node", "info", "`armor describe KIND` and `armor graph` show ports and links"),
+    ("node", "kill", "`armor stop COMPONENT` stops one"),
+    ("node", "", "`armor ps` lists the running components, `armor watch` follows one"),
+    ("launch", "", "`armor run FILE` starts a system"),
+    ("start", "", "`armor run FILE` starts a system"),
+    ("core", "", "`armor run FILE` starts the registry and all components"),
+    (
+        "bag",
+        "",
+        "`armor echo COMPONENT.OUTPUT --format json` records data as JSON Lines; a log player such as `carmen-player` is a component",
+    ),
+    ("record", "", "`armor echo COMPONENT.OUTPUT --format json` records data as JSON Lines"),
+    ("msg", "", "`armor describe KIND` shows message types with their fields"),
+    ("interface", "", "`armor describe KIND` shows message types with their fields"),
+    (
+        "show",
+        "",
+        "`armor describe KIND` shows a kind, `armor graph` the links, `armor mission show` the mission",
+    ),
+    (
+        "service",
+        "",
+        "there are no services: a mission activates components and waits for their events; see `armor mission show`",
+    ),
+    (
+        "action",
+        "",
+        "there are no actions: a mission activates components and waits for their events; see `armor mission show`",
+    ),
+    ("lifecycle", "", "the mission activates and freezes components; see `armor mission show`"),
+    ("kill", "", "`armor stop COMPONENT` stops one, `armor stop --all` the system"),
+    ("pkg", "", "`armor new NAME` begins a component, `armor describe` lists all kinds"),
+    ("build", "", "`cargo build --release` in the project of a component builds it"),
+    ("plot", "", "`armor-designer --attach` plots data while a system runs"),
+    (
+        "rviz",
+        "",
+        "the kind `operator-view` shows map, scan and trajectory; `armor-designer --attach` the system",
+    ),
+];
+
+/// Returns what a command of another system is here: `topic echo`, or `rostopic echo` with the
+/// prefix that some have.
+fn translate_verb(verb: &str, next: &str) -> Option<&'static str> {
+    let bare = verb.strip_prefix("ros2").or_else(|| verb.strip_prefix("ros")).unwrap_or(verb);
+    // `ros2 topic echo`: the prefix is a word of its own.
+    let (bare, next) = if bare.is_empty() { (next, "") } else { (bare, next) };
+    let singular = bare.strip_suffix('s').unwrap_or(bare);
+    let is_it = |it: &&(&str, &str, &str)| {
+        (it.0 == bare || it.0 == singular) && (it.1.is_empty() || it.1 == next)
+    };
+    FOREIGN_VERBS.iter().find(is_it).map(|(.., here)| *here)
+}
+
+/// Adds what a command of another robotics system is here.
+fn add_foreign_command(error: &mut clap::Error, arguments: &[String]) {
+    if error.kind() != ErrorKind::InvalidSubcommand {
+        return;
+    }
+    let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else {
+        return;
+    };
+    let at = arguments.iter().position(|argument| argument == name);
+    let next = at.and_then(|at| arguments.get(at + 1)).map_or("", String::as_str);
+    if let Some(here) = translate_verb(name, next) {
+        // What is merely spelt alike would only mislead.
+        error.remove(ContextKind::SuggestedSubcommand);
+        let tip = StyledStr::from(here);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -60,7 +147,44 @@ mod tests {
         let command = CommandLine::command();
         let mut error = command.clone().try_get_matches_from(arguments).expect_err("wrong usage");
         add_nested_command(&mut error, &command);
+        let arguments: Vec<_> = arguments.iter().map(|argument| (*argument).to_owned()).collect();
+        add_foreign_command(&mut error, &arguments);
         error.render().to_string()
+    }
+
+    #[test]
+    fn a_command_of_another_system_is_answered_with_the_one_here() {
+        for (line, expected) in [
+            ("armor topic echo /scan", "tip: `armor echo COMPONENT.OUTPUT` prints data"),
+            ("armor rostopic hz /scan", "tip: `armor hz COMPONENT.OUTPUT`"),
+            ("armor topics", "tip: `armor data list` lists"),
+            ("armor ros2 node list", "tip: `armor ps` lists"),
+            ("armor rosnode list", "tip: `armor ps` lists"),
+            ("armor nodes", "tip: `armor ps` lists"),
+            ("armor bag record", "tip: `armor echo COMPONENT.OUTPUT --format json`"),
+            ("armor roslaunch a.xml", "tip: `armor run FILE`"),
+            ("armor launch a.xml", "tip: `armor run FILE`"),
+            ("armor roscore", "tip: `armor run FILE`"),
+        ] {
+            let arguments: Vec<_> = line.split(' ').collect();
+            let text = render(&arguments);
+            assert!(text.contains(expected), "{line}: {text}");
+        }
+        assert!(!render(&["armor", "rosy"]).contains("tip: `armor"));
+    }
+
+    /// A tip names only commands that exist.
+    #[test]
+    fn the_commands_of_the_tips_exist() {
+        let command = CommandLine::command();
+        let known: Vec<_> = command.get_subcommands().map(Command::get_name).collect();
+        for (verb, _, here) in FOREIGN_VERBS {
+            assert!(!known.contains(&verb), "{verb} is a command here");
+            for tip in here.split('`').skip(1).step_by(2).filter(|tip| tip.starts_with("armor ")) {
+                let name = tip.split(' ').nth(1).unwrap();
+                assert!(known.contains(&name), "{tip}");
+            }
+        }
     }
 
     #[test]

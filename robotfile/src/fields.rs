@@ -95,7 +95,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         let words: Vec<_> = words.collect();
         if has_commas {
             let message = format!("{name}: names are separated by spaces");
-            let names: Vec<_> = words.iter().map(|word| word.value.as_str()).collect();
+            let names: Vec<_> = words.iter().map(|word| without_brackets(&word.value)).collect();
             let finding = Finding::new(Code::BadValue, &attribute.at, message);
             self.report(finding.remedy(format!("write {name}=\"{}\"", names.join(" "))));
         } else {
@@ -383,9 +383,15 @@ impl<'a, 'f> ElementFields<'a, 'f> {
                 name => format!("`{}` is not a name", short(name)),
             };
             let finding = Finding::new(Code::BadName, &value.at, message);
-            self.report(finding.remedy(
-                "a name starts with a letter, followed by letters, digits, _ and -; at most 64 characters",
-            ));
+            let rule = "a name starts with a letter, followed by letters, digits, _ and -; at most 64 characters";
+            let bare = without_brackets(&value.value);
+            let mut names = bare.split([',', ';']).map(without_brackets);
+            self.report(finding.remedy(match names.next() {
+                Some(name) if is_name(name) && name != value.value => {
+                    format!("one name is expected, without brackets, commas or quotation marks, such as {name}")
+                }
+                _ => rule.to_owned(),
+            }));
         }
     }
 
@@ -400,6 +406,11 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     fn value_at(&self, attribute: &Attribute) -> Location {
         Location::new(self.source, attribute.value_span)
     }
+}
+
+/// Returns a word of a list without the marks that a list has in JSON or CSV.
+fn without_brackets(word: &str) -> &str {
+    word.trim_matches(|c: char| "[]{}()\"'".contains(c) || c.is_ascii_whitespace())
 }
 
 /// Returns the location without the white space around the text.

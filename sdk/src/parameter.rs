@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use armor_wire::manifest::{ParameterManifest, ParameterType, ParameterValue};
+use armor_wire::text_format::TextFormat;
 use thiserror::Error;
 
 /// A parameter of a component: a `const` with its type, unit, default, range and meaning.
@@ -14,6 +15,7 @@ pub struct Parameter {
     default: Option<&'static str>,
     range: Option<(f64, f64)>,
     choices: &'static [&'static str],
+    format: Option<TextFormat>,
     doc: &'static str,
     live: bool,
     written: bool,
@@ -28,6 +30,7 @@ impl Parameter {
             default: None,
             range: None,
             choices: &[],
+            format: None,
             doc: "",
             live: false,
             written: false,
@@ -87,6 +90,14 @@ impl Parameter {
         self
     }
 
+    /// The form of a text, which the check of a file knows too. The functions of
+    /// [`armor_wire::text_format`] read it.
+    #[must_use]
+    pub const fn format(mut self, format: TextFormat) -> Self {
+        self.format = Some(format);
+        self
+    }
+
     /// What it does, in one line.
     #[must_use]
     pub const fn doc(mut self, doc: &'static str) -> Self {
@@ -130,6 +141,7 @@ impl Parameter {
             minimum: self.range.map(|(low, _)| low),
             maximum: self.range.map(|(_, high)| high),
             choices: self.choices.iter().map(|choice| (*choice).into()).collect(),
+            format: self.format,
             doc: self.doc.into(),
             live: self.live,
             written: self.written,

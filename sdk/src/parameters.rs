@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use armor_wire::text_format::{self, TextFormatError};
 use thiserror::Error;
 
 use crate::armor::Armor;
@@ -137,6 +138,36 @@ impl FromValue for PathBuf {
     }
 }
 
+/// A text with the format `points`; empty text has none.
+impl FromValue for Vec<[f64; 2]> {
+    fn from_value(value: &Value) -> Result<Self, Fault> {
+        read_list(value, text_format::parse_points)
+    }
+}
+
+/// A text with the format `numbers`; empty text has none.
+impl FromValue for Vec<f64> {
+    fn from_value(value: &Value) -> Result<Self, Fault> {
+        read_list(value, text_format::parse_numbers)
+    }
+}
+
+/// A text with the format `names`; empty text has none.
+impl FromValue for Vec<String> {
+    fn from_value(value: &Value) -> Result<Self, Fault> {
+        read_list(value, text_format::parse_names)
+    }
+}
+
+fn read_list<T>(
+    value: &Value,
+    parse: fn(&str) -> Result<Vec<T>, TextFormatError>,
+) -> Result<Vec<T>, Fault> {
+    let text = value.text()?;
+    // The declaration decides whether the empty text is a value.
+    if text.is_empty() { Ok(Vec::new()) } else { Ok(parse(text)?) }
+}
+
 /// Empty text is `None`.
 impl<T: FromValue> FromValue for Option<T> {
     fn from_value(value: &Value) -> Result<Self, Fault> {
@@ -242,6 +273,14 @@ mod tests {
         pair: (u32, u32),
         #[parameter(default = "#ff0000", colour)]
         colour: String,
+        #[parameter(default = "1,2", format = "points")]
+        route: Vec<[f64; 2]>,
+        #[parameter(default = "", format = "numbers")]
+        gains: Vec<f64>,
+        #[parameter(default = "", format = "names")]
+        buttons: Vec<String>,
+        #[parameter(default = "localhost:80", format = "address")]
+        server: String,
     }
 
     fn value(value: ParameterValue) -> Value {
@@ -260,6 +299,10 @@ mod tests {
             side: Side::Right,
             pair: (1, 2),
             colour: "#ff0000".into(),
+            route: vec![[1.0, 2.0]],
+            gains: Vec::new(),
+            buttons: Vec::new(),
+            server: "localhost:80".into(),
         };
         assert_eq!(Everything::defaults(), expected);
         let manifest = Everything::DECLARED[0].manifest();
@@ -278,6 +321,16 @@ mod tests {
         given.set("file", &text("map.yaml")).unwrap();
         given.set("side", &text("left")).unwrap();
         given.set("pair", &text("7-9")).unwrap();
+        given.set("route", &text("3,4 -1,0")).unwrap();
+        given.set("gains", &text("0.5 2")).unwrap();
+        given.set("buttons", &text("go stop")).unwrap();
+        assert_eq!(
+            (given.route.as_slice(), given.gains.as_slice()),
+            ([[3.0, 4.0], [-1.0, 0.0]].as_slice(), [0.5, 2.0].as_slice())
+        );
+        assert_eq!(given.buttons, ["go", "stop"]);
+        let why = given.set("route", &text("3;4")).unwrap_err().to_string();
+        assert!(why.contains("point 1, `3;4`"), "{why}");
         assert_eq!((given.reach_m, given.count, given.is_on), (1.5, 200, false));
         assert_eq!(given.file.as_deref(), Some(Path::new("/robots/map.yaml")));
         assert_eq!((given.side, given.pair), (Side::Left, (7, 9)));

@@ -114,6 +114,9 @@ pub enum ConfigReply {
         /// What changed with it, and when that takes effect; empty if the file had the value
         /// already.
         changes: Vec<ChangeRecord>,
+        /// Warnings about the value, such as that a file that it names is missing, and those that
+        /// the version before did not have.
+        findings: Vec<FindingRecord>,
     },
     /// The value was not written.
     Rejected {

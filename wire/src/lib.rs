@@ -28,6 +28,7 @@ pub mod refusal;
 pub mod registry;
 pub mod remote_process;
 pub mod schema;
+pub mod text_format;
 pub mod transport;
 
 pub use armor_quantity as quantity;

@@ -12,6 +12,7 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::quantity::{self, Dimension, Unit};
+use crate::text_format::TextFormat;
 
 /// Version of the JSON form.
 pub const MANIFEST_VERSION: u32 = 1;
@@ -157,6 +158,13 @@ pub struct ParameterManifest {
     /// The choices of a [`ParameterType::Choice`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<String>,
+    /// The form of a [`ParameterType::Text`]; any text if there is none.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
+    pub format: Option<TextFormat>,
     /// What it does, in one line; may be empty.
     #[serde(default)]
     pub doc: String,
@@ -269,8 +277,17 @@ impl ParameterManifest {
             ParameterType::Path if text.is_empty() && self.default.as_deref() != Some("") => {
                 Err("a path is expected".into())
             }
+            ParameterType::Text if !text.is_empty() || self.default.as_deref() != Some("") => {
+                let checked = self.format.map_or(Ok(()), |format| format.check_text(text));
+                checked.map(|()| ParameterValue::Text(text.into())).map_err(|why| why.to_string())
+            }
             _ => Ok(ParameterValue::Text(text.into())),
         }
+    }
+
+    /// The form of its text for tables, such as `points, such as 4,1 9.5,-3`; empty without one.
+    pub fn form(&self) -> String {
+        self.format.map(|form| format!("{form}, such as {}", form.example())).unwrap_or_default()
     }
 
     /// The range in the parameter's own unit, such as `0.1 to 500`; empty if there is none.

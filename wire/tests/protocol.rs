@@ -190,7 +190,7 @@ fn was_set() -> config::ConfigReply {
         text: "slower".into(),
         effect: "now".into(),
     };
-    config::ConfigReply::Set { request: 3, version: 2, changes: vec![change] }
+    config::ConfigReply::Set { request: 3, version: 2, changes: vec![change], findings: vec![] }
 }
 
 fn report() -> control::Answer {

@@ -2,8 +2,6 @@
 
 mod ports;
 mod rounds;
-mod route;
 
 pub use ports::Patrol;
 pub use rounds::{PatrolProgress, PatrolSettings, PatrolStep, Rounds};
-pub use route::{RouteError, parse_route};

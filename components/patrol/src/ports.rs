@@ -5,14 +5,13 @@ use armor_grid::{Point2, Pose2};
 use armor_sdk::prelude::*;
 
 use crate::rounds::{PatrolProgress, PatrolSettings, PatrolStep, Rounds};
-use crate::route::parse_route;
 
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct PatrolParameters {
     /// waypoints x,y on the map in metres, such as `4,1 9,1 0,0`
-    #[parameter(parse = parse_route)]
-    route: Vec<Point2>,
+    #[parameter(format = "points")]
+    route: Vec<[f64; 2]>,
     /// number of laps; 0: without end
     #[parameter(default = 1, range = 0.0..=1e6)]
     laps: u32,
@@ -118,8 +117,8 @@ impl Component for Patrol {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         if call == Call::Started {
-            let route = self.parameters.route.clone();
-            self.rounds = Rounds::new(route, self.parameters.settings());
+            let route = self.parameters.route.iter().map(|[x_m, y_m]| Point2::new(*x_m, *y_m));
+            self.rounds = Rounds::new(route.collect(), self.parameters.settings());
         }
         let now_s = self.armor.timestamp();
         if call == Call::Stopping {

@@ -5,7 +5,9 @@
 use std::collections::VecDeque;
 use std::path::{Component, Path};
 
-use armor_robotfile::{Code, Configuration, Document, Finding, Findings, Source};
+use armor_robotfile::{
+    Code, Configuration, Document, Finding, Findings, NeededPath, Source, needed_paths,
+};
 use armor_wire::config::ConfigReply;
 use armor_wire::peer::PeerId;
 
@@ -56,13 +58,14 @@ impl Versions {
     }
 
     /// Finishes the request whose write has ended, and starts the next one.
-    pub(super) fn finish_write(&mut self, result: Result<(), String>) -> Vec<ConfigdAction> {
+    pub(super) fn finish_write(&mut self, result: Result<Findings, String>) -> Vec<ConfigdAction> {
         let Some((wanted, configuration, warnings)) = self.settings.writing.take() else {
             return Vec::new();
         };
         let mut actions = match result {
             Err(reason) => vec![reject_setting(&wanted, reason, &Findings::default())],
-            Ok(()) => {
+            Ok(mut findings) => {
+                findings.extend(warnings.without_known(&self.warnings).without_notes());
                 let mut actions = self.take_version(configuration, warnings);
                 let (request, version) = (wanted.request, self.number);
                 let changes = self.changes.0.clone();
@@ -70,8 +73,9 @@ impl Versions {
                     let (component, parameter) = (&wanted.component, &wanted.parameter);
                     tracing::info!(version, "{by} has set {component}.{parameter}");
                 }
-                actions
-                    .push(send_reply(wanted.peer, ConfigReply::Set { request, version, changes }));
+                let (findings, _) = records::finding_records(&findings);
+                let reply = ConfigReply::Set { request, version, changes, findings };
+                actions.push(send_reply(wanted.peer, reply));
                 actions
             }
         };
@@ -87,7 +91,8 @@ impl Versions {
             match self.prepare_write(&wanted) {
                 Ok(None) => {
                     let (request, version) = (wanted.request, self.number);
-                    let reply = ConfigReply::Set { request, version, changes: Vec::new() };
+                    let (changes, findings) = (Vec::new(), Vec::new());
+                    let reply = ConfigReply::Set { request, version, changes, findings };
                     actions.push(send_reply(wanted.peer, reply));
                 }
                 Err(Rejected(text, findings)) => {
@@ -121,8 +126,20 @@ impl Versions {
             Rejected("nothing was written: the file would not be valid".into(), findings)
         });
         let (configuration, warnings) = judged?;
-        let write = Write { expected, file: source.path().to_path_buf(), text };
+        let needs = self.paths_of(wanted, &configuration);
+        let write = Write { expected, file: source.path().to_path_buf(), text, needs };
         Ok(Some(Prepared { write, configuration, warnings }))
+    }
+
+    /// Returns the files that the new value names, apart from those that the component writes.
+    fn paths_of(&self, wanted: &WantedSetting, configuration: &Configuration) -> Vec<NeededPath> {
+        let (Some(value), Some(manifests)) = (&wanted.value, &self.rules.manifests) else {
+            return Vec::new();
+        };
+        let mut paths = needed_paths(configuration, manifests);
+        paths.retain(|path| path.is_value_of(&wanted.component, &wanted.parameter, value));
+        paths.iter_mut().for_each(|path| path.path = self.rules.root.join(&path.path));
+        paths
     }
 
     /// Returns the file that declares the component, if a value may be written into it.

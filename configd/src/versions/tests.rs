@@ -239,6 +239,7 @@ fn live_manifests() -> Manifests {
         minimum: None,
         maximum: None,
         choices: Vec::new(),
+        format: None,
         doc: String::new(),
         live,
         written: false,
@@ -444,11 +445,39 @@ fn a_file_is_judged_by_the_kinds_there_are_when_it_is_saved_or_later() {
     manifests.insert("arm".into(), Manifest { kind: "arm".into(), ..manifests["view"].clone() });
     let actions = versions.handle(ConfigdEvent::Kinds(manifests.clone()));
     assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 2, .. }))));
-    // Nothing is refused now, so other kinds are no news; the next version is judged by them.
+    // Kinds that fit are no news; the next version is judged by them.
+    assert!(versions.handle(ConfigdEvent::Kinds(manifests.clone())).is_empty());
     manifests.remove("arm");
-    assert!(versions.handle(ConfigdEvent::Kinds(manifests)).is_empty());
+    versions.handle(ConfigdEvent::Kinds(manifests));
     assert_eq!(versions.number(), 2);
     assert!(state(&versions.handle(saved(&with_arm.replace("10Hz", "20Hz")))).refused);
+}
+
+#[test]
+fn other_ports_of_a_running_kind_are_reported_without_a_new_version() {
+    let rules = VersionRules { manifests: Some(live_manifests()), ..VersionRules::default() };
+    let mut versions = versions_under(rules);
+    let mut other = live_manifests();
+    let outputs = &mut other.get_mut("player").expect("it is there").outputs;
+    outputs.retain(|output| output.id != "scan");
+    let actions = versions.handle(ConfigdEvent::Kinds(other.clone()));
+    match actions.first() {
+        Some(ConfigdAction::Tell(Notice::Outdated { version: 1, findings })) => {
+            let codes: Vec<_> = findings.iter().map(|finding| finding.code).collect();
+            assert_eq!(codes, [Code::WrongDirection], "{}", findings.iter().next().expect("one"));
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(state(&actions).refused && state(&actions).findings[0].line == 9);
+    // The components that run still get their answers.
+    assert!(parameter(&mut versions, "player", "speed").is_some());
+    // Another build of the kind fits again; or the file is changed so that it fits.
+    let actions = versions.handle(ConfigdEvent::Kinds(live_manifests()));
+    assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Restored { version: 1 }))));
+    versions.handle(ConfigdEvent::Kinds(other));
+    let link = "    <link from=\"player.scan\" to=\"mapper.scan\" keep=\"all\"/>\n";
+    let actions = versions.handle(saved(&FILE.replace(link, "")));
+    assert!(matches!(actions.first(), Some(ConfigdAction::Tell(Notice::Taken { version: 2, .. }))));
 }
 
 #[test]

@@ -134,6 +134,7 @@ fn settled(configd: &BackgroundConfigd, version: &mut u64, wanted: bool) -> Inst
                     return Instant::now();
                 }
             }
+            Notice::Outdated { .. } => panic!("no kind has changed"),
             Notice::State(_) | Notice::Ready { .. } => {}
         }
     }

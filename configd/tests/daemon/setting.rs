@@ -26,7 +26,7 @@ fn a_value_is_written_into_the_file_and_the_rest_stays() {
     std::os::unix::fs::symlink("real.xml", folder.file()).unwrap();
     let configd = folder.configd();
     match set(&configd, "picture", Some("b & c.png")) {
-        ConfigReply::Set { request: 5, version: 2, changes } => {
+        ConfigReply::Set { request: 5, version: 2, changes, .. } => {
             assert_eq!(changes[0].text, "parameter lamp.picture: a.png → \"b & c.png\"");
         }
         other => panic!("{other:?}"),

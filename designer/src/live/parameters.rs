@@ -208,5 +208,9 @@ fn show_result(
     let Some(result) = client.last_result().filter(|result| result.is_set) else { return };
     if result.parameter.split('.').next() == Some(component) {
         ui.colored_label(colours.good, printable(ui, &result.text));
+        for finding in &result.findings {
+            let text = format!("{}: {}; {}", finding.code, finding.message, finding.remedy);
+            ui.colored_label(colours.warning, printable(ui, &text));
+        }
     }
 }

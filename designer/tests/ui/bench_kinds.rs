@@ -34,6 +34,7 @@ fn parameter(name: &str, kind: ParameterType, default: Option<&str>) -> Paramete
         minimum: None,
         maximum: None,
         choices: Vec::new(),
+        format: None,
         doc: format!("what {name} does"),
         live: false,
         written: false,
@@ -95,6 +96,7 @@ pub fn manifests() -> Vec<Manifest> {
             )
         },
         kind("lamp", vec![port("place", "Point", OTHER_POINT, false)], vec![], vec![]),
+        Manifest { controllable: false, ..kind("view", vec![], vec![], vec![]) },
     ]
 }
 

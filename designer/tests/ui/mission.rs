@@ -114,6 +114,22 @@ fn the_components_of_a_place_are_a_checklist() {
 }
 
 #[test]
+fn a_component_whose_kind_no_mission_controls_is_grey() {
+    let view = "    <component name=\"screen\" kind=\"view\"/>\n  </system>";
+    let mut window = mission(&SURVEY.replace("  </system>", view));
+    let before = window.text();
+    window.click("place home");
+    let label = "screen is active in home";
+    let is_grey = |window: &Window, label: &str| {
+        window.harness.get_by_label(label).accesskit_node().is_disabled()
+    };
+    assert!(is_grey(&window, label) && !is_grey(&window, "lamp is active in home"));
+    window.click(label);
+    assert_eq!(window.text(), before);
+    assert!(window.has("the kind view is always active: no mission controls it"));
+}
+
+#[test]
 fn a_place_is_renamed_wherever_it_is_named() {
     let mut window = mission(SURVEY);
     window.click("place home");

@@ -1,11 +1,16 @@
 //! How soon the goal can come, and how late the mission must be over: worth knowing, where it is
 //! cheap to find out.
 
+use armor_petri::TransitionId;
 use armor_petri::analysis::durations::{Latest, TimedSequence, longest_time, shortest_time};
+use armor_petri::analysis::rules::FiringRules;
 use armor_robotfile::{Code, Finding, MissionDuration};
 
 use crate::proof::Proof;
 use crate::wording::time_in_words as time;
+
+/// Most transitions that are named as waited for next to a circle.
+const MAX_WAITS: usize = 4;
 
 impl Proof<'_> {
     pub(super) fn find_durations(&self) -> Option<Finding> {
@@ -55,8 +60,14 @@ impl Proof<'_> {
             Latest::Circle(path, circle) => {
                 let after =
                     if path.is_empty() { String::new() } else { self.after_firings(path) + " " };
+                let meanwhile = match self.waits_during(path, circle) {
+                    waits if waits.is_empty() => String::new(),
+                    waits => {
+                        format!(", while {} may be waited for without end", waits.join(" or "))
+                    }
+                };
                 format!(
-                    "{begin}; there is no latest end: {after}again and again {}",
+                    "{begin}; there is no latest end: {after}again and again {}{meanwhile}",
                     self.names(circle)
                 )
             }
@@ -67,6 +78,30 @@ impl Proof<'_> {
                 )
             }
         }
+    }
+
+    /// The transitions that no firing of the circle disables and that need not fire: what is waited
+    /// for, where the circle is only a clock next to it.
+    fn waits_during(&self, path: &[TransitionId], circle: &[TransitionId]) -> Vec<&str> {
+        let rules = FiringRules::new(self.net);
+        let Some(mut marking) = rules.play(self.net.initial(), path) else { return Vec::new() };
+        let is_open = |id: &TransitionId| {
+            let transition = self.net.transition(*id);
+            let need_not_fire = transition.gated || transition.interval.latest.is_none();
+            need_not_fire && !circle.contains(id)
+        };
+        let mut waits: Vec<_> = self.net.transition_ids().filter(is_open).collect();
+        for &transition in circle {
+            waits.retain(|id| rules.enabled(&marking, *id));
+            if rules.fire(&mut marking, transition).is_none() {
+                return Vec::new();
+            }
+        }
+        let mut names: Vec<_> = waits.into_iter().map(|id| self.name(id)).collect();
+        names.retain(|name| !name.is_empty());
+        names.dedup();
+        names.truncate(MAX_WAITS);
+        names
     }
 
     fn as_data(&self, least: &TimedSequence, most: &Latest, always_goal: bool) -> MissionDuration {

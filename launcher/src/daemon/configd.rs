@@ -32,6 +32,10 @@ use crate::verb::Verb;
 /// Longest time of one attempt to register before the reason is logged; it is tried again
 /// afterwards.
 const REGISTER_WITHIN: Duration = Duration::from_secs(20);
+/// Executables that have not changed for this time are complete.
+const SETTLED_AFTER: Duration = Duration::from_millis(150);
+/// Executables that change all the time are taken as they are after this many looks.
+const MAX_SETTLING_LOOKS: usize = 10;
 /// Most changes and findings that are logged in full.
 const MAX_LOGGED: usize = 20;
 
@@ -122,10 +126,18 @@ fn watched(
     let known = Mutex::new(known);
     KindSource::new(move |files| {
         let files = || first.iter().chain(files).map(AsRef::as_ref);
-        let now = Catalogue::sources(&directories, files());
+        let mut now = Catalogue::sources(&directories, files());
         let mut known = known.lock();
         if *known == now {
             return None;
+        }
+        // An executable may be half-written, or removed to be replaced.
+        for _ in 0..MAX_SETTLING_LOOKS {
+            std::thread::sleep(SETTLED_AFTER);
+            let before = std::mem::replace(&mut now, Catalogue::sources(&directories, files()));
+            if before == now {
+                break;
+            }
         }
         let gathered = Catalogue::gather(&directories, files());
         let kinds = gathered.inspect_err(|error| warn!("the kinds stay: {error:#}")).ok()?;
@@ -175,6 +187,13 @@ fn log_notice(notice: &Notice) {
                      it is"
                 ),
             }
+            log_findings(findings.iter());
+        }
+        Notice::Outdated { version, findings } => {
+            warn!(
+                "the file is not valid with the components' executables as they are now; version \
+                 {version} stays in force, and running components keep running"
+            );
             log_findings(findings.iter());
         }
         Notice::Restored { version } => {

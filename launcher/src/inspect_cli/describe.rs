@@ -183,6 +183,7 @@ fn format_port(port: &PortManifest) -> Vec<String> {
 fn format_parameter(parameter: &ParameterManifest) -> Vec<String> {
     let kind = parameter.kind.to_string();
     let range = match parameter.range_with_unit() {
+        range if range.is_empty() && parameter.format.is_some() => parameter.form(),
         range if range.is_empty() => parameter.choices.join(" | "),
         range => range,
     };

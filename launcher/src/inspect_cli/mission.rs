@@ -2,7 +2,7 @@
 //! journal of a mission.
 
 pub mod arguments;
-mod file;
+pub(super) mod file;
 mod firing;
 mod journal;
 mod orders;

@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::absence::list_absent;
+use super::mission::file::problem_of_file;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, terminal_width};
@@ -43,15 +44,17 @@ impl Verb for PsArguments {
 /// # Errors
 /// If no system is found or its registry does not answer.
 fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
-    let sightings = super::select_system(running, "ps")?.ask_statuses()?;
+    let observed = super::select_system(running, "ps")?;
+    let sightings = observed.ask_statuses()?;
+    let of_file = problem_of_file(&observed);
     let mut absent = list_absent(running);
     absent.retain(|it| sightings.iter().all(|sighting| sighting.entry.name != it.component));
     end_printing(if format == OutputFormat::Json {
-        let present = sightings.iter().map(json_of);
+        let present = sightings.iter().map(|sighting| json_of(sighting, of_file.as_deref()));
         present.chain(absent.iter().map(json_of_absent)).try_for_each(print_line)
     } else {
-        let rows = sightings.iter().map(format_row).chain(absent.iter().map(format_absent));
-        let mut rows: Vec<_> = rows.collect();
+        let present = sightings.iter().map(|sighting| format_row(sighting, of_file.as_deref()));
+        let mut rows: Vec<_> = present.chain(absent.iter().map(format_absent)).collect();
         let mut headings =
             vec!["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
         if has_several_hosts(&sightings) {
@@ -92,7 +95,8 @@ fn describe_absence(absent: &AbsentComponent) -> String {
     format!("{reason} ({starts} starts; the last ends: {})", ends.join(", "))
 }
 
-fn format_row(sighting: &Sighting) -> Vec<String> {
+/// `of_file`: what is wrong with the file, which is a problem of configd.
+fn format_row(sighting: &Sighting, of_file: Option<&str>) -> Vec<String> {
     let entry = &sighting.entry;
     let (state, uptime, calls, clock, problem) = match &sighting.status {
         Ok(status) => (
@@ -103,7 +107,8 @@ fn format_row(sighting: &Sighting) -> Vec<String> {
             list_problems(status),
         ),
         Err(_) if entry.kind == CONFIGD => {
-            ("up".into(), "-".into(), "-".into(), "-".into(), String::new())
+            let problem = of_file.unwrap_or_default().to_owned();
+            ("up".into(), "-".into(), "-".into(), "-".into(), problem)
         }
         Err(problem) => ("unknown".into(), "-".into(), "-".into(), "-".into(), problem.clone()),
     };
@@ -143,7 +148,7 @@ pub(super) fn describe_dropped_reports(status: &armor_wire::control::Status) -> 
     }
 }
 
-fn json_of(sighting: &Sighting) -> serde_json::Value {
+fn json_of(sighting: &Sighting, of_file: Option<&str>) -> serde_json::Value {
     let Sighting { entry, status } = sighting;
     json!({
         "name": entry.name,
@@ -153,6 +158,9 @@ fn json_of(sighting: &Sighting) -> serde_json::Value {
         "endpoint": entry.endpoint,
         "instance": format!("{:016x}", entry.instance),
         "status": status.as_ref().ok(),
-        "problem": status.as_ref().err().filter(|_| entry.kind != CONFIGD),
+        "problem": match entry.kind.as_str() {
+            CONFIGD => of_file,
+            _ => status.as_ref().err().map(String::as_str),
+        },
     })
 }

@@ -34,16 +34,21 @@ pub fn print_rejection(
             "findings_left_out": left_out,
         }));
     }
+    print_findings(findings)?;
+    if left_out > 0 {
+        print_notice(format_args!("and {left_out} more findings"));
+    }
+    print_notice(format_args!("error: {text}"));
+    Ok(())
+}
+
+/// Prints findings on stderr as `armor check` prints them.
+pub fn print_findings(findings: &[config::FindingRecord]) -> Result<()> {
     let mut err = std::io::stderr().lock();
     let colours = if print::wants_colours(&err) { Colours::Yes } else { Colours::No };
     for finding in findings {
         writeln!(err, "{}", format_finding(finding, colours))?;
     }
-    if left_out > 0 {
-        writeln!(err, "and {left_out} more findings")?;
-    }
-    drop(err);
-    print_notice(format_args!("error: {text}"));
     Ok(())
 }
 

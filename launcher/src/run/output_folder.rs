@@ -10,6 +10,9 @@ use armor_files::{create_own_folder, open_own_file};
 /// Most runs of one system that may write at the same time.
 const MAX_PARALLEL_RUNS: u32 = 100;
 
+/// Words that stand for no folder in other programs.
+const NO_FOLDER: [&str; 7] = ["none", "None", "null", "no", "off", "false", "-"];
+
 /// Where a run writes if nothing else is asked for.
 pub fn default_folder(name: &str) -> PathBuf {
     Path::new("out").join(name)
@@ -30,6 +33,14 @@ impl OutputFolder {
     /// If it cannot be made, or another run is writing into the one asked for.
     pub fn take(asked: Option<&Path>, name: &str) -> Result<Self> {
         if let Some(path) = asked {
+            let is_word = NO_FOLDER.iter().any(|word| path.as_os_str() == *word);
+            if is_word && !path.exists() {
+                let out = path.display();
+                bail!(
+                    "a run needs a folder for its logs, and `--out {out}` would be one called \
+                     {out}: leave --out out for out/{name}, or write `--out ./{out}`"
+                );
+            }
             return match Self::lock(path)? {
                 Some(folder) => Ok(folder),
                 None => bail!("another run is writing into {}; give another --out", path.display()),
@@ -104,6 +115,16 @@ mod tests {
         let file = OutputFolder::take(Some(Path::new("/dev/null")), "x").expect_err("a file");
         assert!(file.to_string().starts_with("the output folder /dev/null is no folder"), "{file}");
         assert!(error.contains("; give --out a folder ") && !error.contains("os error"), "{error}");
+    }
+
+    #[test]
+    fn a_word_for_no_folder_makes_none() {
+        for word in NO_FOLDER {
+            let error = OutputFolder::take(Some(Path::new(word)), "x").expect_err(word);
+            let expected = format!("leave --out out for out/x, or write `--out ./{word}`");
+            assert!(error.to_string().ends_with(&expected), "{error}");
+            assert!(!Path::new(word).exists());
+        }
     }
 
     #[test]

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType};
+use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, RESERVED_EVENTS};
 use armor_wire::name::is_name;
+use armor_wire::text_format::TextFormat;
 
 use crate::check::names::listed;
 use crate::check::ports;
@@ -127,7 +128,9 @@ fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findin
         let known = manifest.parameters.iter().map(|wanted| wanted.name.as_str());
         return unknown(Code::UnknownParameter, &parameter.name, &noun, known, findings);
     };
-    let Err(problem) = wanted.parse(&parameter.value.value) else { return };
+    let Err(problem) = wanted.parse(&parameter.value.value) else {
+        return check_event_names(parameter, manifest, findings);
+    };
     let code = if without_bounds(wanted).parse(&parameter.value.value).is_ok() {
         Code::ParameterRange
     } else {
@@ -149,6 +152,26 @@ fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findin
     findings.push(Finding::new(code, &parameter.value.at, message).remedy(remedy));
 }
 
+/// Finds the words of a text that names events which are names of other events.
+fn check_event_names(parameter: &Parameter, manifest: &Manifest, findings: &mut Findings) {
+    let events = manifest.events.as_deref().unwrap_or_default();
+    if !events.iter().any(|event| event.named_by == parameter.name.value) {
+        return;
+    }
+    let own = events.iter().filter(|event| event.named_by.is_empty());
+    let own = own.map(|event| event.name.as_str());
+    let taken: Vec<_> = own.chain(RESERVED_EVENTS).collect();
+    let mut words = parameter.value.value.split_whitespace();
+    if let Some(word) = words.find(|word| taken.contains(word)) {
+        let name = &parameter.name.value;
+        let message = format!("{name}: {} is the name of another event", short(word));
+        let remedy =
+            format!("choose another name; these are taken: {}", listed(taken.iter().copied()));
+        let finding = Finding::new(Code::ParameterType, &parameter.value.at, message);
+        findings.push(finding.remedy(remedy));
+    }
+}
+
 /// The parameter without its range and choices.
 fn without_bounds(parameter: &ParameterManifest) -> ParameterManifest {
     let kind = match parameter.kind {
@@ -163,7 +186,9 @@ fn describe_expected(parameter: &ParameterManifest) -> String {
         ParameterType::Number if parameter.unit.is_empty() => "a number".to_owned(),
         ParameterType::Number => format!("a number in {}", parameter.unit),
         ParameterType::Integer => "a whole number".to_owned(),
-        ParameterType::Text => "a text".to_owned(),
+        ParameterType::Text => {
+            parameter.format.map_or("a text", TextFormat::describe_value).to_owned()
+        }
         ParameterType::Choice => format!("one of {}", parameter.choices.join(", ")),
         ParameterType::Path => "a path".to_owned(),
         ParameterType::Flag => "true or false".to_owned(),

@@ -23,6 +23,11 @@ pub struct NeededPath {
 }
 
 impl NeededPath {
+    /// Whether it is this value of this parameter.
+    pub fn is_value_of(&self, component: &str, parameter: &str, value: &str) -> bool {
+        self.component == component && self.parameter == parameter && self.written.value == value
+    }
+
     /// Returns the finding that it cannot be opened, with the reason.
     pub fn refuse(&self, why: &std::io::Error) -> Finding {
         let Self { component, parameter, written, path } = self;

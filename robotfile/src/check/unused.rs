@@ -75,6 +75,8 @@ struct Used<'a> {
     components: BTreeSet<&'a str>,
     /// Component and output.
     outputs: BTreeSet<(&'a str, &'a str)>,
+    /// The same of those that are linked to their own component.
+    own_outputs: BTreeSet<(&'a str, &'a str)>,
     /// The outputs that guards and variables use, as `component.output`.
     watched: BTreeSet<String>,
     /// The components that the mission activates.
@@ -88,10 +90,15 @@ impl<'a> Used<'a> {
         let system = &configuration.system;
         let mut used = Self { is_alone: system.components.len() < 2, ..Self::default() };
         let clock = system.clock.iter().map(|clock| &clock.source);
-        for from in system.links.iter().map(|link| &link.from).chain(clock) {
-            used.outputs.insert((&from.component.value, &from.port.value));
-            used.components.insert(&from.component.value);
+        used.outputs.extend(clock.map(|from| (&*from.component.value, &*from.port.value)));
+        for link in &system.links {
+            let (from, to) = (link.from.component.value.as_str(), &link.to.component.value);
+            // What a component links to itself is of no use to any other one.
+            let outputs = if from == to { &mut used.own_outputs } else { &mut used.outputs };
+            outputs.insert((from, &link.from.port.value));
+            used.components.insert(from);
         }
+        used.components.extend(system.clock.iter().map(|clock| &*clock.source.component.value));
         used.components.extend(system.links.iter().map(|link| link.to.component.value.as_str()));
         for mission in configuration.missions() {
             let sources = mission.variables.iter().filter_map(|variable| variable.source.as_ref());
@@ -142,14 +149,16 @@ impl<'a> Used<'a> {
             && let Some((output, input)) = fitting_input(name, &unused, free)
         {
             let output = format!("{name}.{output}");
-            let message =
-                format!("{name} is activated by the mission, but no link uses an output of it");
+            let message = format!(
+                "{name} is activated by the mission, but no link leads an output of it to another component"
+            );
             let finding = Finding::new(Code::WorkUnused, &component.name.at, message);
             let remedy = format!("<link from=\"{output}\" to=\"{input}\"/>, which nothing feeds");
             findings.push(finding.remedy(format!("add a link, such as {remedy}")));
             return;
         }
-        let unused = unused.iter().filter(|output| output.type_name != FOR_PEOPLE);
+        let is_own = |output: &str| self.own_outputs.contains(&(name, output));
+        let unused = unused.iter().filter(|it| it.type_name != FOR_PEOPLE && !is_own(&it.id));
         let unused: Vec<_> = unused.map(|output| format!("{name}.{}", output.id)).collect();
         if !unused.is_empty() {
             let message = format!("no link uses {}", unused.join(", "));

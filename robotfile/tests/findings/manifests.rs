@@ -276,3 +276,31 @@ fn no_mission_controls_a_kind_that_forbids_it() {
     let (reading, _) = reading(&file("one view", "", ""), None);
     assert!(reading.is_valid(), "without manifests nothing is known of the kind");
 }
+
+#[test]
+fn a_text_has_the_form_that_its_component_declares() {
+    let kinds = super::follow_ups::kinds();
+    let found = |name: &str, value: &str| -> Vec<String> {
+        let file = system(&format!(
+            r#"<component name="a" kind="patrol"><parameter name="{name}" value="{value}"/></component>"#
+        ));
+        let findings = reading(&file, Some(&kinds)).0.findings;
+        let shown = findings.iter().filter(|found| found.code.as_str() != "N0117");
+        shown.map(|it| format!("{} {}; {}", it.code.as_str(), it.message, it.remedy)).collect()
+    };
+    let none: Vec<String> = Vec::new();
+    for (name, value) in [("route", "3.6,1.5 0,0"), ("route", ""), ("buttons", "explore home")] {
+        assert_eq!(found(name, value), none, "{value}");
+    }
+    assert_eq!(
+        found("route", "3.6;1.5"),
+        ["E0112 route: point 1, `3.6;1.5`, is not x,y in metres; write points x,y in metres \
+             with spaces between them, such as `4,1 9.5,-3`; waypoints; a list of points is expected"]
+    );
+    assert_eq!(
+        found("buttons", "go lap"),
+        ["E0112 buttons: lap is the name of another event; choose another name; these are \
+             taken: lap, waypoint, done, failed"]
+    );
+    assert!(found("buttons", "go,home")[0].starts_with("E0112 buttons: name 1, `go,home`"));
+}

@@ -126,3 +126,15 @@ fn a_submission_that_is_included_twice_is_one_finding() {
     assert_eq!(codes, ["W0218"], "{shown}");
     assert!(shown.contains("is included twice with the same in and out"), "{shown}");
 }
+
+#[test]
+fn a_list_as_in_other_languages_is_written_with_spaces() {
+    let file = with("");
+    let goal = |value: &str| file.replace(r#"goal="over""#, &format!(r#"goal="{value}""#));
+    for value in ["[over]", "over,hold", "['over', 'hold']", "{over}", "over;hold"] {
+        only("E0018", "one name is expected, without brackets", &goal(value));
+    }
+    only("E0018", "a name starts with a letter", &goal("over hold"));
+    let file = with(r#"<exclusive components="['go', 'go2']"/>"#);
+    only("E0019", r#"write components="go go2""#, &file);
+}

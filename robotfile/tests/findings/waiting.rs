@@ -1,7 +1,7 @@
 //! A component that the mission activates or waits for, and that cannot do what is expected of it.
 
 use armor_robotfile::Manifests;
-use armor_wire::manifest::Manifest;
+use armor_wire::manifest::{Manifest, PortManifest};
 
 use super::{one_with, reading};
 
@@ -86,6 +86,18 @@ fn the_work_of_an_active_component_is_unused_if_an_input_waits_for_it() {
     let unused = mission(&links, "guide wheels", "guide wheels", DONE)
         .replace(r#"name="wheels""#, r#"name="[[wheels]]""#);
     one_with("W0135", &unused, Some(&manifests("")));
+    // A link to the component itself is no use of its output.
+    let own = links.clone() + r#"<link from="wheels.speed" to="wheels.stop"/>"#;
+    let to_itself = mission(&own, "guide wheels", "guide wheels", DONE)
+        .replace(r#"name="wheels""#, r#"name="[[wheels]]""#);
+    let with_stop = manifests("").into_iter().map(|(name, mut manifest)| {
+        let goal = manifest.inputs.iter().find(|input| input.id == "goal").cloned();
+        let stop = |goal| PortManifest { id: "stop".into(), required: false, ..goal };
+        manifest.inputs.extend(goal.map(stop));
+        (name, manifest)
+    });
+    let with_stop: Manifests = with_stop.collect();
+    one_with("W0135", &to_itself, Some(&with_stop));
     // A component in no place may be there to be looked at.
     has_no_finding(&mission(&links, "guide", "guide", DONE), &manifests(""));
     // No other input takes its data.

@@ -253,6 +253,7 @@ fn parameter(name: &str, value: &str) -> ParameterManifest {
         minimum: number.then_some(-1e3),
         maximum: number.then_some(1e3),
         choices: Vec::new(),
+        format: None,
         doc: String::new(),
         live: false,
         written: false,

@@ -1,6 +1,7 @@
 //! One field: its `#[parameter(…)]`, its doc comment and its type, checked against each other.
 
 use armor_wire::manifest::{ParameterManifest, ParameterType};
+use armor_wire::text_format::TextFormat;
 use proc_macro2::Span;
 use syn::ext::IdentExt;
 use syn::meta::ParseNestedMeta;
@@ -44,6 +45,7 @@ pub(crate) struct ParameterField {
     pub default: Option<String>,
     pub range: Option<(Expr, Expr)>,
     pub conversion: Conversion,
+    pub format: Option<TextFormat>,
     pub doc: String,
     pub is_live: bool,
     pub is_written: bool,
@@ -59,6 +61,7 @@ struct Stated {
     choices: Option<Vec<(LitStr, Expr)>>,
     parse: Option<Path>,
     colour: Option<Span>,
+    format: Option<(Span, TextFormat)>,
     is_live: bool,
     written: Option<Span>,
 }
@@ -91,7 +94,7 @@ impl ParameterField {
         });
         errors.extend(stated.check_as_manifest(&ident, &name, kind, default.as_deref()).err());
         combine_errors(errors.into_iter().map(Err::<(), _>))?;
-        let Stated { unit, range, choices, parse, is_live, written, .. } = stated;
+        let Stated { unit, range, choices, parse, format, is_live, written, .. } = stated;
         let conversion = match (choices, parse) {
             (Some(choices), _) => Conversion::Choices(choices),
             (None, Some(function)) => Conversion::Parsed(function),
@@ -102,8 +105,21 @@ impl ParameterField {
             None => integer.and_then(|integer| integer.declared_range()),
         };
         let is_written = written.is_some();
+        let format = format.map(|(_, format)| format);
         let doc = read_doc(&field.attrs);
-        Ok(Self { ident, name, kind, unit, default, range, conversion, doc, is_live, is_written })
+        Ok(Self {
+            ident,
+            name,
+            kind,
+            unit,
+            default,
+            range,
+            conversion,
+            format,
+            doc,
+            is_live,
+            is_written,
+        })
     }
 }
 
@@ -128,6 +144,7 @@ impl Stated {
             "choices" => self.choices.replace(parse_choices(meta)?).is_none(),
             "parse" => self.parse.replace(meta.value()?.parse()?).is_none(),
             "colour" => self.colour.replace(meta.path.span()).is_none(),
+            "format" => self.format.replace(parse_format(meta)?).is_none(),
             "written" => self.written.replace(meta.path.span()).is_none(),
             "live" => !std::mem::replace(&mut self.is_live, true),
             _ => return Err(meta.error(UNKNOWN)),
@@ -142,6 +159,10 @@ impl Stated {
             }
             (Some(_), None) => ValueKind::Choice,
             (None, Some(_)) => ValueKind::Text,
+            // `armor_sdk::FromValue` reads the list, whose type is none of those that are known here.
+            (None, None) if self.format.is_some() && kind_of_type(field).is_none() => {
+                ValueKind::Text
+            }
             (None, None) => kind_of_type(field).ok_or_else(|| Error::new_spanned(field, TYPES))?,
         };
         match self.colour {
@@ -230,6 +251,7 @@ impl Stated {
             minimum: end(|(_, low, _)| low),
             maximum: end(|(_, _, high)| high),
             choices: self.choices.iter().flatten().map(|(text, _)| text.value()).collect(),
+            format: self.format.map(|(_, format)| format),
             doc: String::new(),
             live: false,
             written: self.written.is_some(),
@@ -239,6 +261,7 @@ impl Stated {
                 "unit" => self.unit.as_ref().map(Spanned::span),
                 "default" => self.default.as_ref().map(Spanned::span),
                 "written" => self.written,
+                "format" => self.format.map(|(span, _)| span),
                 "range" => self.range.as_ref().map(|(span, ..)| *span),
                 _ => None,
             };
@@ -293,9 +316,9 @@ fn literal_wanted(kind: ValueKind) -> &'static str {
 }
 
 const UNKNOWN: &str =
-    "expected name, unit, default, range, choices, parse, colour, written or live";
+    "expected name, unit, default, range, choices, parse, format, colour, written or live";
 const TYPES: &str = "a parameter is a number, bool, String, PathBuf, or an Option of the last two; \
-                     any other type needs `choices(…)` or `parse = …`";
+                     any other type needs `choices(…)`, `parse = …` or `format = …`";
 
 pub(crate) fn kind_of_type(of: &Type) -> Option<ValueKind> {
     let Type::Path(path) = of else { return None };
@@ -377,6 +400,15 @@ fn float_of(expression: &Expr) -> Option<f64> {
         }
         _ => None,
     }
+}
+
+fn parse_format(meta: &ParseNestedMeta<'_>) -> Result<(Span, TextFormat)> {
+    let name: LitStr = meta.value()?.parse()?;
+    let format = TextFormat::named(&name.value()).ok_or_else(|| {
+        let known = TextFormat::ALL.map(TextFormat::name).join(", ");
+        Error::new(name.span(), format!("there is no such format; there are {known}"))
+    })?;
+    Ok((name.span(), format))
 }
 
 fn parse_choices(meta: &ParseNestedMeta<'_>) -> Result<Vec<(LitStr, Expr)>> {

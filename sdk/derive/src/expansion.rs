@@ -102,6 +102,11 @@ fn expand_declaration(field: &ParameterField) -> TokenStream {
     if let Some((low, high)) = &field.range {
         declaration.extend(quote!(.range(#low, #high)));
     }
+    if let Some(format) = field.format {
+        let variant =
+            proc_macro2::Ident::new(&format!("{format:?}"), proc_macro2::Span::call_site());
+        declaration.extend(quote!(.format(::armor_sdk::wire::text_format::TextFormat::#variant)));
+    }
     if !field.doc.is_empty() {
         let doc = &field.doc;
         declaration.extend(quote!(.doc(#doc)));

@@ -93,7 +93,7 @@ fn an_integer_without_a_range_has_that_of_its_type() {
 
 #[test]
 fn a_wrong_choice_or_type_is_refused_where_it_stands() {
-    check_refused("a: Vec<f64>", "Vec<f64>", "needs `choices(…)` or `parse = …`");
+    check_refused("a: Vec<f64>", "Vec<f64>", "needs `choices(…)`, `parse = …` or `format = …`");
     check_refused("a: Option<f64>", "Option<f64>", "an Option of the last two");
     check_refused(
         "#[parameter(choices(\"a\" = 1, \"a\" = 2))] a: u8",
@@ -128,6 +128,21 @@ fn only_a_path_is_written() {
         "written",
         "`written` is given twice",
     );
+}
+
+#[test]
+fn only_a_text_has_a_format_that_exists() {
+    check_refused("#[parameter(format = \"regex\")] a: String", "\"regex\"", "there are points, ");
+    check_refused("#[parameter(format = \"points\")] a: f64", "\"points\"", "but is no text");
+    check_refused(
+        "#[parameter(format = \"points\", default = \"1;2\")] a: Vec<[f64; 2]>",
+        "\"1;2\"",
+        "point 1, `1;2`, is not x,y",
+    );
+    let source = "struct Settings { #[parameter(format = \"points\")] a: Vec<[f64; 2]> }";
+    let code = expand_struct(&parse_str(source).expect("Rust")).expect("code").to_string();
+    let expected = quote!(text("a").format(::armor_sdk::wire::text_format::TextFormat::Points));
+    assert!(code.contains(&expected.to_string()), "{code}");
 }
 
 #[test]

@@ -47,6 +47,8 @@ pub enum SetOutcome {
         version: u64,
         /// What changed by it, and when that takes effect; empty if the file had the value already.
         changes: Vec<ChangeRecord>,
+        /// Warnings about the value and the file with it.
+        findings: Vec<FindingRecord>,
     },
     /// Nothing was written.
     Rejected {
@@ -132,7 +134,9 @@ pub trait Questions {
             value: value.map(Into::into),
         })?;
         match reply {
-            ConfigReply::Set { version, changes, .. } => Ok(SetOutcome::Set { version, changes }),
+            ConfigReply::Set { version, changes, findings, .. } => {
+                Ok(SetOutcome::Set { version, changes, findings })
+            }
             ConfigReply::Rejected { text, findings, left_out, .. } => {
                 Ok(SetOutcome::Rejected { text, findings, left_out })
             }

@@ -9,6 +9,7 @@ fn parameter(kind: ParameterType, unit: &str) -> ParameterManifest {
         minimum: None,
         maximum: None,
         choices: vec!["left".into(), "right".into()],
+        format: None,
         doc: String::new(),
         live: false,
         written: false,
@@ -46,6 +47,24 @@ fn values_are_read_by_their_type() {
     for (kind, unit, text) in bad {
         assert!(parameter(kind, unit).parse(text).is_err(), "{kind:?} {text}");
     }
+}
+
+#[test]
+fn a_text_has_its_format() {
+    let points = |default: Option<&str>| ParameterManifest {
+        format: Some(TextFormat::Points),
+        default: default.map(Into::into),
+        ..parameter(ParameterType::Text, "")
+    };
+    assert_eq!(points(None).parse("4,1 9,1"), Ok(ParameterValue::Text("4,1 9,1".into())));
+    let why = points(None).parse("3.6;1.5").expect_err("no point");
+    assert!(why.contains("`3.6;1.5`") && why.contains("`4,1 9.5,-3`"), "{why}");
+    // The empty text is a value only where the component declares it as its default.
+    assert!(points(None).parse("").is_err() && points(Some("1,1")).parse("").is_err());
+    assert!(points(Some("")).parse("").is_ok());
+    let json = serde_json::to_string(&points(None)).expect("JSON");
+    assert!(json.contains(r#""format":"points""#), "{json}");
+    assert_eq!(points(None).form(), "points, such as 4,1 9.5,-3");
 }
 
 #[test]

@@ -214,6 +214,10 @@ impl ParameterManifest {
         if self.written && self.kind != ParameterType::Path {
             faults.add("written", "it is written to, but is no path", "declare it as a path");
         }
+        if let Some(format) = self.format.filter(|_| self.kind != ParameterType::Text) {
+            let problem = format!("it has the format {format}, but is no text");
+            faults.add("format", problem, "remove the format, or declare it as a text");
+        }
         let (minimum, maximum) = (self.minimum, self.maximum);
         let is_numeric = is_number || self.kind == ParameterType::Integer;
         if !is_numeric && (minimum.is_some() || maximum.is_some()) {
@@ -291,6 +295,7 @@ impl EventManifest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::text_format::TextFormat;
 
     type Fault = fn(&mut Manifest);
 
@@ -313,6 +318,7 @@ mod tests {
             minimum: Some(0.0),
             maximum: Some(1.0),
             choices: vec![],
+            format: None,
             doc: "how fast".into(),
             live: true,
             written: false,
@@ -348,7 +354,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 25] = [
+        let faults: [(&str, Fault); 27] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -386,6 +392,15 @@ mod tests {
                 (parameter.kind, parameter.unit) = (ParameterType::Choice, String::new());
                 (parameter.minimum, parameter.maximum) = (None, None);
                 parameter.choices = vec!["a".into(), "a".into()];
+            }),
+            ("it has the format points, but is no text", |m| {
+                m.parameters[0].format = Some(TextFormat::Points);
+            }),
+            ("its default: point 1, `0.5`, is not x,y", |m| {
+                let parameter = &mut m.parameters[0];
+                (parameter.kind, parameter.unit) = (ParameterType::Text, String::new());
+                (parameter.minimum, parameter.maximum) = (None, None);
+                parameter.format = Some(TextFormat::Points);
             }),
             ("occurs twice", |m| m.parameters.push(m.parameters[0].clone())),
             ("the event lap occurs twice", |m| {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use armor_sdk::ValueError;
 use armor_sdk::prelude::*;
+use armor_sdk::wire::text_format::TextFormat;
 
 use crate::console::Console;
 
@@ -32,7 +33,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .default("1")
         .range(0.5, 4.0)
         .doc("pixels of the picture for each point"),
-    Parameter::text("buttons").default("").doc(
+    Parameter::text("buttons").default("").format(TextFormat::Names).doc(
         "words, such as `explore home`: a button each, which sends an event of that name to the \
          mission",
     ),

@@ -57,10 +57,11 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
     // A second request waits for the first, and is applied to the text that the first wrote.
     assert!(set(&mut versions, 9, "player.file", None).is_empty());
     assert_eq!(versions.number(), 1);
-    let actions = versions.handle(ConfigdEvent::Written(Ok(())));
+    let actions = versions.handle(ConfigdEvent::Written(Ok(Findings::default())));
     assert_eq!(versions.number(), 2);
     match replies(&actions).as_slice() {
-        [ConfigReply::Set { request: 8, version: 2, changes }] => {
+        [ConfigReply::Set { request: 8, version: 2, changes, findings }] => {
+            assert!(findings.is_empty());
             assert_eq!(changes[0].text, "parameter player.speed: 2 → 5");
             assert_eq!(changes[0].effect, "reaches player immediately");
         }
@@ -87,6 +88,34 @@ fn a_value_is_in_force_once_it_is_on_the_disk() {
         matches!(replies(&actions).as_slice(), [ConfigReply::Set { version: 2, changes, .. }] if changes.is_empty()),
         "{actions:?}"
     );
+}
+
+#[test]
+fn a_path_that_is_set_is_looked_for_when_it_is_written() {
+    let mut manifests = live_manifests();
+    let player = manifests.get_mut("player").expect("it is there");
+    player.parameters[0].kind = armor_wire::manifest::ParameterType::Path;
+    let rules = VersionRules { manifests: Some(manifests), ..VersionRules::default() };
+    let mut versions = versions_under(rules);
+    connect(&mut versions, 1, "param-7", Purpose::Config);
+    let actions = set(&mut versions, 8, "player.file", Some("logs/b.log"));
+    let [ConfigdAction::Write(write)] = actions.as_slice() else { panic!("{actions:?}") };
+    let paths: Vec<_> = write.needs.iter().map(|needed| needed.path.as_path()).collect();
+    assert_eq!(paths, [Path::new("/robot/m/logs/b.log")]);
+    let mut missing = Findings::default();
+    missing.extend(write.needs.iter().filter_map(|needed| needed.find_fault()));
+    let actions = versions.handle(ConfigdEvent::Written(Ok(missing)));
+    match replies(&actions).as_slice() {
+        [ConfigReply::Set { version: 2, findings, .. }] => {
+            assert_eq!((findings[0].code.as_str(), findings.len()), ("W0118", 1));
+            assert!(findings[0].message.contains("player.file names logs/b.log"), "{findings:?}");
+        }
+        other => panic!("{other:?}"),
+    }
+    // Any other parameter names no file.
+    let actions = set(&mut versions, 9, "player.speed", Some("5"));
+    let [ConfigdAction::Write(write)] = actions.as_slice() else { panic!("{actions:?}") };
+    assert!(write.needs.is_empty());
 }
 
 #[test]

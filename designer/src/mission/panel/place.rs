@@ -98,13 +98,10 @@ fn components(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &
         let name = &component.name.value;
         let is_active = place.activates(name);
         let rival = rival(shown, place, name);
-        let why = match &rival {
-            _ if !component.controllable => {
-                Some("controllable=\"false\": no mission controls it".to_owned())
-            }
-            Some(rival) if !is_active => Some(format!("excludes {rival}, which is active here")),
-            _ => None,
-        };
+        let why = shown.kinds.explain_uncontrolled(component).or_else(|| {
+            let rival = rival.filter(|_| !is_active)?;
+            Some(format!("excludes {rival}, which is active here"))
+        });
         ui.horizontal(|ui| {
             ui.add_enabled_ui(is_active || why.is_none(), |ui| {
                 let change = |is_active| Change::Component {
@@ -114,6 +111,7 @@ fn components(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &
                 };
                 form.flag(ui, name, is_active, change)
                     .on_hover_text(format!("kind {}", component.kind.value))
+                    .on_disabled_hover_text(why.as_deref().unwrap_or_default())
                     .accessible_name(format!("{name} is active in {}", place.name.value));
             });
             match why {

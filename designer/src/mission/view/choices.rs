@@ -54,6 +54,7 @@ pub(super) fn entry(name: &str, about: &str, value: MissionChoice) -> Entry<Miss
 pub(super) fn components(workspace: &Workspace) -> Vec<String> {
     let system = workspace.project.configuration().map(|configuration| &configuration.system);
     let components = system.into_iter().flat_map(|system| &system.components);
-    let may = components.filter(|component| component.controllable);
+    let kinds = workspace.project.kinds();
+    let may = components.filter(|component| kinds.explain_uncontrolled(component).is_none());
     may.map(|component| component.name.value.clone()).collect()
 }

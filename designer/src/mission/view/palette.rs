@@ -60,15 +60,17 @@ impl MissionView {
                 let uses = mission_of(workspace).map_or(0, |mission| {
                     mission.places.iter().filter(|place| place.activates(name)).count()
                 });
-                let about = match (component.controllable, uses) {
+                let why = workspace.project.kinds().explain_uncontrolled(component);
+                let may = why.is_none();
+                let about = match (may, uses) {
                     (false, _) => "always active: no mission controls it".to_owned(),
                     (true, 0) => "in no place: always active".to_owned(),
                     (true, 1) => "in one place".to_owned(),
                     (true, uses) => format!("in {uses} places"),
                 };
-                let doc = format!("kind {}", component.kind.value);
+                let doc = why.unwrap_or_else(|| format!("kind {}", component.kind.value));
                 let dragged = DraggedPart::Active(name.clone());
-                ui.add_enabled_ui(component.controllable, |ui| {
+                ui.add_enabled_ui(may, |ui| {
                     if entry(ui, &dragged, name, &about, &doc) {
                         wanted = Some(dragged.clone());
                     }
@@ -125,6 +127,6 @@ fn entry(ui: &mut egui::Ui, dragged: &DraggedPart, name: &str, about: &str, doc:
     }
     let enter = response.has_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
     let twice = response.double_clicked();
-    response.on_hover_text(doc);
+    response.on_hover_text(doc).on_disabled_hover_text(doc);
     twice || enter
 }

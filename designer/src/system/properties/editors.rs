@@ -311,6 +311,7 @@ mod tests {
             minimum: Some(minimum),
             maximum: Some(maximum),
             choices: Vec::new(),
+            format: None,
             doc: String::new(),
             live: false,
             written: false,

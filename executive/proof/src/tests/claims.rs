@@ -263,4 +263,17 @@ fn the_mission_s_durations_are_reported_where_they_can_be_found() {
          waited for without end"
     );
     assert_eq!(open.takes.expect("as data").longest_s, None);
+    // A clock next to it is not why the mission has no end.
+    let clock = "<place name='beat' initial='true'/>
+        <transition name='tick' from='beat' to='beat' timeout='60s'/>";
+    let beside = takes_finding(&format!("{both} on='a.done'/>{clock}"));
+    assert_eq!(
+        beside.message,
+        "over comes after 0 s at the earliest; there is no latest end: again and again tick, while \
+         t may be waited for without end"
+    );
+    let circle = "<place name='y'/><transition name='out' from='x' to='y' timeout='1s'/>
+        <transition name='back' from='y' to='x' timeout='1s'/>";
+    let round = takes_finding(&format!("{both} on='a.done'/>{circle}"));
+    assert!(round.message.ends_with("again and again out, back"), "{}", round.message);
 }

@@ -18,16 +18,28 @@ const MAX_NAMED: usize = 3;
 
 /// Returns that the file is not valid as text; none if it is valid, or that is unknown.
 pub fn problem(observed: &ObservedSystem, played: u64) -> Option<String> {
+    let invalid = describe_invalid(&read_state(observed)?)?;
+    Some(format!("{invalid}: version {played} continues; see `armor check`"))
+}
+
+/// Returns the same without a mission.
+pub fn problem_of_file(observed: &ObservedSystem) -> Option<String> {
+    let state = read_state(observed)?;
+    let invalid = describe_invalid(&state)?;
+    Some(format!("{invalid}: version {} is in force; see `armor check`", state.version))
+}
+
+fn read_state(observed: &ObservedSystem) -> Option<ConfigurationState> {
     // Not waited for: a mission can be played without configd.
     observed.list().ok()?.data.iter().find(|entry| entry.data == STATE)?;
     let mut tap = observed.tap(STATE).ok()?;
     if tap.schema().hash() != ConfigurationState::schema().hash() {
         return None;
     }
-    in_words(&codec::decode(&tap.next(WITHIN).ok()??.payload).ok()?, played)
+    codec::decode(&tap.next(WITHIN).ok()??.payload).ok()
 }
 
-fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
+fn describe_invalid(state: &ConfigurationState) -> Option<String> {
     if !state.refused {
         return None;
     }
@@ -42,10 +54,7 @@ fn in_words(state: &ConfigurationState, played: u64) -> Option<String> {
     if more > 0 {
         named.push(format!("{more} more"));
     }
-    Some(format!(
-        "the file on the disk is not valid ({}): version {played} continues; see `armor check`",
-        named.join(", ")
-    ))
+    Some(format!("the file on the disk is not valid ({})", named.join(", ")))
 }
 
 #[cfg(test)]
@@ -83,15 +92,12 @@ mod tests {
             changes_left_out: 0,
         };
         assert_eq!(
-            in_words(&state, 2).as_deref(),
-            Some(
-                "the file on the disk is not valid (E0101 at office.xml:7, E0201 in office.xml): \
-                 version 2 continues; see `armor check`"
-            )
+            describe_invalid(&state).as_deref(),
+            Some("the file on the disk is not valid (E0101 at office.xml:7, E0201 in office.xml)")
         );
         state.findings = vec![finding(FindingSeverity::Error, "E0101", 7); 5];
-        assert!(in_words(&state, 2).is_some_and(|it| it.contains("office.xml:7, 2 more)")));
+        assert!(describe_invalid(&state).is_some_and(|it| it.contains("office.xml:7, 2 more)")));
         state.refused = false;
-        assert_eq!(in_words(&state, 2), None);
+        assert_eq!(describe_invalid(&state), None);
     }
 }
