@@ -39,6 +39,7 @@ struct SharedPicture {
 }
 
 /// An input of the loop.
+#[expect(clippy::large_enum_variant, reason = "almost every input is an event")]
 enum WatchInput {
     Event(SystemEvent),
     Connected(String, u64, ControlConnection),
