@@ -109,7 +109,7 @@ impl Hosts {
         wait_for(&format!("{from} to travel\n{}", run.log()), || {
             let links = self.lines(run, &["graph"]);
             let link = links.iter().find(|link| link["from"] == from)?;
-            (link["state"] == "up" && link["received"].as_u64()? > 20).then_some(())
+            (link["connected"] == true && link["rate_hz"].as_f64()? > 1.0).then_some(())
         });
     }
 }
@@ -150,7 +150,7 @@ fn components_of_two_hosts_take_part_in_one_system() {
     send_signal(first, Signal::KILL);
     run.wait_for_log("ended by signal 9 (SIGKILL); it starts again", 1);
     let second = hosts.wait_for_far(&run, &[first]);
-    assert_eq!(hosts.lines(&run, &["restart", "far"]).len(), 1, "{}", run.log());
+    assert!(!hosts.lines(&run, &["restart", "far"]).is_empty(), "{}", run.log());
     let third = hosts.wait_for_far(&run, &[first, second]);
     assert!(!is_alive(first) && !is_alive(second));
     // A person reaches the processes of both hosts through the gate of the one, and only that.

@@ -180,6 +180,6 @@ pub enum ProcessEnd {
         /// The operating system's error.
         error: i32,
     },
-    /// It runs no more, and no one has seen how it ended: the agent was restarted.
-    Unknown,
+    /// The agent has ended it while it was cut off from the launcher, as the file says.
+    CutOff,
 }

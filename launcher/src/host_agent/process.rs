@@ -2,7 +2,7 @@
 //! launcher, its end remembered until the launcher knows it.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -68,6 +68,8 @@ struct ProcessState {
     attached: u64,
     /// Bytes of output that no connection has taken.
     missed: u64,
+    /// It is being ended because the launcher is cut off.
+    was_cut_off: bool,
 }
 
 static LAST_ID: AtomicU64 = AtomicU64::new(0);
@@ -117,6 +119,7 @@ pub(super) async fn start(
             events: None,
             attached: 0,
             missed: 0,
+            was_cut_off: false,
         }),
         end,
     });
@@ -174,7 +177,7 @@ impl AgentProcess {
     pub(super) async fn wait_for_end(&self) -> ProcessEnd {
         let mut end = self.end.clone();
         let ended = end.wait_for(Option::is_some).await;
-        ended.ok().and_then(|end| *end).unwrap_or(ProcessEnd::Unknown)
+        ended.ok().and_then(|end| *end).unwrap_or(ProcessEnd::CutOff)
     }
 
     /// Sends what happens from here on to a new connection, which replaces an older one.
@@ -227,6 +230,7 @@ impl AgentProcess {
         };
         self.report(LogLevel::Warn, format!("{launcher} is cut off ({why}); {what}"));
         if cut_off == CutOff::Stop {
+            self.state.lock().was_cut_off = true;
             self.terminate();
             let (group, mut end) = (self.group, self.end.clone());
             tokio::spawn(async move {
@@ -284,6 +288,8 @@ async fn watch_end(
         },
         Err(_) => ChildExit::Code(-1),
     };
+    // Not an end of its own, after which it might stay down.
+    let exit = if process.state.lock().was_cut_off { ChildExit::CutOff } else { exit };
     process.group.kill();
     let _ = tokio::task::spawn_blocking(move || kill_survivors(&mark)).await;
     let last = async {
@@ -298,6 +304,7 @@ async fn watch_end(
         ChildExit::Code(code) => ProcessEnd::Code { code },
         ChildExit::Signal(signal) => ProcessEnd::Signal { signal },
         ChildExit::NotStarted(error) => ProcessEnd::NotStarted { error },
+        ChildExit::CutOff | ChildExit::WithAgent => ProcessEnd::CutOff,
     }));
 }
 
@@ -366,12 +373,12 @@ fn list_variables(site: &Site, start: &RemoteStart, mark: &str) -> Vec<(OsString
 }
 
 fn spawn(
-    program: &PathBuf,
+    program: &Path,
     arguments: &[OsString],
     resources: &GuardedResources,
     variables: Vec<(OsString, OsString)>,
 ) -> std::io::Result<Child> {
-    let program = program.clone().into_os_string();
+    let program = program.as_os_str().to_owned();
     Command::new(OWN_PROGRAM)
         .arg0(own_path())
         .args(guard::list_arguments(std::process::id(), resources, &program, arguments))

@@ -28,8 +28,6 @@ const FIRST_DELAY: Duration = Duration::from_millis(100);
 const MOST_DELAY: Duration = Duration::from_millis(500);
 /// Longest wait for the last lines of a process that has ended.
 const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
-/// The signal of a process that could not be asked how it has ended.
-const KILLED: i32 = 9;
 
 /// What is reported of it to the supervision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,21 +114,22 @@ impl Follower {
         report: impl Fn(RemoteNotice) + Send + 'static,
     ) {
         let mut backoff = Backoff::new(FIRST_DELAY, MOST_DELAY, random_id());
-        // Orders that were given while the agent was cut off.
-        let mut pending = Vec::new();
+        // Orders that were given so far: a connection that breaks may not have carried them.
+        let mut given = Vec::new();
         loop {
-            let Some(attempt) = self.try_to_run(&mut orders, &mut pending).await else {
+            let Some(attempt) = self.try_to_run(&mut orders, &mut given).await else {
                 return self.give_up(&report);
             };
             let lost = match attempt {
                 Ok(connection) => {
                     backoff.reset();
                     let (sender, mut all_orders) = mpsc::channel(MAX_ORDERS);
-                    for order in pending.drain(..) {
-                        let _ = sender.try_send(order);
+                    for order in &given {
+                        let _ = sender.try_send(*order);
                     }
                     let forward = async {
                         while let Some(order) = orders.recv().await {
+                            keep_order(&mut given, order);
                             let _ = sender.send(order).await;
                         }
                         std::future::pending().await
@@ -147,8 +146,7 @@ impl Follower {
                 Err(GateError::Refused(refusal))
                     if self.has_run && refusal.code == RefusalCode::UnknownData =>
                 {
-                    self.report(LogLevel::Warn, &refusal.text);
-                    return report(RemoteNotice::Ended(convert_end(ProcessEnd::Unknown)));
+                    return report(RemoteNotice::Ended(ChildExit::WithAgent));
                 }
                 // Such as too many connections: it may be there again.
                 Err(GateError::Refused(refusal)) if refusal.code == RefusalCode::Limit => {
@@ -162,13 +160,16 @@ impl Follower {
                 Err(error) => error.to_string(),
             };
             self.report_loss(lost);
+            if given.contains(&RemoteOrder::Kill) {
+                return self.give_up(&report);
+            }
             report(RemoteNotice::CutOff);
             let until = Instant::now() + backoff.delay();
             while let Ok(Some(order)) = tokio::time::timeout_at(until, orders.recv()).await {
                 if order == RemoteOrder::Kill {
                     return self.give_up(&report);
                 }
-                pending.push(order);
+                keep_order(&mut given, order);
             }
             if orders.is_closed() && orders.is_empty() {
                 return;
@@ -180,7 +181,7 @@ impl Follower {
     async fn try_to_run(
         &self,
         orders: &mut mpsc::Receiver<RemoteOrder>,
-        pending: &mut Vec<RemoteOrder>,
+        given: &mut Vec<RemoteOrder>,
     ) -> Option<Result<RunConnection, GateError>> {
         let mut attempt = std::pin::pin!(self.gate.run(self.start.clone()));
         loop {
@@ -188,7 +189,7 @@ impl Follower {
                 attempt = &mut attempt => return Some(attempt),
                 Some(order) = orders.recv() => match order {
                     RemoteOrder::Kill => return None,
-                    RemoteOrder::Terminate => pending.push(order),
+                    RemoteOrder::Terminate => keep_order(given, order),
                 },
             }
         }
@@ -204,7 +205,7 @@ impl Follower {
             );
             self.report(LogLevel::Warn, &text);
         }
-        report(RemoteNotice::Ended(ChildExit::Signal(KILLED)));
+        report(RemoteNotice::Ended(ChildExit::WithAgent));
     }
 
     async fn follow_connection(
@@ -291,11 +292,17 @@ impl Follower {
     }
 }
 
+fn keep_order(given: &mut Vec<RemoteOrder>, order: RemoteOrder) {
+    if !given.contains(&order) {
+        given.push(order);
+    }
+}
+
 fn convert_end(end: ProcessEnd) -> ChildExit {
     match end {
         ProcessEnd::Code { code } => ChildExit::Code(code),
         ProcessEnd::Signal { signal } => ChildExit::Signal(signal),
         ProcessEnd::NotStarted { error } => ChildExit::NotStarted(error),
-        ProcessEnd::Unknown => ChildExit::Signal(KILLED),
+        ProcessEnd::CutOff => ChildExit::CutOff,
     }
 }

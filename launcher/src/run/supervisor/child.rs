@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use armor_inspect::run_control::AbsentState;
 use armor_wire::control::RunState;
-use armor_wire::liveness::SILENCE;
 
 use super::{ChildExit, ChildOrder, ChildRole, Duty, GRACE, HangCause};
 
@@ -62,8 +61,8 @@ pub(super) enum Silence {
     Ready { until: Duration },
     /// It has to send its first beat.
     FirstBeat { until: Duration },
-    /// It has to send the next beat.
-    Beat { until: Duration },
+    /// It has to send the next beat, within this time of the last one.
+    Beat { until: Duration, within: Duration },
     /// It has to be at the registry again.
     Return { until: Duration },
 }
@@ -229,7 +228,8 @@ impl Child {
         }
         if let ChildState::Running { watch } = &mut self.state {
             self.healthy_since.get_or_insert(now);
-            *watch = Silence::Beat { until: now + SILENCE };
+            let within = self.duty.silence();
+            *watch = Silence::Beat { until: now + within, within };
         }
     }
 
@@ -269,7 +269,7 @@ impl Child {
     pub fn excuse_silence(&mut self, now: Duration) {
         if let ChildState::Running { watch } = &mut self.state {
             match watch {
-                Silence::FirstBeat { until } | Silence::Beat { until } => {
+                Silence::FirstBeat { until } | Silence::Beat { until, .. } => {
                     *until = (*until).max(now + FIRST_BEAT_WITHIN);
                 }
                 Silence::Nothing | Silence::Ready { .. } | Silence::Return { .. } => {}
@@ -292,7 +292,7 @@ impl Child {
                 Silence::Nothing => {}
                 Silence::Ready { until }
                 | Silence::FirstBeat { until }
-                | Silence::Beat { until }
+                | Silence::Beat { until, .. }
                 | Silence::Return { until } => *until += nap,
             },
             ChildState::Ending { kill_at: Some(kill_at), .. } => *kill_at += nap,
@@ -409,7 +409,7 @@ impl Silence {
             Self::Nothing => None,
             Self::Ready { until }
             | Self::FirstBeat { until }
-            | Self::Beat { until }
+            | Self::Beat { until, .. }
             | Self::Return { until } => Some(until),
         }
     }
@@ -422,7 +422,7 @@ impl Silence {
             Self::Nothing => None,
             Self::Ready { .. } => Some(HangCause::NotReady(READY_WITHIN)),
             Self::FirstBeat { .. } => Some(HangCause::NoFirstBeat(FIRST_BEAT_WITHIN)),
-            Self::Beat { .. } => Some(HangCause::Silent(SILENCE)),
+            Self::Beat { within, .. } => Some(HangCause::Silent(within)),
             Self::Return { .. } => Some(HangCause::Missing(MISSING_FOR)),
         }
     }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use armor_robotfile::model::Restart;
 use armor_wire::control::RunState;
+use armor_wire::liveness::SILENCE;
 
 /// A process by its place in the list of duties.
 pub type ChildId = usize;
@@ -39,6 +40,14 @@ pub struct Duty {
     pub host: Option<String>,
 }
 
+impl Duty {
+    /// How long a component may be silent. On another host three times as long: a cut is noticed within
+    /// less, and then silence proves nothing.
+    pub fn silence(&self) -> Duration {
+        if self.host.is_some() { 3 * SILENCE } else { SILENCE }
+    }
+}
+
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildExit {
@@ -48,6 +57,10 @@ pub enum ChildExit {
     Signal(i32),
     /// It never began: the operating system's error for its executable.
     NotStarted(i32),
+    /// The agent of its host has ended it while that was cut off.
+    CutOff,
+    /// The agent of its host has died, and so has the process, or it cannot be asked.
+    WithAgent,
 }
 
 /// Why a process that runs must be killed.
@@ -225,6 +238,8 @@ impl fmt::Display for ChildExit {
             Self::Code(0) => return f.write_str("ended"),
             Self::Code(code) => return write!(f, "ended with code {code}"),
             Self::Signal(signal) => signal,
+            Self::CutOff => return f.write_str("ended while its host was cut off"),
+            Self::WithAgent => return f.write_str("ended with the agent of its host"),
             Self::NotStarted(error) => {
                 let error = std::io::Error::from_raw_os_error(*error);
                 return write!(f, "cannot be started: {error}");

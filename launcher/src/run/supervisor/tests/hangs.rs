@@ -60,3 +60,25 @@ fn a_silent_component_is_named_so_and_none_is_overdue_while_the_launcher_slept()
     bench.now += s(3600.0);
     assert!(bench.supervisor.list_overdue(bench.now).is_empty());
 }
+
+#[test]
+fn a_component_on_another_host_is_not_taken_for_hanging_while_that_is_cut_off() {
+    let mut duties = system(Restart::OnFailure);
+    duties[SLAM].host = Some("arm".into());
+    let mut bench = Bench::started(duties);
+    bench.beats();
+    // Longer than a component of this host may be silent; the cut is noticed only now.
+    assert_eq!(bench.pass(2.0, &[LASER]), []);
+    for _ in 0..60 {
+        assert_eq!(bench.on(SupervisorEvent::Unheard(SLAM)), []);
+        assert_eq!(bench.pass(0.5, &[LASER]), []);
+    }
+    // It is back, and hangs.
+    assert_eq!(bench.pass(1.0, &[LASER, SLAM]), []);
+    assert_eq!(bench.pass(5.0, &[LASER]), []);
+    assert_eq!(bench.pass(0.5, &[LASER]), [Kill(SLAM)]);
+    assert_eq!(bench.logged, ["silent for 5.25 s: suspected of hanging and killed"]);
+    // Its agent ended it while it was cut off, which is no end of its own.
+    assert_eq!(bench.on(SupervisorEvent::Exited(SLAM, ChildExit::CutOff)), []);
+    assert_eq!(bench.pass(0.2, &[LASER]), [Spawn(SLAM)]);
+}
