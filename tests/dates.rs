@@ -80,7 +80,7 @@ fn an_appointment_is_kept_despite_kills_of_the_executive() {
 #[test]
 fn a_date_that_passes_fails_its_mission() {
     let date = armor_executive::utc().later(SOON);
-    let meet = format!("not-after='{date}' missed='fail' on='radio.answered'");
+    let meet = format!("not-after='{date}' missed='fail' on='radio.ticked'");
     let mut system = draft(&meet).run_with(Folder::new("missed"), &["--trust-clock"]);
     let code = system.run.code();
     let log = system.run.log();
