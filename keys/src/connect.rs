@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_socket::{Stream, check_client};
 use armor_wire::acting::KeyRole;
 use armor_wire::backoff::Backoff;
 use armor_wire::frame::{self, FrameKind};
@@ -28,10 +27,10 @@ use tokio_rustls::client::TlsStream;
 use crate::GATE_NAME;
 use crate::certificate::CertificateFacts;
 use crate::frames::{read_control, write_control};
-use crate::gate::tune_stream;
 use crate::host_keys::HostKeys;
 use crate::identity::KeyPurpose;
 use crate::key_file::KeyFile;
+use crate::streams::{own_stream, tune_stream};
 use crate::tls::{client_config, explain_tls_error};
 
 /// How long connecting to the gate and its answer may take.
@@ -356,17 +355,4 @@ fn load_key(path: &Path) -> Result<LoadedKey, GateError> {
     }
     let config = client_config(&key).map_err(|reason| wrong(&reason))?;
     Ok(LoadedKey { facts: key.facts, config: Arc::new(config) })
-}
-
-/// Accepts a connection of this user only.
-pub(crate) fn own_stream(stream: TcpStream) -> io::Result<TcpStream> {
-    let stream = Stream::Tcp(stream.into_std()?);
-    check_client(&stream).map_err(io::Error::other)?;
-    match stream {
-        Stream::Tcp(stream) => {
-            stream.set_nodelay(true)?;
-            TcpStream::from_std(stream)
-        }
-        Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
-    }
 }

@@ -4,7 +4,6 @@
 //! What the holder may do is decided by that process ([`armor_wire::acting`]); the gate decides who
 //! the holder is, and [`Reach`] which processes can be reached.
 
-mod dial;
 mod limits;
 mod session;
 mod sessions;
@@ -16,7 +15,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
 
-use armor_socket::{FaultTable, Stream, explain_bind_error, tune};
+use armor_socket::{FaultTable, explain_bind_error};
 use armor_wire::gate::GateRequest;
 use armor_wire::remote_process::RemoteStart;
 use thiserror::Error;
@@ -34,13 +33,10 @@ use crate::frames::read_control;
 use crate::host_keys::{GateKeysError, HostKeys};
 use crate::reach::Reach;
 use crate::run_channel::RunChannel;
+use crate::streams::{drain_and_close, tune_stream};
 use crate::tls::explain_refused_key;
-pub(crate) use dial::list_endpoints;
 pub use limits::GateLimits;
 use limits::{ACCEPT_REST, LOOK_AT_KEYS};
-use session::drain_and_close;
-pub(crate) use session::refuse;
-pub(crate) use sessions::SessionPlace;
 use sessions::Sessions;
 use strangers::Strangers;
 
@@ -270,15 +266,5 @@ impl Gate {
         let request = read_control(&mut stream).await;
         let request = request.map_err(|_| "it sends no request of this protocol")?;
         Ok(Client { stream, facts, request })
-    }
-}
-
-/// Lets a connection notice within two seconds that the other host has fallen silent.
-pub(crate) fn tune_stream(stream: TcpStream) -> io::Result<TcpStream> {
-    let stream = Stream::Tcp(stream.into_std()?);
-    tune(&stream)?;
-    match stream {
-        Stream::Tcp(stream) => TcpStream::from_std(stream),
-        Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
     }
 }

@@ -8,6 +8,7 @@
 pub mod authority;
 pub mod certificate;
 pub mod connect;
+mod dial;
 pub mod expiry;
 pub mod folder;
 mod frames;
@@ -20,6 +21,7 @@ pub mod revoked;
 pub mod routes;
 pub mod run_channel;
 mod socks;
+mod streams;
 pub mod tls;
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::REGISTRY_PORT;
 
 use crate::connect::GateClient;
-use crate::gate::list_endpoints;
+use crate::dial::list_endpoints;
 use crate::identity::{KeyHolder, KeyPurpose};
 use crate::routes::Routes;
 

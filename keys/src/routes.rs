@@ -16,9 +16,10 @@ use tokio::io::copy_bidirectional_with_sizes;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time;
 
-use crate::connect::{COPY_LEN, GateClient, GateError, LIMIT, own_stream};
+use crate::connect::{COPY_LEN, GateClient, GateError, LIMIT};
 use crate::host_keys::HostKeys;
 use crate::socks::{self, SocksAnswer};
+use crate::streams::own_stream;
 
 /// Rest after a connection that could not be accepted, such as for want of descriptors.
 const ACCEPT_REST: Duration = Duration::from_millis(200);

@@ -2,6 +2,7 @@
 //! other, beats in both. Its end says only that the two hosts are cut off from each other.
 
 use std::io;
+use std::pin::Pin;
 
 use armor_wire::codec;
 use armor_wire::frame::{self, FrameKind};
@@ -18,7 +19,7 @@ use tokio_rustls::{client, server};
 
 use crate::connect::{GateClient, GateError};
 use crate::frames::{read_frame, write_control};
-use crate::gate::SessionPlace;
+use crate::streams::refuse;
 
 /// Longest piece of output in one event, in bytes: a frame takes 16 KiB.
 pub const MAX_OUTPUT_LEN: usize = 8 << 10;
@@ -26,17 +27,21 @@ pub const MAX_OUTPUT_LEN: usize = 8 << 10;
 /// The agent's end.
 pub struct RunChannel {
     stream: server::TlsStream<TcpStream>,
-    place: SessionPlace,
+    /// Returns why the gate ends the connection.
+    ended: Pin<Box<dyn Future<Output = String> + Send>>,
 }
 
 impl RunChannel {
-    pub(crate) fn new(stream: server::TlsStream<TcpStream>, place: SessionPlace) -> Self {
-        Self { stream, place }
+    pub(crate) fn new(
+        stream: server::TlsStream<TcpStream>,
+        ended: impl Future<Output = String> + Send + 'static,
+    ) -> Self {
+        Self { stream, ended: Box::pin(ended) }
     }
 
     /// Refuses the request.
     pub async fn refuse(mut self, refusal: Refusal) {
-        crate::gate::refuse(&mut self.stream, refusal).await;
+        refuse(&mut self.stream, refusal).await;
     }
 
     /// Accepts the request, sends `events`, and calls `obey` with each order. Returns why the
@@ -59,7 +64,7 @@ impl RunChannel {
                 Err(error) => Some(error.to_string()),
             },
             error = hear_messages(&mut reader, &mut obey) => Some(explain_end(&error)),
-            why = self.place.ended() => Some(why),
+            why = &mut self.ended => Some(why),
         }
     }
 }

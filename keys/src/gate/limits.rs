@@ -7,10 +7,6 @@ pub(crate) const ACCEPT_REST: Duration = Duration::from_millis(200);
 /// Period with which the folder of keys and the ends of keys are looked at. Together with closing a
 /// connection it bounds the time from a revocation to the end of its sessions: 1 s.
 pub(crate) const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
-/// How long a refused client may take to read why, before its socket is closed under it.
-pub(crate) const LINGER: Duration = Duration::from_secs(1);
-/// How long a process of the system may take to accept a connection and its preface.
-pub(crate) const DIAL: Duration = Duration::from_secs(2);
 /// Bytes that are copied at a time, in each direction of a connection.
 pub(crate) const COPY_LEN: usize = 32 << 10;
 

@@ -1,7 +1,6 @@
 //! One client of a gate from its request to its end: forwarded to a process of the system, or
 //! watching its session.
 
-use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
@@ -11,23 +10,22 @@ use armor_wire::gate::{GateReply, GateRequest};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::remote_process::RemoteStart;
-use tokio::io::{
-    AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, copy_bidirectional_with_sizes,
-};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, copy_bidirectional_with_sizes};
 use tokio::net::TcpStream;
 use tokio::time;
 use tokio_rustls::server::TlsStream;
 use tracing::{debug, info};
 
 use super::RunOrder;
-use super::dial::dial_process;
-use super::limits::{COPY_LEN, LINGER};
+use super::limits::COPY_LEN;
 use super::sessions::SessionPlace;
 use super::{Client, Gate};
+use crate::dial::dial_process;
 use crate::frames::{read_frame, write_control};
 use crate::identity::KeyHolder;
 use crate::reach::Target;
 use crate::run_channel::RunChannel;
+use crate::streams::refuse;
 
 impl Gate {
     pub(super) async fn serve_session(&self, mut client: Client, address: SocketAddr) {
@@ -201,7 +199,8 @@ impl Gate {
             }
             Some(runs) => {
                 let launcher = facts.holder.name;
-                let channel = RunChannel::new(stream, place);
+                let mut place = place;
+                let channel = RunChannel::new(stream, async move { place.ended().await });
                 let order = RunOrder { start, launcher, address, channel };
                 // An agent that ends takes none.
                 let _ = runs.send(order).await;
@@ -235,27 +234,4 @@ async fn beat(writer: &mut (impl AsyncWrite + Unpin)) {
 
 async fn hear_beats(reader: &mut (impl AsyncRead + Unpin)) {
     while let Ok(Ok((FrameKind::Beat, _))) = time::timeout(SILENCE, read_frame(reader)).await {}
-}
-
-/// Sends a refusal, as far as the client takes it.
-pub(crate) async fn refuse(stream: &mut TlsStream<TcpStream>, refusal: Refusal) {
-    let refused = async {
-        write_control(stream, &GateReply::Refused { refusal }).await?;
-        stream.shutdown().await?;
-        drain(stream).await;
-        io::Result::Ok(())
-    };
-    let _ = time::timeout(LINGER, refused).await;
-}
-
-/// Waits until the client has read the alert: closing a socket that has unread bytes would reset the
-/// connection and discard it.
-pub(super) async fn drain_and_close(mut stream: TcpStream) {
-    let _ = stream.shutdown().await;
-    let _ = time::timeout(LINGER, drain(&mut stream)).await;
-}
-
-async fn drain(stream: &mut (impl AsyncRead + Unpin)) {
-    let mut waste = [0; 4 << 10];
-    while matches!(stream.read(&mut waste).await, Ok(len) if len > 0) {}
 }

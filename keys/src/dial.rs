@@ -13,8 +13,8 @@ use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, read_answer};
 use armor_wire::registry::{RegistryReply, RegistryRequest};
 use armor_wire::transport::Endpoint;
 
-use super::limits::DIAL;
-
+/// How long a process of the system may take to accept a connection and its preface.
+const DIAL: Duration = Duration::from_secs(2);
 /// The name of the gate to the registry.
 const FROM: &str = "tool-gate";
 /// Most frames of the registry before its listing.
