@@ -25,6 +25,8 @@ pub struct TaskStatus {
 pub struct RunStatus {
     /// Time since the start of the run, in seconds.
     pub elapsed_s: f64,
+    /// The data that the time of the system follows, if it stands still.
+    pub standing_clock: Option<String>,
     /// The marked places; empty without a mission, and while a firing is under way.
     pub places: Vec<String>,
     /// The tasks of the active components.
@@ -41,6 +43,7 @@ impl RunStatus {
     /// Returns whether there is anything to show but the time.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
+            && self.standing_clock.is_none()
             && self.tasks.is_empty()
             && self.hanging_calls.is_empty()
             && self.fallen_rates.is_empty()
@@ -53,6 +56,8 @@ impl RunStatus {
         if !self.places.is_empty() {
             parts.push(self.places.join(", "));
         }
+        let clock = self.standing_clock.as_ref();
+        parts.extend(clock.map(|clock| format!("time stands still, it follows {clock}")));
         parts.extend(self.hanging_calls.iter().cloned());
         parts.extend(self.tasks.iter().map(format_task));
         parts.extend(self.fallen_rates.iter().take(MAX_RATES).map(|rate| {
@@ -98,6 +103,7 @@ mod tests {
     fn a_line_has_time_places_tasks_slow_links_and_restarts() {
         let status = RunStatus {
             elapsed_s: 12.34,
+            standing_clock: Some("sim.clock".into()),
             places: vec!["explore".into(), "watch".into()],
             hanging_calls: vec!["tank in exec for 12.0 s".into()],
             tasks: vec![task(Some(0.84), "84 % explored, 3.2 m to the goal")],
@@ -106,7 +112,7 @@ mod tests {
         };
         assert_eq!(
             status.to_line(),
-            "12.3 s | explore, watch | tank in exec for 12.0 s | explorer: exploring, 84 % \
+            "12.3 s | explore, watch | time stands still, it follows sim.clock | tank in exec for 12.0 s | explorer: exploring, 84 % \
              explored, 3.2 m to the goal | slow: laser.scan -> mapper.scan 3.1 Hz instead of 10.0 | 1 restart"
         );
     }

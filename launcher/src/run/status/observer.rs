@@ -25,6 +25,9 @@ use crate::run::hanging_calls::HangingCalls;
 const DRAW_EVERY: Duration = Duration::from_millis(500);
 /// Rates are measured over a second, so that asking more often shows nothing new.
 const RATES_EVERY: Duration = Duration::from_secs(1);
+/// How long the time of the system may stand still before the status shows it: a simulator that starts
+/// or is busy needs less.
+const STANDS_STILL_AFTER: Duration = Duration::from_secs(5);
 /// How long the end of a run waits for a terminal that does not take the line.
 const FINISH_WITHIN: Duration = Duration::from_millis(500);
 
@@ -34,6 +37,8 @@ pub struct StatusSources {
     pub registry: SocketAddr,
     /// Whether there is a mission.
     pub has_mission: bool,
+    /// The data that time follows, if it is not the host's clock.
+    pub clock: Option<String>,
     /// The outputs of type `Progress`, `component.progress`.
     pub progress_outputs: Vec<String>,
     /// Processes that were started again.
@@ -99,6 +104,25 @@ struct Collector {
     history: RateHistory,
     fallen_rates: Vec<FallenRate>,
     measured: Instant,
+    time: TimeWatch,
+}
+
+/// Notices that the time of the system stands still.
+struct TimeWatch {
+    newest: Option<Vec<u8>>,
+    changed: Instant,
+}
+
+impl TimeWatch {
+    /// Takes the newest reading of the clock, and returns whether it has not changed for so long that
+    /// a person should know.
+    fn stands_still(&mut self, reading: Option<&[u8]>, now: Instant) -> bool {
+        if reading.is_some() && self.newest.as_deref() != reading {
+            self.newest = reading.map(<[u8]>::to_vec);
+            self.changed = now;
+        }
+        now.saturating_duration_since(self.changed) >= STANDS_STILL_AFTER
+    }
 }
 
 impl Collector {
@@ -123,6 +147,7 @@ impl Collector {
             history: RateHistory::default(),
             fallen_rates: Vec::new(),
             measured: Instant::now(),
+            time: TimeWatch { newest: None, changed: Instant::now() },
         })
     }
 
@@ -133,6 +158,7 @@ impl Collector {
             self.fallen_rates = self.measure_rates(marking.as_deref());
         }
         RunStatus {
+            standing_clock: self.find_standing_clock(),
             elapsed_s: self.sources.start.elapsed().as_secs_f64(),
             places: marking.as_deref().map(list_places).unwrap_or_default(),
             tasks: self.list_tasks(marking.as_deref()),
@@ -140,6 +166,14 @@ impl Collector {
             fallen_rates: self.fallen_rates.clone(),
             restarts: self.sources.restarts.load(Ordering::Relaxed),
         }
+    }
+
+    /// The clock of the system, if time stands still.
+    fn find_standing_clock(&mut self) -> Option<String> {
+        let clock = self.sources.clock.as_ref()?;
+        let newest = self.progress.look(clock).data;
+        let reading = newest.as_ref().map(|data| data.payload.as_slice());
+        self.time.stands_still(reading, Instant::now()).then(|| clock.clone())
     }
 
     fn measure_rates(&mut self, marking: Option<&Marking>) -> Vec<FallenRate> {
@@ -200,6 +234,20 @@ fn may_work(component: &MissionComponent, stage: MarkingStage) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn time_stands_still_without_readings_or_with_the_same_one() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut time = TimeWatch { newest: None, changed: start };
+        assert!(!time.stands_still(None, at(4)));
+        assert!(time.stands_still(None, at(5)), "it has never begun");
+        assert!(!time.stands_still(Some(b"1"), at(6)));
+        assert!(!time.stands_still(Some(b"1"), at(10)));
+        assert!(time.stands_still(Some(b"1"), at(11)));
+        assert!(time.stands_still(None, at(12)), "its source has gone");
+        assert!(!time.stands_still(Some(b"2"), at(13)));
+    }
 
     #[test]
     fn a_component_that_the_mission_stops_has_no_task() {
