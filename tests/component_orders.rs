@@ -231,6 +231,25 @@ fn a_refused_value_leaves_the_last_good_one_and_the_log_can_be_changed() {
 }
 
 #[test]
+fn a_value_that_does_not_reach_its_component_is_said_to_wait() {
+    let draft = Draft::default().probe("lamp", "rate='20Hz'", "hang=5").probe(
+        "other",
+        "rate='20Hz'",
+        "mark=one",
+    );
+    let system = draft.run(Folder::new("delayed-value"));
+    wait_for("the hanging call", || system.shown(&["ps"]).contains("in exec for").then_some(()));
+    let plain = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let out = plain(&armor_ok(&system, &["param", "set", "lamp.mark", "two"]));
+    assert!(out.contains("; lamp is in exec for ") && out.ends_with("gets it when that returns"));
+    armor_ok(&system, &["stop", "other"]);
+    wait_for("the end of other", || system.shown(&["ps"]).contains("stopped").then_some(()));
+    let out = plain(&armor_ok(&system, &["param", "set", "other.mark", "two"]));
+    let wanted = "other is stopped, and has it when it is started again: `armor restart other`";
+    assert!(out.ends_with(wanted), "{out}");
+}
+
+#[test]
 fn a_component_without_a_good_value_has_failed_until_one_arrives() {
     let draft = Draft::default().probe("lamp", "rate='20Hz'", "mark=refused");
     let system = draft.run(Folder::new("refused-at-start"));

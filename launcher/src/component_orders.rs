@@ -87,7 +87,8 @@ impl Verb for StopArguments {
 fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<CommandEnding> {
     let RestartArguments { component, within, running } = arguments;
     let observed = select_system(running, "restart")?;
-    let before = find_entry(&observed, component).map(|entry| entry.instance);
+    let old = find_entry(&observed, component);
+    let before = old.as_ref().map(|entry| entry.instance);
     let starts_before = find_absent(running, component).map_or(0, |absent| absent.starts);
     let request = RunRequest::Restart { component: component.clone() };
     let ending = send_request(running, &request, format)?;
@@ -107,6 +108,13 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
             let is_same =
                 find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);
             if let Some(status) = later.ok().filter(|_| is_same) {
+                if let Some(old) = old.filter(|old| old.kind != entry.kind) {
+                    print_notice(format_args!(
+                        "warning: {component} was the kind {}, and is the kind {} now: its executable \
+                         was replaced",
+                        old.kind, entry.kind
+                    ));
+                }
                 return report_state(component, entry.pid, &status, format);
             }
             continue;

@@ -180,7 +180,7 @@ impl Catalogue {
                 && kind.and_then(companions::suggest_build).is_none()
             {
                 finding.remedy += "; ";
-                finding.remedy += &self.describe_search();
+                finding.remedy += &self.describe_folders();
             }
         }
     }
@@ -193,8 +193,17 @@ impl Catalogue {
         })
     }
 
+    /// Where a kind was looked for, and whether an executable of its name is another one.
+    pub fn describe_search(&self, kind: &str) -> String {
+        let is_it = |path: &Path| path.file_stem() == Some(kind.as_ref());
+        match self.find_executable(is_it) {
+            Some((path, other)) => format!("{} is the kind {other}", path.display()),
+            None => format!("{}; --components names another folder", self.describe_folders()),
+        }
+    }
+
     /// Where kinds were looked for, and what there could have been one.
-    fn describe_search(&self) -> String {
+    fn describe_folders(&self) -> String {
         let folders = self.searched.iter().map(|(folder, exists)| {
             let missing = if *exists { "" } else { ", which does not exist" };
             format!("{}{missing}", folder.display())

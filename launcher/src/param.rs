@@ -134,8 +134,10 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
     match ParameterStore::open(&arguments.source)?.set(component, parameter, value)? {
         SetOutcome::Set { version, changes, findings } => {
             let is_live = changes.iter().any(|change| change.effect.starts_with("reaches "));
+            let reader = reader.filter(|_| is_live);
+            let obstacle = reader.as_ref().and_then(|reader| reader.find_obstacle(component));
             let refusal = reader
-                .filter(|_| is_live)
+                .filter(|_| obstacle.is_none())
                 .and_then(|reader| reader.await_refusal(component, parameter, before.as_deref()));
             end_printing(if format == OutputFormat::Json {
                 let changes = changes.iter().map(record_to_json).collect::<Result<Vec<_>>>()?;
@@ -146,6 +148,9 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
                 if let Some(refusal) = &refusal {
                     printed["refused"] = refusal.as_str().into();
                 }
+                if let Some(obstacle) = &obstacle {
+                    printed["delayed"] = obstacle.as_str().into();
+                }
                 print_line(printed)
             } else if changes.is_empty() {
                 print_wrapped(format_args!(
@@ -154,7 +159,13 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
             } else {
                 changes.iter().try_for_each(|change| match file {
                     Some(_) => print_wrapped(&change.text),
-                    None => print_wrapped(format_args!("version {version}: {}", in_words(change))),
+                    None => {
+                        let text = match &obstacle {
+                            Some(obstacle) => format!("{}; {obstacle}", change.text),
+                            None => in_words(change),
+                        };
+                        print_wrapped(format_args!("version {version}: {text}"))
+                    }
                 })
             })?;
             if format != OutputFormat::Json {

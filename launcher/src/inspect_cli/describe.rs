@@ -61,7 +61,11 @@ fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result
             let Some(kind) = catalogue.kinds.get(name) else {
                 let known: Vec<_> = catalogue.kinds.keys().map(String::as_str).collect();
                 let advice = advise_similar(name, known.iter().copied());
-                bail!("no kind is called {name}{advice} (there are: {})", known.join(", "));
+                bail!(
+                    "no kind is called {name}{advice} (there are: {}); {}",
+                    known.join(", "),
+                    catalogue.describe_search(name)
+                );
             };
             end_printing(match format {
                 OutputFormat::Json => print_line(with_origin(kind)),

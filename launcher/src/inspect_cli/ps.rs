@@ -12,7 +12,7 @@ use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, terminal_width};
 use crate::verb::Verb;
-use armor_inspect::run_control::AbsentComponent;
+use armor_inspect::run_control::{AbsentComponent, AbsentState};
 use armor_inspect::words::{describe_call, format_duration, format_short_time};
 use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 
@@ -88,11 +88,17 @@ fn json_of_absent(absent: &AbsentComponent) -> serde_json::Value {
 
 /// How its last process ended and what follows, and how those before it ended.
 fn describe_absence(absent: &AbsentComponent) -> String {
-    let AbsentComponent { reason, starts, ends, .. } = absent;
+    let AbsentComponent { component, state, reason, starts, ends } = absent;
+    let remedy = match state {
+        AbsentState::GivenUp => {
+            format!("; its log says why; `armor restart {component}` starts it again")
+        }
+        _ => String::new(),
+    };
     if ends.len() < 2 {
-        return reason.clone();
+        return format!("{reason}{remedy}");
     }
-    format!("{reason} ({starts} starts; the last ends: {})", ends.join(", "))
+    format!("{reason} ({starts} starts; the last ends: {}){remedy}", ends.join(", "))
 }
 
 /// `of_file`: what is wrong with the file, which is a problem of configd.

@@ -1,12 +1,17 @@
-//! Values that running components have refused: the file has them, but they are not in force.
+//! Values that are in the file and not in force: those that running components have refused, and those
+//! that have not reached them.
 
 use std::collections::BTreeMap;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use armor_inspect::ObservedSystem;
+use armor_inspect::run_control::AbsentState;
+use armor_inspect::words::describe_call;
+use armor_inspect::{HANGING_CALL_S, ObservedSystem};
+use armor_wire::control::Status;
 
 use crate::arguments::RunningSystem;
+use crate::inspect_cli::absence::list_absent;
 use crate::inspect_cli::select_system;
 
 /// How long a component may take to refuse a value that was set.
@@ -17,12 +22,13 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// The components of a running system, as far as they answer.
 pub struct RefusalReader {
     observed: Option<ObservedSystem>,
+    running: RunningSystem,
 }
 
 impl RefusalReader {
     /// Finds the system. One that cannot be asked has refused nothing.
     pub fn open(running: &RunningSystem) -> Self {
-        Self { observed: select_system(running, "param").ok() }
+        Self { observed: select_system(running, "param").ok(), running: running.clone() }
     }
 
     /// Returns what is wrong with each component, by its name.
@@ -36,6 +42,27 @@ impl RefusalReader {
     pub fn find_refusal(&self, component: &str, parameter: &str) -> Option<String> {
         let status = self.observed.as_ref()?.ask_component(component).ok()?;
         refusal_of(&status.last_error, parameter).map(str::to_owned)
+    }
+
+    /// Returns why a component does not get a live value now, and when it will; `None` if it does.
+    pub fn find_obstacle(&self, component: &str) -> Option<String> {
+        let status = self.observed.as_ref()?.ask_component(component);
+        if let Ok(status) = &status {
+            return describe_delay(status);
+        }
+        let absent = list_absent(&self.running);
+        let absent = absent.into_iter().find(|absent| absent.component == component)?;
+        let state = match absent.state {
+            AbsentState::Starting => {
+                return Some(format!("{component} is being started, and has it then"));
+            }
+            AbsentState::Stopped => "is stopped",
+            AbsentState::Ended => "has ended",
+            AbsentState::GivenUp => "is given up",
+        };
+        Some(format!(
+            "{component} {state}, and has it when it is started again: `armor restart {component}`"
+        ))
     }
 
     /// Waits until a component refuses the value of a parameter otherwise than `before`, for a
@@ -56,6 +83,13 @@ impl RefusalReader {
         }
         None
     }
+}
+
+/// Returns that the component's own code delays a value, if it does.
+fn describe_delay(status: &Status) -> Option<String> {
+    let component = &status.name;
+    let call = status.call.as_ref().filter(|call| call.call_s >= HANGING_CALL_S)?;
+    Some(format!("{component} is {}, and gets it when that returns", describe_call(call)))
 }
 
 /// Returns the part of a component's problem that is about one parameter.

@@ -245,6 +245,7 @@ impl ProcessPlan {
         }
         start.resources = find_resources(component)?;
         if let Some(duty) = self.duties.last_mut() {
+            duty.kind = Some(kind.clone());
             duty.watchdog = component.watchdog.as_ref().map(|watchdog| watchdog.value);
         }
         Ok(())
@@ -285,6 +286,7 @@ impl ProcessPlan {
             role: ChildRole::Component,
             restart: component.restart,
             watchdog: component.watchdog.as_ref().map(|watchdog| watchdog.value),
+            kind: Some(component.kind.value.clone()),
             host: Some(plan.host.clone()),
         });
         self.starts.push(PlannedStart::Remote(Box::new(plan)));
@@ -299,7 +301,14 @@ impl ProcessPlan {
         program: PathBuf,
         arguments: Vec<OsString>,
     ) {
-        self.duties.push(Duty { name: name.into(), role, restart, watchdog: None, host: None });
+        self.duties.push(Duty {
+            name: name.into(),
+            role,
+            restart,
+            watchdog: None,
+            kind: None,
+            host: None,
+        });
         let environment = select_variables(std::env::vars_os(), &[]);
         let takes_reports = role == ChildRole::Executive;
         let name = name.into();

@@ -416,6 +416,17 @@ impl Launcher {
         let id = self.find_child(&entry)?;
         let running = self.running[id].as_mut()?;
         let connected = running.link.as_ref().map(|link| link.instance) == Some(entry.instance);
+        if let Some(kind) = &self.plan.duties[id].kind
+            && *kind != entry.kind
+            && !connected
+        {
+            let text = format!(
+                "its executable is now the kind {}, and the file says kind=\"{kind}\": put the right \
+                 one back and `armor restart {}`, or correct the file",
+                entry.kind, entry.name
+            );
+            self.log.report(&entry.name, LogLevel::Error, text);
+        }
         if self.plan.duties[id].role == ChildRole::Component && !connected {
             let (inputs, process) = (self.inputs.clone(), running.process.id());
             let Duty { name, watchdog, .. } = self.plan.duties[id].clone();

@@ -36,6 +36,8 @@ pub struct Duty {
     pub restart: Restart,
     /// How long one call of a component's code may take.
     pub watchdog: Option<Duration>,
+    /// The kind of a component in the file.
+    pub kind: Option<String>,
     /// The other host on which it runs, if it does not run on this one.
     pub host: Option<String>,
 }
