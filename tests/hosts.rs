@@ -86,6 +86,17 @@ impl Hosts {
         self.folder.run("out", &[&all, arguments].concat())
     }
 
+    /// What `armor doctor` finds of the other host, and what it says to do.
+    fn examine(&self) -> (String, String) {
+        let doctor = ["doctor", "robots.xml", "--keys", "robot", "--format", "json"];
+        let (_, out, err) = run_to_end(&mut self.folder.armor(&doctor));
+        let found = out.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let host = found.into_iter().find(|one| one["subject"] == "host");
+        let host = host.unwrap_or_else(|| panic!("no host in {out} {err}"));
+        let text = |key: &str| host[key].as_str().unwrap_or_default().to_owned();
+        (format!("{}: {}", text("condition"), text("found")), text("remedy"))
+    }
+
     /// What a tool prints on the launcher's host, one JSON object per line.
     fn lines(&self, run: &Run, tool: &[&str]) -> Vec<Value> {
         let registry = run.registry().to_string();
@@ -134,7 +145,13 @@ impl Drop for Agent {
 #[test]
 fn components_of_two_hosts_take_part_in_one_system() {
     let hosts = Hosts::new("hosts", "");
+    let (found, remedy) = hosts.examine();
+    assert!(found.starts_with("fault: arm at 127.0.0.1:"), "{found}");
+    assert!(remedy.starts_with("on arm: armor host --from robot"), "{remedy}");
     let agent = hosts.start_agent("robot");
+    wait_for("the doctor to find the agent", || {
+        hosts.examine().0.starts_with("ok: arm answers").then_some(())
+    });
     let mut run = hosts.run(&[]);
     let first = hosts.wait_for_far(&run, &[]);
     for data in ["near.presence", "far.presence"] {

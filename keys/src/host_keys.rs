@@ -10,6 +10,7 @@ use parking_lot::{Mutex, MutexGuard};
 use rustls::{ClientConfig, ServerConfig};
 use thiserror::Error;
 
+use crate::certificate::CertificateFacts;
 use crate::folder::{AUTHORITY, FolderError, KEY_SUFFIX, REVOKED, read_list};
 use crate::identity::KeyPurpose;
 use crate::key_file::{KeyFile, KeyFileError, check_folder};
@@ -48,6 +49,11 @@ impl HostKeys {
         let keys = GateKeys::read(folder)?;
         let name = keys.host.facts.holder.name.as_str().into();
         Ok(Self { keys: Arc::new(Mutex::new(keys)), name })
+    }
+
+    /// What the certificate of its key contains, as last read.
+    pub fn facts(&self) -> CertificateFacts {
+        self.lock().host.facts.clone()
     }
 
     /// The name of this host in its key.

@@ -1,26 +1,30 @@
 //! `armor doctor`: whether this host can run a system, and what to do where it cannot.
 //!
 //! `host.rs` and `network.rs` collect the facts, `diagnosis.rs` judges them without touching the
-//! host.
+//! host. `hosts.rs` dials the other hosts of a file.
 
 mod diagnosis;
 mod host;
+mod hosts;
 mod network;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
 
 use crate::arguments::{KindFolders, OutputFormat};
+use crate::check;
 use crate::exit::CommandEnding;
+use crate::keys_cli::KeysDirectory;
 use crate::print::{end_printing, print_line, terminal_width, wants_colours, wrap_text};
 use crate::verb::Verb;
 
 use diagnosis::{Diagnosis, HostCondition, diagnose};
 use host::HostFacts;
+use hosts::examine_hosts;
 
 /// Columns of the condition and of the subject.
 const INDENT: usize = 9 + 14;
@@ -33,9 +37,15 @@ const NARROWEST: usize = 24;
 
 Examples:
   armor doctor
+  armor doctor rover.xml --keys keys                           and the other hosts of the file
   armor doctor --out /data/runs                                where a run is to write
   armor doctor --format json | jq -r 'select(.condition != \"ok\") | .remedy'")]
 pub struct DoctorArguments {
+    /// The file of a system: the other hosts that it names are dialled.
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    keys: KeysDirectory,
     #[command(flatten)]
     components: KindFolders,
     /// Folder for what a run produces, which need not exist yet.
@@ -46,7 +56,19 @@ pub struct DoctorArguments {
 impl Verb for DoctorArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
         let facts = HostFacts::collect(&self.out, &self.components.directories)?;
-        Ok(print_diagnoses(&diagnose(&facts), format)?.into())
+        let mut diagnoses = diagnose(&facts);
+        if let Some(file) = &self.file {
+            let checked = check::load_file(file, &[], &self.components)?;
+            checked.print_problems(format);
+            let Some(configuration) = checked.accepted() else {
+                bail!("{} is not valid: armor check {0}", file.display());
+            };
+            let hosts = &configuration.system.hosts;
+            if !hosts.is_empty() {
+                diagnoses.extend(examine_hosts(hosts, &self.keys.path()?)?);
+            }
+        }
+        Ok(print_diagnoses(&diagnoses, format)?.into())
     }
 }
 
