@@ -242,11 +242,42 @@ fn a_launcher_that_comes_back_takes_over_and_another_run_starts_from_scratch() {
     let mut run = hosts.run(&["--resume"]);
     assert_eq!(hosts.wait_for_far(&run, &[]), first, "{}", run.log());
     run.wait_for_log("runs on arm already", 1);
+    // Another run of the system is kept out as long as this one is there.
+    let gate = format!("127.0.0.1:{}", free_port());
+    let other = ["robots.xml", "--headless", "--gate", &gate, "--keys", "robot"];
+    let second = hosts.folder.run("other-out", &other);
+    second.wait_for_log("another run of two-hosts has components here", 1);
+    drop(second);
+    assert_eq!(hosts.wait_for_far(&run, &[]), first, "{}", run.log());
+    // A gate that hangs is replaced, and no component is taken for hanging.
+    send_signal(run.daemon("gate").expect("it runs"), Signal::STOP);
+    run.wait_for_log("the gate of robot listens", 3);
+    assert_eq!(hosts.wait_for_far(&run, &[]), first, "{}", run.log());
+    hosts.wait_for_data(&run, "far.presence");
     run.signal(Signal::KILL);
     run.code();
     let run = hosts.run(&[]);
     hosts.wait_for_far(&run, &[first]);
     assert!(!is_alive(first));
+}
+
+#[test]
+fn a_host_whose_key_is_revoked_takes_no_part_any_more() {
+    let hosts = Hosts::new("hosts-revoked", "");
+    let _agent = hosts.start_agent("robot");
+    let run = hosts.run(&[]);
+    hosts.wait_for_far(&run, &[]);
+    hosts.keys(&["revoke", "arm"]);
+    let list = |folder: &str| hosts.folder.path().join(folder).join("revoked");
+    fs::copy(list("authority"), list("robot")).expect("it is copied");
+    run.wait_for_log("arm is cut off (the key of arm is revoked)", 1);
+    run.wait_for_log("gone name=far", 1);
+    wait_for("the end of its links", || {
+        let links = hosts.lines(&run, &["graph"]);
+        let is_up = |link: &&Value| link["connected"] == true;
+        let own = links.iter().filter(is_up).all(|link| link["from"] != "far.presence");
+        own.then_some(())
+    });
 }
 
 #[test]

@@ -35,6 +35,8 @@ use crate::tls::{client_config, explain_tls_error};
 
 /// How long connecting to the gate and its answer may take.
 pub(crate) const LIMIT: Duration = Duration::from_secs(5);
+/// Period with which a host looks whether the key at the other end is revoked.
+const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
 /// Wait after the first failed attempt to reach the gate.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
 /// Longest wait between two attempts.
@@ -141,10 +143,40 @@ impl GateClient {
         }
     }
 
+    /// Waits until the key of the gate at the other end of `stream` is revoked, and returns that. For a
+    /// person it never does: they know no list.
+    pub(crate) fn wait_for_revocation(
+        &self,
+        stream: &TlsStream<TcpStream>,
+    ) -> impl Future<Output = String> + Send + 'static {
+        let facts = peer_facts(stream).ok();
+        let keys = match &self.key {
+            KeySource::Host { keys, .. } => Some(keys.clone()),
+            KeySource::Person { .. } => None,
+        };
+        async move {
+            let (Some(keys), Some(facts)) = (keys, facts) else {
+                return std::future::pending().await;
+            };
+            loop {
+                time::sleep(LOOK_AT_KEYS).await;
+                keys.lock().look();
+                if keys.lock().revoked.contains(&facts.serial) {
+                    return format!("the key of {} is revoked", facts.holder.name);
+                }
+            }
+        }
+    }
+
     fn config(&self) -> Arc<ClientConfig> {
         match &self.key {
             KeySource::Person { key, .. } => Arc::clone(&key.lock().config),
-            KeySource::Host { keys, .. } => Arc::clone(&keys.lock().client),
+            KeySource::Host { keys, .. } => {
+                let mut keys = keys.lock();
+                // The gate of this host reports what is wrong with the folder.
+                keys.look();
+                Arc::clone(&keys.client)
+            }
         }
     }
 
@@ -290,9 +322,7 @@ impl GateClient {
     /// authority could otherwise take its place.
     fn check_gate(&self, stream: &TlsStream<TcpStream>) -> Result<(), WrongGate> {
         let KeySource::Host { keys, expected } = &self.key else { return Ok(()) };
-        let certificates = stream.get_ref().1.peer_certificates().unwrap_or_default();
-        let certificate = certificates.first().ok_or_else(|| WrongGate("it has no key".into()))?;
-        let facts = CertificateFacts::read(certificate).map_err(WrongGate)?;
+        let facts = peer_facts(stream).map_err(WrongGate)?;
         if keys.lock().revoked.contains(&facts.serial) {
             return Err(WrongGate(format!("the key of {} is revoked", facts.holder.name)));
         }
@@ -338,6 +368,12 @@ impl GateClient {
     fn unreachable(&self, reason: &str) -> GateError {
         GateError::Unreachable { gate: self.gate.clone(), reason: reason.to_owned() }
     }
+}
+
+/// What the certificate of the gate contains.
+fn peer_facts(stream: &TlsStream<TcpStream>) -> Result<CertificateFacts, String> {
+    let certificates = stream.get_ref().1.peer_certificates().unwrap_or_default();
+    CertificateFacts::read(certificates.first().ok_or("it has no key")?)
 }
 
 /// Why a gate with a valid key is not the one that is wanted.

@@ -21,6 +21,8 @@ use crate::host_keys::HostKeys;
 use crate::socks::{self, SocksAnswer};
 use crate::streams::own_stream;
 
+/// How long a router may take to answer a greeting.
+const ANSWERS_WITHIN: Duration = Duration::from_secs(1);
 /// Rest after a connection that could not be accepted, such as for want of descriptors.
 const ACCEPT_REST: Duration = Duration::from_millis(200);
 
@@ -80,6 +82,15 @@ pub async fn listen_for_processes(port: u16) -> std::io::Result<(TcpListener, So
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await?;
     let address = listener.local_addr()?;
     Ok((listener, address))
+}
+
+/// Whether a router answers there, within a second.
+pub async fn answers(router: SocketAddr) -> bool {
+    let greet = async {
+        let mut stream = TcpStream::connect(router).await?;
+        socks::greet(&mut stream).await
+    };
+    matches!(time::timeout(ANSWERS_WITHIN, greet).await, Ok(Ok(())))
 }
 
 /// Serves the processes of this user on this host until the future is dropped. `report` gets why one
@@ -174,8 +185,11 @@ impl GateClient {
             return if answer == SocksAnswer::Forbidden { Err(error) } else { Ok(()) };
         }
         if socks::answer(&mut process, SocksAnswer::Connected).await.is_ok() {
-            let _ =
-                copy_bidirectional_with_sizes(&mut process, &mut gate, COPY_LEN, COPY_LEN).await;
+            let revoked = self.wait_for_revocation(&gate);
+            tokio::select! {
+                _ = copy_bidirectional_with_sizes(&mut process, &mut gate, COPY_LEN, COPY_LEN) => {}
+                _ = revoked => {}
+            }
         }
         Ok(())
     }

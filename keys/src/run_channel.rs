@@ -71,6 +71,8 @@ impl RunChannel {
 
 /// The launcher's end.
 pub struct RunConnection {
+    /// Returns that the key of the agent is revoked.
+    revoked: Pin<Box<dyn Future<Output = String> + Send>>,
     reader: ReadHalf<client::TlsStream<TcpStream>>,
     writer: WriteHalf<client::TlsStream<TcpStream>>,
 }
@@ -83,8 +85,9 @@ impl GateClient {
     pub async fn run(&self, start: RemoteStart) -> Result<RunConnection, GateError> {
         match self.request(GateRequest::Run { start }).await? {
             (stream, GateReply::Connected) => {
+                let revoked = Box::pin(self.wait_for_revocation(&stream));
                 let (reader, writer) = tokio::io::split(stream);
-                Ok(RunConnection { reader, writer })
+                Ok(RunConnection { revoked, reader, writer })
             }
             (_, GateReply::Refused { refusal }) => Err(GateError::Refused(refusal)),
             (_, GateReply::Session { .. }) => Err(GateError::Unreachable {
@@ -127,6 +130,7 @@ impl RunConnection {
         };
         tokio::select! {
             ended = hear => ended?,
+            why = &mut self.revoked => return Err(io::Error::other(why)),
             sent = send_messages(&mut self.writer, orders) => {
                 sent?;
                 return Err(io::ErrorKind::ConnectionAborted.into());

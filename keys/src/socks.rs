@@ -67,6 +67,15 @@ pub(crate) async fn read_request(
     Ok(format!("{host}:{port}"))
 }
 
+/// Greets a proxy, and reads its answer: whether one is there.
+pub(crate) async fn greet(stream: &mut (impl AsyncRead + AsyncWrite + Unpin)) -> io::Result<()> {
+    stream.write_all(&[VERSION, 1, WITHOUT_PASSWORD]).await?;
+    match read_bytes(stream).await? {
+        [VERSION, WITHOUT_PASSWORD] => Ok(()),
+        _ => Err(io::ErrorKind::InvalidData.into()),
+    }
+}
+
 /// Answers a request. The address from which the gate connects is not sent: no tool needs it.
 pub(crate) async fn answer(
     stream: &mut (impl AsyncWrite + Unpin),

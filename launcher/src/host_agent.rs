@@ -180,12 +180,16 @@ impl Agent {
                 let text = "its process is not known any more: the agent was restarted";
                 return refuse(RefusalCode::UnknownData, text.into());
             }
-            (Takeover::Any, Some(existing)) if existing.is_alive() => {
-                existing.adopt(start);
-                return Ok(existing);
+            (takeover, existing) => {
+                self.refuse_second_launcher(start)?;
+                let existing = existing.filter(|it| it.is_alive() && it.fits(start));
+                if let (Takeover::Any, Some(existing)) = (takeover, existing) {
+                    existing.adopt(start);
+                    self.end_others(start, Some(existing.id)).await;
+                    return Ok(existing);
+                }
+                self.end_others(start, None).await;
             }
-            (Takeover::Any, _) => {}
-            (Takeover::Never, _) => self.end_earlier(start).await,
         }
         let site = self.find_site(start, launcher, address).await?;
         let process = process::start(self, &site, key.clone(), start).await?;
@@ -193,11 +197,37 @@ impl Agent {
         Ok(process)
     }
 
-    /// Kills the component's own process, and what an earlier run of its system has left.
-    async fn end_earlier(&self, start: &RemoteStart) {
-        let is_left = |process: &&Arc<AgentProcess>| {
+    /// Refuses a second run of a system while the launcher of the first one is there: they would end
+    /// each other's components.
+    fn refuse_second_launcher(&self, start: &RemoteStart) -> Result<(), Refusal> {
+        let is_others = |process: &&Arc<AgentProcess>| {
             process.key.system == start.system
-                && (process.key.component == start.component || process.run() != start.run)
+                && process.run() != start.run
+                && process.is_alive()
+                && process.is_attached()
+        };
+        if !self.processes.lock().values().any(|process| is_others(&process)) {
+            return Ok(());
+        }
+        let system = &start.system;
+        let text = format!(
+            "another run of {system} has components here, and its launcher is connected; stop it, \
+             or give this run a name of its own with --system"
+        );
+        Err(Refusal::new(RefusalCode::Limit, text))
+    }
+
+    /// Kills the component's own process, unless it is kept, and what an earlier run of its system has
+    /// left: with `Never` all of it, with `Any` what this run does not have on this host.
+    async fn end_others(&self, start: &RemoteStart, kept: Option<u64>) {
+        let is_left = |process: &&Arc<AgentProcess>| {
+            let AgentProcess { key, id, .. } = &***process;
+            let is_wanted =
+                start.takeover == Takeover::Any && start.components.contains(&key.component);
+            let is_earlier = process.run() != start.run && !is_wanted;
+            key.system == start.system
+                && Some(*id) != kept
+                && (key.component == start.component || is_earlier)
         };
         let left: Vec<_> = self.processes.lock().values().filter(is_left).cloned().collect();
         for process in left {

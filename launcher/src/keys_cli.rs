@@ -170,7 +170,8 @@ fn print_added(added: &AddedKey, format: OutputFormat) -> Result<()> {
     print_wrapped(match facts.holder.purpose {
         KeyPurpose::Host => format!(
             "copy it with the list `{REVOKED}` into a folder of the robot's user that only that \
-             user can enter (mode 0700), then: armor run FILE --gate 0.0.0.0:7410 --keys DIR"
+             user can enter (mode 0700), then: armor run FILE --gate 0.0.0.0:7410 --keys DIR; \
+             or, to run components of a system of another host: armor host --from HOST --keys DIR"
         ),
         KeyPurpose::Person(_) => format!(
             "it is secret: carry it to the computer of {name} (scp, a USB stick), and remove it \

@@ -101,6 +101,16 @@ impl Preface {
         }
     }
 
+    /// The author of an order that was sent under the name `claimed`: the holder of the key, for a host
+    /// with what the process there claims.
+    pub fn name_author(&self, claimed: &str) -> String {
+        match self.rights {
+            Rights::Person { .. } => self.name.clone(),
+            Rights::Host { .. } => format!("{claimed} at {}", self.name),
+            Rights::Launcher => claimed.to_owned(),
+        }
+    }
+
     /// Checks whether the rights allow a request.
     ///
     /// # Errors
@@ -162,7 +172,10 @@ impl NeedsRole for Purpose {
     fn is_open_to_host(&self, host: &str, components: &[String]) -> bool {
         match self {
             Self::Registry { entry: Some(entry) } => {
-                entry.host == host && components.contains(&entry.name)
+                // An address in numbers would lead other hosts past its gate.
+                let port = entry.endpoint.strip_prefix(host).and_then(|it| it.strip_prefix(':'));
+                let is_of_host = port.is_some_and(|port| port.parse::<u16>().is_ok());
+                is_of_host && entry.host == host && components.contains(&entry.name)
             }
             Self::Control { role: Role::Executive | Role::Launcher } => false,
             // Also links for which the publisher waits: the file asks for them.
@@ -420,14 +433,16 @@ mod tests {
             assert_eq!(request(&launcher), Ok(()));
         };
         let there = |name: &str, host: &str| {
-            let entry = ComponentEntry { name: name.into(), host: host.into(), ..entry() };
-            Purpose::Registry { entry: Some(entry) }
+            let endpoint = format!("{host}:20001");
+            let (name, host) = (name.into(), host.into());
+            Purpose::Registry { entry: Some(ComponentEntry { name, host, endpoint, ..entry() }) }
         };
         for (purpose, is_open) in [
             (there("laser", "robot"), true),
             (there("mapper", "robot"), false),
             (there("executive", "robot"), false),
             (there("laser", "base"), false),
+            (Purpose::Registry { entry: Some(entry()) }, false),
             (Purpose::Registry { entry: None }, true),
             (Purpose::Config, true),
             (link(Keep::All, Wake::Spin), true),
@@ -449,6 +464,8 @@ mod tests {
         let (component, parameter) = ("driver".to_owned(), "speed".to_owned());
         let set = ConfigRequest::Set { request: 1, component, parameter, value: None };
         check(&|preface| preface.check(&set), false);
+        assert_eq!(arm.name_author("root"), "root at robot");
+        assert_eq!(Preface::of_person("alice", KeyRole::Operator).name_author("root"), "alice");
     }
 
     #[test]

@@ -20,6 +20,9 @@ pub struct RemoteStart {
     pub component: String,
     /// Its kind.
     pub kind: String,
+    /// All components that this start of the system has on the agent's host: what others of the system
+    /// an earlier start has left there is ended.
+    pub components: Vec<String>,
     /// Hash of the manifest of that kind where the system was checked, as JSON.
     pub manifest: u64,
     /// What tells builds of the executable apart where the system was checked.

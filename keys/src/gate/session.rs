@@ -2,6 +2,7 @@
 //! watching its session.
 
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::sync::Arc;
 
 use armor_wire::acting::Preface;
@@ -111,8 +112,12 @@ impl Gate {
             Ok(DialledTarget::Process(mut process)) => {
                 return self.copy(stream, &mut process, place, &name, &address).await;
             }
-            Ok(DialledTarget::Gate(mut gate)) => {
-                return self.copy(stream, &mut *gate, place, &name, &address).await;
+            Ok(DialledTarget::Gate(mut gate, revoked)) => {
+                let copying = self.copy(stream, &mut *gate, place, &name, &address);
+                return tokio::select! {
+                    () = copying => {}
+                    why = revoked => debug!(%name, %address, %why, "disconnected"),
+                };
             }
             Err(refusal) => refusal,
         };
@@ -152,7 +157,10 @@ impl Gate {
                 })?;
                 let request = GateRequest::Connect { address, acts_for: Some(preface) };
                 match gate.request(request).await {
-                    Ok((stream, GateReply::Connected)) => Ok(DialledTarget::Gate(Box::new(stream))),
+                    Ok((stream, GateReply::Connected)) => {
+                        let revoked = Box::pin(gate.wait_for_revocation(&stream));
+                        Ok(DialledTarget::Gate(Box::new(stream), revoked))
+                    }
                     Ok((_, GateReply::Refused { refusal })) => Err(refusal),
                     Ok((_, GateReply::Session { .. })) => {
                         Err(failed(format!("the gate of {host} answers another request")))
@@ -215,7 +223,11 @@ impl Gate {
 /// The other end of a forwarded connection.
 enum DialledTarget {
     Process(TcpStream),
-    Gate(Box<tokio_rustls::client::TlsStream<TcpStream>>),
+    /// With what returns when its key is revoked.
+    Gate(
+        Box<tokio_rustls::client::TlsStream<TcpStream>>,
+        Pin<Box<dyn Future<Output = String> + Send>>,
+    ),
 }
 
 async fn beat(writer: &mut (impl AsyncWrite + Unpin)) {

@@ -49,6 +49,8 @@ pub(super) struct AgentProcess {
     pub(super) key: ProcessKey,
     /// Its number at this agent.
     pub(super) id: u64,
+    /// How it was started.
+    start: RemoteStart,
     group: ProcessGroup,
     log: RunLog,
     log_path: PathBuf,
@@ -110,6 +112,7 @@ pub(super) async fn start(
         log_path: site.folder.join("logs").join(format!("{}.log", key.component)),
         key,
         id: LAST_ID.fetch_add(1, Ordering::Relaxed) + 1,
+        start: start.clone(),
         group,
         log: site.log.clone(),
         notice,
@@ -143,6 +146,19 @@ pub(super) async fn start(
 impl AgentProcess {
     pub(super) fn is_alive(&self) -> bool {
         self.end.borrow().is_none()
+    }
+
+    /// Whether a launcher is connected to it.
+    pub(super) fn is_attached(&self) -> bool {
+        self.state.lock().events.is_some()
+    }
+
+    /// Whether it was started as `start` asks.
+    pub(super) fn fits(&self, start: &RemoteStart) -> bool {
+        let RemoteStart { kind, manifest, build, variables, settings, resources, .. } = start;
+        let own = &self.start;
+        (kind, manifest, build) == (&own.kind, &own.manifest, &own.build)
+            && (variables, settings, resources) == (&own.variables, &own.settings, &own.resources)
     }
 
     pub(super) fn run(&self) -> u64 {
@@ -189,12 +205,8 @@ impl AgentProcess {
         let (pid, notice) = (self.group.pid(), self.notice.clone());
         let running = RemoteEvent::Running { process: self.id, pid, is_taken_over, notice };
         let _ = sender.try_send(running);
-        let missed = std::mem::take(&mut state.missed);
-        if missed > 0 {
-            let file = self.log_path.display().to_string();
-            let _ = sender.try_send(RemoteEvent::Missed { bytes: missed, file });
-        }
         state.events = Some(sender.clone());
+        self.report_missed(&mut state);
         let attached = state.attached;
         drop(state);
         let process = Arc::clone(self);
@@ -242,6 +254,16 @@ impl AgentProcess {
         }
     }
 
+    /// Reports the output that was not sent, if there is some, and room for the report.
+    fn report_missed(&self, state: &mut ProcessState) {
+        let bytes = state.missed;
+        let file = || self.log_path.display().to_string();
+        let report = || RemoteEvent::Missed { bytes, file: file() };
+        if bytes > 0 && state.events.as_ref().is_some_and(|it| it.try_send(report()).is_ok()) {
+            state.missed = 0;
+        }
+    }
+
     fn report(&self, level: LogLevel, text: String) {
         self.log.report(&self.key.component, level, text);
     }
@@ -257,9 +279,10 @@ impl AgentProcess {
         let reader = tokio::spawn(self.log.clone().read(name, log_stream, output));
         let mut bytes = vec![0; PIECE_LEN];
         while let Ok(len @ 1..) = source.read(&mut bytes).await {
-            // The log limits floods itself.
-            feed.push(bytes[..len].to_vec());
+            // The log limits floods itself, and counts what it leaves out.
+            feed.add(bytes[..len].to_vec()).await;
             let mut state = self.state.lock();
+            self.report_missed(&mut state);
             let event = RemoteEvent::Output { stream, bytes: bytes[..len].to_vec() };
             let is_sent = state.events.as_ref().is_some_and(|it| it.try_send(event).is_ok());
             if !is_sent {

@@ -55,6 +55,16 @@ impl OtherHosts {
                  0.0.0.0:7410 and --keys (docs/hosts.md)"
             );
         };
+        if gate.ip().is_loopback()
+            && let Some(far) = hosts.iter().find(|host| !is_on_this_host(&host.address.value))
+        {
+            let (at, name) = (&far.name.at, &far.name.value);
+            bail!(
+                "{at}: {name} cannot reach the gate of this host at {gate}, which is for this host \
+                 only: give --gate 0.0.0.0:{} or another of its addresses",
+                gate.port()
+            );
+        }
         let keys = HostKeys::read(&arguments.keys.path()?)?;
         let own = keys.host_name().to_owned();
         if let Some(host) = hosts.iter().find(|host| host.name.value == own) {
@@ -78,6 +88,7 @@ impl OtherHosts {
             run: random_id(),
             component: String::new(),
             kind: String::new(),
+            components: Vec::new(),
             manifest: 0,
             build: 0,
             variables: Vec::new(),
@@ -100,13 +111,18 @@ impl OtherHosts {
     ///
     /// # Errors
     /// If there is no such host.
-    pub fn plan(&self, name: &Spanned<String>) -> Result<RemotePlan> {
+    pub fn plan(&self, name: &Spanned<String>, all: &[Component]) -> Result<RemotePlan> {
         let host = self.hosts.iter().find(|host| host.name.value == name.value);
         let gate = self.routes.find_gate(&name.value);
         let unknown = || format!("{}: there is no host called {}", name.at, name.value);
         let (host, gate) = host.zip(gate).with_context(unknown)?;
         let mut start = self.start.clone();
         start.cut_off = host.cut_off;
+        let is_there = |component: &&Component| {
+            component.host.as_ref().is_some_and(|host| host.value == name.value)
+        };
+        let there = all.iter().filter(is_there);
+        start.components = there.map(|component| component.name.value.clone()).collect();
         // The way to itself is no way.
         start.hosts.retain(|other| other.host != name.value);
         Ok(RemotePlan { host: name.value.clone(), start, gate: Arc::clone(&gate) })
@@ -124,6 +140,12 @@ impl OtherHosts {
         let all = hosts.chain(placed).chain(router);
         all.flat_map(|(option, value)| [option.into(), value.into()]).collect()
     }
+}
+
+/// Whether an address is of loopback, by what is written.
+fn is_on_this_host(address: &str) -> bool {
+    let is_loopback = |address: SocketAddr| address.ip().is_loopback();
+    address.starts_with("localhost:") || address.parse().is_ok_and(is_loopback)
 }
 
 fn address_of(host: &Host) -> HostAddress {

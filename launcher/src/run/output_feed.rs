@@ -27,6 +27,12 @@ pub fn open_feed() -> (OutputFeed, FedOutput) {
 }
 
 impl OutputFeed {
+    /// Adds a piece when there is room for it.
+    pub async fn add(&self, piece: Vec<u8>) {
+        // The log reads to the end.
+        let _ = self.0.send(piece).await;
+    }
+
     /// Adds a piece, unless too many wait; returns whether it was added.
     pub fn push(&self, piece: Vec<u8>) -> bool {
         self.0.try_send(piece).is_ok()

@@ -44,6 +44,8 @@ pub struct ProcessPlan {
     pub starts: Vec<PlannedStart>,
     /// Where the registry listens.
     pub registry: SocketAddr,
+    /// Where the gate listens for processes of this host, if there are other hosts.
+    pub router: Option<SocketAddr>,
     /// The mark of all processes of the run, in [`survivors::VARIABLE`].
     pub mark: String,
     /// What the log begins with: variables that the file names and that are not set.
@@ -101,8 +103,14 @@ impl ProcessPlan {
         hosts: Option<&OtherHosts>,
     ) -> Result<Self> {
         let mark = format!("{:016x}/", armor_socket::random_id());
-        let mut plan =
-            Self { duties: Vec::new(), starts: Vec::new(), registry, mark, warnings: Vec::new() };
+        let mut plan = Self {
+            duties: Vec::new(),
+            starts: Vec::new(),
+            registry,
+            router: hosts.map(|hosts| hosts.place().router),
+            mark,
+            warnings: Vec::new(),
+        };
         let file = arguments.file.as_os_str();
         let at = registry.to_string();
         let sets = arguments.overrides.iter().flat_map(|set| ["--set".into(), set.into()]);
@@ -131,7 +139,8 @@ impl ProcessPlan {
             if !arguments.without.contains(&component.name.value) {
                 match (&component.host, hosts) {
                     (Some(host), Some(hosts)) => {
-                        plan.add_remote(component, catalogue, &hosts.plan(host)?)?;
+                        let remote = hosts.plan(host, components)?;
+                        plan.add_remote(component, catalogue, &remote)?;
                     }
                     _ => plan.component(component, catalogue, &at)?,
                 }

@@ -80,6 +80,7 @@ impl RemoteProcess {
             log: log.clone(),
             has_run: false,
             lost: None,
+            dropped: 0,
         };
         tokio::spawn(follower.follow(orders, report));
         Self { id: random_id(), orders: sender }
@@ -105,6 +106,8 @@ struct Follower {
     has_run: bool,
     /// Why the agent cannot be reached, as last logged.
     lost: Option<String>,
+    /// Bytes of output that the log had no room for.
+    dropped: usize,
 }
 
 impl Follower {
@@ -257,7 +260,15 @@ impl Follower {
                     OutputStream::Out => out,
                     OutputStream::Error => err,
                 };
-                feed.push(bytes);
+                let len = bytes.len();
+                if !feed.push(bytes) {
+                    self.dropped += len;
+                } else if self.dropped > 0 {
+                    let text =
+                        format!("{} bytes of its output were left out: too many", self.dropped);
+                    self.report(LogLevel::Warn, &text);
+                    self.dropped = 0;
+                }
             }
             RemoteEvent::Missed { bytes, file } => {
                 let host = &self.host;

@@ -15,7 +15,7 @@ use armor_wire::remote_process::Takeover;
 use rustix::process::{Pid, getpgid};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep, sleep_until};
 
 use super::component_link::ComponentLink;
 use super::descriptors::has_free_descriptor;
@@ -55,6 +55,10 @@ enum LauncherInput {
     /// Its process on another host has ended.
     EndedThere(ChildId, u64, ChildExit),
     Registry(DirectoryChange),
+    /// The gate answers the processes of this host, or does not.
+    Gate {
+        answers: bool,
+    },
 }
 
 /// What distinguishes this run.
@@ -123,6 +127,7 @@ struct Launcher {
     /// Failed starts, which the supervisor gets after the current actions.
     failed: VecDeque<SupervisorEvent>,
     watching: bool,
+    watches_gate: bool,
     /// A shortage of descriptors was reported.
     is_short: bool,
     log: RunLog,
@@ -155,6 +160,7 @@ pub async fn supervise(
         inputs: sender,
         failed: VecDeque::new(),
         watching: false,
+        watches_gate: false,
         is_short: false,
         log: log.clone(),
     };
@@ -278,6 +284,10 @@ impl Launcher {
                     let _ = tokio::time::timeout(LAST_LINES_WITHIN, last).await;
                     let _ = inputs.send(LauncherInput::Exited(id, exit)).await;
                 });
+                if self.plan.duties[id].role == ChildRole::Gate && !self.watches_gate {
+                    self.watches_gate = true;
+                    self.watch_gate();
+                }
                 if self.plan.duties[id].role == ChildRole::Registry && !self.watching {
                     self.watching = true;
                     self.watch_registry();
@@ -310,6 +320,25 @@ impl Launcher {
         });
         let _ = number.set(process.id);
         process
+    }
+
+    /// Watches the gate, by which components of other hosts are heard: one that hangs would make them
+    /// look as if they did. Without other hosts the system runs without it.
+    fn watch_gate(&self) {
+        let Some(router) = self.plan.router else { return };
+        let inputs = self.inputs.clone();
+        tokio::spawn(async move {
+            // One that starts has time until its first answer.
+            let mut answered = false;
+            loop {
+                sleep(LOOK_EVERY).await;
+                let answers = armor_keys::routes::answers(router).await;
+                let is_change = std::mem::replace(&mut answered, answers) != answers;
+                if is_change && inputs.send(LauncherInput::Gate { answers }).await.is_err() {
+                    return;
+                }
+            }
+        });
     }
 
     /// Watches the registry for processes that appear and go.
@@ -358,6 +387,10 @@ impl Launcher {
             LauncherInput::Unheard(id) => {
                 self.report_shortage();
                 Some(SupervisorEvent::Unheard(id))
+            }
+            LauncherInput::Gate { answers } => {
+                let gate = self.plan.duties.iter().position(|it| it.role == ChildRole::Gate)?;
+                if answers { Some(SupervisorEvent::Ready(gate)) } else { self.judge_absence(gate) }
             }
             LauncherInput::Registry(DirectoryChange::RegistryFound) => {
                 Some(SupervisorEvent::Ready(self.find_registry()?))

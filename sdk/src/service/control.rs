@@ -257,9 +257,9 @@ impl ControlServer {
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
                 let (from, instance) = (connection.from.clone(), connection.instance);
-                // Whatever a person's client claims.
-                let person = connection.preface.as_ref().filter(|it| it.role().is_some());
-                let author = person.map_or(author, |it| it.name.clone());
+                // Whatever the client claims.
+                let preface = connection.preface.as_ref();
+                let author = preface.map_or_else(|| author.clone(), |it| it.name_author(&author));
                 let connection = connection.id;
                 let given = GivenOrder { connection, from, instance, request, author, take, order };
                 if let Some(answer) = self.participant.operator_orders.submit_order(given) {

@@ -124,6 +124,7 @@ fn remote_start() -> GateRequest {
         run: 7,
         component: "gripper".into(),
         kind: "arm".into(),
+        components: vec!["gripper".into()],
         manifest: 8,
         build: 9,
         variables: vec!["MAP_TOKEN".into()],
