@@ -68,8 +68,8 @@ pub(super) fn check(
 }
 
 /// Reports transitions without any condition out of a place in which components are active, or in
-/// which the mission waits for a report: they fire as soon as the place is marked, so the components
-/// and the other transitions have no time.
+/// which the mission waits for a report or an operator: they fire as soon as the place is marked, so
+/// the components and the other transitions have no time.
 fn immediate_exits(
     mission: &Mission,
     safe_places: &BTreeMap<&str, &Place>,
@@ -80,7 +80,8 @@ fn immediate_exits(
         for arc in transition.inputs() {
             let place = arc.place.value.as_str();
             let is_timed = transition.interval.is_some() && safe_places.contains_key(place);
-            if is_timed || transition.on.is_some() {
+            let asks = transition.autonomy != Autonomy::Auto;
+            if is_timed || asks || transition.on.is_some() {
                 waiting.entry(place).or_insert(transition);
             }
         }
