@@ -9,6 +9,7 @@ mod dates;
 mod ending;
 mod endless;
 mod exclusive;
+mod exits;
 mod feedback;
 mod followers;
 mod frozen;

@@ -141,6 +141,7 @@ codes! {
         DuplicateHost = "E0136", "two hosts have the same name";
         UnknownHost = "E0137", "an unknown host";
         UnusedHost = "W0138", "a host on which nothing runs";
+        LinkToItself = "W0139", "a link from a component to itself";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";

@@ -46,11 +46,22 @@ impl Findings {
                 causes::explain_endless(&mut proven, mission);
             }
         }
+        self.drop_ties_of_dead(&proven);
         merging::merge_witnesses(&mut proven);
         merging::merge_last_firings(&mut proven);
         merging::merge_stronger_claims(&mut proven);
         self.merge_preempted(&mut proven);
         self.extend_new(proven);
+    }
+
+    /// Leaves out that only the order decides between two transitions of which one never fires.
+    fn drop_ties_of_dead(&mut self, proven: &[Finding]) {
+        let dead = proven.iter().filter(|it| it.code == Code::NeverFires);
+        let dead: Vec<_> = dead.filter_map(|it| it.at.as_ref().map(|at| at.span)).collect();
+        self.retain(|finding| {
+            let mut places = finding.at.iter().chain(finding.related.iter().map(|(at, _)| at));
+            finding.code != Code::Tie || !places.any(|at| dead.contains(&at.span))
+        });
     }
 
     /// Leaves out what follows from a safe place that is not named, if a place is probably meant:
@@ -99,7 +110,10 @@ impl Findings {
                 && it.at.as_ref().is_some_and(leads_to_goal)
         });
         let dead: Vec<_> = dead.cloned().collect();
-        let causes = if causes.is_empty() { &dead } else { causes };
+        let unset = configuration.mission.as_ref().map(|it| self.find_unset(proven, it));
+        let unset = unset.unwrap_or_default();
+        let known = [causes, &unset, &dead].into_iter().find(|it| !it.is_empty());
+        let causes = known.unwrap_or_default();
         proven.retain(|result| match result.code {
             Code::NeverFires => false,
             Code::CheckFails => !waits_for(result, goal),
@@ -112,7 +126,10 @@ impl Findings {
         } else if let [cause] = causes
             && let Some(at) = &cause.at
         {
-            self.retain(|finding| !(finding.stops_transition && finding.code == cause.code));
+            self.retain(|finding| {
+                let is_cause = finding.stops_transition || !unset.is_empty();
+                finding.code != cause.code || !is_cause
+            });
             for result in proven.iter_mut().filter(|it| it.code == Code::GoalNeverReached) {
                 result.related.push((at.clone(), cause.message.clone()));
                 result.remedy.clone_from(&cause.remedy);
@@ -120,5 +137,6 @@ impl Findings {
         } else if let Some(mission) = &configuration.mission {
             goal::explain_by_submission(proven, mission);
         }
+        goal::merge_never_happens(proven);
     }
 }

@@ -63,7 +63,7 @@ fn system(inner: &str) -> String {
 fn mission(inner: &str) -> String {
     let components = r#"<component name="go" kind="k"/><component name="stop" kind="k"/><component name="free" kind="k" controllable="false"/>"#;
     format!(
-        r#"<armor version="1"><system>{components}</system><mission goal="over" safe="hold"><place name="a" initial="true"/><place name="over"/><place name="hold"/><transition name="end" from="a" to="over" operator="true"/>{inner}</mission></armor>"#
+        r#"<armor version="1"><system>{components}</system><mission goal="over" safe="hold"><place name="a" initial="true"/><place name="over"/><place name="hold"/><transition name="end" from="a" to="over" when="free.state.ready"/>{inner}</mission></armor>"#
     )
 }
 

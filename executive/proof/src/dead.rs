@@ -56,7 +56,11 @@ impl Proof<'_> {
                     format!("{} never fires: no sequence of firings contains it", arcs.name);
                 let finding =
                     Finding::new(Code::NeverFires, self.at_transition(&arcs.name), message);
-                finding.remedy("add transitions that lead to its places, or remove it")
+                explained += 1;
+                let apart = (explained <= MOST_EXPLAINED).then(|| self.advise_apart(arcs));
+                finding.remedy(apart.flatten().unwrap_or_else(|| {
+                    "add transitions that lead to its places, or remove it".into()
+                }))
             }));
         }
     }
@@ -84,6 +88,24 @@ impl Proof<'_> {
                 && other.inputs().any(|arc| shares(&arc.place.value))
         });
         !competes && self.find_witness(&has_tokens).is_some()
+    }
+
+    /// What to do about a transition that takes tokens from several places of which never all have
+    /// theirs: from was probably taken for a choice.
+    fn advise_apart(&self, transition: &NetTransition) -> Option<String> {
+        let has_all = |marking: &[u32]| {
+            transition.inputs.iter().all(|(place, count)| marking[place.index()] >= *count)
+        };
+        let names: Vec<_> =
+            transition.inputs.iter().map(|(place, _)| self.net.place(*place)).collect();
+        let (last, first) = names.split_last().filter(|(_, first)| !first.is_empty())?;
+        self.find_witness(&has_all).is_none().then(|| {
+            format!(
+                "from takes a token from each of {} and {last}, which are never marked together: \
+                 write one transition for each",
+                first.join(", ")
+            )
+        })
     }
 
     /// A transition that takes a token from the safe place.

@@ -23,6 +23,7 @@ impl Proof<'_> {
         self.find_meetings(findings);
         self.contradictions(findings);
         self.values_outside(findings);
+        self.find_ties(findings);
         let Some(goal) = self.plan.goal() else { return };
         match self.goal_never(goal) {
             Some(never) => findings.push(never),

@@ -20,6 +20,7 @@ mod starts;
 mod sums;
 #[cfg(test)]
 mod tests;
+mod ties;
 mod unfolding;
 mod values;
 mod verdict;

@@ -10,6 +10,7 @@ mod claims;
 mod dice;
 mod explained;
 mod follow_ups;
+mod forgotten;
 mod large;
 mod outcomes;
 mod random;

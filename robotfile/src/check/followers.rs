@@ -65,6 +65,12 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::UnreachablePlace
             || finding.at.as_ref().is_none_or(|at| !exchanged.contains(&place_of(at)))
     });
+    // That a component feeds itself is why its work is unused.
+    let unused = names_at(findings, Code::WorkUnused);
+    findings.retain(|finding| {
+        let of = |at: &Location| at.text().split('.').next().is_some_and(|it| unused.contains(it));
+        finding.code != Code::LinkToItself || !finding.at.as_ref().is_some_and(of)
+    });
     // A component of a set that is in no place is one mistake, also if a check names it.
     let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
     findings.retain(|finding| {

@@ -68,7 +68,8 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
 }
 
 /// Links that drop nothing make their sender wait. In a circle of them, each component may wait for
-/// the next one. A link that is an error may be meant for another component.
+/// the next one. A link from a component to itself is probably meant for another component, and so
+/// may be a link that is an error.
 pub(super) fn check_circles(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| component.name.value.as_str());
     let waiting =
@@ -78,6 +79,15 @@ pub(super) fn check_circles(system: &System, findings: &mut Findings) {
     for circle in CheckGraph::new(names, edges).find_circles(MAX_CIRCLES) {
         if let Some((last, others)) = circle.split_last() {
             report_circle(last, others, findings);
+        }
+    }
+    for link in &system.links {
+        let (from, to) = (&link.from.component, &link.to.component);
+        if from.value == to.value && (link.keep, link.mode) != (Keep::All, LinkMode::Push) {
+            let message = format!("{} receives what it publishes itself", from.value);
+            let finding = Finding::new(Code::LinkToItself, &link.from.at, message);
+            let remedy = "link an output of another component here, or remove the link";
+            findings.push(finding.remedy(remedy));
         }
     }
 }

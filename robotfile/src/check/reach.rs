@@ -14,6 +14,8 @@ use crate::source::plain_path;
 
 /// The beginning of the message about the goal of a sub-mission.
 const NO_GOAL: &str = "the goal can never be reached";
+/// Places for which it is found out whether others are reached from them: each costs a pass.
+const MAX_BEGINNINGS: usize = 16;
 
 /// `whole` is the mission with its sub-missions. A goal that the main mission cannot reach is a
 /// finding of the proof. Returns whether all places are reached.
@@ -23,7 +25,7 @@ pub(super) fn check(
     is_main: bool,
     findings: &mut Findings,
 ) -> bool {
-    let reached = find_reached(whole);
+    let reached = find_reached(whole, &[]);
     let is_reached = |place: &&Place| reached.contains(place.name.value.as_str());
     let active =
         |of: &Place| of.components.iter().map(|name| name.value.clone()).collect::<Vec<_>>();
@@ -39,7 +41,7 @@ pub(super) fn check(
     let returning =
         findings.iter().filter(|it| it.code == Code::EndlessLoop && it.stops_transition);
     let mut returning = returning.filter(|it| is_of(mission, it)).count();
-    for (place, circle) in find_first(mission, whole, &reached) {
+    for (number, (place, circle)) in find_first(mission, whole, &reached).into_iter().enumerate() {
         if returning > 0 {
             returning -= 1;
             continue;
@@ -61,8 +63,19 @@ pub(super) fn check(
         for other in circle.into_iter().take(MAX_RELATED) {
             finding = finding.related(&other.name.at, "and here");
         }
-        let remedy = advise_submission(mission, name)
-            .unwrap_or_else(|| "add a transition to it, or remove it".into());
+        let begins = || {
+            number < MAX_BEGINNINGS
+                && !targets.contains(name.as_str())
+                && find_reached(whole, &[name]).len() > reached.len() + 1
+        };
+        let remedy = advise_submission(mission, name).unwrap_or_else(|| match begins() {
+            true => {
+                "write initial=\"true\" if the mission begins in it; otherwise add a transition \
+                     to it, or remove it"
+                    .into()
+            }
+            false => "add a transition to it, or remove it".into(),
+        });
         findings.push(finding.remedy(remedy).stops_transition());
     }
     whole.places.iter().all(|place| is_reached(&place))
@@ -157,7 +170,8 @@ fn is_of(mission: &Mission, finding: &Finding) -> bool {
     finding.at.as_ref().is_some_and(|at| at.source.path() == path)
 }
 
-fn find_reached(mission: &Mission) -> BTreeSet<&str> {
+/// Returns the places that are reached from the initial ones, and from `begins`.
+fn find_reached<'a>(mission: &'a Mission, begins: &[&'a str]) -> BTreeSet<&'a str> {
     let mut waiting: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut missing = Vec::new();
     for (index, transition) in mission.transitions.iter().enumerate() {
@@ -169,6 +183,7 @@ fn find_reached(mission: &Mission) -> BTreeSet<&str> {
     }
     let initial = mission.places.iter().filter(|place| place.initial > 0);
     let mut open: Vec<&str> = initial.map(|place| place.name.value.as_str()).collect();
+    open.extend(begins);
     open.extend(failure_places(mission));
     let sources = mission.transitions.iter().zip(&missing).filter(|(_, missing)| **missing == 0);
     open.extend(sources.flat_map(|(transition, _)| output_places(transition)));

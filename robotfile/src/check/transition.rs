@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use crate::check::exits;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -27,7 +28,7 @@ pub(super) fn check(
         let remedy = "write initial=\"true\"; to count tokens, use a place without components";
         too_many_tokens(&place.name, place, remedy, findings);
     }
-    immediate_exits(mission, &safe_places, findings);
+    exits::check(mission, &safe_places, findings);
     for transition in &mission.transitions {
         let before = findings.total();
         for arc in &transition.arcs {
@@ -61,57 +62,11 @@ pub(super) fn check(
         let is_active = |place: &str| safe_places.contains_key(place);
         // One that cannot fire at all takes no token.
         let is_sound = findings.total() == before && !transition.is_doubtful;
-        if let Some(from) = lost_token(transition, is_active).filter(|_| is_sound) {
+        let leads_on = |place: &str| leads_on_from(mission, place);
+        if let Some(from) = lost_token(transition, is_active, leads_on).filter(|_| is_sound) {
             report_missing_output(transition, from, findings);
         }
     }
-}
-
-/// Reports transitions without any condition out of a place in which components are active, or in
-/// which the mission waits for a report: they fire as soon as the place is marked, so the components
-/// and the other transitions have no time.
-fn immediate_exits(
-    mission: &Mission,
-    safe_places: &BTreeMap<&str, &Place>,
-    findings: &mut Findings,
-) {
-    let mut waiting: BTreeMap<&str, &Transition> = BTreeMap::new();
-    for transition in &mission.transitions {
-        for arc in transition.inputs() {
-            let place = arc.place.value.as_str();
-            let is_timed = transition.interval.is_some() && safe_places.contains_key(place);
-            if is_timed || transition.on.is_some() {
-                waiting.entry(place).or_insert(transition);
-            }
-        }
-    }
-    for transition in &mission.transitions {
-        let [arc] = &transition.inputs().collect::<Vec<_>>()[..] else { continue };
-        let place = arc.place.value.as_str();
-        let is_plain =
-            transition.arcs.iter().all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put));
-        if !is_plain || has_condition(transition) {
-            continue;
-        }
-        let Some(other) = waiting.get(place) else { continue };
-        let message = format!(
-            "{} has no condition: it fires as soon as {place} is marked, before {} can",
-            transition.name.value, other.name.value
-        );
-        let remedy = "write on=\"…\", when=\"…\", timeout=\"…\" or operator=\"true\", or remove it";
-        let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
-        findings.push(finding.remedy(remedy).related(&other.name.at, "this one waits"));
-    }
-}
-
-fn has_condition(transition: &Transition) -> bool {
-    transition.on.is_some()
-        || transition.interval.is_some()
-        || transition.when.is_some()
-        || transition.not_before.is_some()
-        || transition.not_after.is_some()
-        || transition.autonomy != Autonomy::Auto
-        || transition.is_doubtful
 }
 
 fn too_many_tokens(at: &Spanned<String>, place: &Place, remedy: &str, findings: &mut Findings) {
@@ -164,12 +119,31 @@ fn report_missing_input(transition: &Transition, findings: &mut Findings) {
     ));
 }
 
-/// Returns the place with components from which the transition takes the token, if it puts none.
-fn lost_token(transition: &Transition, is_active: impl Fn(&str) -> bool) -> Option<&str> {
+/// Returns the place from which the transition takes the token, if it puts none: a place with
+/// components, or one of which it limits the time and which another transition leads on from.
+fn lost_token(
+    transition: &Transition,
+    is_active: impl Fn(&str) -> bool,
+    leads_on: impl Fn(&str) -> bool,
+) -> Option<&str> {
     if transition.outputs().next().is_some() {
         return None;
     }
-    transition.inputs().map(|arc| arc.place.value.as_str()).find(|place| is_active(place))
+    let has_latest = transition.interval.as_ref().is_some_and(|it| it.latest.is_some());
+    let is_time_out = has_latest && transition.sets.is_empty();
+    let mut inputs = transition.inputs().map(|arc| arc.place.value.as_str());
+    inputs.find(|place| is_active(place) || (is_time_out && leads_on(place)))
+}
+
+/// Returns whether a transition moves the only token of the place to another place.
+fn leads_on_from(mission: &Mission, place: &str) -> bool {
+    let has_one = mission.place(place).is_some_and(|it| it.initial <= 1);
+    let moves = |it: &Transition| {
+        it.arcs.iter().all(|arc| arc.weight == 1)
+            && it.inputs().any(|arc| arc.place.value == place)
+            && it.outputs().any(|arc| arc.place.value != place)
+    };
+    has_one && mission.transitions.iter().any(moves)
 }
 
 /// A transition without `to` was probably meant to lead to some place.

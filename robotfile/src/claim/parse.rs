@@ -389,7 +389,19 @@ impl ClaimParser<'_> {
         Some(ClaimError { at, message, remedy })
     }
 
+    /// `leads_to` written as one word.
+    fn find_joined_leads_to(&self) -> Option<ClaimError> {
+        let word = self.peek_word()?;
+        let letters = word.chars().filter(|letter| letter.is_alphanumeric());
+        let is_meant = letters.collect::<String>().eq_ignore_ascii_case("leadsto");
+        let message = format!("`{word}` is not a word of checks");
+        is_meant.then(|| self.error(&message, "did you mean leads to?"))
+    }
+
     fn report_unexpected(&self, wanted: &str) -> ClaimError {
+        if let Some(joined) = self.find_joined_leads_to() {
+            return joined;
+        }
         if let Some(misspelt) = self.find_misspelt() {
             return misspelt;
         }

@@ -100,7 +100,9 @@ struct Lexer<'a> {
 const QUOTES: &str = "put a text between single quotes: 'Charging'";
 
 /// Spellings of other languages, with ours.
-const FOREIGN: [(&str, &str); 26] = [
+const FOREIGN: [(&str, &str); 28] = [
+    ("=<", "did you mean &lt;=?"),
+    ("=>", "did you mean &gt;=?"),
     ("&&", "write and"),
     ("&", "write and"),
     ("||", "write or"),
@@ -314,6 +316,9 @@ impl<'a> Lexer<'a> {
 
 fn refuse_foreign(rest: &str, start: usize, c: char, language: &str) -> GuardError {
     let (len, remedy) = match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
+        Some((sign @ "=", _)) if language == "value" => {
+            (sign.len(), "write the new value alone, such as count + 1")
+        }
         Some((sign, remedy)) => (sign.len(), *remedy),
         None if c == ',' => (1, "write and or or between two conditions"),
         None => (c.len_utf8(), "remove it"),

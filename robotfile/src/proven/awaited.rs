@@ -22,6 +22,7 @@ pub(super) fn find_awaited(result: &Finding) -> Option<Claim> {
             | Statement::AlwaysReachable(_)
             | Statement::Eventually(_)
             | Statement::LeadsTo(..)
+            | Statement::Fires(_)
             | Statement::Duration { .. }
     );
     is_awaited.then_some(claim)

@@ -159,3 +159,15 @@ pub(super) fn explain_by_submission(proven: &mut Vec<Finding>, mission: &Mission
                     leaves to, out=\"…\""
         .into();
 }
+
+/// Merges checks that wait for what no sequence of firings contains with a goal that none leads to:
+/// where the mission cannot come to its goal, it cannot come to what is on the path either.
+pub(super) fn merge_never_happens(proven: &mut Vec<Finding>) {
+    let Some(at) = proven.iter().position(|it| it.code == Code::GoalNeverReached) else { return };
+    let mut never = proven.remove(at);
+    let is_never = |result: &Finding| result.trace.is_none() && find_awaited(result).is_some();
+    let (checks, others): (Vec<_>, Vec<_>) = std::mem::take(proven).into_iter().partition(is_never);
+    *proven = others;
+    never.related.extend(merging::label_checks(checks.into_iter()));
+    proven.push(never);
+}

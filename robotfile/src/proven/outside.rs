@@ -43,6 +43,24 @@ impl Findings {
         }
         proven.insert(0, cause);
     }
+
+    /// Returns the findings about a variable that nothing sets, where a transition never fires
+    /// whose guard compares it.
+    pub(super) fn find_unset(&self, proven: &[Finding], mission: &Mission) -> Vec<Finding> {
+        let dead = proven.iter().filter(|it| it.code == Code::NeverFires);
+        let dead: Vec<_> = dead.filter_map(|it| it.at.as_ref()).collect();
+        let transitions = mission.transitions.iter();
+        let guards: Vec<_> = transitions
+            .filter(|it| dead.iter().any(|at| at.span == it.name.at.span))
+            .filter_map(|it| it.when.as_ref())
+            .collect();
+        let stops = |finding: &&Finding| {
+            let name = finding.at.as_ref().map_or("", Location::text);
+            finding.code == Code::NothingSets
+                && guards.iter().any(|when| compares(mission, &when.at, name))
+        };
+        self.iter().filter(stops).cloned().collect()
+    }
 }
 
 fn is_after_outside(result: &Finding) -> bool {

@@ -94,8 +94,16 @@ fn without_effect(
         (
             confirms && fields.attribute_at("answer-within").is_some(),
             "unanswered",
-            "there is no question to answer here: write autonomy=\"confirm\" and \
-             answer-within=\"30s\", or remove it",
+            match confirms {
+                true => {
+                    "without a time the question waits for its answer without end: write \
+                     answer-within=\"30s\", or remove it"
+                }
+                false => {
+                    "there is no question to answer here: write autonomy=\"confirm\" and \
+                     answer-within=\"30s\", or remove it"
+                }
+            },
         ),
         (
             has_last_date,

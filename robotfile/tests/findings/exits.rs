@@ -70,3 +70,13 @@ fn an_exit_without_a_condition_leaves_no_time_for_reports() {
     only("W0272", "v has no condition", &file(plain));
     none(&file(&plain.replace("/>", " operator=\"true\"/>")));
 }
+
+#[test]
+fn an_exit_without_a_condition_leaves_no_time_for_an_operator() {
+    let passive = r#"<place name="b"/><transition name="u" from="a" to="b" on="go.failed"/>"#;
+    let asks = r#"<transition name="t" from="b" to="a" autonomy="confirm" answer-within="9s"/>"#;
+    let file = |exit: &str| robot(r#"safe="hold""#, &format!("{END}{LATE}{passive}{asks}{exit}"));
+    let plain = r#"<transition name="v" from="b" to="hold"/>"#;
+    only("W0272", "as soon as b is marked, before t can", &file(plain));
+    none(&file(&plain.replace("/>", " timeout=\"20s\"/>")));
+}

@@ -99,7 +99,10 @@ fn systems_against_manifests() {
     let no_file = format!(r#"<component name="[[a]]" kind="k"/>{fed}"#);
     one_with("E0111", &system(&no_file), Some(&manifests));
     let right = r#"<component name="a" kind="k"><parameter name="file" value="x"/><parameter name="speed" value="5km/h"/></component>"#;
-    let all = format!(r#"{right}{fed}<link from="a.map" to="a.extra"/>"#);
+    let other = right.replace("\"a\"", "\"b\"");
+    let all = format!(
+        r#"{right}{other}<link from="a.out" to="b.in"/><link from="b.out" to="a.in"/><link from="a.map" to="b.extra"/><link from="b.map" to="a.extra"/>"#
+    );
     let (reading, _) = reading(&system(&all), Some(&manifests));
     assert!(reading.findings.is_empty(), "{}", reading.findings.render(Colours::No));
 }

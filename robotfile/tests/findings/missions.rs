@@ -98,7 +98,7 @@ fn transitions_that_hinder_themselves_or_each_other() {
     with("E0216", r#"<place name="[[c]]" initial="2" components="stop"/>"#);
     fine(r#"<place name="c" initial="2"/>"#);
     // Immediate before late, early before late; but not if something else must be there too.
-    with("W0217", r#"<transition name="[[t]]" from="a" timeout="5s"/>"#);
+    with("W0217", r#"<transition name="[[t]]" from="a" to="hold" timeout="5s"/>"#);
     with(
         "W0217",
         r#"<transition name="s" from="b" to="hold" timeout="2s"/><transition name="[[t]]" from="b" to="hold" on="go.done" after="3s"/>"#,
@@ -255,13 +255,13 @@ fn failures_times_and_sets_that_change_nothing() {
     one("W0263", &place("[[b]]"));
     none(&place("a"));
     for time in [r#"timeout="[[0s]]""#, r#"timeout="[[1ms]]""#] {
-        one("W0264", &mission(&format!(r#"<transition name="t" from="a" {time}/>"#)));
+        one("W0264", &mission(&format!(r#"<transition name="t" from="a" to="hold" {time}/>"#)));
     }
     let (codes, shown) =
         found_in(&mission(r#"<transition name="t" from="a" interval="[0s,9ms]"/>"#));
     assert_eq!(codes, ["W0264"], "{shown}");
     for time in [r#"timeout="10ms""#, r#"after="0s""#, r#"interval="[0s,5s]""#] {
-        none(&mission(&format!(r#"<transition name="t" from="a" {time}/>"#)));
+        none(&mission(&format!(r#"<transition name="t" from="a" to="hold" {time}/>"#)));
     }
     let sets = |second: &str| {
         mission(&format!(

@@ -138,3 +138,31 @@ fn a_list_as_in_other_languages_is_written_with_spaces() {
     let file = with(r#"<exclusive components="['go', 'go2']"/>"#);
     only("E0019", r#"write components="go go2""#, &file);
 }
+
+#[test]
+fn signs_and_words_in_another_order_or_joined_are_corrected() {
+    only("E0230", "did you mean &lt;=?", &guard("n =&lt; 2"));
+    only("E0230", "did you mean &gt;=?", &guard("n =&gt; 2"));
+    only("E0238", "write the new value alone, such as count + 1", &counted("n += 1"));
+    only("E0250", "did you mean leads to?", &check("a leads_to over or hold"));
+    only("E0250", "did you mean leads to?", &check("a leadsTo over or hold"));
+}
+
+#[test]
+fn a_beginning_of_a_field_is_completed_and_a_report_is_no_guard() {
+    only("E0232", "did you mean voltage?", &guard("power.state.volt &lt; 11V"));
+    only("E0106", "write on=\"go.done\" for a report", &guard("go.done"));
+    only("E0106", "there are none", &guard("go.dnoe"));
+}
+
+#[test]
+fn a_question_without_a_time_for_its_answer_lacks_only_that() {
+    let asked =
+        r#"<transition name="t" from="a" to="hold" autonomy="confirm" unanswered="decline"/>"#;
+    only("W0027", "help: without a time the question waits", &with(asked));
+    only(
+        "W0027",
+        "there is no question",
+        &with(&asked.replace(" autonomy=\"confirm\"", " on=\"go.failed\"")),
+    );
+}

@@ -106,3 +106,15 @@ fn what_a_process_cannot_do() {
     one("N0134", &block("[[b]]"));
     none(&block("a"));
 }
+
+#[test]
+fn a_component_that_feeds_itself() {
+    let link = |ends: &str| {
+        system(&format!(
+            r#"<component name="a" kind="k"/><component name="b" kind="k"/><link {ends}/>"#
+        ))
+    };
+    one("W0139", &link(r#"from="[[a.x]]" to="a.y""#));
+    one("W0121", &link(r#"from="[[a.x]]" to="a.y" keep="all""#));
+    none(&link(r#"from="a.x" to="b.y""#));
+}

@@ -20,6 +20,11 @@ use crate::model::System;
 use crate::source::{Location, Spanned};
 use crate::suggestion::suggest_similar;
 
+/// The fewest letters of a beginning that can only mean one name.
+const SHORTEST_BEGINNING: usize = 3;
+/// Reports that components of every kind may send.
+const COMMON_REPORTS: [&str; 2] = ["done", "failed"];
+
 /// The data that guards may name.
 pub(super) struct DataFields<'a> {
     system: &'a System,
@@ -100,6 +105,12 @@ impl<'a> DataFields<'a> {
         let outputs = || manifest.outputs.iter().map(|output| output.id.as_str());
         let Some(port) = manifest.outputs.iter().find(|port| port.id == output) else {
             let what = format!("output of {}", manifest.kind);
+            if name.fields().is_empty() && is_report(manifest, output) {
+                let message = format!("there is no {what} called {output}: it is a report");
+                let finding = Finding::new(Code::UnknownPort, &part(1), message);
+                findings.push(finding.remedy(format!("write on=\"{data}\" for a report")));
+                return None;
+            }
             unknown(Code::UnknownPort, &what, output, &part(1), outputs(), findings);
             return None;
         };
@@ -178,13 +189,27 @@ fn unknown<'a>(
     let remedy = if known.clone().any(before_minus) {
         "put spaces around a minus: without them it is part of the name".into()
     } else {
-        let guess = suggest_similar(name, known.clone());
+        let guess = suggest_longer(name, known.clone())
+            .filter(|_| code == Code::UnknownField)
+            .or_else(|| suggest_similar(name, known.clone()));
         guess.unwrap_or_else(|| match known.clone().next() {
             None => "there are none".into(),
             Some(_) => format!("there are: {}", listed(known)),
         })
     };
     findings.push(Finding::new(code, at, message).remedy(remedy));
+}
+
+/// Returns a remedy that names the only candidate of which `name` is the beginning.
+fn suggest_longer<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let mut longer = known.filter(|known| known.starts_with(name));
+    let only = longer.next().filter(|_| name.len() >= SHORTEST_BEGINNING)?;
+    longer.next().is_none().then(|| format!("did you mean {only}?"))
+}
+
+/// Returns whether components of the kind report this.
+fn is_report(manifest: &Manifest, event: &str) -> bool {
+    COMMON_REPORTS.contains(&event) || manifest.listed_events().iter().any(|it| it.name == event)
 }
 
 fn type_of(path: &FieldPath<'_>) -> Type {

@@ -1,0 +1,83 @@
+//! What was forgotten or taken for something else in a mission, and what its finding advises.
+
+use super::follow_ups::{BOTH, LATE, OUT, expect, mission};
+
+const HOME: &str = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
+
+#[test]
+fn guards_that_overlap_on_one_report_leave_the_choice_to_the_order() {
+    let rounds = |again: &str, enough: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="3"/>{OUT}<transition name="again" from="b" to="a" on="back.done" {again}><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="home" on="back.done" {enough}/>"#
+        );
+        mission(BOTH, &(content + LATE))
+    };
+    let (less, two) = (r#"when="n &lt; 2""#, r#"when="n == 2""#);
+    expect(&rounds(less, two), &[], "");
+    expect(&rounds(less, ""), &["W0218"], "again and enough can fire at the same moment");
+    expect(&rounds(r#"when="n &lt;= 2""#, two), &["W0218"], "let their guards exclude each other");
+    expect(&rounds(less, r#"priority="-1""#), &[], "");
+    // No run comes to three rounds.
+    expect(&rounds(less, r#"when="n == 2 or n == 3""#), &[], "");
+}
+
+#[test]
+fn a_guard_that_nothing_changes_in_the_place_does_not_wait() {
+    let rounds = |enough: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="2"/>{OUT}<transition name="again" from="b" to="a" on="back.done" when="n &lt; 2"><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="home" {enough} when="n == 2"/>"#
+        );
+        mission(BOTH, &(content + LATE))
+    };
+    expect(&rounds(r#"on="back.done""#), &[], "");
+    expect(&rounds(""), &["W0272"], "enough waits for nothing: where `n == 2` is true");
+    expect(&rounds(r#"after="1s""#), &[], "");
+    let ticks = r#"<transition name="tick" from="b" to="b" after="1s"><set variable="n" value="2"/></transition></mission>"#;
+    let counted = rounds("").replace("</mission>", ticks);
+    expect(&counted.replace(LATE, ""), &[], "");
+}
+
+#[test]
+fn from_takes_a_token_from_each_of_its_places() {
+    let either = r#"<transition name="weak" from="a b" to="hold" on="go.failed"/>"#;
+    let file = mission(BOTH, &format!("{OUT}{HOME}{LATE}{either}"));
+    expect(&file, &["W0217"], "a token from each of a and b, which are never marked together");
+    let late = either.replace(r#"on="go.failed""#, r#"timeout="60s""#);
+    let file = mission(BOTH, &format!("{OUT}{HOME}{late}{LATE}"));
+    expect(&file, &["W0217"], "write one transition for each");
+}
+
+#[test]
+fn a_time_out_that_leads_nowhere_is_one_finding_also_without_components() {
+    let file = |end: &str, checks: &str| {
+        let passive = format!(
+            r#"<place name="c"/><transition name="ask" from="b" to="c" on="back.failed"/><transition name="yes" from="c" to="home" operator="true"/><transition name="no" from="c" {end} timeout="9s"/>"#
+        );
+        mission(BOTH, &format!("{OUT}{HOME}{LATE}{passive}{checks}"))
+    };
+    let checks =
+        "<check>always reachable(home or hold)</check><check>a leads to home or hold</check>";
+    expect(&file("to=\"hold\"", checks), &[], "");
+    expect(&file("", ""), &["W0271"], "no takes the token from c and puts it into no place");
+    expect(&file("", checks), &["E0252"], "write to=\"…\"");
+}
+
+#[test]
+fn a_place_from_which_others_are_reached_was_to_be_initial() {
+    let file = mission(BOTH, &format!("{OUT}{HOME}{LATE}<check>fires(out)</check>"));
+    expect(&file, &[], "");
+    let other = r#"<place name="x" initial="true"/><transition name="y" from="x" to="hold" timeout="9s"/></mission>"#;
+    let forgotten = file.replace(r#" initial="true""#, "").replace("</mission>", other);
+    expect(&forgotten, &["E0241"], "write initial=\"true\" if the mission begins in it");
+    expect(&forgotten, &["E0241"], "this check fails, too");
+}
+
+#[test]
+fn a_variable_that_nothing_sets_is_why_the_goal_is_never_reached() {
+    let content = r#"<variable name="n" min="0" max="1"/>"#;
+    let out = OUT.replace("/>", r#" when="n == 1"/>"#);
+    let away = r#"<transition name="away" from="a" to="hold" timeout="9s"/>"#;
+    let file = mission(BOTH, &format!("{content}{out}{HOME}{LATE}{away}<check>fires(in)</check>"));
+    expect(&file, &["E0241"], "no transition sets n, so its value never changes");
+    expect(&file, &["E0241"], "or make it follow data");
+}

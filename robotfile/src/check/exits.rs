@@ -1,0 +1,111 @@
+//! Transitions that leave a place as soon as it is marked, although components are active in it or
+//! other transitions wait for a report or an operator: a condition was probably forgotten.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::guard::Guard;
+use crate::mission::{ArcKind, Autonomy, Mission, Place, Transition};
+
+/// `active_places` are the places with components.
+pub(super) fn check(
+    mission: &Mission,
+    active_places: &BTreeMap<&str, &Place>,
+    findings: &mut Findings,
+) {
+    let mut waiting: BTreeMap<&str, &Transition> = BTreeMap::new();
+    let mut reporting: BTreeMap<&str, &Transition> = BTreeMap::new();
+    for transition in &mission.transitions {
+        for arc in transition.inputs() {
+            let place = arc.place.value.as_str();
+            let is_timed = transition.interval.is_some() && active_places.contains_key(place);
+            let asks = transition.autonomy != Autonomy::Auto;
+            if is_timed || asks || transition.on.is_some() {
+                waiting.entry(place).or_insert(transition);
+            }
+            if transition.on.is_some() && active_places.contains_key(place) {
+                reporting.entry(place).or_insert(transition);
+            }
+        }
+    }
+    let counters: BTreeSet<_> = mission
+        .variables
+        .iter()
+        .filter(|variable| variable.counts().is_some())
+        .map(|variable| variable.name.value.as_str())
+        .collect();
+    for transition in &mission.transitions {
+        let [arc] = &transition.inputs().collect::<Vec<_>>()[..] else { continue };
+        let place = arc.place.value.as_str();
+        let is_plain =
+            transition.arcs.iter().all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put));
+        if !is_plain || has_moment(transition) {
+            continue;
+        }
+        let Some(when) = &transition.when else {
+            findings.extend(waiting.get(place).map(|it| report(transition, place, it)));
+            continue;
+        };
+        let Some(other) = reporting.get(place) else { continue };
+        let Ok(guard) = Guard::parse(&when.value) else { continue };
+        let names: Vec<_> = guard.names().iter().map(|name| name.as_str()).collect();
+        let is_counted = !names.is_empty() && names.iter().all(|name| counters.contains(name));
+        if is_counted && keeps_values(mission, place, &names) {
+            findings.push(report_decided(transition, &when.value, place, other));
+        }
+    }
+}
+
+/// Returns whether anything but a guard determines when the transition fires.
+fn has_moment(transition: &Transition) -> bool {
+    transition.on.is_some()
+        || transition.interval.is_some()
+        || transition.not_before.is_some()
+        || transition.not_after.is_some()
+        || transition.autonomy != Autonomy::Auto
+        || transition.is_doubtful
+}
+
+/// Returns whether the variables are set, but only by transitions that enter the place or leave it:
+/// as it activates components, it has one token, so their values do not change while it is marked.
+fn keeps_values(mission: &Mission, place: &str, names: &[&str]) -> bool {
+    let is_named =
+        |it: &&Transition| it.sets.iter().any(|set| names.contains(&set.variable.value.as_str()));
+    let mut setters = mission.transitions.iter().filter(is_named).peekable();
+    let moves_token = |it: &Transition| {
+        let takes = it.inputs().any(|arc| arc.place.value == place);
+        takes != it.outputs().any(|arc| arc.place.value == place)
+    };
+    setters.peek().is_some() && setters.all(moves_token)
+}
+
+fn report(transition: &Transition, place: &str, other: &Transition) -> Finding {
+    let message = format!(
+        "{} has no condition: it fires as soon as {place} is marked, before {} can",
+        transition.name.value, other.name.value
+    );
+    let remedy = "write on=\"…\", when=\"…\", timeout=\"…\" or operator=\"true\", or remove it";
+    let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+    finding.remedy(remedy).related(&other.name.at, "this one waits")
+}
+
+fn report_decided(
+    transition: &Transition,
+    guard: &str,
+    place: &str,
+    other: &Transition,
+) -> Finding {
+    let message = format!(
+        "{} waits for nothing: where `{guard}` is true, it fires as soon as {place} is marked, \
+         before {} can",
+        transition.name.value, other.name.value
+    );
+    let remedy = format!(
+        "write on=\"…\" for the report that it waits for, or decide in a place before {place}, \
+         without components"
+    );
+    let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+    finding.remedy(remedy).related(&other.name.at, "this one waits")
+}
