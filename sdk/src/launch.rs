@@ -24,7 +24,7 @@ use crate::call::Fault;
 use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::configuration;
-use crate::describe::{list_declarations, manifest_of};
+use crate::describe::{PanickedConstructor, catch_panic, list_declarations, manifest_of};
 use crate::following;
 use crate::identity::ProcessIdentity;
 use crate::link::input_reader::InputReader;
@@ -111,6 +111,10 @@ fn print_manifest<C: Component>() -> ExitCode {
     let manifest = describe_aside::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
     match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
         Ok(()) => ExitCode::SUCCESS,
+        Err(fault) if fault.is::<PanickedConstructor>() => {
+            eprintln!("{}: {fault}", C::KIND);
+            ExitCode::from(PANICKED)
+        }
         Err(fault) => {
             if let Some(ManifestFaults(faults)) = fault.downcast_ref()
                 && let [_, _, ..] = faults.as_slice()
@@ -128,8 +132,8 @@ fn print_manifest<C: Component>() -> ExitCode {
 
 /// Returns the manifest of a constructor that prints nothing on stdout.
 fn describe_aside<C: Component>() -> Result<Manifest, Fault> {
-    let (manifest, printed) = run_with_stdout_aside(manifest_of::<C>)?;
-    let manifest = manifest?;
+    let (manifest, printed) = run_with_stdout_aside(|| catch_panic(manifest_of::<C>))?;
+    let manifest = manifest??;
     match printed.lines().find(|line| !line.trim().is_empty()) {
         None => Ok(manifest),
         Some(line) => Err(format!(

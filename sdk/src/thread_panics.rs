@@ -1,6 +1,7 @@
 //! Panics outside the calls of user code: in threads that the component has started itself. A hook
 //! of the process notes them, and the main loop reports them.
 
+use std::cell::RefCell;
 use std::num::NonZeroU64;
 use std::panic::{self, PanicHookInfo};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -98,13 +99,69 @@ impl ThreadPanics {
 /// code is not among them: it is caught where the call is made.
 pub(crate) fn report_thread_panics(participant: &Arc<Participant>) {
     COMPONENTS.lock().push(Arc::downgrade(participant));
+    add_hook();
+}
+
+fn add_hook() {
     HOOK.call_once(|| {
         let previous = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            previous(info);
-            note_panic(info);
+            if !note_quietly(info) {
+                previous(info);
+                note_panic(info);
+            }
         }));
     });
+}
+
+/// Where this thread has panicked last, if its panics are caught and reported elsewhere.
+enum QuietPanics {
+    Off,
+    On(Option<String>),
+}
+
+thread_local! {
+    static QUIET: RefCell<QuietPanics> = const { RefCell::new(QuietPanics::Off) };
+}
+
+/// While it exists, panics of this thread are not printed.
+pub(crate) struct KeptQuiet;
+
+/// From now on panics of this thread are not printed: the caller catches and reports them.
+pub(crate) fn keep_panics_quiet() -> KeptQuiet {
+    add_hook();
+    // A panic that aborts is never caught.
+    if cfg!(panic = "unwind") {
+        QUIET.set(QuietPanics::On(None));
+    }
+    KeptQuiet
+}
+
+impl KeptQuiet {
+    /// Where this thread has panicked since, as FILE:LINE.
+    pub fn place(&self) -> Option<String> {
+        QUIET.with_borrow(|quiet| match quiet {
+            QuietPanics::On(place) => place.clone(),
+            QuietPanics::Off => None,
+        })
+    }
+}
+
+impl Drop for KeptQuiet {
+    fn drop(&mut self) {
+        QUIET.set(QuietPanics::Off);
+    }
+}
+
+/// Notes the place if the panics of this thread are reported elsewhere; returns whether they are.
+fn note_quietly(info: &PanicHookInfo<'_>) -> bool {
+    QUIET.with_borrow_mut(|quiet| match quiet {
+        QuietPanics::On(place) => {
+            *place = info.location().map(|at| format!("{}:{}", at.file(), at.line()));
+            true
+        }
+        QuietPanics::Off => false,
+    })
 }
 
 fn note_panic(info: &PanicHookInfo<'_>) {
