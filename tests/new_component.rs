@@ -34,6 +34,22 @@ fn run_own_tests(project: &Path) {
     assert!(out.contains("3 passed"), "{out}");
 }
 
+/// A fault of its ports is shown by the project's own tests, with what to do.
+fn show_a_fault(project: &Path) {
+    let main = project.join("src/main.rs");
+    let text = std::fs::read_to_string(&main).expect("the project's code");
+    let declaration = "armor.provide::<Count>(\"count\")?;";
+    let twice = text.replace(declaration, &declaration.repeat(2));
+    std::fs::write(&main, twice).expect("written");
+    let tested = cargo(project, "test").output().expect("cargo starts");
+    let out = String::from_utf8_lossy(&tested.stdout);
+    let shown = "panicked at src/main.rs:";
+    let fault =
+        "\nthe port `count` is declared twice; inputs and outputs share their names: rename";
+    assert!(out.contains(shown) && out.contains(fault), "{out}");
+    std::fs::write(&main, text).expect("written");
+}
+
 #[test]
 fn a_users_own_component_runs_and_is_supervised() {
     let folder = Folder::new("new");
@@ -42,6 +58,7 @@ fn a_users_own_component_runs_and_is_supervised() {
     let executable = build(&folder.path().join("odd-counter"));
     crate::manifests::keeps_to_the_schema(&executable);
     run_own_tests(&folder.path().join("odd-counter"));
+    show_a_fault(&folder.path().join("odd-counter"));
 
     folder.script("bystander", "echo here; exec sleep 600");
     let components = folder.path().join("components");

@@ -25,7 +25,8 @@ pub trait Component: Sized + Send + 'static {
     /// of every component and not declared.
     const EVENTS: &'static [DeclaredEvent] = &[];
 
-    /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware.
+    /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware
+    /// or files: `exec` does, at [`Call::Started`].
     ///
     /// # Errors
     /// Any; the process then logs it and ends.

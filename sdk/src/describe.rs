@@ -1,19 +1,25 @@
 //! What a kind of component looks like from outside, found by running its constructor with nothing
 //! behind it (ArMoR 4.1).
 
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 
 use armor_wire::manifest::{
     MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortManifest,
 };
 use armor_wire::schema;
+use thiserror::Error;
 
 use crate::armor::Armor;
 use crate::call::Fault;
 use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::identity::ProcessIdentity;
+use crate::parameters::ParameterError;
 use crate::participant::{Declarations, Participant};
+use crate::port_table::{DeclareError, SendError};
+use crate::thread_panics::keep_panics_quiet;
+use crate::user_code::describe_panic;
 
 /// The manifest of a kind, checked as `armor check` and `armor run` do.
 ///
@@ -24,7 +30,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
     let identity = ProcessIdentity { name: "describe".into(), kind: C::KIND.into(), instance: 1 };
     let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), true)?);
     let running = participant.calls.begin_call(CalledFunction::New);
-    C::new(Armor { participant: Arc::clone(&participant) })?;
+    C::new(Armor { participant: Arc::clone(&participant) }).map_err(explain_constructor)?;
     drop(running);
     let doc = |id: &str| {
         let found = C::PORTS.iter().find(|(port, _)| *port == id);
@@ -64,6 +70,41 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
     if faults.is_empty() { Ok(manifest) } else { Err(ManifestFaults(faults).into()) }
+}
+
+/// What a constructor may not do while nothing is behind it.
+pub(crate) const CONSTRUCTOR_RULE: &str = "`new` runs for --describe too and opens no hardware or \
+                                           files: do that at Call::Started";
+
+/// A panic of a constructor.
+#[derive(Debug, Error)]
+#[error("its constructor panicked{place}: {text}; {CONSTRUCTOR_RULE}")]
+pub(crate) struct PanickedConstructor {
+    /// ` at FILE:LINE`, if it is known.
+    place: String,
+    text: String,
+}
+
+/// Runs a constructor.
+///
+/// # Errors
+/// Its panic, of which nothing else is printed: `armor check` shows one line.
+pub(crate) fn catch_panic<T>(constructor: impl FnOnce() -> T) -> Result<T, PanickedConstructor> {
+    let quiet = keep_panics_quiet();
+    panic::catch_unwind(AssertUnwindSafe(constructor)).map_err(|panic| {
+        let place = quiet.place().map(|place| format!(" at {place}")).unwrap_or_default();
+        PanickedConstructor { place, text: describe_panic(panic.as_ref()) }
+    })
+}
+
+/// Adds the rule to a fault of the component's own; those of the SDK state their remedies.
+fn explain_constructor(fault: Fault) -> Fault {
+    let is_of_sdk =
+        fault.is::<DeclareError>() || fault.is::<SendError>() || fault.is::<ParameterError>();
+    if is_of_sdk {
+        return fault;
+    }
+    format!("its constructor failed: {fault}; {CONSTRUCTOR_RULE}").into()
 }
 
 /// What the constructor does otherwise than the constants say.
@@ -143,6 +184,60 @@ mod tests {
             armor.get_parameter("volume")?;
             Ok(Self)
         }
+    }
+
+    /// Does in its constructor what no constructor may.
+    struct Eager<const N: usize>;
+
+    impl<const N: usize> Component for Eager<N> {
+        const KIND: &'static str = "eager";
+        const SUMMARY: &'static str = "Opens its device too early.";
+
+        fn new(armor: Armor) -> Result<Self, Fault> {
+            armor.provide::<Flag>("light")?;
+            if N == 0 {
+                std::fs::File::open("/no/such/device")?;
+            }
+            armor.provide::<Flag>("light")?;
+            Ok(Self)
+        }
+    }
+
+    #[test]
+    fn a_constructor_that_fails_is_told_what_it_may_not_do() {
+        let why = manifest_of::<Eager<0>>().expect_err("no such file").to_string();
+        let expected = "its constructor failed: No such file or directory (os error 2); `new` runs \
+                        for --describe too and opens no hardware or files: do that at Call::Started";
+        assert_eq!(why, expected);
+        let why = manifest_of::<Eager<1>>().expect_err("a port twice").to_string();
+        assert!(why.starts_with("the port `light` is declared twice; inputs and"), "{why}");
+    }
+
+    /// Panics in its constructor.
+    struct Hasty;
+
+    impl Component for Hasty {
+        const KIND: &'static str = "hasty";
+        const SUMMARY: &'static str = "Reads its map too early.";
+
+        fn new(_: Armor) -> Result<Self, Fault> {
+            let map: Option<u8> = None;
+            map.expect("there is a map");
+            Ok(Self)
+        }
+    }
+
+    #[test]
+    fn a_constructor_that_panics_is_told_the_same_with_the_place() {
+        let caught = catch_panic(manifest_of::<Hasty>);
+        let why = caught.map(|_| ()).expect_err("it panics").to_string();
+        let parts = [
+            "its constructor panicked at ",
+            "describe.rs:",
+            ": there is a map; ",
+            CONSTRUCTOR_RULE,
+        ];
+        assert!(parts.iter().all(|part| why.contains(part)), "{why}");
     }
 
     #[test]

@@ -25,6 +25,9 @@ use background::{LookupAnswer, LookupPatience, PendingLookup, RegistryLink, Regi
 /// A refusal counts only after this long: the process that held a name may just have died.
 const REFUSED_LIMIT: Duration = Duration::from_secs(3);
 
+/// Time between two looks at whether the wait for the registry is over.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
+
 /// Why the registry has no answer.
 #[derive(Debug, Error)]
 pub enum DirectoryError {
@@ -97,9 +100,19 @@ impl Directory {
     /// # Errors
     /// The registry's refusal, such as a name that is taken, or the timeout.
     pub fn wait_connected(&self, timeout: Duration) -> Result<(), DirectoryError> {
+        self.wait_connected_unless(timeout, || false)
+    }
+
+    /// As [`wait_connected`](Self::wait_connected), but ends soon after `is_over` holds, connected or
+    /// not.
+    pub(crate) fn wait_connected_unless(
+        &self,
+        timeout: Duration,
+        is_over: impl Fn() -> bool,
+    ) -> Result<(), DirectoryError> {
         let start = Instant::now();
         let mut state = self.inner.lock_state();
-        while state.writer.is_none() {
+        while state.writer.is_none() && !is_over() {
             let limit = if state.refusal.is_some() { timeout.min(REFUSED_LIMIT) } else { timeout };
             let left = limit.saturating_sub(start.elapsed());
             if left.is_zero() {
@@ -108,7 +121,7 @@ impl Directory {
                     None => self.timeout_error(timeout, &state),
                 });
             }
-            self.inner.changed.wait_for(&mut state, left);
+            self.inner.changed.wait_for(&mut state, left.min(LOOK_PERIOD));
         }
         Ok(())
     }

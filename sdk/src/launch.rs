@@ -24,7 +24,7 @@ use crate::call::Fault;
 use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::configuration;
-use crate::describe::{list_declarations, manifest_of};
+use crate::describe::{PanickedConstructor, catch_panic, list_declarations, manifest_of};
 use crate::following;
 use crate::identity::ProcessIdentity;
 use crate::link::input_reader::InputReader;
@@ -41,6 +41,8 @@ const START_LIMIT: Duration = Duration::from_secs(20);
 const LEAVE_LIMIT: Duration = Duration::from_millis(500);
 /// Time between two looks at whether they have.
 const LEAVE_PERIOD: Duration = Duration::from_millis(5);
+/// Where the registry is, unless the command line says so.
+const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
 /// Exit code after a panic in the component's code, as Rust's own.
 const PANICKED: u8 = 101;
 
@@ -109,6 +111,10 @@ fn print_manifest<C: Component>() -> ExitCode {
     let manifest = describe_aside::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
     match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
         Ok(()) => ExitCode::SUCCESS,
+        Err(fault) if fault.is::<PanickedConstructor>() => {
+            eprintln!("{}: {fault}", C::KIND);
+            ExitCode::from(PANICKED)
+        }
         Err(fault) => {
             if let Some(ManifestFaults(faults)) = fault.downcast_ref()
                 && let [_, _, ..] = faults.as_slice()
@@ -126,8 +132,8 @@ fn print_manifest<C: Component>() -> ExitCode {
 
 /// Returns the manifest of a constructor that prints nothing on stdout.
 fn describe_aside<C: Component>() -> Result<Manifest, Fault> {
-    let (manifest, printed) = run_with_stdout_aside(manifest_of::<C>)?;
-    let manifest = manifest?;
+    let (manifest, printed) = run_with_stdout_aside(|| catch_panic(manifest_of::<C>))?;
+    let manifest = manifest??;
     match printed.lines().find(|line| !line.trim().is_empty()) {
         None => Ok(manifest),
         Some(line) => Err(format!(
@@ -142,8 +148,9 @@ fn parse_arguments(
     kind: &str,
     arguments: impl IntoIterator<Item = OsString>,
 ) -> Result<Option<ComponentOptions>, lexopt::Error> {
-    let registry = std::env::var("ARMOR_REGISTRY").ok().filter(|registry| !registry.is_empty());
-    let registry = registry.unwrap_or_else(|| format!("127.0.0.1:{DEFAULT_PORT}"));
+    let variable = std::env::var(REGISTRY_VARIABLE).ok().filter(|registry| !registry.is_empty());
+    let mut registry_source = REGISTRY_VARIABLE;
+    let registry = variable.unwrap_or_else(|| format!("127.0.0.1:{DEFAULT_PORT}"));
     let mut options =
         ComponentOptions { name: kind.into(), registry, ..ComponentOptions::default() };
     let mut parser = lexopt::Parser::from_args(arguments);
@@ -153,7 +160,10 @@ fn parse_arguments(
             Long("describe") => options.describe = true,
             Long("alone") => options.alone = true,
             Long("name") => options.name = parser.value()?.parse()?,
-            Long("registry") => options.registry = parser.value()?.parse()?,
+            Long("registry") => {
+                options.registry = parser.value()?.parse()?;
+                registry_source = "--registry";
+            }
             Long("rate") => {
                 let rate = parser.value()?.parse_with(quantity::hertz)?;
                 options.rate_hz = Some(rate);
@@ -172,6 +182,10 @@ fn parse_arguments(
     if options.describe {
         return Ok(Some(options));
     }
+    if !is_host_port(&options.registry) {
+        let given = format!("{registry_source} {}", options.registry);
+        return Err(format!("{given}: an address is HOST:PORT, such as localhost:7411").into());
+    }
     if !name::is_name(kind) {
         let why = format!("KIND is `{kind}`, which is not a name; use letters, digits, _ and -");
         return Err(why.into());
@@ -182,6 +196,14 @@ fn parse_arguments(
         );
     }
     Ok(Some(options))
+}
+
+/// Whether a text is an address. Port 0 of another host of the system is that of its registry.
+fn is_host_port(text: &str) -> bool {
+    let Some((host, port)) = text.rsplit_once(':') else { return false };
+    let is_bracketed = host.starts_with('[') && host.ends_with(']');
+    let is_wrong = |c: char| c.is_whitespace() || c == '/' || (c == ':' && !is_bracketed);
+    !host.is_empty() && !host.contains(is_wrong) && port.parse::<u16>().is_ok()
 }
 
 fn parse_link(text: &str) -> Result<InputSettings, String> {
@@ -211,6 +233,11 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     end_on_signals(&participant)?;
     report_thread_panics(&participant);
     node::join_system(&participant, &options.registry, START_LIMIT)?;
+    if participant.lifecycle.is_ending() {
+        tracing::info!("ended before it has begun");
+        participant.leave_system();
+        return Ok(ExitCode::SUCCESS);
+    }
     let settings =
         if options.alone { None } else { Some(configuration::client::start_client(&participant)?) };
     if options.alone {
@@ -240,7 +267,8 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
             ..ComponentSettings::default()
         },
     };
-    apply_settings(&participant, &settings)?;
+    check_links(&participant, &settings, options.alone)?;
+    apply_settings(&participant, &settings);
     if let Some(data) = &settings.clock {
         following::start_following(&participant, data, |_, _| {})?;
     }
@@ -263,7 +291,32 @@ fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
     Ok(())
 }
 
-fn apply_settings(participant: &Participant, settings: &ComponentSettings) -> Result<(), Fault> {
+/// Refuses data for inputs that the component does not have. `is_alone`: `--link` states them, not
+/// the file.
+fn check_links(
+    participant: &Participant,
+    settings: &ComponentSettings,
+    is_alone: bool,
+) -> Result<(), Fault> {
+    let (name, kind) = (&participant.identity.name, &participant.identity.kind);
+    let inputs = participant.ports.inputs();
+    let inputs: Vec<_> = inputs.iter().map(|input| input.id.as_str()).collect();
+    let wrong = |fed: &&InputSettings| !inputs.contains(&fed.id.as_str());
+    let Some(InputSettings { id, data, .. }) = settings.inputs.iter().find(wrong) else {
+        return Ok(());
+    };
+    if !is_alone {
+        let why = format!("the file feeds input `{name}.{id}`, which `{kind}` does not have");
+        return Err(why.into());
+    }
+    let has = match inputs.as_slice() {
+        [] => "no inputs at all".into(),
+        inputs => format!("no input `{id}`, only: {}", inputs.join(", ")),
+    };
+    Err(format!("--link {id}={data}: `{kind}` has {has}").into())
+}
+
+fn apply_settings(participant: &Participant, settings: &ComponentSettings) {
     participant.lifecycle.set_controlled(settings.controlled);
     if participant.lifecycle.is_contradictory() {
         participant.reports.record_error(
@@ -275,18 +328,16 @@ fn apply_settings(participant: &Participant, settings: &ComponentSettings) -> Re
     if let Some(watchdog) = watchdog {
         participant.set_watchdog(watchdog);
     }
-    let (name, kind) = (&participant.identity.name, &participant.identity.kind);
+    let name = &participant.identity.name;
     let inputs = participant.ports.inputs();
     for fed in &settings.inputs {
-        let input = inputs.iter().find(|input| input.id == fed.id).ok_or_else(|| {
-            format!("the file feeds input `{name}.{}`, which `{kind}` does not have", fed.id)
-        })?;
-        input.connect(fed.clone());
+        for input in inputs.iter().filter(|input| input.id == fed.id) {
+            input.connect(fed.clone());
+        }
     }
     for input in inputs.iter().filter(|input| input.required && input.data().is_none()) {
         tracing::warn!("input `{name}.{}` is required but nothing feeds it", input.id);
     }
-    Ok(())
 }
 
 /// SIGTERM and SIGINT end the component in order: its actuators come to rest first.
@@ -313,4 +364,52 @@ fn leave_system(participant: &Participant) {
         std::thread::sleep(LEAVE_PERIOD);
     }
     participant.leave_system();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::Flag;
+    use crate::participant::Declarations;
+
+    fn usage_error(registry: &str) -> Option<String> {
+        let arguments = ["--registry", registry].map(Into::into);
+        parse_arguments("belt", arguments).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_address_of_a_registry_is_checked_before_anything_waits_for_it() {
+        for fine in ["localhost:7411", "robot:0", "127.0.0.1:7411", "[::1]:7411"] {
+            assert_eq!(usage_error(fine), None, "{fine}");
+        }
+        for wrong in ["localhost", ":7411", "robot:70000", "::1:7411", "http://robot:80", "robot:"]
+        {
+            let why = usage_error(wrong).expect(wrong);
+            let expected =
+                format!("--registry {wrong}: an address is HOST:PORT, such as localhost:7411");
+            assert_eq!(why, expected);
+        }
+    }
+
+    #[test]
+    fn a_link_to_an_input_that_does_not_exist_names_those_that_do() {
+        let identity = ProcessIdentity { name: "b".into(), kind: "belt".into(), instance: 1 };
+        let participant = Participant::new(identity, Declarations::default(), false);
+        let participant = Arc::new(participant.expect("a process"));
+        let settings = ComponentSettings {
+            inputs: vec![parse_link("brak=sorter.brake").expect("a link")],
+            ..ComponentSettings::default()
+        };
+        let refusal = |is_alone| {
+            let refused = check_links(&participant, &settings, is_alone);
+            refused.expect_err("there is no such input").to_string()
+        };
+        assert_eq!(refusal(true), "--link brak=sorter.brake: `belt` has no inputs at all");
+        let armor = Armor { participant: Arc::clone(&participant) };
+        armor.subscribe::<Flag>("brake").expect("it is declared");
+        let expected = "--link brak=sorter.brake: `belt` has no input `brak`, only: brake";
+        assert_eq!(refusal(true), expected);
+        let expected = "the file feeds input `b.brak`, which `belt` does not have";
+        assert_eq!(refusal(false), expected);
+    }
 }

@@ -113,7 +113,7 @@ impl Drop for SystemNode {
     }
 }
 
-/// Listens, registers and serves.
+/// Listens, registers and serves; returns without the registry if the process is to end meanwhile.
 pub(crate) fn join_system(
     participant: &Arc<Participant>,
     registry: &str,
@@ -132,7 +132,7 @@ pub(crate) fn join_system(
     let directory = Directory::register(registry, entry, Arc::clone(&participant.clock));
     participant.set_directory(directory.clone());
     service::start_thread(participant, listeners)?;
-    wait_for_registry(&directory, registry, limit)?;
+    wait_for_registry(&directory, registry, limit, || participant.lifecycle.is_ending())?;
     Ok(())
 }
 
@@ -142,16 +142,17 @@ fn wait_for_registry(
     directory: &Directory,
     registry: &str,
     limit: Duration,
+    is_ending: impl Fn() -> bool,
 ) -> Result<(), DirectoryError> {
     let soon = NOTICE_AFTER.min(limit);
-    match directory.wait_connected(soon) {
+    match directory.wait_connected_unless(soon, &is_ending) {
         Err(DirectoryError::Timeout { problem, .. }) if soon < limit => {
             tracing::warn!(
                 "no registry answers at {registry} ({problem}); waiting {} s for it; `armor run \
                  FILE` or `armor registry` starts one, --registry names another",
                 limit.as_secs()
             );
-            directory.wait_connected(limit - soon)
+            directory.wait_connected_unless(limit - soon, is_ending)
         }
         other => other,
     }
@@ -161,5 +162,32 @@ fn wait_for_registry(
 pub(crate) fn provide_outputs(participant: &Participant) {
     for output in participant.ports.outputs() {
         participant.directory().declare_output(output.entry.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+
+    /// Longer than any test may take: only an end of the wait ends it.
+    const FOR_EVER: Duration = Duration::from_secs(3600);
+
+    #[test]
+    fn a_process_that_is_to_end_no_longer_waits_for_its_registry() {
+        let identity = ProcessIdentity { name: "a".into(), kind: "a".into(), instance: 1 };
+        let participant = Participant::new(identity, Declarations::default(), false);
+        let participant = Arc::new(participant.expect("a process"));
+        let (sender, joined) = mpsc::channel();
+        let joining = Arc::clone(&participant);
+        std::thread::spawn(move || {
+            let result = join_system(&joining, "127.0.0.1:1", FOR_EVER);
+            sender.send(result.map_err(|fault| fault.to_string()))
+        });
+        assert!(joined.recv_timeout(Duration::from_millis(100)).is_err(), "it waits");
+        participant.lifecycle.request_end();
+        assert_eq!(joined.recv_timeout(Duration::from_secs(60)), Ok(Ok(())));
+        participant.leave_system();
     }
 }

@@ -28,7 +28,9 @@ pub enum DeclareError {
     )]
     Name(String),
     /// The component has a port of that name.
-    #[error("the port `{0}` is declared twice")]
+    #[error(
+        "the port `{0}` is declared twice; inputs and outputs share their names: rename or remove one"
+    )]
     Twice(String),
     /// Ports are declared in the constructor.
     #[error("the port `{0}` is declared after the constructor; declare all ports in `new`")]

@@ -35,7 +35,13 @@
 //! assert_eq!(doubler.reports(), []);
 //! # Ok::<(), armor_sdk::testing::TestError>(())
 //! ```
+//!
+//! A step in which the component fails is an error of the test, with the reason: a function that
+//! returns an error or panics, an [`Outcome::Failed`](crate::Outcome::Failed). A test that expects the
+//! failure takes the error (`let error = doubler.send(…).unwrap_err();`), or goes on and reads
+//! [`TestedComponent::reports`].
 
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -58,6 +64,7 @@ use crate::identity::ProcessIdentity;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
+use crate::thread_panics::{ThreadMark, report_thread_panics};
 use crate::timeline::ClockReading;
 
 /// System time when a component is built.
@@ -65,8 +72,8 @@ pub const START_S: f64 = 1000.0;
 /// Where the values come from, for messages about them.
 const ORIGIN: &str = "the test";
 
-/// Why a test cannot do what it asks for.
-#[derive(Debug, Error)]
+/// Why a test cannot do what it asks for. `Debug` is the message, too: it is what a failed test shows.
+#[derive(Error)]
 pub enum TestError {
     /// The component cannot be built.
     #[error("`{kind}` cannot be built: {fault}")]
@@ -108,6 +115,14 @@ pub enum TestError {
         /// Its state, and what led to it.
         why: String,
     },
+    /// The component has failed in this step.
+    #[error("`{kind}` has failed: {reason}")]
+    Failed {
+        /// The kind of component.
+        kind: &'static str,
+        /// Why, as it is reported.
+        reason: String,
+    },
     /// A parameter cannot be set.
     #[error("parameter `{name}`: {problem}")]
     Parameter {
@@ -117,8 +132,13 @@ pub enum TestError {
         problem: String,
     },
     /// Nothing has been published.
-    #[error("nothing has been published on output `{0}`")]
-    NothingPublished(String),
+    #[error("nothing has been published on output `{output}`{why}")]
+    NothingPublished {
+        /// The output.
+        output: String,
+        /// `: `, and why the component publishes nothing; empty if it could.
+        why: String,
+    },
     /// The message is too large to be sent.
     #[error(transparent)]
     Encode(#[from] EncodeError),
@@ -127,14 +147,25 @@ pub enum TestError {
     Decode(#[from] DecodeError),
 }
 
+impl fmt::Debug for TestError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 /// A component under test. Time begins at [`START_S`] and passes only in
 /// [`tick_after`](Self::tick_after) and [`pass_time`](Self::pass_time).
 ///
 /// Each input counts as fed, by data named `test.INPUT`.
+///
+/// A panic of a thread that the component has started is a failure of the component, as in a system;
+/// the next step finds it.
 pub struct TestedComponent {
     kind: &'static str,
     participant: Arc<Participant>,
     component: RunningComponent,
+    /// By which the threads that the component starts are its own.
+    mark: ThreadMark,
     passed: Duration,
     activations: u64,
     reports: Vec<ReportKind>,
@@ -162,6 +193,9 @@ impl TestedComponent {
         let own = |(name, text): &(&str, &str)| ((*name).to_owned(), (*text).to_owned());
         let values = parameters.iter().map(own).collect();
         participant.parameters.answer_locally(values, ORIGIN)?;
+        report_thread_panics(&participant);
+        let mark = participant.thread_panics.distinguish_threads();
+        let marked = mark.mark_thread();
         let running = participant.calls.begin_call(CalledFunction::New);
         let code = C::new(Armor { participant: Arc::clone(&participant) })?;
         drop(running);
@@ -179,10 +213,12 @@ impl TestedComponent {
         let mut component = RunningComponent::new(Box::new(code), Arc::clone(&participant), false);
         component.deliver_parameters();
         component.begin_life(false);
+        drop(marked);
         let mut tested = Self {
             kind: C::KIND,
             participant,
             component,
+            mark,
             passed: Duration::ZERO,
             activations: 0,
             reports: Vec::new(),
@@ -200,45 +236,53 @@ impl TestedComponent {
     /// Activates the component: `exec(Call::Started)`.
     ///
     /// # Errors
-    /// If it is active already.
+    /// If it is active already, or fails.
     pub fn start(&mut self) -> Result<(), TestError> {
         if self.component.is_active() {
             return Err(self.not_active("it is active already; stop it first"));
         }
         self.activations += 1;
         let order = ActivationOrder { activation: self.activations, parameters: Vec::new() };
-        self.give_order(LifecycleOrder::Activate(order));
-        Ok(())
+        self.give_order(LifecycleOrder::Activate(order))
     }
 
     /// Freezes the component: `exec(Call::Stopping)`.
     ///
     /// # Errors
-    /// If it has not been started.
+    /// If it has not been started, or fails.
     pub fn stop(&mut self) -> Result<(), TestError> {
         if self.state() == RunState::Frozen {
             return Err(self.not_active("it is frozen; start it first"));
         }
-        self.give_order(LifecycleOrder::Freeze(self.activations));
-        Ok(())
+        self.give_order(LifecycleOrder::Freeze(self.activations))
     }
 
-    fn give_order(&mut self, order: LifecycleOrder) {
+    fn give_order(&mut self, order: LifecycleOrder) -> Result<(), TestError> {
         self.participant.lifecycle.push_order(order);
-        self.component.obey_orders();
+        self.take_step(RunningComponent::obey_orders)
+    }
+
+    /// Runs code of the component and takes what it reports.
+    fn take_step(&mut self, step: impl FnOnce(&mut RunningComponent)) -> Result<(), TestError> {
+        let known = self.reports.len();
+        let marked = self.mark.mark_thread();
+        step(&mut self.component);
+        drop(marked);
         self.take_reports();
+        match find_failure(&self.reports[known..]) {
+            None => Ok(()),
+            Some(reason) => Err(TestError::Failed { kind: self.kind, reason: reason.into() }),
+        }
     }
 
     /// Lets time pass, then calls `exec(Call::Tick)`.
     ///
     /// # Errors
-    /// If the component is not active.
+    /// If the component is not active, or fails.
     pub fn tick_after(&mut self, period: Duration) -> Result<(), TestError> {
         self.check_active()?;
         self.pass_time(period);
-        self.component.execute_call(Call::Tick);
-        self.take_reports();
-        Ok(())
+        self.take_step(|component| component.execute_call(Call::Tick))
     }
 
     /// Lets time pass without a call.
@@ -256,7 +300,7 @@ impl TestedComponent {
     /// Hands `message`, created now, to the component as data of `input`.
     ///
     /// # Errors
-    /// If there is no such input, it has another type, or the component is not active.
+    /// If there is no such input, it has another type, or the component is not active or fails.
     pub fn send<T: Message>(&mut self, input: &str, message: &T) -> Result<(), TestError> {
         let inputs = self.participant.ports.inputs();
         let Some(index) = inputs.iter().position(|port| port.id == input) else {
@@ -270,15 +314,15 @@ impl TestedComponent {
         let sequence = self.sent[index];
         let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
         self.sent[index] += 1;
-        self.component.deliver_data(index, header, 0, &codec::encode(message)?);
-        self.take_reports();
-        Ok(())
+        let bytes = codec::encode(message)?;
+        self.take_step(|component| component.deliver_data(index, header, 0, &bytes))
     }
 
     /// Changes a live parameter, as an edit of the file does in a running system.
     ///
     /// # Errors
-    /// If it is not declared, not live or not requested, or `text` is no value of it.
+    /// If it is not declared, not live or not requested, `text` is no value of it, or the component
+    /// fails. A value that it refuses leaves the last good one in force and is no failure.
     pub fn set_parameter(&mut self, name: &str, text: &str) -> Result<(), TestError> {
         let parameters = &self.participant.parameters;
         let fails = |problem: &str| {
@@ -300,9 +344,7 @@ impl TestedComponent {
         }
         let assigned = Assigned { text: text.into(), base: String::new(), origin: ORIGIN.into() };
         parameters.accept_answer(name, Some(&assigned));
-        self.component.deliver_parameters();
-        self.take_reports();
-        Ok(())
+        self.take_step(|component| drop(component.deliver_parameters()))
     }
 
     /// Returns all messages that have been published on `output`, in order.
@@ -328,7 +370,11 @@ impl TestedComponent {
     /// As [`outputs`](Self::outputs), or if nothing was published.
     pub fn last_output<T: Message>(&self, output: &str) -> Result<T, TestError> {
         let last = self.outputs(output)?.pop();
-        last.ok_or_else(|| TestError::NothingPublished(output.into()))
+        last.ok_or_else(|| {
+            let failure = (self.state() == RunState::Failed).then(|| find_failure(&self.reports));
+            let why = failure.flatten().map(|reason| format!(": it has failed: {reason}"));
+            TestError::NothingPublished { output: output.into(), why: why.unwrap_or_default() }
+        })
     }
 
     /// Everything that the component has reported, in order.
@@ -342,6 +388,7 @@ impl TestedComponent {
     }
 
     fn take_reports(&mut self) {
+        self.component.report_thread_panics();
         let new = self.participant.reports.list_after(0);
         if let Some(last) = new.last() {
             self.participant.reports.remove_acknowledged(last.number);
@@ -349,10 +396,11 @@ impl TestedComponent {
         self.reports.extend(new.into_iter().map(|report| report.outcome));
     }
 
-    fn check_active(&self) -> Result<(), TestError> {
-        match (self.state(), self.reports.last()) {
+    fn check_active(&mut self) -> Result<(), TestError> {
+        self.take_reports();
+        match (self.state(), find_failure(&self.reports)) {
             (RunState::Active, _) => Ok(()),
-            (RunState::Failed, Some(ReportKind::Failed { reason })) => {
+            (RunState::Failed, Some(reason)) => {
                 Err(self.not_active(&format!("it has failed: {reason}")))
             }
             (RunState::Done, _) => Err(self.not_active("it has reported that it is done")),
@@ -374,6 +422,14 @@ impl TestedComponent {
         let existing = if existing.is_empty() { "none".into() } else { existing.join(", ") };
         TestError::NoPort { kind: self.kind, noun, id: id.into(), existing }
     }
+}
+
+/// The reason of the last failure.
+fn find_failure(reports: &[ReportKind]) -> Option<&str> {
+    reports.iter().rev().find_map(|report| match report {
+        ReportKind::Failed { reason } => Some(reason.as_str()),
+        _ => None,
+    })
 }
 
 fn other_type<T: Message>(noun: &'static str, id: &str, declared: &str) -> TestError {

@@ -1,5 +1,6 @@
 //! The component's own code behind one type, and the guard around every call of it.
 
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use armor_wire::manifest::{EventManifest, RESERVED_EVENTS};
@@ -50,15 +51,17 @@ pub(crate) fn run_user_code(
     match result {
         Ok(outcome) => outcome.map_err(|fault| fault.to_string()),
         Err(panic) => {
-            let text = panic
-                .downcast_ref::<&str>()
-                .map(|text| (*text).to_owned())
-                .or_else(|| panic.downcast_ref::<String>().cloned())
-                .unwrap_or_default();
+            let text = describe_panic(panic.as_ref());
             participant.lifecycle.set_crashed();
             Err(format!("panicked: {text}"))
         }
     }
+}
+
+/// The text of a panic; empty if it has none.
+pub(crate) fn describe_panic(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }
 
 /// Returns the outcome if it is no event, or one that a mission can wait for: its name has no other

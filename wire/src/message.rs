@@ -24,6 +24,13 @@ const FIRST_LIST_LEN: usize = 4 << 10;
 /// A type that can be part of a message. Derived by `#[derive(Message)]`.
 ///
 /// A recursive type does not compile: its least length would depend on itself.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no wire form, so no message can contain it",
+    label = "no wire form",
+    note = "numbers are u8 to u64, i8 to i64, f32 and f64: use u32 or u64 for usize; text is a String",
+    note = "a map is a Vec of a struct with key and value; a tuple is a struct or an array",
+    note = "derive `Message` for a struct or enum of your own, or mark the field `#[message(text)]`"
+)]
 pub trait WireType: Encode + Sized + 'static {
     /// The fewest bytes a value takes. 0 only for a type without fields, which cannot be the item
     /// of a list.
@@ -37,6 +44,12 @@ pub trait WireType: Encode + Sized + 'static {
     /// # Errors
     /// If the bytes are not a value of this type or end too early.
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
+
+    /// Encodes a field. By this trait, not `Encode`, so that a type without a wire form is one error.
+    #[doc(hidden)]
+    fn encode_field<E: Encoder>(&self, encoder: &mut E) -> Result<(), EncodeError> {
+        self.encode(encoder)
+    }
 
     /// Reads `count` values; the remaining bytes are known to suffice.
     #[doc(hidden)]

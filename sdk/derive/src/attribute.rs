@@ -2,13 +2,14 @@
 
 use armor_wire::manifest::{ParameterManifest, ParameterType};
 use armor_wire::text_format::TextFormat;
-use proc_macro2::Span;
+use proc_macro2::{Span, TokenTree};
 use syn::ext::IdentExt;
 use syn::meta::ParseNestedMeta;
+use syn::parse::ParseBuffer;
 use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::{
-    Attribute, Error, Expr, ExprLit, ExprRange, Field, GenericArgument, Ident, Lit, LitStr, Path,
+    Attribute, Error, Expr, ExprLit, Field, GenericArgument, Ident, Lit, LitStr, Path,
     PathArguments, RangeLimits, Result, Token, Type, parenthesized,
 };
 
@@ -317,6 +318,15 @@ fn literal_wanted(kind: ValueKind) -> &'static str {
 
 const UNKNOWN: &str =
     "expected name, unit, default, range, choices, parse, format, colour, written or live";
+const DEFAULTS: &str = "a default is a number, true or false, or a text in quotation marks as the \
+                        file would have it, such as \"20cm/s\"";
+const RANGE: &str = "a range is written LOW..=HIGH, both numbers in SI, without quotation marks and \
+                     units: range = 0.0..=2.0";
+/// What may follow a number in Rust; all else is a unit.
+const RUST_NUMBERS: [&str; 14] = [
+    "i8", "i16", "i32", "i64", "i128", "isize", "u8", "u16", "u32", "u64", "u128", "usize", "f32",
+    "f64",
+];
 const TYPES: &str = "a parameter is a number, bool, String, PathBuf, or an Option of the last two; \
                      any other type needs `choices(…)`, `parse = …` or `format = …`";
 
@@ -360,8 +370,20 @@ fn si_suffix(unit: &str) -> String {
 /// A literal, which may be negative.
 fn parse_literal(meta: &ParseNestedMeta<'_>) -> Result<Lit> {
     let value = meta.value()?;
+    let whole = value.fork();
     let minus: Option<Token![-]> = value.parse()?;
-    let literal: Lit = value.parse()?;
+    let literal: Lit = value.parse().map_err(|error| Error::new(error.span(), DEFAULTS))?;
+    let suffix = match &literal {
+        Lit::Int(number) => number.suffix(),
+        Lit::Float(number) => number.suffix(),
+        _ => "",
+    };
+    let is_number = matches!(literal, Lit::Int(_) | Lit::Float(_));
+    let ends = value.is_empty() || value.peek(Token![,]);
+    let is_of_rust = suffix.is_empty() || RUST_NUMBERS.contains(&suffix);
+    if is_number && !(ends && is_of_rust) {
+        return Err(explain_unquoted(&whole));
+    }
     Ok(match (minus, literal) {
         (None, literal) => literal,
         (Some(_), Lit::Int(number)) => {
@@ -374,8 +396,24 @@ fn parse_literal(meta: &ParseNestedMeta<'_>) -> Result<Lit> {
     })
 }
 
+/// Says how a number with a unit is written, such as the one that `value` begins with.
+fn explain_unquoted(value: &ParseBuffer<'_>) -> Error {
+    let mut span: Option<Span> = None;
+    let mut text = String::new();
+    while !value.is_empty() && !value.peek(Token![,]) {
+        let Ok(token) = value.parse::<TokenTree>() else { break };
+        text.push_str(&token.to_string());
+        let so_far = span.unwrap_or_else(|| token.span());
+        span = Some(so_far.join(token.span()).unwrap_or(so_far));
+    }
+    let why = format!("write it as the file would, in quotation marks: default = \"{text}\"");
+    Error::new(span.unwrap_or_else(Span::call_site), why)
+}
+
 fn parse_range(meta: &ParseNestedMeta<'_>) -> Result<(Span, Expr, Expr)> {
-    let range: ExprRange = meta.value()?.parse()?;
+    let value = meta.value()?;
+    let range: Expr = value.parse().map_err(|error| Error::new(error.span(), RANGE))?;
+    let Expr::Range(range) = range else { return Err(Error::new_spanned(range, RANGE)) };
     let span = range.span();
     match (range.start, range.limits, range.end) {
         (Some(low), RangeLimits::Closed(_), Some(high)) => {
@@ -386,7 +424,7 @@ fn parse_range(meta: &ParseNestedMeta<'_>) -> Result<(Span, Expr, Expr)> {
             }
             Ok((span, *low, *high))
         }
-        _ => Err(Error::new(span, "a range is written LOW..=HIGH, both in SI")),
+        _ => Err(Error::new(span, RANGE)),
     }
 }
 

@@ -46,6 +46,31 @@ fn a_wrong_default_is_refused_where_it_stands() {
 }
 
 #[test]
+fn a_value_that_lacks_quotation_marks_or_has_too_many_is_refused_with_the_remedy() {
+    for (written, text) in [
+        ("20cm/s", "20cm/s"),
+        ("20cm", "20cm"),
+        ("0.6 m/s", "0.6m/s"),
+        ("-5deg", "-5deg"),
+        ("20%", "20%"),
+    ] {
+        for follows in ["", ", live"] {
+            let source =
+                format!("struct S {{ #[parameter(default = {written}{follows})] a: f64 }}");
+            let error = expand_struct(&parse_str(&source).expect("Rust")).expect_err(&source);
+            let expected = format!("in quotation marks: default = \"{text}\"");
+            assert!(error.to_string().ends_with(&expected), "{error}");
+        }
+    }
+    check_refused("#[parameter(default = left)] a: f64", "left", "a text in quotation marks");
+    let range = "without quotation marks and units: range = 0.0..=2.0";
+    check_refused("#[parameter(range = \"0..2\")] a: f64", "\"0..2\"", range);
+    check_refused("#[parameter(range = 2)] a: f64", "2", range);
+    let with_suffix = "struct S { #[parameter(default = 3_u8, range = 0.0..=5.0)] a: u8 }";
+    expand_struct(&parse_str(with_suffix).expect("Rust")).expect("Rust's own suffix");
+}
+
+#[test]
 fn a_default_that_the_type_cannot_hold_is_refused_where_it_stands() {
     check_refused(
         "#[parameter(default = 300)] a: u8",

@@ -107,8 +107,16 @@ fn data_reach_the_component_and_a_fault_is_a_report() {
     counter.execute_on_data();
     counter.send("order", &order).unwrap();
     assert_eq!(counter.reports(), [ReportKind::Event { name: "ordered".into(), value: 1.0 }]);
-    counter.send("order", &Number { data: -1.0 }).unwrap();
+    let error = counter.send("order", &Number { data: -1.0 }).unwrap_err();
+    let expected = "`counter` has failed: an order is not negative";
+    assert_eq!((error.to_string(), format!("{error:?}")), (expected.into(), expected.into()));
     assert_eq!(counter.state(), RunState::Failed);
+    let reason = "an order is not negative".to_owned();
+    assert_eq!(counter.reports().last(), Some(&ReportKind::Failed { reason }));
+    let error = counter.last_output::<Count>("count").unwrap_err().to_string();
+    let expected = "nothing has been published on output `count`: it has failed: an order is not \
+                    negative";
+    assert_eq!(error, expected);
     let error = counter.send("order", &order).unwrap_err().to_string();
     assert_eq!(error, "`counter` gets no calls: it has failed: an order is not negative");
 }
@@ -260,7 +268,9 @@ fn what_the_last_call_returns_is_reported() {
     fn stop<const N: usize>() -> TestedComponent {
         let mut component = TestedComponent::build::<Stopping<N>>(&[]).expect("it is built");
         component.start().unwrap();
-        component.stop().unwrap();
+        let stopped = component.stop().map_err(|error| error.to_string());
+        let fails = Err("`stopping` has failed: could not brake".to_owned());
+        assert_eq!(stopped, if N < 2 { fails } else { Ok(()) });
         assert_eq!(component.state(), RunState::Frozen);
         component
     }
@@ -343,7 +353,7 @@ fn an_event_without_the_constant_fails_and_names_the_constant() {
     let manifest = crate::manifest_of::<Forgetful>().unwrap();
     assert_eq!(manifest.events, Some(Vec::new()), "it reports none");
     let mut component = TestedComponent::build::<Forgetful>(&[]).expect("it is built");
-    component.start().expect("it starts");
+    component.start().expect_err("it fails");
     let reports = component.reports();
     let [ReportKind::Failed { reason }] = reports else { panic!("{reports:?}") };
     for part in ["the event `lap` is not declared", "add `const EVENTS"] {
@@ -397,7 +407,8 @@ fn an_activation_with_a_refused_value_names_it() {
     let mut careful = TestedComponent::build::<Careful>(&[("speed", "1.8m/s")]).expect("built");
     let failed = ReportKind::Failed { reason: why.into() };
     assert_eq!(careful.reports(), std::slice::from_ref(&failed));
-    careful.start().unwrap();
+    let error = careful.start().unwrap_err().to_string();
+    assert_eq!(error, format!("`careful` has failed: {why}"));
     assert_eq!(careful.state(), RunState::Failed);
     assert_eq!(careful.reports(), [failed.clone(), failed.clone()]);
 
@@ -409,8 +420,10 @@ fn an_activation_with_a_refused_value_names_it() {
     let mut activate = |parameters| {
         careful.activations += 1;
         let activation = careful.activations;
-        careful.give_order(LifecycleOrder::Activate(ActivationOrder { activation, parameters }));
-        careful.give_order(LifecycleOrder::Freeze(activation));
+        let order = ActivationOrder { activation, parameters };
+        let activated = careful.give_order(LifecycleOrder::Activate(order));
+        assert_eq!(activated.is_err(), !careful.component.is_active());
+        careful.give_order(LifecycleOrder::Freeze(activation)).expect("it freezes");
         (careful.reports.clone(), careful.participant.compose_status(None, 0.0).last_error)
     };
     let (reports, error) = activate(vec![given("1.8m/s")]);
@@ -431,4 +444,52 @@ fn a_refused_live_value_is_a_problem_until_a_good_one_arrives() {
     assert_eq!(error(&careful), expected);
     careful.set_parameter("speed", "1.2m/s").unwrap();
     assert_eq!(error(&careful), "");
+}
+
+/// Starts a thread of its own, which panics when it is told to.
+struct Threaded(std::sync::mpsc::Sender<()>, Option<std::thread::JoinHandle<()>>);
+
+impl Component for Threaded {
+    const KIND: &'static str = "threaded";
+    const SUMMARY: &'static str = "Reads a sensor on a thread.";
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        let (sender, orders) = std::sync::mpsc::channel();
+        let reader = std::thread::Builder::new().name("reader".into());
+        let reader = reader.spawn(move || {
+            if orders.recv().is_ok() {
+                panic!("the sensor is silent");
+            }
+        })?;
+        Ok(Self(sender, Some(reader)))
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        if call == Call::Tick {
+            self.0.send(())?;
+            let ended = self.1.take().map(std::thread::JoinHandle::join);
+            assert!(ended.is_some_and(|ended| ended.is_err()), "it panics");
+        }
+        Ok(Outcome::CarryOn)
+    }
+}
+
+#[test]
+fn a_panic_of_a_thread_is_a_failure_of_the_component_that_has_started_it() {
+    let build = || TestedComponent::build::<Threaded>(&[]).expect("it is built");
+    let (mut one, mut other) = (build(), build());
+    one.start().unwrap();
+    other.start().unwrap();
+    let error = one.tick_after(TICK).unwrap_err().to_string();
+    let expected = "`threaded` has failed: the thread `reader` panicked at ";
+    assert!(error.starts_with(expected) && error.ends_with(": the sensor is silent"), "{error}");
+    assert_eq!(one.state(), RunState::Failed);
+    assert_eq!(one.reports().len(), 1, "{:?}", one.reports());
+    let error = one.tick_after(TICK).unwrap_err().to_string();
+    assert!(error.contains("gets no calls: it has failed: the thread `reader`"), "{error}");
+    // A thread of the test itself is none of the component's.
+    let own = std::thread::spawn(|| panic!("of the test"));
+    assert!(own.join().is_err());
+    other.stop().unwrap();
+    assert_eq!(other.reports(), [], "its own thread works");
 }

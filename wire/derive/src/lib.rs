@@ -2,6 +2,9 @@
 //!
 //! The layout is bincode's: fields in order, an enum's variant as a `u32` first.
 
+#[cfg(test)]
+mod tests;
+
 use armor_quantity::{Unit, explain_unknown};
 use proc_macro::TokenStream;
 use proc_macro2::TokenStream as Tokens;
@@ -24,7 +27,52 @@ const PRIMITIVES: [&str; 12] =
 #[proc_macro_derive(Message, attributes(message))]
 pub fn derive_message(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    expand_message(&input).unwrap_or_else(Error::into_compile_error).into()
+    derive_or_stub(&input).into()
+}
+
+/// Returns the code of a message, or its errors together with a stub.
+fn derive_or_stub(input: &DeriveInput) -> Tokens {
+    expand_message(input).unwrap_or_else(|error| {
+        let mut code = error.into_compile_error();
+        code.extend(stub_message(input));
+        code
+    })
+}
+
+/// Writes the derived traits without meaning for a type that is refused: its uses would be errors
+/// otherwise, next to those that explain what is wrong.
+fn stub_message(input: &DeriveInput) -> Tokens {
+    let wire = wire_path(read_attributes(&input.attrs).unwrap_or_default().wire);
+    let ident = &input.ident;
+    let (impl_generics, generics, conditions) = input.generics.split_for_impl();
+    let conditions = conditions.map(|conditions| &conditions.predicates).into_iter();
+    let conditions = quote!(where Self: ::core::marker::Send + 'static, #(#conditions)*);
+    quote! {
+        impl #impl_generics #wire::bincode::Encode for #ident #generics #conditions {
+            fn encode<E: #wire::bincode::enc::Encoder>(
+                &self, _: &mut E,
+            ) -> ::core::result::Result<(), #wire::bincode::error::EncodeError> {
+                ::core::unreachable!()
+            }
+        }
+        impl #impl_generics #wire::WireType for #ident #generics #conditions {
+            const MIN_LEN: usize = 1;
+            fn schema() -> #wire::schema::Schema { ::core::unreachable!() }
+            fn read_value<D: #wire::bincode::de::Decoder>(
+                _: &mut D,
+            ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
+                ::core::unreachable!()
+            }
+        }
+        impl #impl_generics #wire::Message for #ident #generics #conditions {
+            const NAME: &'static str = "";
+        }
+    }
+}
+
+/// The wire crate as the derived code names it.
+fn wire_path(given: Option<syn::Path>) -> Tokens {
+    given.map_or_else(|| quote!(::armor_sdk::wire), |path| quote!(#path))
 }
 
 /// The faults of a type, of which all are reported together, each where it is.
@@ -154,7 +202,31 @@ struct FieldTokens {
     min_len: Tokens,
 }
 
-fn expand_fields(fields: &Fields, wire: &Tokens) -> Result<FieldTokens> {
+/// Refuses a field with values of the message that it is part of.
+fn check_not_recursive(of: &Type, owner: &Ident) -> Result<()> {
+    let path = match of {
+        Type::Path(path) if path.qself.is_none() => &path.path,
+        Type::Array(array) => return check_not_recursive(&array.elem, owner),
+        _ => return Ok(()),
+    };
+    if path.is_ident(owner) || path.is_ident("Self") {
+        let why = format!(
+            "a message cannot contain itself: its length would have no bound; send a Vec of \
+             entries that refer to each other by index, not `{owner}` in `{owner}`"
+        );
+        return Err(Error::new_spanned(of, why));
+    }
+    let Some(PathArguments::AngleBracketed(inner)) = path.segments.last().map(|it| &it.arguments)
+    else {
+        return Ok(());
+    };
+    inner.args.iter().try_for_each(|argument| match argument {
+        GenericArgument::Type(inner) => check_not_recursive(inner, owner),
+        _ => Ok(()),
+    })
+}
+
+fn expand_fields(fields: &Fields, owner: &Ident, wire: &Tokens) -> Result<FieldTokens> {
     let (mut names, mut bindings) = (vec![], vec![]);
     let (mut labels, mut types, mut units) = (vec![], vec![], vec![]);
     let mut is_text_field = vec![];
@@ -167,6 +239,9 @@ fn expand_fields(fields: &Fields, wire: &Tokens) -> Result<FieldTokens> {
         bindings.push(format_ident!("field_{index}"));
         let attributes = faults.keep(read_attributes(&field.attrs)).unwrap_or_default();
         let (ty, is_text) = (&field.ty, attributes.text);
+        if !is_text {
+            faults.keep(check_not_recursive(ty, owner));
+        }
         types.push(if is_text { quote!(::std::string::String) } else { quote!(#ty) });
         is_text_field.push(is_text);
         units.extend(faults.keep(field_unit(field, attributes)));
@@ -174,14 +249,16 @@ fn expand_fields(fields: &Fields, wire: &Tokens) -> Result<FieldTokens> {
     faults.into_result()?;
     let decoded: Vec<_> = is_text_field
         .iter()
-        .map(|is_text| match is_text {
+        .zip(&types)
+        .map(|(is_text, ty)| match is_text {
             true => quote!(#wire::message::read_text(decoder)?),
-            false => quote!(#wire::WireType::read_value(decoder)?),
+            false => quote!(<#ty as #wire::WireType>::read_value(decoder)?),
         })
         .collect();
-    let encoded = bindings.iter().zip(&is_text_field).map(|(binding, is_text)| match is_text {
+    let encoded = bindings.iter().zip(&is_text_field).zip(&types);
+    let encoded = encoded.map(|((binding, is_text), ty)| match is_text {
         true => quote!(#wire::message::encode_text(#binding, encoder)?;),
-        false => quote!(#wire::bincode::Encode::encode(#binding, encoder)?;),
+        false => quote!(<#ty as #wire::WireType>::encode_field(#binding, encoder)?;),
     });
     let encode = quote!(#(#encoded)*);
     let (pattern, construct) = match fields {
@@ -225,14 +302,13 @@ fn expand_message(input: &DeriveInput) -> Result<Tokens> {
     if let Some(unit) = &opts.unit {
         faults.keep::<()>(Err(Error::new_spanned(unit, "a unit belongs on a field")));
     }
-    let wire = opts.wire.map_or_else(|| quote!(::armor_sdk::wire), |path| quote!(#path));
+    let wire = wire_path(opts.wire);
     let ident = &input.ident;
     let name = faults.keep(message_name(ident, opts.name)).unwrap_or_default();
     let parts = match &input.data {
-        Data::Struct(data) => {
-            expand_fields(&data.fields, &wire).map(|fields| struct_parts(&fields, &wire, &name))
-        }
-        Data::Enum(data) => enum_parts(data, &wire, &name),
+        Data::Struct(data) => expand_fields(&data.fields, ident, &wire)
+            .map(|fields| struct_parts(&fields, &wire, &name)),
+        Data::Enum(data) => enum_parts(data, ident, &wire, &name),
         Data::Union(_) => Err(Error::new_spanned(ident, "a union cannot travel")),
     };
     let parts = faults.keep(parts);
@@ -289,7 +365,7 @@ fn struct_parts(body: &FieldTokens, wire: &Tokens, name: &str) -> Parts {
     }
 }
 
-fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> {
+fn enum_parts(data: &syn::DataEnum, owner: &Ident, wire: &Tokens, name: &str) -> Result<Parts> {
     if data.variants.is_empty() {
         return Err(Error::new_spanned(data.enum_token, "an enum without variants has no values"));
     }
@@ -298,7 +374,7 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
     for (index, variant) in data.variants.iter().enumerate() {
         let index =
             u32::try_from(index).map_err(|_| Error::new_spanned(variant, "too many variants"));
-        let fields = faults.keep(expand_fields(&variant.fields, wire));
+        let fields = faults.keep(expand_fields(&variant.fields, owner, wire));
         let label = faults.keep(field_label(&variant.ident));
         let (Some(index), Some(fields), Some(label)) = (faults.keep(index), fields, label) else {
             continue;
@@ -325,84 +401,4 @@ fn enum_parts(data: &syn::DataEnum, wire: &Tokens, name: &str) -> Result<Parts> 
         }),
         min_len: quote!(4 + #wire::message::least(&[#(#lengths),*])),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use syn::parse_str;
-
-    use super::*;
-
-    fn refusal(source: &str) -> String {
-        let input = parse_str(source).expect("Rust");
-        expand_message(&input).expect_err(source).to_string()
-    }
-
-    #[test]
-    fn a_unit_that_does_not_exist_is_refused() {
-        let error = refusal(r#"struct Depth { #[message(unit = "furlong")] depth: f64 }"#);
-        assert!(error.starts_with("there is no unit `furlong`; the units are s ms"), "{error}");
-        let error = refusal(r#"struct Rate { #[message(unit = "hz")] rate: f64 }"#);
-        assert!(error.contains("did you mean Hz?"), "{error}");
-    }
-
-    #[test]
-    fn all_faults_are_reported_together() {
-        let source = r#"#[message(unit = "m")] struct Depth<T> {
-            #[message(unit = "furlong")] depth: f64,
-            #[message(unit = "m")] name: String,
-            #[message(nut = "m")] bolt: T,
-            größe: f64,
-        }"#;
-        let input = parse_str(source).expect("Rust");
-        let error = expand_message(&input).expect_err("faults");
-        let found: Vec<_> = error.into_iter().map(|fault| fault.to_string()).collect();
-        let parts = [
-            "no generic parameters",
-            "a unit belongs on a field",
-            "no unit `furlong`",
-            "only numbers have a unit",
-            "expected name, unit, text or wire",
-            "`größe` is not",
-        ];
-        assert_eq!(found.len(), parts.len(), "{found:#?}");
-        for (found, part) in found.iter().zip(parts) {
-            assert!(found.contains(part), "{part}: {found}");
-        }
-        let input = parse_str(r#"enum State { Ä, On { #[message(unit = "s")] by: String } }"#);
-        let error = expand_message(&input.expect("Rust")).expect_err("faults");
-        assert_eq!(error.into_iter().count(), 2);
-    }
-
-    #[test]
-    fn only_numbers_have_a_unit() {
-        let depth =
-            |kind: &str| format!("struct Depth {{ #[message(unit = \"m\")] depth: {kind} }}");
-        for (kind, value) in [
-            ("String", "text"),
-            ("Vec<std::string::String>", "text"),
-            ("[bool; 3]", "true or false"),
-            ("Array<bool>", "true or false"),
-            ("Option<bool>", "true or false"),
-        ] {
-            let error = refusal(&depth(kind));
-            let expected = format!("only numbers have a unit, but this field is {value};");
-            assert!(error.starts_with(&expected), "{kind}: {error}");
-        }
-        let error = refusal(r#"struct Depth { #[message(unit = "m", text)] depth: Fathoms }"#);
-        assert!(error.contains("this field is text"), "{error}");
-        for kind in ["f32", "Vec<f64>", "[u16; 3]", "Option<i8>", "Fathoms"] {
-            expand_message(&parse_str(&depth(kind)).expect("Rust")).expect(kind);
-        }
-    }
-
-    #[test]
-    fn a_schema_has_the_ascii_spelling_of_a_unit() {
-        for unit in ["N·m", "N*m"] {
-            let source = format!(r#"struct Arm {{ #[message(unit = "{unit}")] torque: f64 }}"#);
-            let input = parse_str(&source).expect("Rust");
-            let code = expand_message(&input).expect("code").to_string();
-            assert!(code.contains("\"N*m\"") && !code.contains('·'), "{code}");
-        }
-    }
 }
