@@ -221,8 +221,8 @@ mod tests {
         const SUMMARY: &'static str = "Reads its map too early.";
 
         fn new(_: Armor) -> Result<Self, Fault> {
-            let map: Option<u8> = None;
-            map.expect("there is a map");
+            let maps: [u8; 0] = std::array::from_fn(|_| 0);
+            maps.first().expect("there is a map");
             Ok(Self)
         }
     }
