@@ -58,11 +58,11 @@ fn a_users_own_component_runs_and_is_supervised() {
     let executable = build(&folder.path().join("odd-counter"));
     crate::manifests::keeps_to_the_schema(&executable);
     run_own_tests(&folder.path().join("odd-counter"));
-    show_a_fault(&folder.path().join("odd-counter"));
 
     folder.script("bystander", "echo here; exec sleep 600");
     let components = folder.path().join("components");
     std::fs::copy(executable, components.join("odd-counter")).expect("copied");
+    show_a_fault(&folder.path().join("odd-counter"));
     let (code, out, err) = run_to_end(&mut folder.armor(&["describe", "odd-counter"]));
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("step") && out.contains("1 to 1000"), "{out}");
