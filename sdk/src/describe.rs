@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constructor_that_fails_is_told_what_it_may_not_do() {
+    fn a_constructor_that_fails_names_what_it_may_not_do() {
         let why = manifest_of::<Eager<0>>().expect_err("no such file").to_string();
         let expected = "its constructor failed: No such file or directory (os error 2); `new` runs \
                         for --describe too and opens no hardware or files: do that at Call::Started";
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constructor_that_panics_is_told_the_same_with_the_place() {
+    fn a_constructor_that_panics_names_the_same_and_its_place() {
         let caught = catch_panic(manifest_of::<Hasty>);
         let why = caught.map(|_| ()).expect_err("it panics").to_string();
         let parts = [
