@@ -34,6 +34,8 @@ use super::supervisor::{
 
 /// Longest time between two ticks, so that the supervisor notices a suspended host.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// How long a gate may take from its start to its first answer.
+const GATE_STARTS_WITHIN: Duration = Duration::from_secs(10);
 /// Longest wait for the last lines of a process that ended. They are in its pipes already; only a
 /// process that has left its group can keep the pipes open for longer.
 const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
@@ -328,13 +330,19 @@ impl Launcher {
         let Some(router) = self.plan.router else { return };
         let inputs = self.inputs.clone();
         tokio::spawn(async move {
-            // One that starts has time until its first answer.
-            let mut answered = false;
+            let (mut answered, mut since) = (false, Instant::now());
             loop {
                 sleep(LOOK_EVERY).await;
                 let answers = armor_keys::routes::answers(router).await;
-                let is_change = std::mem::replace(&mut answered, answers) != answers;
-                if is_change && inputs.send(LauncherInput::Gate { answers }).await.is_err() {
+                // One that starts has more time until its first answer.
+                let is_news = match answers {
+                    true => !answered,
+                    false => answered || since.elapsed() >= GATE_STARTS_WITHIN,
+                };
+                if answers || is_news {
+                    (answered, since) = (answers, Instant::now());
+                }
+                if is_news && inputs.send(LauncherInput::Gate { answers }).await.is_err() {
                     return;
                 }
             }

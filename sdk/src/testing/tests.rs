@@ -446,7 +446,7 @@ fn a_refused_live_value_is_a_problem_until_a_good_one_arrives() {
     assert_eq!(error(&careful), "");
 }
 
-/// Starts a thread of its own, which panics when it is told to.
+/// Starts a thread of its own, which panics on demand.
 struct Threaded(std::sync::mpsc::Sender<()>, Option<std::thread::JoinHandle<()>>);
 
 impl Component for Threaded {
