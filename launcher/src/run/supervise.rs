@@ -1,6 +1,7 @@
 //! The loop around the [`Supervisor`]: gives it the events and carries out its actions.
 
 mod operator_requests;
+mod running_process;
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -24,13 +25,14 @@ use super::group_killer::GroupKiller;
 use super::hanging_calls::HangingCalls;
 use super::logs::RunLog;
 use super::plan::{LAUNCHER, PlannedStart, ProcessPlan};
-use super::process::{ChildProcess, ProcessGroup, is_suspended};
+use super::process::{ChildProcess, is_suspended};
 use super::remote::{RemoteNotice, RemotePlan, RemoteProcess};
 use super::requests::RequestSocket;
 use super::supervisor::{
     ChildExit, ChildId, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, Supervisor,
     SupervisorAction, SupervisorEvent,
 };
+use running_process::{ProcessHandle, ProcessId, RunningProcess};
 
 /// Longest time between two ticks, so that the supervisor notices a suspended host.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
@@ -71,48 +73,6 @@ pub struct RunIdentity {
     pub time: Option<Duration>,
     /// Whether it continues an earlier run.
     pub resumes: bool,
-}
-
-/// A running process.
-struct RunningProcess {
-    process: ProcessHandle,
-    link: Option<ComponentLink>,
-}
-
-/// A process of this host or of another.
-enum ProcessHandle {
-    Here(ProcessGroup),
-    There(RemoteProcess),
-}
-
-/// Tells the starts of one component apart.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum ProcessId {
-    Here(ProcessGroup),
-    There(u64),
-}
-
-impl ProcessHandle {
-    fn id(&self) -> ProcessId {
-        match self {
-            Self::Here(group) => ProcessId::Here(*group),
-            Self::There(process) => ProcessId::There(process.id),
-        }
-    }
-
-    fn terminate(&self) {
-        match self {
-            Self::Here(group) => group.terminate(),
-            Self::There(process) => process.terminate(),
-        }
-    }
-
-    fn kill(&self) {
-        match self {
-            Self::Here(group) => group.kill(),
-            Self::There(process) => process.kill(),
-        }
-    }
 }
 
 struct Launcher {

@@ -266,9 +266,9 @@ fn the_mission_s_durations_are_reported_where_they_can_be_found() {
     // A clock next to it is not why the mission has no end.
     let clock = "<place name='beat' initial='true'/>
         <transition name='tick' from='beat' to='beat' timeout='60s'/>";
-    let beside = takes_finding(&format!("{both} on='a.done'/>{clock}"));
+    let parallel = takes_finding(&format!("{both} on='a.done'/>{clock}"));
     assert_eq!(
-        beside.message,
+        parallel.message,
         "over comes after 0 s at the earliest; there is no latest end: again and again tick, while \
          t may be waited for without end"
     );
