@@ -58,6 +58,7 @@ fn make_manifest(kind: String) -> Manifest {
             doc: String::new(),
             required: true,
             latched: false,
+            stale_after: String::new(),
         }
     };
     let parameter = |name: &str, unit: &str| ParameterManifest {
@@ -78,6 +79,7 @@ fn make_manifest(kind: String) -> Manifest {
         kind,
         summary: String::new(),
         controllable: true,
+        reports_done: true,
         inputs: (0..INPUTS).map(|n| port("in", n)).collect(),
         outputs: (0..INPUTS).map(|n| port("out", n)).collect(),
         parameters: vec![parameter("speed", "m/s"), parameter("turn", "deg")],

@@ -117,12 +117,14 @@ fn kinds() -> Kinds {
         doc: String::new(),
         required: false,
         latched: false,
+        stale_after: String::new(),
     };
     let kind = Manifest {
         armor_manifest: 1,
         kind: "block".into(),
         summary: "Takes and gives.".into(),
         controllable: true,
+        reports_done: true,
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),

@@ -4,6 +4,7 @@
 mod activity;
 mod claims;
 mod concurrency;
+mod crossed;
 mod cut_short;
 mod dates;
 mod ending;
@@ -23,6 +24,7 @@ mod names;
 mod order;
 mod paths;
 mod ports;
+mod rates;
 mod reach;
 mod reports;
 mod starved;
@@ -74,6 +76,8 @@ pub fn check(
         if !findings.has_errors() && !found.has_errors() {
             if let Some(manifests) = manifests {
                 unused::check(configuration, manifests, &mut found);
+                crossed::check(&configuration.system, manifests, &mut found);
+                rates::check(&configuration.system, manifests, &mut found);
             }
             without_errors(configuration, manifests, &mut found);
         }

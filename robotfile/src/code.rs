@@ -142,6 +142,9 @@ codes! {
         UnknownHost = "E0137", "an unknown host";
         UnusedHost = "W0138", "a host on which nothing runs";
         LinkToItself = "W0139", "a link from a component to itself";
+        CrossedLink = "W0140", "a link from another output than the one with the input's name";
+        SpeedUnfollowed = "W0141", "time that runs faster in one component than in all others";
+        RateTooLow = "W0142", "a rate that is too low for what takes the data";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";

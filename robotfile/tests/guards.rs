@@ -17,12 +17,14 @@ fn manifests() -> Manifests {
         doc: String::new(),
         required: false,
         latched: false,
+        stale_after: String::new(),
     };
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind: "power".into(),
         summary: "for the test".into(),
         controllable: true,
+        reports_done: true,
         inputs: vec![],
         outputs: vec![
             port("state", STATE),

@@ -25,6 +25,15 @@ pub trait Component: Sized + Send + 'static {
     /// of every component and not declared.
     const EVENTS: &'static [DeclaredEvent] = &[];
 
+    /// Whether it ever returns [`Outcome::Done`]. A component that works until it is frozen declares
+    /// `false`; `armor check` then refuses a mission that waits for its `done`.
+    const REPORTS_DONE: bool = true;
+
+    /// Inputs whose data it takes for missing from some age on, such as `("velocity", "0.5s")`, or
+    /// with the name of the parameter that states the age, `("path", "timeout")`. `armor check` warns
+    /// of a producer whose rate is too low for that.
+    const STALE_AFTER: &'static [(&'static str, &'static str)] = &[];
+
     /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware
     /// or files: `exec` does, at [`Call::Started`].
     ///

@@ -36,6 +36,10 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         let found = C::PORTS.iter().find(|(port, _)| *port == id);
         found.map(|(_, doc)| (*doc).to_owned()).unwrap_or_default()
     };
+    let stale_after = |id: &str| {
+        let stated = C::STALE_AFTER.iter().find(|(input, _)| *input == id);
+        stated.map(|(_, age)| (*age).to_owned()).unwrap_or_default()
+    };
     let mut faults = list_contradictions::<C>(&participant);
     let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| PortManifest {
@@ -46,6 +50,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         schema_hash: schema::hash_text(&input.schema),
         required: input.required,
         latched: false,
+        stale_after: stale_after(&input.id),
     });
     let outputs = outputs.iter().map(|output| PortManifest {
         doc: doc(&output.id),
@@ -55,9 +60,10 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         schema_hash: schema::hash_text(&output.entry.schema),
         required: false,
         latched: output.entry.latched,
+        stale_after: String::new(),
     });
     let (inputs, outputs) = (inputs.collect(), outputs.collect());
-    let Declarations { parameters, events } = list_declarations::<C>();
+    let Declarations { parameters, events, reports_done } = list_declarations::<C>();
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind: C::KIND.into(),
@@ -66,6 +72,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         outputs,
         parameters,
         events: Some(events),
+        reports_done,
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
@@ -141,7 +148,15 @@ fn list_contradictions<C: Component>(participant: &Participant) -> Vec<ManifestF
         problem: format!("PORTS has two texts for `{port}`"),
         remedy: "remove one of them".into(),
     });
-    unknown.chain(without_port).chain(twice).collect()
+    let is_input = |id: &&str| participant.ports.inputs().iter().any(|input| input.id == **id);
+    let aged = C::STALE_AFTER.iter().map(|(input, _)| input);
+    let without_input = aged.filter(|id| !is_input(id)).map(|id| ManifestFault {
+        subject: format!("the port {id}"),
+        member: "stale_after",
+        problem: format!("STALE_AFTER names `{id}`, but the constructor declares no such input"),
+        remedy: "name an input".into(),
+    });
+    unknown.chain(without_port).chain(twice).chain(without_input).collect()
 }
 
 /// What the constants of a kind declare.
@@ -149,6 +164,7 @@ pub(crate) fn list_declarations<C: Component>() -> Declarations {
     Declarations {
         parameters: C::PARAMETERS.iter().map(crate::parameter::Parameter::manifest).collect(),
         events: C::EVENTS.iter().map(crate::event::DeclaredEvent::manifest).collect(),
+        reports_done: C::REPORTS_DONE,
     }
 }
 

@@ -21,10 +21,16 @@ use crate::thread_panics::ThreadPanics;
 use crate::wake::Wakers;
 
 /// What the code of a component declares as constants; nothing for other processes.
-#[derive(Default)]
 pub(crate) struct Declarations {
     pub parameters: Vec<ParameterManifest>,
     pub events: Vec<EventManifest>,
+    pub reports_done: bool,
+}
+
+impl Default for Declarations {
+    fn default() -> Self {
+        Self { parameters: Vec::new(), events: Vec::new(), reports_done: true }
+    }
 }
 
 /// See the module.
@@ -32,6 +38,8 @@ pub(crate) struct Participant {
     pub identity: Arc<ProcessIdentity>,
     /// The events that the component declares: it reports no others.
     pub events: Vec<EventManifest>,
+    /// Whether the component may report that it is done.
+    pub reports_done: bool,
     pub clock: Arc<SystemClock>,
     /// The constructor runs only to find out what it declares.
     pub is_described: bool,
@@ -68,6 +76,7 @@ impl Participant {
         let wakers = Arc::new(Wakers::new()?);
         Ok(Self {
             events: declared.events,
+            reports_done: declared.reports_done,
             clock: Arc::default(),
             is_described,
             ports: PortTable::new(Arc::clone(&identity), Arc::clone(&wakers)),

@@ -14,7 +14,7 @@ use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
 use crate::parameter::Value;
 use crate::participant::Participant;
-use crate::user_code::{UserCode, check_event, run_user_code};
+use crate::user_code::{UserCode, check_outcome, run_user_code};
 
 /// An input and the system-wide name of the data that feeds it; empty if nothing does.
 struct FedInput {
@@ -185,9 +185,8 @@ impl RunningComponent {
     /// Reports what the last call of an activation returned; the state that follows is another's to
     /// enter. A failure that is known already is only logged.
     fn report_last_call(&mut self, result: Result<Outcome, String>) {
-        let declared = &self.participant.events;
         let reports = &self.participant.reports;
-        match result.and_then(|outcome| check_event(outcome, declared)) {
+        match result.and_then(|outcome| check_outcome(outcome, &self.participant)) {
             Ok(Outcome::CarryOn | Outcome::Done) => {}
             Ok(Outcome::Event { name, value }) => {
                 tracing::warn!(
@@ -321,8 +320,7 @@ impl RunningComponent {
     /// Reports what a call returned, and leaves the active state if it was the last of its
     /// activation.
     fn report_result(&mut self, result: Result<Outcome, String>) {
-        let declared = &self.participant.events;
-        let result = result.and_then(|outcome| check_event(outcome, declared));
+        let result = result.and_then(|outcome| check_outcome(outcome, &self.participant));
         let (state, report) = match result {
             Ok(Outcome::CarryOn) => return,
             Ok(Outcome::Event { name, value }) => {

@@ -12,6 +12,7 @@ use crate::component::Component;
 use crate::data::{Data, Header};
 use crate::parameter::Value;
 use crate::participant::Participant;
+use crate::participant::Participant;
 
 /// A component without its type.
 pub(crate) trait UserCode: Send {
@@ -64,12 +65,19 @@ pub(crate) fn describe_panic(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }
 
-/// Returns the outcome if it is no event, or one that a mission can wait for: its name has no other
+/// Returns the outcome if the component may report it: an event only if it is one that a mission can wait for: its name has no other
 /// meaning there, and it is among those that the component declares.
 ///
 /// # Errors
-/// In words, what is wrong with the event.
-pub(crate) fn check_event(outcome: Outcome, declared: &[EventManifest]) -> Result<Outcome, String> {
+/// In words, what is wrong with it.
+pub(crate) fn check_outcome(
+    outcome: Outcome,
+    participant: &Participant,
+) -> Result<Outcome, String> {
+    let declared = &participant.events;
+    if matches!(outcome, Outcome::Done) && !participant.reports_done {
+        return Err("it is done, but declares `REPORTS_DONE` as false; remove that constant".into());
+    }
     let Outcome::Event { name, .. } = &outcome else { return Ok(outcome) };
     if !is_name(name) || RESERVED_EVENTS.contains(&name.as_str()) {
         return Err(format!(

@@ -41,12 +41,15 @@ pub struct Manifest {
         deserialize_with = "deserialize_given"
     )]
     pub events: Option<Vec<EventManifest>>,
+    /// Whether it may report that it is done. Left out where it is true, as for most.
+    #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
+    pub reports_done: bool,
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
-    #[serde(default = "controllable_by_default", skip_serializing_if = "Clone::clone")]
+    #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
 }
 
-fn controllable_by_default() -> bool {
+fn true_by_default() -> bool {
     true
 }
 
@@ -73,6 +76,10 @@ pub struct PortManifest {
     /// For an output: whether a late subscriber gets the last value immediately.
     #[serde(default)]
     pub latched: bool,
+    /// For an input: the age from which on the component takes its data for missing, such as `0.5s`,
+    /// or the name of the parameter that states it. Empty if their age does not matter.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub stale_after: String,
 }
 
 /// The type of a parameter's value.
@@ -158,7 +165,8 @@ pub struct ParameterManifest {
     /// The choices of a [`ParameterType::Choice`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<String>,
-    /// The form of a [`ParameterType::Text`]; any text if there is none.
+    /// The form of a [`ParameterType::Text`], or to what a [`ParameterType::Path`] leads; any if there
+    /// is none.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
@@ -213,13 +221,41 @@ pub struct EventManifest {
 }
 
 impl Manifest {
+    /// Returns the age in seconds from which on the component takes data of the input for missing,
+    /// where `value_of` returns the value that the file assigns to a parameter; none if age does not
+    /// matter.
+    pub fn stale_after_s<'a>(
+        &'a self,
+        input: &'a PortManifest,
+        value_of: impl Fn(&str) -> Option<&'a str>,
+    ) -> Option<f64> {
+        let stated = input.stale_after.as_str();
+        let parameter = self.parameters.iter().find(|parameter| parameter.name == stated);
+        let age = match parameter {
+            Some(parameter) => {
+                let text = value_of(stated).or(parameter.default.as_deref())?;
+                match parameter.parse(text).ok()? {
+                    ParameterValue::Number(number) => number,
+                    _ => return None,
+                }
+            }
+            None => quantity::parse(stated).ok()?.si,
+        };
+        (age.is_finite() && age > 0.0).then_some(age)
+    }
+
+    /// Returns the reports that it may send in addition to its events.
+    pub fn common_reports(&self) -> &'static [&'static str] {
+        if self.reports_done { &RESERVED_EVENTS } else { &RESERVED_EVENTS[1..] }
+    }
+
     /// The events that it lists; none if it does not list them.
     pub fn listed_events(&self) -> &[EventManifest] {
         self.events.as_deref().unwrap_or_default()
     }
 
     /// The names of its events, where `value_of` returns the value that the file assigns to a
-    /// parameter. [`RESERVED_EVENTS`] are not among them: every component sends those.
+    /// parameter. [`Self::common_reports`] are not among them.
     pub fn event_names<'a>(
         &'a self,
         value_of: impl Fn(&str) -> Option<&'a str>,

@@ -1,4 +1,5 @@
-//! The forms that the text of a parameter may have to have: a closed list, so that a file is checked
+//! The forms that the text of a parameter may have to have, and what a path may have to lead to: a
+//! closed list, so that a file is checked
 //! by the same code with which its components read the text.
 
 use std::fmt;
@@ -25,11 +26,16 @@ pub enum TextFormat {
     Names,
     /// A host and a port, `HOST:PORT`.
     Address,
+    /// Of a path: a file. Whether it is there depends on the host, so that is not checked here.
+    File,
+    /// Of a path: a folder; as with a file.
+    Folder,
 }
 
 impl TextFormat {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Points, Self::Numbers, Self::Names, Self::Address];
+    pub const ALL: [Self; 6] =
+        [Self::Points, Self::Numbers, Self::Names, Self::Address, Self::File, Self::Folder];
 
     /// Returns the format with this name.
     pub fn named(name: &str) -> Option<Self> {
@@ -43,7 +49,14 @@ impl TextFormat {
             Self::Numbers => "numbers",
             Self::Names => "names",
             Self::Address => "address",
+            Self::File => "file",
+            Self::Folder => "folder",
         }
+    }
+
+    /// Returns whether it is about a path, and not about a text.
+    pub const fn is_of_path(self) -> bool {
+        matches!(self, Self::File | Self::Folder)
     }
 
     /// Returns a text of this form.
@@ -53,6 +66,8 @@ impl TextFormat {
             Self::Numbers => "0 0.5 -1.2",
             Self::Names => "explore home",
             Self::Address => "192.168.0.7:2000",
+            Self::File => "logs/office.log",
+            Self::Folder => "pictures",
         }
     }
 
@@ -63,6 +78,8 @@ impl TextFormat {
             Self::Numbers => "numbers with spaces between them",
             Self::Names => "names with spaces between them",
             Self::Address => "an address, HOST:PORT",
+            Self::File => "the path of a file",
+            Self::Folder => "the path of a folder",
         }
     }
 
@@ -73,6 +90,8 @@ impl TextFormat {
             Self::Numbers => "a list of numbers",
             Self::Names => "a list of names",
             Self::Address => "an address",
+            Self::File => "the path of a file",
+            Self::Folder => "the path of a folder",
         }
     }
 
@@ -86,6 +105,7 @@ impl TextFormat {
             Self::Numbers => parse_numbers(text).map(drop),
             Self::Names => parse_names(text).map(drop),
             Self::Address => parse_address(text).map(drop),
+            Self::File | Self::Folder => Ok(()),
         }
     }
 
@@ -96,6 +116,8 @@ impl TextFormat {
             Self::Numbers => ("number", "a number"),
             Self::Names => ("name", "a name (letters, digits, _ and -, a letter first)"),
             Self::Address => ("address", "HOST:PORT"),
+            Self::File => ("file", "a path"),
+            Self::Folder => ("folder", "a path"),
         }
     }
 }

@@ -20,6 +20,7 @@ type LogFile = Box<dyn BufRead + Send>;
 #[derive(Debug, Parameters)]
 struct CarmenParameters {
     /// the log, plain or gzip
+    #[parameter(format = "file")]
     file: PathBuf,
     /// times the log's own timing; 0: as fast as the scans are taken
     #[parameter(default = 0, range = 0.0..=1e6)]

@@ -92,6 +92,9 @@ impl Component for Driver {
     const KIND: &'static str = "driver";
     const SUMMARY: &'static str =
         "Drives a differential-drive robot along paths without touching anything.";
+    const REPORTS_DONE: bool = false;
+    const STALE_AFTER: &'static [(&'static str, &'static str)] =
+        &[("path", "timeout"), ("scan", "timeout"), ("odometry", "timeout")];
     const PARAMETERS: &'static [Parameter] = DriverParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("path", "where to drive; must be sent again within the timeout, empty if no path exists"),

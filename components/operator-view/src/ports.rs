@@ -62,6 +62,7 @@ pub struct OperatorView {
 impl Component for OperatorView {
     const KIND: &'static str = "operator-view";
     const SUMMARY: &'static str = "The operator's screen: map, scan, trajectories, camera and state; goals, driving by hand, STOP.";
+    const REPORTS_DONE: bool = false;
     const PARAMETERS: &'static [Parameter] = PARAMETERS;
     const PORTS: &'static [(&'static str, &'static str)] = &PORTS;
     const EVENTS: &'static [DeclaredEvent] = EVENTS;

@@ -44,6 +44,9 @@ pub struct Planner {
 impl Component for Planner {
     const KIND: &'static str = "planner";
     const SUMMARY: &'static str = "Plans a path over the map to the goal that has priority.";
+    const REPORTS_DONE: bool = false;
+    const STALE_AFTER: &'static [(&'static str, &'static str)] =
+        &[("goal", "timeout"), ("override", "timeout"), ("operator", "timeout")];
     const PARAMETERS: &'static [Parameter] = PlannerParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("map", "the map on which the path is planned"),

@@ -42,6 +42,8 @@ impl Component for Simulator {
     const KIND: &'static str = "simulator";
     const SUMMARY: &'static str = "Simulates a robot with its sensors in a drawn world, among people \
                                    and other robots.";
+    const REPORTS_DONE: bool = false;
+    const STALE_AFTER: &'static [(&'static str, &'static str)] = &[("velocity", "command_timeout")];
     const PARAMETERS: &'static [Parameter] = SimulatorParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left in the frame laser; inf: nothing in range, NaN: lost"),

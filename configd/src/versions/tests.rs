@@ -230,6 +230,7 @@ fn live_manifests() -> Manifests {
         doc: String::new(),
         required: false,
         latched: false,
+        stale_after: String::new(),
     };
     let parameter = |name: &str, live| ParameterManifest {
         name: name.into(),
@@ -249,6 +250,7 @@ fn live_manifests() -> Manifests {
         kind: kind.into(),
         summary: String::new(),
         controllable: true,
+        reports_done: true,
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],

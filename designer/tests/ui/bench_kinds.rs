@@ -22,6 +22,7 @@ fn port(id: &str, type_name: &str, schema: &str, required: bool) -> PortManifest
         doc: format!("the {id}"),
         required,
         latched: false,
+        stale_after: String::new(),
     }
 }
 
@@ -57,6 +58,7 @@ fn kind(
         parameters,
         events: None,
         controllable: true,
+        reports_done: true,
     }
 }
 

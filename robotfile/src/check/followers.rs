@@ -71,6 +71,10 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         let of = |at: &Location| at.text().split('.').next().is_some_and(|it| unused.contains(it));
         finding.code != Code::LinkToItself || !finding.at.as_ref().is_some_and(of)
     });
+    // Where a guard is wrong, the variable that nothing uses may be the one that it should name.
+    if findings.iter().any(|finding| finding.code == Code::GuardConstant) {
+        findings.retain(|finding| finding.code != Code::UnusedVariable);
+    }
     // A component of a set that is in no place is one mistake, also if a check names it.
     let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
     findings.retain(|finding| {

@@ -2,9 +2,12 @@
 //! a link whose producer is frozen whenever its consumer is active. Only what the arcs exclude is a
 //! finding: where two places might be marked together, both checks are silent.
 
+use std::collections::BTreeSet;
+
 use crate::check::activity::{Activity, needed_places};
 use crate::check::guards::within;
 use crate::check::manifests::Manifests;
+use crate::check::reach::find_reached;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -20,8 +23,8 @@ pub(super) fn check(
     findings: &mut Findings,
 ) {
     let mut found = Findings::default();
-    for transition in &activity.mission.transitions {
-        activity.check_guard(transition, &mut found);
+    for (number, transition) in activity.mission.transitions.iter().enumerate() {
+        activity.check_guard(number, transition, &mut found);
     }
     // A sub-mission that is included twice is checked twice, with the same result.
     findings.extend_new(found);
@@ -43,16 +46,31 @@ fn is_sent_once(link: &Link, system: &System, manifests: Option<&Manifests>) -> 
 }
 
 impl Activity<'_> {
-    fn check_guard(&self, transition: &Transition, findings: &mut Findings) {
+    fn check_guard(&self, number: usize, transition: &Transition, findings: &mut Findings) {
         let Some(when) = &transition.when else { return };
         let Ok(guard) = Guard::parse(&when.value) else { return };
         let needed = needed_places(transition);
         let works = |name: &&str| self.place(name).is_some_and(|it| !it.components.is_empty());
         // A place without components decides by the last values; only where something works does a
         // guard wait for them to change.
-        let Some(place) = needed.iter().find(|name| works(name)) else { return };
+        let place = needed.iter().find(|name| works(name));
         for name in guard.names() {
             let Some((component, is)) = self.source_of(name, transition) else { continue };
+            if self.is_active_only_after(&component, number) == Some(true) {
+                let message = format!(
+                    "{is}, but {component} is active only after {} has fired, so it is not known \
+                     before",
+                    transition.name.value
+                );
+                let at = within(when, name.at.clone());
+                let finding = Finding::new(Code::FrozenData, &at, message);
+                findings.push(finding.remedy(format!(
+                    "activate {component} before, or take it out of all places: then it is always \
+                     active"
+                )));
+                continue;
+            }
+            let Some(place) = place else { continue };
             if self.may_be_active(&component, &needed) != Some(false) {
                 continue;
             }
@@ -63,6 +81,16 @@ impl Activity<'_> {
                 "activate {component} in {place} too; or decide by its last value in a place without components"
             )));
         }
+    }
+
+    /// Whether none of the places of a component is reached before the transition with this number
+    /// has fired; none if the mission does not control it, or if too much was looked at.
+    fn is_active_only_after(&self, component: &str, number: usize) -> Option<bool> {
+        let places = self.places_of(component)?;
+        self.count_pairs(2 * (self.mission.transitions.len() + self.mission.places.len()))?;
+        let is_in = |reached: &BTreeSet<&str>| places.iter().any(|place| reached.contains(place));
+        let without = find_reached(self.mission, &[], Some(number));
+        Some(!is_in(&without) && is_in(&find_reached(self.mission, &[], None)))
     }
 
     /// The component whose data a name in a guard is, with the data in words.

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use armor_wire::manifest::ParameterType;
+use armor_wire::text_format::TextFormat;
 
 use crate::check::manifests::Manifests;
 use crate::code::Code;
@@ -18,6 +19,8 @@ pub struct NeededPath {
     parameter: String,
     /// As written, and where.
     written: Spanned<String>,
+    /// What must be there, if the component states it.
+    format: Option<TextFormat>,
     /// The path from the folder in which the program runs.
     pub path: PathBuf,
 }
@@ -30,7 +33,7 @@ impl NeededPath {
 
     /// Returns the finding that it cannot be opened, with the reason.
     pub fn refuse(&self, why: &std::io::Error) -> Finding {
-        let Self { component, parameter, written, path } = self;
+        let Self { component, parameter, written, path, .. } = self;
         let names = format!("{component}.{parameter} names {}", written.value);
         if why.kind() != std::io::ErrorKind::NotFound {
             let message = format!("{names}, which cannot be read: {why}");
@@ -50,11 +53,29 @@ impl NeededPath {
     /// pipe might wait, or do something.
     pub fn find_fault(&self) -> Option<Finding> {
         let found = std::fs::metadata(&self.path);
-        let tried = found.and_then(|found| match found.is_file() {
-            true => std::fs::File::open(&self.path).map(drop),
-            false => Ok(()),
-        });
-        tried.err().map(|why| self.refuse(&why))
+        let found = match found {
+            Ok(found) => found,
+            Err(why) => return Some(self.refuse(&why)),
+        };
+        match self.format {
+            Some(TextFormat::File) if found.is_dir() => {
+                Some(self.refuse_type("a folder", "a file"))
+            }
+            Some(TextFormat::Folder) if !found.is_dir() => {
+                Some(self.refuse_type("a file", "a folder"))
+            }
+            _ if found.is_file() => {
+                std::fs::File::open(&self.path).err().map(|why| self.refuse(&why))
+            }
+            _ => None,
+        }
+    }
+
+    fn refuse_type(&self, is: &str, expected: &str) -> Finding {
+        let Self { component, parameter, written, .. } = self;
+        let message = format!("{component}.{parameter} names {}, which is {is}", written.value);
+        let finding = Finding::new(Code::FileMissing, &written.at, message);
+        finding.remedy(format!("name {expected}"))
     }
 }
 
@@ -73,6 +94,7 @@ pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec
                 component: component.to_owned(),
                 parameter: given.name.value.clone(),
                 written: given.value.clone(),
+                format: wanted.and_then(|wanted| wanted.format),
                 path: given.folder.join(Path::new(&given.value.value)),
             });
         }

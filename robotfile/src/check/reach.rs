@@ -25,7 +25,7 @@ pub(super) fn check(
     is_main: bool,
     findings: &mut Findings,
 ) -> bool {
-    let reached = find_reached(whole, &[]);
+    let reached = find_reached(whole, &[], None);
     let is_reached = |place: &&Place| reached.contains(place.name.value.as_str());
     let active =
         |of: &Place| of.components.iter().map(|name| name.value.clone()).collect::<Vec<_>>();
@@ -66,7 +66,7 @@ pub(super) fn check(
         let begins = || {
             number < MAX_BEGINNINGS
                 && !targets.contains(name.as_str())
-                && find_reached(whole, &[name]).len() > reached.len() + 1
+                && find_reached(whole, &[name], None).len() > reached.len() + 1
         };
         let remedy = advise_submission(mission, name).unwrap_or_else(|| match begins() {
             true => {
@@ -170,13 +170,18 @@ fn is_of(mission: &Mission, finding: &Finding) -> bool {
     finding.at.as_ref().is_some_and(|at| at.source.path() == path)
 }
 
-/// Returns the places that are reached from the initial ones, and from `begins`.
-fn find_reached<'a>(mission: &'a Mission, begins: &[&'a str]) -> BTreeSet<&'a str> {
+/// Returns the places that are reached from the initial ones, and from `begins`, if the transition
+/// with the number `without` never fires.
+pub(super) fn find_reached<'a>(
+    mission: &'a Mission,
+    begins: &[&'a str],
+    without: Option<usize>,
+) -> BTreeSet<&'a str> {
     let mut waiting: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut missing = Vec::new();
     for (index, transition) in mission.transitions.iter().enumerate() {
         let needs = needed_places(transition);
-        missing.push(needs.len());
+        missing.push(needs.len() + usize::from(without == Some(index)));
         for place in needs {
             waiting.entry(place).or_default().push(index);
         }

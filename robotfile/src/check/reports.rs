@@ -27,16 +27,17 @@ pub(super) fn check(
     for on in transitions.filter_map(|transition| transition.on.as_ref()) {
         // An unknown component is a finding already.
         let Some(component) = components.get(on.component.value.as_str()) else { continue };
-        if RESERVED_EVENTS.contains(&on.event.value.as_str()) {
+        let manifest = manifests.and_then(|manifests| manifests.get(&component.kind.value));
+        let reports = manifest.map_or(&RESERVED_EVENTS[..], Manifest::common_reports);
+        if reports.contains(&on.event.value.as_str()) {
             continue;
         }
-        let manifest = manifests.and_then(|manifests| manifests.get(&component.kind.value));
         // The reports of an unknown kind, which is a finding already, are not known.
         if manifests.is_some() && manifest.is_none() {
             continue;
         }
         match manifest {
-            Some(manifest) if manifest.events.is_some() => {
+            Some(manifest) if manifest.events.is_some() || is_never_done(manifest, on) => {
                 check_declared(on, component, manifest, configuration, findings);
             }
             manifest => {
@@ -82,6 +83,10 @@ pub(super) fn check_always_active(configuration: &Configuration, findings: &mut 
     }
 }
 
+fn is_never_done(manifest: &Manifest, on: &ReportRef) -> bool {
+    on.event.value == "done" && !manifest.reports_done
+}
+
 /// A component that declares events reports no others.
 fn check_declared(
     on: &ReportRef,
@@ -110,8 +115,12 @@ fn check_declared(
     if known.contains(name) {
         return;
     }
-    let message = format!("{} reports no event called {}", on.component.value, short(name));
-    let known: Vec<_> = known.into_iter().chain(RESERVED_EVENTS).collect();
+    let message = match is_never_done(manifest, on) {
+        true => format!("{} never reports that it is done", on.component.value),
+        false => format!("{} reports no event called {}", on.component.value, short(name)),
+    };
+    let known: Vec<_> =
+        known.into_iter().chain(manifest.common_reports().iter().copied()).collect();
     let known = || known.iter().copied();
     let guess = if findings.is_full() { None } else { suggest_similar(name, known()) };
     let remedy = guess.unwrap_or_else(|| format!("it reports: {}", listed(known())));

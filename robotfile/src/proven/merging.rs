@@ -4,7 +4,7 @@
 use super::awaited::read_claim;
 use crate::claim::{Formula, Relation, Statement};
 use crate::code::Code;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::findings::Findings;
 use crate::source::Location;
 
@@ -118,6 +118,26 @@ fn find_awaited_formula(result: &Finding) -> Option<(u8, Formula)> {
         }
         _ => None,
     }
+}
+
+/// Merges two transitions between which only the order decides with an error that the firing of one
+/// of them leads to: both lack the same condition.
+pub(super) fn merge_ties(proven: &mut Vec<Finding>) {
+    let (ties, mut others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| result.code == Code::Tie);
+    for tie in ties {
+        let ends = || tie.at.iter().chain(tie.related.iter().map(|(at, _)| at));
+        let is_cause = |error: &&mut Finding| {
+            let firings = error.trace.iter().flat_map(|trace| &trace.firings);
+            error.severity() == Severity::Error
+                && firings.into_iter().any(|firing| ends().any(|at| at.text() == firing))
+        };
+        match others.iter_mut().find(is_cause) {
+            Some(error) => error.related.extend(tie.at.map(|at| (at, tie.message))),
+            None => others.push(tie),
+        }
+    }
+    *proven = others;
 }
 
 impl Findings {

@@ -307,3 +307,92 @@ fn a_text_has_the_form_that_its_component_declares() {
     );
     assert!(found("buttons", "go,home")[0].starts_with("E0112 buttons: name 1, `go,home`"));
 }
+
+/// Returns the warnings about a system of the kinds of the documentation's examples.
+fn warnings_of(file: &str) -> Vec<String> {
+    let manifests: Vec<Manifest> =
+        serde_json::from_str(include_str!("../example_kinds.json")).unwrap();
+    let manifests = manifests.into_iter().map(|it| (it.kind.clone(), it)).collect();
+    let (reading, _) = reading(file, Some(&manifests));
+    let faults = reading.findings.iter().filter(|it| it.code.as_str().starts_with(['W', 'E']));
+    faults.map(|it| format!("{} {} ({})", it.code.as_str(), it.message, it.remedy)).collect()
+}
+
+#[test]
+fn an_input_that_takes_another_output_than_that_of_its_name() {
+    let with = |components: &str, pose: &str, truth: &str| {
+        let components = components.split(' ');
+        let components = components.map(|it| format!(r#"<component name="{it}" kind="{it}"/>"#));
+        warnings_of(&system(&format!(
+            r#"{}<link from="pilot.velocity" to="world.velocity"/><link from="{pose}" to="pilot.pose"/><link from="{truth}" to="judge.truth"/>{}"#,
+            components.collect::<String>(),
+            r#"<link from="tracker.pose" to="judge.pose"/>"#
+        )))
+    };
+    let all = "world tracker pilot judge";
+    let found = with(all, "world.truth", "world.truth");
+    assert_eq!(found.len(), 1, "{found:?}");
+    let message = "W0140 pilot.pose takes world.truth, although tracker.pose has its name";
+    assert!(found[0].starts_with(message), "{found:?}");
+    let found = with(all, "tracker.pose", "tracker.pose");
+    assert!(found.len() == 1 && found[0].contains("world.truth has its name"), "{found:?}");
+    assert_eq!(with(all, "tracker.pose", "world.truth"), Vec::<String>::new());
+    // Without a component that publishes the name, the other one is all there is.
+    let found = with("world pilot judge", "world.truth", "world.truth");
+    assert!(!found.iter().any(|it| it.starts_with("W0140")), "{found:?}");
+}
+
+#[test]
+fn time_that_only_one_component_follows() {
+    let with = |clock: &str, speed: &str| {
+        warnings_of(&system(&format!(
+            r#"{clock}<component name="world" kind="world"><parameter name="speed" value="{speed}"/></component>"#
+        )))
+    };
+    let found = with("", "8");
+    assert!(
+        found.len() == 1 && found[0].starts_with("W0141 the time of world runs 8"),
+        "{found:?}"
+    );
+    assert!(found[0].contains(r#"<clock source="world.clock"/>"#), "{found:?}");
+    assert_eq!(with("", "1"), Vec::<String>::new());
+    assert_eq!(with(r#"<clock source="world.clock"/>"#, "8"), Vec::<String>::new());
+}
+
+#[test]
+fn data_that_come_less_often_than_they_must() {
+    let with = |rate: &str| {
+        warnings_of(&system(&format!(
+            r#"<component name="world" kind="world"/><component name="tracker" kind="tracker"/><component name="pilot" kind="pilot"{rate}/><link from="tracker.pose" to="pilot.pose"/><link from="pilot.velocity" to="world.velocity"/>"#
+        )))
+    };
+    let found = with(r#" rate="1Hz""#);
+    assert_eq!(
+        found,
+        [
+            "W0142 pilot is called every 1 s, but world takes pilot.velocity for missing after 0.5 s \
+          (give pilot a higher rate)"
+        ]
+    );
+    assert_eq!(with(r#" rate="2Hz""#).len(), 1, "0.5 s is not younger than 0.5 s");
+    assert_eq!(with(r#" rate="2.5Hz""#), Vec::<String>::new());
+    // Called by data, it is as fast as these.
+    assert_eq!(with(""), Vec::<String>::new());
+}
+
+#[test]
+fn a_component_that_is_never_done() {
+    let with = |event: &str| {
+        warnings_of(&format!(
+            r#"<armor version="1"><system><component name="world" kind="world"/></system><mission goal="over" safe="hold"><place name="a" initial="true" components="world"/><place name="over"/><place name="hold"/><transition name="t" from="a" to="over" on="world.{event}"/><transition name="late" from="a" to="hold" timeout="9s"/></mission></armor>"#
+        ))
+    };
+    let found = with("done");
+    assert!(
+        found
+            .iter()
+            .any(|it| it == "E0225 world never reports that it is done (it reports: failed)"),
+        "{found:?}"
+    );
+    assert!(!with("failed").iter().any(|it| it.starts_with("E0225")));
+}

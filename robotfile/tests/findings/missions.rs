@@ -295,6 +295,14 @@ fn a_guard_over_frozen_data_is_a_warning_where_it_waits() {
         &with(measured, "stop.o.x &lt; 1")
             .replace(r#"<place name="b" components="go"/>"#, r#"<place name="b"/>"#),
     );
+    // If it is active only after the guard let the transition fire, there is no last value.
+    let before = |guard: &str| {
+        mission(&format!(
+            r#"<place name="m" components="stop"/><transition name="t" from="a" to="m" when="{guard}"/><transition name="n" from="m" to="hold" timeout="1s"/>"#
+        ))
+    };
+    one("W0267", &before("[[stop.o.x]] &lt; 1"));
+    none(&before("free.o.x &lt; 1"));
 }
 
 #[test]

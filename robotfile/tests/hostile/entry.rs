@@ -222,6 +222,7 @@ fn kind(name: &str) -> Manifest {
         kind: name.into(),
         summary: String::new(),
         controllable: true,
+        reports_done: true,
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),
@@ -239,6 +240,7 @@ fn port(id: &str, of: usize) -> PortManifest {
         doc: String::new(),
         required: of.is_multiple_of(2),
         latched: false,
+        stale_after: String::new(),
     }
 }
 

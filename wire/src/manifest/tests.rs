@@ -137,12 +137,14 @@ fn the_json_form_comes_back_as_it_was() {
         doc: String::new(),
         required: true,
         latched: false,
+        stale_after: String::new(),
     };
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind: "mapper".into(),
         summary: "Draws.".into(),
         controllable: true,
+        reports_done: true,
         inputs: vec![port],
         outputs: vec![],
         parameters: vec![parameter(ParameterType::Number, "m")],

@@ -104,6 +104,7 @@ impl Manifest {
         for port in ports {
             check_port(port, &mut found);
         }
+        self.check_ages(&mut found);
         found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
         found.extend(self.listed_events().iter().flat_map(EventManifest::list_faults));
         self.check_named_by(&mut found);
@@ -112,6 +113,37 @@ impl Manifest {
 }
 
 impl Manifest {
+    fn check_ages(&self, found: &mut Vec<ManifestFault>) {
+        let stated = |port: &&PortManifest| !port.stale_after.is_empty();
+        for output in self.outputs.iter().filter(stated) {
+            let subject = format!("the port {}", output.id);
+            let mut faults = Faults { subject, found: &mut *found };
+            let problem = "it is an output, and has an age from which on its data are missing";
+            faults.add("stale_after", problem, "state that at the inputs");
+        }
+        for input in self.inputs.iter().filter(stated) {
+            let subject = format!("the port {}", input.id);
+            let mut faults = Faults { subject, found: &mut *found };
+            let text = input.stale_after.as_str();
+            let is_time = |unit: &str| {
+                Unit::named(unit).is_some_and(|unit| unit.dimension == quantity::Dimension::Time)
+            };
+            let parameter = self.parameters.iter().find(|parameter| parameter.name == text);
+            let is_age = match parameter {
+                Some(parameter) => is_time(&parameter.unit),
+                None => quantity::parse(text).is_ok_and(|age| {
+                    age.si.is_finite()
+                        && age.si > 0.0
+                        && age.unit.is_some_and(|unit| unit.dimension == quantity::Dimension::Time)
+                }),
+            };
+            if !is_age {
+                let problem = format!("`{text}` is neither an age nor a parameter that is a time");
+                faults.add("stale_after", problem, "write a time, such as 0.5s, or name one");
+            }
+        }
+    }
+
     fn check_named_by(&self, found: &mut Vec<ManifestFault>) {
         for event in self.listed_events().iter().filter(|event| !event.named_by.is_empty()) {
             let subject = format!("the event {}", event.name);
@@ -214,9 +246,14 @@ impl ParameterManifest {
         if self.written && self.kind != ParameterType::Path {
             faults.add("written", "it is written to, but is no path", "declare it as a path");
         }
-        if let Some(format) = self.format.filter(|_| self.kind != ParameterType::Text) {
-            let problem = format!("it has the format {format}, but is no text");
-            faults.add("format", problem, "remove the format, or declare it as a text");
+        if let Some(format) = self.format {
+            let wanted =
+                if format.is_of_path() { ParameterType::Path } else { ParameterType::Text };
+            if self.kind != wanted {
+                let problem = format!("it has the format {format}, but is no {wanted}");
+                let remedy = format!("remove the format, or declare it as a {wanted}");
+                faults.add("format", problem, remedy);
+            }
         }
         let (minimum, maximum) = (self.minimum, self.maximum);
         let is_numeric = is_number || self.kind == ParameterType::Integer;
@@ -309,6 +346,7 @@ mod tests {
             doc: String::new(),
             required: false,
             latched: false,
+            stale_after: String::new(),
         };
         let speed = ParameterManifest {
             name: "speed".into(),
@@ -335,6 +373,7 @@ mod tests {
             kind: "mapper".into(),
             summary: "Draws.".into(),
             controllable: true,
+            reports_done: true,
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
@@ -354,7 +393,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 27] = [
+        let faults: [(&str, Fault); 30] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -393,6 +432,13 @@ mod tests {
                 (parameter.minimum, parameter.maximum) = (None, None);
                 parameter.choices = vec!["a".into(), "a".into()];
             }),
+            ("the port scan: `soon` is neither an age", |m| {
+                m.inputs[0].stale_after = "soon".into();
+            }),
+            ("the port scan: `speed` is neither an age", |m| {
+                m.inputs[0].stale_after = "speed".into();
+            }),
+            ("the port map: it is an output", |m| m.outputs[0].stale_after = "1s".into()),
             ("it has the format points, but is no text", |m| {
                 m.parameters[0].format = Some(TextFormat::Points);
             }),

@@ -25,6 +25,7 @@ use crate::steering::SteeringModel;
 #[derive(Clone, Debug, Parameters)]
 pub(super) struct SimulatorParameters {
     /// drawing of the world, SVG, 1 user unit = 1 m; or the YAML file of a grid map
+    #[parameter(format = "file")]
     pub(super) world: PathBuf,
     /// id of the circle where the robot begins
     #[parameter(default = "start")]

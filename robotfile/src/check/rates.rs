@@ -1,0 +1,91 @@
+//! Time in the system: rates that are too low for what reads the data, and time that runs faster in
+//! one component than in all others.
+
+use armor_wire::Message;
+use armor_wire::clock::Clock;
+use armor_wire::manifest::ParameterValue;
+
+use crate::check::manifests::Manifests;
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::model::{Link, System};
+
+/// The parameter with which a kind that publishes a clock states how fast its time runs.
+const CLOCK_SPEED: &str = "speed";
+
+/// Checks the rates of the system against its manifests.
+pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findings) {
+    for link in &system.links {
+        if let Some(finding) = find_slow_producer(link, system, manifests) {
+            findings.push(finding);
+        }
+    }
+    if system.clock.is_none() {
+        check_speeds(system, manifests, findings);
+    }
+}
+
+/// A component with a rate publishes once per period, as far as the file can show. One without a rate
+/// publishes when it is called by data.
+fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Option<Finding> {
+    let producer = system.component(&link.from.component.value)?;
+    let consumer = system.component(&link.to.component.value)?;
+    let rate = producer.rate_hz.as_ref()?;
+    let kind = manifests.get(&consumer.kind.value)?;
+    let input = kind.inputs.iter().find(|input| input.id == link.to.port.value)?;
+    let assigned = |name: &str| Some(consumer.parameter(name)?.value.value.as_str());
+    let age_s = kind.stale_after_s(input, assigned)?;
+    let period_s = 1.0 / rate.value;
+    if period_s < age_s {
+        return None;
+    }
+    let from = link.from.data();
+    let message = format!(
+        "{} is called every {} s, but {} takes {from} for missing after {} s",
+        producer.name.value,
+        shorten(period_s),
+        consumer.name.value,
+        shorten(age_s)
+    );
+    let is_parameter = kind.parameters.iter().any(|parameter| parameter.name == input.stale_after);
+    let mut remedy = format!("give {} a higher rate", producer.name.value);
+    if is_parameter {
+        remedy += &format!(", or {} a longer {}", consumer.name.value, input.stale_after);
+    }
+    let finding = Finding::new(Code::RateTooLow, &rate.at, message);
+    Some(finding.remedy(remedy).related(&link.to.at, "this input"))
+}
+
+fn shorten(seconds: f64) -> f64 {
+    (seconds * 1000.0).round() / 1000.0
+}
+
+/// Without `<clock>` all components are on the host's clock, so one whose time runs at another speed
+/// is alone with it.
+fn check_speeds(system: &System, manifests: &Manifests, findings: &mut Findings) {
+    for component in &system.components {
+        let Some(kind) = manifests.get(&component.kind.value) else { continue };
+        let clock = kind.outputs.iter().find(|output| output.type_name == Clock::NAME);
+        let speed = kind.parameters.iter().find(|it| it.name == CLOCK_SPEED && it.unit.is_empty());
+        let (Some(clock), Some(speed), Some(given)) =
+            (clock, speed, component.parameter(CLOCK_SPEED))
+        else {
+            continue;
+        };
+        let Ok(ParameterValue::Number(number)) = speed.parse(&given.value.value) else { continue };
+        if (number - 1.0).abs() < 1e-9 {
+            continue;
+        }
+        let name = &component.name.value;
+        let message = format!(
+            "the time of {name} runs {number} times as fast as that of all other components, which \
+             follow the host's clock"
+        );
+        let finding = Finding::new(Code::SpeedUnfollowed, &given.value.at, message);
+        findings.push(finding.remedy(format!(
+            "add <clock source=\"{name}.{}\"/> to the system, or remove this parameter",
+            clock.id
+        )));
+    }
+}
