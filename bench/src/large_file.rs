@@ -80,6 +80,7 @@ fn make_manifest(kind: String) -> Manifest {
         summary: String::new(),
         controllable: true,
         reports_done: true,
+        needs_rate: false,
         inputs: (0..INPUTS).map(|n| port("in", n)).collect(),
         outputs: (0..INPUTS).map(|n| port("out", n)).collect(),
         parameters: vec![parameter("speed", "m/s"), parameter("turn", "deg")],

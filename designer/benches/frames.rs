@@ -125,6 +125,7 @@ fn kinds() -> Kinds {
         summary: "Takes and gives.".into(),
         controllable: true,
         reports_done: true,
+        needs_rate: false,
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),

@@ -60,6 +60,7 @@ pub fn check(
     let mut findings = std::mem::take(&mut reading.findings);
     drop_end_tags(&mut findings);
     drop_guesses(&mut findings);
+    findings.merge_same(are_ends_of_one_link);
     if let Some(configuration) = &mut reading.configuration {
         let mut found = Findings::default();
         findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
@@ -105,6 +106,18 @@ fn drop_end_tags(findings: &mut Findings) {
             && suggest_similar(start.text(), std::iter::once(name)).is_some()
     };
     findings.retain(|finding| finding.code != Code::EndTag || !is_repeated(finding));
+}
+
+/// Returns whether both ends of one link are malformed in the same manner: `from="laser" to="mapper"`.
+fn are_ends_of_one_link(first: &Finding, other: &Finding) -> bool {
+    let line = |finding: &Finding| Some(finding.at.as_ref()?.line_column().0);
+    let is_end = |finding: &Finding, end: &str| {
+        finding.code == Code::BadValue && finding.message.starts_with(end)
+    };
+    is_end(first, "from: ")
+        && is_end(other, "to: ")
+        && first.remedy == other.remedy
+        && line(first) == line(other)
 }
 
 /// Drops findings about names on the line of something that is not closed, such as a quotation mark:
@@ -196,5 +209,6 @@ fn without_errors(
             starved::check(&activity, &configuration.system, manifests, findings);
         }
         feedback::check(&activity, &configuration.system, findings);
+        findings.merge_same(Finding::is_of_same_frozen);
     }
 }

@@ -53,6 +53,8 @@ pub struct Finding {
     pub(crate) stops_transition: bool,
     /// Whether only the times of the mission show it.
     pub(crate) is_by_times: bool,
+    /// The components that it says are frozen at the wrong time; those of the same are one mistake.
+    pub(crate) frozen: Vec<String>,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
     pub(crate) more: usize,
 }
@@ -77,6 +79,7 @@ impl Finding {
             takes: None,
             stops_transition: false,
             is_by_times: false,
+            frozen: Vec::new(),
             more: 0,
         }
     }
@@ -117,6 +120,24 @@ impl Finding {
     #[must_use]
     pub(crate) fn stops_transition(self) -> Self {
         Self { stops_transition: true, ..self }
+    }
+
+    /// Records the components that it says are frozen at the wrong time.
+    #[must_use]
+    pub(crate) fn frozen<'a>(mut self, components: impl IntoIterator<Item = &'a str>) -> Self {
+        self.frozen = components.into_iter().map(str::to_owned).collect();
+        self
+    }
+
+    /// Returns whether both say of the same component that it is frozen at the wrong time.
+    pub(crate) fn is_of_same_frozen(&self, other: &Self) -> bool {
+        self.frozen.iter().any(|name| other.frozen.contains(name))
+    }
+
+    /// Adds another place of the same mistake.
+    pub(crate) fn merge_place(&mut self, other: Self) {
+        self.related.extend(other.at.map(|at| (at, other.message)));
+        self.related.truncate(MAX_PLACES);
     }
 
     /// Returns the severity.
@@ -165,6 +186,8 @@ impl Finding {
 const FOLDED: &str = "; it is also named in ";
 /// Further places of the same mistake that are shown.
 pub(crate) const MAX_RELATED: usize = 3;
+/// The same of findings that are merged, each with its message.
+const MAX_PLACES: usize = 8;
 /// Characters of a name or value that a message shows.
 const MAX_SHOWN: usize = 60;
 /// Characters of a word, of a whole message, and of a piece of the file in JSON.

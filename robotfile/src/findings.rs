@@ -58,6 +58,19 @@ impl Findings {
         }
     }
 
+    /// Merges each finding into the first one for which `is_same` is true: of one mistake, one finding
+    /// with the other places.
+    pub(crate) fn merge_same(&mut self, is_same: impl Fn(&Finding, &Finding) -> bool) {
+        let mut merged: Vec<Finding> = Vec::new();
+        for finding in std::mem::take(&mut self.list) {
+            match merged.iter_mut().find(|first| is_same(first, &finding)) {
+                Some(first) => first.merge_place(finding),
+                None => merged.push(finding),
+            }
+        }
+        self.list = merged;
+    }
+
     /// Returns the number of findings, with those left out.
     pub(crate) fn total(&self) -> usize {
         self.list.iter().map(|finding| 1 + finding.more).sum::<usize>() + self.left_out

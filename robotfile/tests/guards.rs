@@ -25,6 +25,7 @@ fn manifests() -> Manifests {
         summary: "for the test".into(),
         controllable: true,
         reports_done: true,
+        needs_rate: false,
         inputs: vec![],
         outputs: vec![
             port("state", STATE),

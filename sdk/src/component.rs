@@ -29,6 +29,10 @@ pub trait Component: Sized + Send + 'static {
     /// `false`; `armor check` then refuses a mission that waits for its `done`.
     const REPORTS_DONE: bool = true;
 
+    /// Whether it works at its rate, so that it does nothing without one: `armor check` then warns of a
+    /// file that gives it none.
+    const NEEDS_RATE: bool = false;
+
     /// Inputs whose data it takes for missing from some age on, such as `("velocity", "0.5s")`, or
     /// with the name of the parameter that states the age, `("path", "timeout")`. `armor check` warns
     /// of a producer whose rate is too low for that.

@@ -73,6 +73,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         parameters,
         events: Some(events),
         reports_done,
+        needs_rate: C::NEEDS_RATE,
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
@@ -193,6 +194,8 @@ mod tests {
         const PORTS: &'static [(&'static str, &'static str)] =
             &[("light", "on or off"), ("sound", "none"), ("light", "again")];
         const EVENTS: &'static [DeclaredEvent] = &[DeclaredEvent::new("done")];
+        const STALE_AFTER: &'static [(&'static str, &'static str)] =
+            &[("light", "soon"), ("dark", "1s")];
 
         fn new(armor: Armor) -> Result<Self, Fault> {
             armor.provide::<Flag>("light")?;
@@ -262,8 +265,10 @@ mod tests {
             "requests `volume`, which is not in PARAMETERS",
             "PORTS has a text for `sound`, but the constructor declares no such port; it declares",
             "PORTS has two texts for `light`",
+            "STALE_AFTER names `dark`, but the constructor declares no such input",
             "the port light occurs twice",
             "the parameter count occurs twice",
+            "the port light: `soon` is neither an age nor a parameter that is a time",
             "no unit called `furlong`",
             "the parameter speed: its default: `3s` is not in m/s",
             "the parameter count: its default: `1.5` is not a whole number",

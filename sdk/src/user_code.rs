@@ -12,7 +12,6 @@ use crate::component::Component;
 use crate::data::{Data, Header};
 use crate::parameter::Value;
 use crate::participant::Participant;
-use crate::participant::Participant;
 
 /// A component without its type.
 pub(crate) trait UserCode: Send {

@@ -44,6 +44,9 @@ pub struct Manifest {
     /// Whether it may report that it is done. Left out where it is true, as for most.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub reports_done: bool,
+    /// Whether it works at its rate, so that it does nothing without one. Left out where it is false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub needs_rate: bool,
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,

@@ -44,6 +44,7 @@ impl Component for Simulator {
                                    and other robots.";
     const REPORTS_DONE: bool = false;
     const STALE_AFTER: &'static [(&'static str, &'static str)] = &[("velocity", "command_timeout")];
+    const NEEDS_RATE: bool = true;
     const PARAMETERS: &'static [Parameter] = SimulatorParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left in the frame laser; inf: nothing in range, NaN: lost"),

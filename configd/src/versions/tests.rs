@@ -251,6 +251,7 @@ fn live_manifests() -> Manifests {
         summary: String::new(),
         controllable: true,
         reports_done: true,
+        needs_rate: false,
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],

@@ -59,6 +59,7 @@ fn kind(
         events: None,
         controllable: true,
         reports_done: true,
+        needs_rate: false,
     }
 }
 

@@ -141,7 +141,6 @@ mod tests {
             type_name: "Number".into(),
             schema: "f64".into(),
             latched: false,
-            stale_after: String::new(),
         };
         Listing {
             components: vec![component("laser"), component("arm")],

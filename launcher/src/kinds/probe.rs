@@ -244,7 +244,10 @@ fn parse_manifest(bytes: &[u8]) -> Result<Manifest, ProbeProblem> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| no_manifest("--describe printed something that is not UTF-8"))?;
     if text.trim().is_empty() {
-        return Err(no_manifest("--describe printed nothing"));
+        return Err(no_manifest(
+            "--describe printed nothing, and no error: it ended before it printed its manifest. A \
+             constructor (`new`) returns and does not end the process",
+        ));
     }
     if let Some(problem) = find_foreign_output(text) {
         return Err(problem);

@@ -51,7 +51,7 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
             "W0119",
             "code 3: gone wrong",
         ),
-        ("nothing", "#!/bin/sh", "W0119", "printed nothing"),
+        ("nothing", "#!/bin/sh", "W0119", "ended before it printed its manifest"),
         ("hanging", "#!/bin/sh\nsleep 600 & sleep 600", "W0126", "within"),
         ("detached", "#!/bin/sh\nsetsid sleep 3 & exit 1", "W0119", "code 1"),
         ("endless", "#!/bin/sh\nexec yes", "W0119", "MiB"),

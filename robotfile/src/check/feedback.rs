@@ -107,7 +107,8 @@ fn report_loop(component: &str, places: Vec<&Place>, frozen: &[&str], findings: 
         .collect::<Vec<_>>()
         .into_iter();
     let Some((place, first)) = named.next() else { return };
-    let (frozen, are) = match frozen {
+    let names = frozen;
+    let (frozen, are) = match names {
         [one] => ((*one).to_owned(), "is"),
         several => (several.join(" and "), "are"),
     };
@@ -118,5 +119,7 @@ fn report_loop(component: &str, places: Vec<&Place>, frozen: &[&str], findings: 
     for (_, other) in named {
         finding = finding.related(&other.at, "and here");
     }
-    findings.push(finding.remedy(format!("activate {frozen} in {place} too")));
+    findings.push(
+        finding.remedy(format!("activate {frozen} in {place} too")).frozen(names.iter().copied()),
+    );
 }

@@ -75,6 +75,15 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     if findings.iter().any(|finding| finding.code == Code::GuardConstant) {
         findings.retain(|finding| finding.code != Code::UnusedVariable);
     }
+    // One value that is wrong for all that it is compared with.
+    findings.merge_same(|first, other| {
+        first.code == other.code
+            && match first.code {
+                Code::GuardUnit => first.message == other.message,
+                Code::ShorterThanPeriod => true,
+                _ => false,
+            }
+    });
     // A component of a set that is in no place is one mistake, also if a check names it.
     let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
     findings.retain(|finding| {

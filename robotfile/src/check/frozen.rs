@@ -67,7 +67,7 @@ impl Activity<'_> {
                 findings.push(finding.remedy(format!(
                     "activate {component} before, or take it out of all places: then it is always \
                      active"
-                )));
+                )).frozen([component.as_str()]));
                 continue;
             }
             let Some(place) = place else { continue };
@@ -78,8 +78,8 @@ impl Activity<'_> {
             let at = within(when, name.at.clone());
             let finding = Finding::new(Code::FrozenData, &at, message);
             findings.push(finding.remedy(format!(
-                "activate {component} in {place} too; or decide by its last value in a place without components"
-            )));
+                "activate {component} in {place} too, or take it out of all places: then it is always active; or decide by its last value in a place without components"
+            )).frozen([component.as_str()]));
         }
     }
 
@@ -132,6 +132,6 @@ impl Activity<'_> {
         let finding = Finding::new(Code::FrozenProducer, &link.from.at, message);
         findings.push(finding.remedy(format!(
             "activate both in one place, or take {from} out of all places: then it is always active"
-        )));
+        )).frozen([from.as_str(), to.as_str()]));
     }
 }

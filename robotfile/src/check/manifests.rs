@@ -60,7 +60,15 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         let is_active = |given: &&PlaceParameter| {
             place.components.iter().any(|component| component.value == given.component.value)
         };
-        for given in place.parameters.iter().filter(is_active) {
+        // Of two values of one name, which is a finding already, one has probably a wrong name.
+        let is_single = |given: &&PlaceParameter| {
+            let is_same = |other: &&PlaceParameter| {
+                other.component.value == given.component.value
+                    && other.parameter.name.value == given.parameter.name.value
+            };
+            place.parameters.iter().filter(is_same).count() == 1
+        };
+        for given in place.parameters.iter().filter(is_active).filter(is_single) {
             if let Some(manifest) = kinds.get(given.component.value.as_str()) {
                 check_value(&given.parameter, manifest, findings);
             }

@@ -6,6 +6,7 @@ use armor_wire::clock::Clock;
 use armor_wire::manifest::ParameterValue;
 
 use crate::check::manifests::Manifests;
+use crate::check::starved::is_about;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -19,6 +20,19 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
     for link in &system.links {
         if let Some(finding) = find_slow_producer(link, system, manifests) {
             findings.push(finding);
+        }
+    }
+    for component in system.components.iter().filter(|component| component.rate_hz.is_none()) {
+        let name = &component.name;
+        let needs_rate = manifests.get(&component.kind.value).is_some_and(|kind| kind.needs_rate);
+        let is_known = findings.iter().any(|it| is_about(it, Code::NeverCalled, &name.at));
+        if needs_rate && !is_known && !system.unreadable.is_half_read(&name.value) {
+            let message = format!(
+                "{} has no rate: a {} works at its rate, and not when data arrive",
+                name.value, component.kind.value
+            );
+            let finding = Finding::new(Code::NeverCalled, &name.at, message);
+            findings.push(finding.remedy("give it a rate, such as rate=\"20Hz\""));
         }
     }
     if system.clock.is_none() {

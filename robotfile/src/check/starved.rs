@@ -56,7 +56,9 @@ pub(super) fn check(
             let remedy = format!(
                 "activate {source} in {place} too, or take it out of all places: then it is always active"
             );
-            findings.push(finding.related(&link.from.at, "the link").remedy(remedy));
+            findings.push(
+                finding.related(&link.from.at, "the link").remedy(remedy).frozen([source.as_str()]),
+            );
         }
     }
 }

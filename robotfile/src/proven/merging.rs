@@ -120,24 +120,36 @@ fn find_awaited_formula(result: &Finding) -> Option<(u8, Formula)> {
     }
 }
 
-/// Merges two transitions between which only the order decides with an error that the firing of one
-/// of them leads to: both lack the same condition.
-pub(super) fn merge_ties(proven: &mut Vec<Finding>) {
-    let (ties, mut others): (Vec<_>, Vec<_>) =
-        std::mem::take(proven).into_iter().partition(|result| result.code == Code::Tie);
-    for tie in ties {
-        let ends = || tie.at.iter().chain(tie.related.iter().map(|(at, _)| at));
-        let is_cause = |error: &&mut Finding| {
-            let firings = error.trace.iter().flat_map(|trace| &trace.firings);
-            error.severity() == Severity::Error
-                && firings.into_iter().any(|firing| ends().any(|at| at.text() == firing))
-        };
-        match others.iter_mut().find(is_cause) {
-            Some(error) => error.related.extend(tie.at.map(|at| (at, tie.message))),
-            None => others.push(tie),
-        }
+/// Merges what follows from a second token in a place, such as one from a second initial place, into
+/// one finding: the first error, or else the second token itself.
+pub(super) fn merge_tokens(proven: &mut Vec<Finding>) {
+    if !proven.iter().any(|result| result.code == Code::TwoTokens) {
+        return;
     }
+    let follows = |result: &Finding| {
+        has_too_many_tokens(result)
+            || matches!(
+                result.code,
+                Code::ValuesContradict | Code::ValueOutside | Code::CheckFails | Code::Tie
+            )
+    };
+    let (mut merged, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(follows);
     *proven = others;
+    merged.sort_by_key(|result| match (result.severity(), result.code) {
+        (Severity::Error, _) => 0,
+        (_, Code::TwoTokens) => 1,
+        _ => 2,
+    });
+    let mut merged = merged.into_iter();
+    let Some(mut first) = merged.next() else { return };
+    for other in merged {
+        if other.code == Code::TwoTokens {
+            first.remedy.clone_from(&other.remedy);
+        }
+        first.merge_place(other);
+    }
+    proven.push(first);
 }
 
 impl Findings {
@@ -160,5 +172,40 @@ impl Findings {
                 result.related.extend(finding.related);
             }
         }
+    }
+    /// Merges two transitions between which only the order decides with an error that the firing of
+    /// one of them leads to: both lack the same condition. If a guard is known to be wrong, that is why
+    /// they can fire together.
+    pub(super) fn merge_ties(&mut self, proven: &mut Vec<Finding>) {
+        if self.iter().any(|finding| finding.code == Code::GuardConstant) {
+            proven.retain(|result| result.code != Code::Tie);
+        }
+        let (mut ties, mut errors): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(|result| result.code == Code::Tie);
+        let from_file = ties.len();
+        ties.extend(self.iter().filter(|finding| finding.code == Code::Tie).cloned());
+        let mut merged = Vec::new();
+        for (number, tie) in ties.into_iter().enumerate() {
+            let ends = || tie.at.iter().chain(tie.related.iter().map(|(at, _)| at));
+            let is_cause = |error: &&mut Finding| {
+                let mut firings = error.trace.iter().flat_map(|trace| &trace.firings);
+                error.severity() == Severity::Error
+                    && firings.any(|firing| ends().any(|at| at.text() == firing))
+            };
+            match errors.iter_mut().find(is_cause) {
+                Some(error) => {
+                    merged.extend(tie.at.as_ref().map(|at| at.span));
+                    error.remedy.clone_from(&tie.remedy);
+                    error.merge_place(tie);
+                }
+                None if number < from_file => errors.push(tie),
+                None => {}
+            }
+        }
+        self.retain(|finding| {
+            finding.code != Code::Tie
+                || !finding.at.as_ref().is_some_and(|at| merged.contains(&at.span))
+        });
+        *proven = errors;
     }
 }

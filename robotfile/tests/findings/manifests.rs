@@ -381,6 +381,23 @@ fn data_that_come_less_often_than_they_must() {
 }
 
 #[test]
+fn a_component_that_works_at_its_rate_has_one() {
+    let mut manifests: Manifests = manifests();
+    manifests.get_mut("k").expect("the kind").needs_rate = true;
+    let with = |rate: &str| {
+        system(&format!(
+            r#"<component name="[[a]]" kind="k" {rate}><parameter name="file" value="x"/></component><link from="a.out" to="a.in"/>"#
+        ))
+    };
+    let codes = |file: &str| {
+        let (reading, _) = reading(file, Some(&manifests));
+        reading.findings.iter().map(|it| it.code.as_str()).collect::<Vec<_>>()
+    };
+    assert!(codes(&with("")).contains(&"W0120"));
+    assert!(!codes(&with(r#"rate="5Hz""#)).contains(&"W0120"));
+}
+
+#[test]
 fn a_component_that_is_never_done() {
     let with = |event: &str| {
         warnings_of(&format!(

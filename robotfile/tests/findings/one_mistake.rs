@@ -143,3 +143,43 @@ fn one_mistake_in_the_file_is_one_finding() {
                     =======\n<component name=\"a\" kind=\"j\"/>\n>>>>>>> other\n</system></armor>";
     one("E0004", conflict);
 }
+
+#[test]
+fn both_ends_of_a_link_without_ports_are_one_finding() {
+    let components = r#"<component name="a" kind="k"/><component name="b" kind="k"/>"#;
+    assert_eq!(all_of(&system(&format!(r#"{components}<link from="a" to="b"/>"#))), ["E0019"]);
+    let two = format!(r#"{components}<link from="a" to="b.x"/>{}<link from="b.y" to="a"/>"#, "\n");
+    assert_eq!(all_of(&system(&two)), ["E0019", "E0019"]);
+}
+
+#[test]
+fn a_period_that_is_too_long_is_one_finding() {
+    let file = mission(
+        r#"<place name="b"/><transition name="t" from="a" to="b" timeout="2s"/><transition name="u" from="b" to="hold" timeout="3s"/>"#,
+    );
+    let file = file.replace(r#"safe="hold""#, r#"safe="hold" period="10s""#);
+    let (codes, shown) = found_in(&file);
+    assert_eq!(codes, ["W0220"], "{shown}");
+    assert!(shown.contains("3s is shorter than"), "{shown}");
+}
+
+#[test]
+fn a_value_that_fits_no_use_is_one_finding() {
+    let file = mission(
+        r#"<variable name="v" min="0" max="100"/><transition name="t" from="a" to="hold" on="go.failed" when="v &lt; 30%"><set variable="v" value="1"/></transition><transition name="u" from="a" to="over" on="go.done" when="v &lt; 30%"/>"#,
+    );
+    let (codes, shown) = found_in(&file);
+    assert_eq!(codes, ["E0234"], "{shown}");
+}
+
+#[test]
+fn a_component_that_is_active_in_one_place_only_is_one_finding() {
+    let with = |place: &str| {
+        mission(&format!(
+            r#"<place name="b" components="go"/><place name="c" components="go"/><place name="m" {place}/><transition name="m" from="a" to="m" timeout="2s"/><transition name="in" from="m" to="b" timeout="1s"/><transition name="t" from="b" to="c" when="stop.o.x &lt; 1"/><transition name="u" from="c" to="over" when="stop.o.x &gt; 1"/>"#
+        ))
+    };
+    let (codes, shown) = found_in(&with(r#"components="stop""#));
+    assert_eq!(codes, ["W0267"], "{shown}");
+    assert_eq!(shown.matches("but stop is frozen while").count(), 2, "{shown}");
+}

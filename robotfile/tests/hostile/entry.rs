@@ -223,6 +223,7 @@ fn kind(name: &str) -> Manifest {
         summary: String::new(),
         controllable: true,
         reports_done: true,
+        needs_rate: false,
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),

@@ -327,6 +327,37 @@ fn the_constructor_has_the_values_of_its_parameters() {
     assert!(crate::manifest_of::<Prepared>().is_ok(), "with the defaults");
 }
 
+/// Is done, although it declares that it never is.
+struct Endless;
+
+impl Component for Endless {
+    const KIND: &'static str = "endless";
+    const SUMMARY: &'static str = "Ends.";
+    const REPORTS_DONE: bool = false;
+    const STALE_AFTER: &'static [(&'static str, &'static str)] = &[("order", "0.5s")];
+
+    fn new(armor: Armor) -> Result<Self, Fault> {
+        armor.subscribe::<crate::Optional<Number>>("order")?;
+        Ok(Self)
+    }
+
+    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+        Ok(Outcome::Done)
+    }
+}
+
+#[test]
+fn a_component_that_declares_that_it_is_never_done_fails_if_it_is() {
+    let mut component = TestedComponent::build::<Endless>(&[]).expect("it is built");
+    let why = component.start().expect_err("it is done").to_string();
+    assert!(why.contains("declares `REPORTS_DONE` as false; remove that constant"), "{why}");
+    assert_eq!(component.state(), RunState::Failed);
+    let manifest = crate::manifest_of::<Endless>().expect("a manifest");
+    assert!(!manifest.reports_done);
+    assert_eq!(manifest.common_reports(), ["failed"]);
+    assert_eq!(manifest.stale_after_s(&manifest.inputs[0], |_| None), Some(0.5));
+}
+
 /// Reports an event of an enum, and has forgotten its `EVENTS`.
 struct Forgetful;
 

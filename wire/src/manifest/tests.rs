@@ -145,6 +145,7 @@ fn the_json_form_comes_back_as_it_was() {
         summary: "Draws.".into(),
         controllable: true,
         reports_done: true,
+        needs_rate: false,
         inputs: vec![port],
         outputs: vec![],
         parameters: vec![parameter(ParameterType::Number, "m")],

@@ -374,6 +374,7 @@ mod tests {
             summary: "Draws.".into(),
             controllable: true,
             reports_done: true,
+            needs_rate: false,
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],

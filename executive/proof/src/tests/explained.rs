@@ -129,3 +129,28 @@ fn what_fires_before_all_others_is_the_only_finding() {
         "early has no condition",
     );
 }
+
+#[test]
+fn a_second_initial_place_is_one_finding() {
+    let content =
+        format!(r#"{OUT}{HOME}{LATE}<check>never a and b</check><check>never a and home</check>"#);
+    let file = mission(BOTH, &content);
+    expect(&file, &[], "");
+    let second = file.replace(r#"<place name="b""#, r#"<place name="b" initial="true""#);
+    assert_ne!(second, file);
+    expect(&second, &["E0252"], "b holds more than one token");
+}
+
+#[test]
+fn a_forgotten_guard_is_one_finding() {
+    let rounds = |again: &str, enough: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="2"/>{OUT}{LATE}<transition name="again" from="b" to="a" on="back.done"{again}><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="home" on="back.done"{enough}/><check>never home and n != 2</check>"#
+        );
+        mission(BOTH, &content)
+    };
+    let (less, reached) = (r#" when="n &lt; 2""#, r#" when="n &gt;= 2""#);
+    expect(&rounds(less, reached), &[], "");
+    expect(&rounds(less, ""), &["E0252"], "again and enough can fire at the same moment");
+    expect(&rounds("", reached), &["E0254"], "would set n to 3");
+}
