@@ -1,0 +1,132 @@
+//! How reliable a system of several hosts is: kills, cuts and a soak, in network namespaces, with the
+//! real program and real components.
+
+mod cuts;
+mod diary;
+mod dice;
+mod interrupt;
+mod kills;
+mod log_times;
+mod network;
+pub mod parts;
+mod processes;
+mod report;
+mod soak;
+mod system;
+mod victim;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::{Result, bail};
+
+use crate::machine::{Load, describe_machine};
+use diary::LinkAccount;
+use report::FaultReport;
+use system::{SystemOptions, SystemUnderTest};
+
+/// What is done to the system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReliabilityJob {
+    Kills,
+    Cuts,
+    Soak,
+}
+
+/// How, by the command line.
+#[derive(Clone, Debug)]
+pub struct ReliabilityOptions {
+    /// The program `armor`; by default the one next to this program.
+    pub program: Option<PathBuf>,
+    pub hosts: usize,
+    pub seed: u64,
+    pub kills: usize,
+    pub count: usize,
+    /// The longest cut.
+    pub longest: Duration,
+    pub soak: Duration,
+}
+
+impl Default for ReliabilityOptions {
+    fn default() -> Self {
+        Self {
+            program: None,
+            hosts: 2,
+            seed: 1,
+            kills: 300,
+            count: 100,
+            longest: Duration::from_secs(60),
+            soak: Duration::from_secs(30 * 60),
+        }
+    }
+}
+
+impl ReliabilityJob {
+    /// The job of this name for `--only`.
+    pub fn from_part(part: &str) -> Option<Self> {
+        match part {
+            "hosts-kills" => Some(Self::Kills),
+            "hosts-cuts" => Some(Self::Cuts),
+            "soak" => Some(Self::Soak),
+            _ => None,
+        }
+    }
+
+    /// Sets up the system, does the job, prints the table, and removes everything again.
+    ///
+    /// # Errors
+    /// If it cannot be set up, does not come back after a fault, or misses a goal.
+    pub fn run(self, options: &ReliabilityOptions) -> Result<()> {
+        let own = std::env::current_exe()?;
+        let program = options.program.clone().unwrap_or_else(|| own.with_file_name("armor"));
+        let (pulses, rate_hz) = match self {
+            Self::Soak => (16 / options.hosts * options.hosts, 20),
+            Self::Kills | Self::Cuts => (2 * options.hosts, 50),
+        };
+        let program = std::path::absolute(program)?;
+        let system = SystemOptions { program, hosts: options.hosts, pulses, rate_hz };
+        interrupt::notice_signals()?;
+        let mut system = SystemUnderTest::start(system)?;
+        let load = Load::start();
+        let done = match self {
+            Self::Kills => kills::run_kills(&mut system, options),
+            Self::Cuts => cuts::run_cuts(&mut system, options),
+            Self::Soak => soak::run_soak(&mut system, options),
+        };
+        let report = match done {
+            Ok(report) => report,
+            Err(error) => {
+                if !interrupt::was_interrupted() {
+                    system.keep_files();
+                }
+                return Err(error);
+            }
+        };
+        let is_met = report.meets_goals();
+        if !is_met {
+            system.keep_files();
+        }
+        let components = system.components().len();
+        drop(system);
+        print!("{}", report.to_markdown());
+        println!(
+            "\n{} hosts in network namespaces, {components} components, seed {}; load of everything \
+             else {:.0} %. {}.",
+            options.hosts,
+            options.seed,
+            load.foreign_percent(),
+            describe_machine()
+        );
+        if is_met { Ok(()) } else { bail!("not every goal is met") }
+    }
+}
+
+/// What was counted over all links.
+fn report_account(report: &mut FaultReport, account: LinkAccount) {
+    let LinkAccount { received, counted, uncounted, repeated, twice } = account;
+    report.add_count("messages received", received, None);
+    report.add_count("messages lost, counted by the receiver", counted, None);
+    report.add_count("messages lost and not counted", uncounted, Some(0));
+    report.add_count("messages received twice", repeated, Some(0));
+    report.add_count("components that ran twice, or next to one they exclude", twice, Some(0));
+}
