@@ -16,13 +16,14 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
   --only PART       lat, spin, flood, fan, paced, first, idle, check or reaction; may
                     be repeated. Or nets: states and firings of Petri nets, and nothing else.
                     Or, as root, faults in a system of several hosts, and nothing else:
-                    hosts-kills, hosts-cuts or soak
+                    hosts-kills, hosts-cuts, hosts-stops or soak
   --armor PATH      the program `armor` for these (default: next to this program)
   --hosts N         2 or 3 hosts (default 2)
   --seed N          the seed of their choices (default 1)
   --kills N         how many processes are killed (default 300)
-  --count N         how many times a host is cut off (default 100)
-  --longest S       the longest time that it is cut off (default 60)
+  --count N         how many times a host is cut off, or all are stopped
+                    (default 100)
+  --longest S       the longest time of that (default 60)
   --minutes M       how long the soak lasts (default 30)
   --same-core       both processes on core 0: what the software costs, without the wake-up of a
                     halted core; measures round trips only, unless --only names others

@@ -1,4 +1,4 @@
-//! How reliable a system of several hosts is: kills, cuts and a soak, in network namespaces, with the
+//! How reliable a system of several hosts is: kills, cuts, stops and a soak, in network namespaces, with the
 //! real program and real components.
 
 mod cuts;
@@ -12,6 +12,7 @@ pub mod parts;
 mod processes;
 mod report;
 mod soak;
+mod stops;
 mod system;
 mod victim;
 
@@ -30,6 +31,7 @@ use system::{SystemOptions, SystemUnderTest};
 pub enum ReliabilityJob {
     Kills,
     Cuts,
+    Stops,
     Soak,
 }
 
@@ -42,7 +44,7 @@ pub struct ReliabilityOptions {
     pub seed: u64,
     pub kills: usize,
     pub count: usize,
-    /// The longest cut.
+    /// The longest cut or stop.
     pub longest: Duration,
     pub soak: Duration,
 }
@@ -67,6 +69,7 @@ impl ReliabilityJob {
         match part {
             "hosts-kills" => Some(Self::Kills),
             "hosts-cuts" => Some(Self::Cuts),
+            "hosts-stops" => Some(Self::Stops),
             "soak" => Some(Self::Soak),
             _ => None,
         }
@@ -81,7 +84,7 @@ impl ReliabilityJob {
         let program = options.program.clone().unwrap_or_else(|| own.with_file_name("armor"));
         let (pulses, rate_hz) = match self {
             Self::Soak => (16 / options.hosts * options.hosts, 20),
-            Self::Kills | Self::Cuts => (2 * options.hosts, 50),
+            Self::Kills | Self::Cuts | Self::Stops => (2 * options.hosts, 50),
         };
         let program = std::path::absolute(program)?;
         let system = SystemOptions { program, hosts: options.hosts, pulses, rate_hz };
@@ -91,6 +94,7 @@ impl ReliabilityJob {
         let done = match self {
             Self::Kills => kills::run_kills(&mut system, options),
             Self::Cuts => cuts::run_cuts(&mut system, options),
+            Self::Stops => stops::run_stops(&mut system, options),
             Self::Soak => soak::run_soak(&mut system, options),
         };
         let report = match done {

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use rustix::process::{Pid, Signal, geteuid, kill_process};
+use rustix::process::{Signal, geteuid};
+
+use super::processes::send_signal;
 
 /// The names of the hosts. The first one is where the system is started.
 pub const HOSTS: [&str; 3] = ["robot", "arm", "wrist"];
@@ -66,6 +68,12 @@ impl TestNetwork {
         let mut command = Command::new("ip");
         command.args(["netns", "exec", &name_namespace(HOSTS[host])]).arg(program);
         command
+    }
+
+    /// The processes of all hosts.
+    pub fn list_processes(&self) -> Vec<u32> {
+        let hosts = HOSTS.iter().take(self.count);
+        hosts.flat_map(|name| list_processes_in(&name_namespace(name))).collect()
     }
 
     /// Drops everything that `from` sends to `to`, from now on.
@@ -139,16 +147,21 @@ fn remove_namespace(space: &str) {
     if !Path::new("/run/netns").join(space).exists() {
         return;
     }
-    if let Ok(listed) = Command::new("ip").args(["netns", "pids", space]).output() {
-        let text = String::from_utf8_lossy(&listed.stdout).into_owned();
-        for pid in text.lines().filter_map(|line| Pid::from_raw(line.trim().parse().ok()?)) {
-            let _ = kill_process(pid, Signal::KILL);
-        }
+    for pid in list_processes_in(space) {
+        let _ = send_signal(pid, Signal::KILL);
     }
     let _ = fs::remove_dir_all(settings_of(space));
     if let Err(error) = run_ip(&["netns", "del", space]) {
         eprintln!("the namespace {space} is left: {error:#}");
     }
+}
+
+fn list_processes_in(space: &str) -> Vec<u32> {
+    let Ok(listed) = Command::new("ip").args(["netns", "pids", space]).output() else {
+        return Vec::new();
+    };
+    let text = String::from_utf8_lossy(&listed.stdout).into_owned();
+    text.lines().filter_map(|line| line.trim().parse().ok()).collect()
 }
 
 fn run_ip(arguments: &[&str]) -> Result<()> {

@@ -42,6 +42,13 @@ pub fn find_start(pid: u32) -> Option<u64> {
     Some((ticks * (1_000_000_000 / TICKS_HZ)).saturating_sub(suspended_ns))
 }
 
+/// The processor time that a process has taken, in seconds.
+pub fn read_cpu_s(pid: u32) -> Option<f64> {
+    let fields = read_stat(pid)?;
+    let ticks: u64 = fields[11].parse::<u64>().ok()? + fields[12].parse::<u64>().ok()?;
+    Some(ticks as f64 / TICKS_HZ as f64)
+}
+
 /// Sends a signal. A process that has ended meanwhile does not matter.
 ///
 /// # Errors
