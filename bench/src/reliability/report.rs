@@ -111,7 +111,7 @@ impl ReportRow {
                     "| {name}, s | {count} | {p50:.3} | {p99:.3} | {most:.3} | {goal} | {met} |"
                 )
             }
-            Self::Value { name, value, unit, .. } if unit.is_empty() => {
+            Self::Value { name, value, unit: "", .. } => {
                 writeln!(text, "| {name} | {value} | | | | {goal} | {met} |")
             }
             Self::Value { name, value, unit, .. } => {

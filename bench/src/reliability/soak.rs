@@ -66,7 +66,12 @@ pub fn run_soak(system: &mut SystemUnderTest, options: &ReliabilityOptions) -> R
     let mut growths: BTreeMap<&str, NeedGrowth> = BTreeMap::new();
     for ((name, _), samples) in &needs {
         let Some(growth) = NeedGrowth::of(samples, from_s) else { continue };
-        eprintln!("{name}: {:.2} MB/h, {} descriptors", growth.mb_per_h, growth.descriptors);
+        eprintln!(
+            "{name}: {:.2} MB/h, {} descriptors; KiB over time {:?}",
+            growth.mb_per_h,
+            growth.descriptors,
+            thin_out(samples)
+        );
         let kind = victims.iter().find(|it| it.name() == *name).map_or("", FaultVictim::kind);
         let all = growths.entry(kind).or_default();
         all.processes += 1;
@@ -162,6 +167,12 @@ impl NeedGrowth {
         report.add_value(&format!("{of}: memory"), self.mb_per_h, "MB/h", Some(MOST_MB_PER_H));
         report.add_value(&format!("{of}: descriptors"), self.descriptors, "more", Some(0.0));
     }
+}
+
+/// The memory at a few moments, from the first to the last.
+fn thin_out(samples: &NeedSamples) -> Vec<f64> {
+    let step = (samples.len() / 12).max(1);
+    samples.iter().step_by(step).map(|(_, memory_kib, _)| *memory_kib).collect()
 }
 
 /// The slope of the line through the points with the least squares.

@@ -287,7 +287,7 @@ impl SystemUnderTest {
             match self.diary.find_life(&name) {
                 None => missing.push(format!("{name} has not started")),
                 Some(life) if life.active_ns.is_none() => {
-                    missing.push(format!("{name} is not active"))
+                    missing.push(format!("{name} is not active"));
                 }
                 Some(life) => {
                     for input in ["far", "near"] {

@@ -109,10 +109,7 @@ pub fn read_world(bytes: &[u8]) {
 /// A recorded log: every line is a record, a fault with its number, or skipped.
 pub fn read_log(bytes: &[u8]) {
     let mut log = CarmenLog::new(bytes);
-    let mut faults = 0;
-    while let Some(record) = log.next() {
-        faults += u64::from(record.is_err());
-    }
+    let faults = log.by_ref().filter(Result::is_err).count() as u64;
     let tally = log.tally();
     assert!(log.has_ended() && tally.malformed == faults);
     assert!(tally.scans + tally.malformed + tally.unknown <= tally.lines);
