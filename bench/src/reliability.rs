@@ -8,6 +8,7 @@ mod interrupt;
 mod kills;
 mod log_times;
 mod network;
+mod options;
 pub mod parts;
 mod processes;
 mod report;
@@ -16,14 +17,10 @@ mod stops;
 mod system;
 mod victim;
 
-use std::path::PathBuf;
-use std::time::Duration;
-
 use anyhow::{Result, bail};
 
 use crate::machine::{Load, describe_machine};
-use diary::LinkAccount;
-use report::FaultReport;
+pub use options::ReliabilityOptions;
 use system::{SystemOptions, SystemUnderTest};
 
 /// What is done to the system.
@@ -33,34 +30,6 @@ pub enum ReliabilityJob {
     Cuts,
     Stops,
     Soak,
-}
-
-/// How, by the command line.
-#[derive(Clone, Debug)]
-pub struct ReliabilityOptions {
-    /// The program `armor`; by default the one next to this program.
-    pub program: Option<PathBuf>,
-    pub hosts: usize,
-    pub seed: u64,
-    pub kills: usize,
-    pub count: usize,
-    /// The longest cut or stop.
-    pub longest: Duration,
-    pub soak: Duration,
-}
-
-impl Default for ReliabilityOptions {
-    fn default() -> Self {
-        Self {
-            program: None,
-            hosts: 2,
-            seed: 1,
-            kills: 300,
-            count: 100,
-            longest: Duration::from_secs(60),
-            soak: Duration::from_secs(30 * 60),
-        }
-    }
 }
 
 impl ReliabilityJob {
@@ -123,14 +92,4 @@ impl ReliabilityJob {
         );
         if is_met { Ok(()) } else { bail!("not every goal is met") }
     }
-}
-
-/// What was counted over all links.
-fn report_account(report: &mut FaultReport, account: LinkAccount) {
-    let LinkAccount { received, counted, uncounted, repeated, twice } = account;
-    report.add_count("messages received", received, None);
-    report.add_count("messages lost, counted by the receiver", counted, None);
-    report.add_count("messages lost and not counted", uncounted, Some(0));
-    report.add_count("messages received twice", repeated, Some(0));
-    report.add_count("components that ran twice, or next to one they exclude", twice, Some(0));
 }

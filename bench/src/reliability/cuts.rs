@@ -6,11 +6,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 
-use super::ReliabilityOptions;
 use super::dice::FaultDice;
 use super::interrupt::{rest, wait_until};
 use super::log_times::find_moments;
 use super::network::HOSTS;
+use super::options::ReliabilityOptions;
 use super::report::{FaultReport, TimeGoal};
 use super::system::{PATIENCE, SystemUnderTest};
 use crate::readings::monotonic_ns;
@@ -61,7 +61,7 @@ pub fn run_cuts(system: &mut SystemUnderTest, options: &ReliabilityOptions) -> R
         measure_cut(system, host, kind, length_s, &mut report).with_context(what)?;
     }
     system.diary.read_on()?;
-    super::report_account(&mut report, system.diary.account);
+    report.add_account(system.diary.account);
     Ok(report)
 }
 

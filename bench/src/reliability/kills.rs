@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use super::ReliabilityOptions;
 use super::dice::FaultDice;
 use super::interrupt::{rest, wait_until};
+use super::options::ReliabilityOptions;
 use super::report::{FaultReport, TimeGoal};
 use super::system::{PATIENCE, SystemUnderTest};
 use super::victim::FaultVictim;
@@ -62,7 +62,7 @@ pub fn run_kills(
         rest(Duration::from_secs_f64(dice.draw_between(0.05, 1.5)))?;
     }
     system.diary.read_on()?;
-    super::report_account(&mut report, system.diary.account);
+    report.add_account(system.diary.account);
     Ok(report)
 }
 

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use super::diary::LinkAccount;
+
 /// What a job has measured.
 #[derive(Default)]
 pub struct FaultReport {
@@ -54,6 +56,16 @@ impl FaultReport {
     /// Adds a row with one value.
     pub fn add_value(&mut self, name: &str, value: f64, unit: &'static str, most: Option<f64>) {
         self.rows.push(ReportRow::Value { name: name.to_owned(), value, unit, most });
+    }
+
+    /// Adds what was counted over all links.
+    pub fn add_account(&mut self, account: LinkAccount) {
+        let LinkAccount { received, counted, uncounted, repeated, twice } = account;
+        self.add_count("messages received", received, None);
+        self.add_count("messages lost, counted by the receiver", counted, None);
+        self.add_count("messages lost and not counted", uncounted, Some(0));
+        self.add_count("messages received twice", repeated, Some(0));
+        self.add_count("components that ran twice, or next to one they exclude", twice, Some(0));
     }
 
     /// Whether every goal is met.

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use rustix::process::Signal;
 
-use super::ReliabilityOptions;
 use super::dice::FaultDice;
 use super::interrupt::{rest, wait_until};
+use super::options::ReliabilityOptions;
 use super::processes::{read_needs, send_signal};
 use super::report::FaultReport;
 use super::system::{PATIENCE, SystemUnderTest};
@@ -61,7 +61,7 @@ pub fn run_soak(system: &mut SystemUnderTest, options: &ReliabilityOptions) -> R
     }
     system.diary.read_on()?;
     report.add_count("faults", faults, None);
-    super::report_account(&mut report, system.diary.account);
+    report.add_account(system.diary.account);
     let from_s = options.soak.as_secs_f64() / 3.0;
     let mut growths: BTreeMap<&str, NeedGrowth> = BTreeMap::new();
     for ((name, _), samples) in &needs {

@@ -6,9 +6,9 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use rustix::process::Signal;
 
-use super::ReliabilityOptions;
 use super::dice::FaultDice;
 use super::interrupt::{rest, wait_until};
+use super::options::ReliabilityOptions;
 use super::processes::{read_cpu_s, send_signal};
 use super::report::{FaultReport, TimeGoal};
 use super::system::{PATIENCE, SystemUnderTest};
@@ -72,7 +72,7 @@ pub fn run_stops(
     system.diary.read_on()?;
     let name = "most processor time afterwards, of that before";
     report.add_value(name, most_times, "×", Some(MOST_TIMES_CPU));
-    super::report_account(&mut report, system.diary.account);
+    report.add_account(system.diary.account);
     Ok(report)
 }
 
