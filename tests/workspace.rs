@@ -68,7 +68,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 /// Crates that every component may import.
 const COMPONENT: &[&str] = &["armor-sdk", "armor-convert", "armor-files", "armor-grid"];
 /// Crates at the top, which no other crate imports.
-const TOP: &[&str] = &["armor", "armor-bench", "armor-house", "armor-mutants"];
+const TOP: &[&str] = &["armor", "armor-bench", "armor-hostile", "armor-house", "armor-mutants"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the launcher is in the workspace").into()

@@ -1,5 +1,6 @@
 //! Compares Armor's links with blocking TCP of the standard library, in the same run, and prints a
-//! table. The program plays all roles itself: it starts itself again for each process of a
+//! table; or injects faults into a system of several hosts and measures how it comes back. The program
+//! plays all roles itself: it starts itself again for each process of a
 //! measurement.
 
 mod bench;
@@ -12,6 +13,7 @@ mod petri;
 mod process;
 mod reaction;
 mod readings;
+mod reliability;
 mod sdk_roles;
 mod table;
 mod tcp_roles;
@@ -31,8 +33,11 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1).peekable();
     let result = if arguments.next_if(|first| first == "role").is_some() {
         play_role(arguments)
+    } else if arguments.next_if(|first| first == "part").is_some() {
+        reliability::parts::play_part(arguments)
     } else {
         options::parse_arguments(arguments).and_then(|options| match options {
+            Some(options) if options.fault_job.is_some() => run_fault_job(&options),
             Some(options) if options.nets => petri::measure_nets(options.rounds),
             Some(options) => run_jobs(&options),
             None => {
@@ -78,6 +83,10 @@ fn play_role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
         ),
         _ => sdk_roles::play_role(&role, arguments),
     }
+}
+
+fn run_fault_job(options: &BenchOptions) -> Result<()> {
+    options.fault_job.map_or(Ok(()), |job| job.run(&options.reliability))
 }
 
 fn run_jobs(options: &BenchOptions) -> Result<()> {

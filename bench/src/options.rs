@@ -7,13 +7,24 @@ use anyhow::{Result, bail};
 use lexopt::prelude::{Long, ValueExt};
 
 use crate::job::BenchJob;
+use crate::reliability::{ReliabilityJob, ReliabilityOptions};
 
 pub const USAGE: &str = "\
 usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-wait S]
   --rounds N        number of rounds; medians are printed (default 5)
   --secs S          how long one figure is measured (default 1)
   --only PART       lat, spin, flood, fan, paced, first, idle, check or reaction; may
-                    be repeated. Or nets: states and firings of Petri nets, and nothing else
+                    be repeated. Or nets: states and firings of Petri nets, and nothing else.
+                    Or, as root, faults in a system of several hosts, and nothing else:
+                    hosts-kills, hosts-cuts, hosts-stops or soak
+  --armor PATH      the program `armor` for these (default: next to this program)
+  --hosts N         2 or 3 hosts (default 2)
+  --seed N          the seed of their choices (default 1)
+  --kills N         how many processes are killed (default 300)
+  --count N         how many times a host is cut off, or all are stopped
+                    (default 100)
+  --longest S       the longest time of that (default 60)
+  --minutes M       how long the soak lasts (default 30)
   --same-core       both processes on core 0: what the software costs, without the wake-up of a
                     halted core; measures round trips only, unless --only names others
   --quiet-wait S    wait up to S seconds for an idle machine before each figure (default 0)";
@@ -30,6 +41,9 @@ pub struct BenchOptions {
     pub quiet_wait: Duration,
     /// Petri nets, and nothing else.
     pub nets: bool,
+    /// Faults in a system of several hosts, and nothing else.
+    pub fault_job: Option<ReliabilityJob>,
+    pub reliability: ReliabilityOptions,
     only: Vec<String>,
 }
 
@@ -51,6 +65,8 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
         same_core: false,
         quiet_wait: Duration::ZERO,
         nets: false,
+        fault_job: None,
+        reliability: ReliabilityOptions::default(),
         only: Vec::new(),
     };
     let mut parser = lexopt::Parser::from_args(arguments);
@@ -63,8 +79,22 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             Long("same-core") => options.same_core = true,
             Long("only") => match parser.value()?.parse::<String>()? {
                 part if part == NETS => options.nets = true,
+                part if ReliabilityJob::from_part(&part).is_some() => {
+                    options.fault_job = ReliabilityJob::from_part(&part);
+                }
                 part => options.only.push(part),
             },
+            Long("armor") => options.reliability.program = Some(parser.value()?.into()),
+            Long("hosts") => options.reliability.hosts = parser.value()?.parse()?,
+            Long("seed") => options.reliability.seed = parser.value()?.parse()?,
+            Long("kills") => options.reliability.kills = parser.value()?.parse()?,
+            Long("count") => options.reliability.count = parser.value()?.parse()?,
+            Long("longest") => {
+                options.reliability.longest = parser.value()?.parse_with(parse_seconds)?;
+            }
+            Long("minutes") => {
+                options.reliability.soak = parser.value()?.parse_with(parse_seconds)? * 60;
+            }
             // `cargo bench` adds it.
             Long("bench") => {}
             other => return Err(other.unexpected().into()),

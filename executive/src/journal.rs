@@ -28,13 +28,12 @@ pub use life::{Anchor, Life};
 pub use line::{ChainEnd, FORMAT, LineDamage};
 pub use state_file::state_path;
 pub use story::{Story, began_with, clock, followed_clock, plan_of};
-pub use verification::JournalVerification;
+pub use verification::{ForeignFormat, JournalVerification, verify_bytes};
 pub use writing::Journal;
 
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use verification::{ForeignFormat, verify_bytes};
 
 /// Longest journal that is read back, far beyond what is cut.
 const MAX_LEN: u64 = 1 << 30;

@@ -30,6 +30,7 @@ use crate::frames::{read_control, write_control};
 use crate::host_keys::HostKeys;
 use crate::identity::KeyPurpose;
 use crate::key_file::KeyFile;
+use crate::redial::connect_repeatedly;
 use crate::streams::{own_stream, tune_stream};
 use crate::tls::{client_config, explain_tls_error};
 
@@ -298,7 +299,7 @@ impl GateClient {
         request: GateRequest,
     ) -> Result<(TlsStream<TcpStream>, GateReply), GateError> {
         let exchange = async {
-            let stream = tune_stream(TcpStream::connect(self.gate.as_str()).await?)?;
+            let stream = tune_stream(connect_repeatedly(self.gate.as_str()).await?)?;
             let name = ServerName::try_from(GATE_NAME).map_err(io::Error::other)?;
             let mut stream = TlsConnector::from(self.config()).connect(name, stream).await?;
             self.check_gate(&stream).map_err(io::Error::other)?;

@@ -17,6 +17,7 @@ mod host_keys;
 pub mod identity;
 pub mod key_file;
 pub mod reach;
+mod redial;
 pub mod revoked;
 pub mod routes;
 pub mod run_channel;

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use armor_socket::{Stream, check_client, tune};
+use armor_socket::{Stream, check_client, tune_between_hosts};
 use armor_wire::gate::GateReply;
 use armor_wire::hello::Refusal;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
@@ -19,7 +19,7 @@ const LINGER: Duration = Duration::from_secs(1);
 /// Lets a connection notice within two seconds that the other host has fallen silent.
 pub(crate) fn tune_stream(stream: TcpStream) -> io::Result<TcpStream> {
     let stream = Stream::Tcp(stream.into_std()?);
-    tune(&stream)?;
+    tune_between_hosts(&stream)?;
     match stream {
         Stream::Tcp(stream) => TcpStream::from_std(stream),
         Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),

@@ -29,4 +29,4 @@ pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group}
 pub use port_holder::explain_bind_error;
 pub use proxy::has_proxy;
 pub use stream::Stream;
-pub use tuning::{enlarge_send_buffer, tune};
+pub use tuning::{enlarge_send_buffer, tune, tune_between_hosts};

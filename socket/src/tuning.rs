@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use armor_wire::liveness::{MISSED_BEATS, SILENCE};
+use armor_wire::liveness::{MISSED_BEATS, SILENCE, UNACKNOWLEDGED};
 use socket2::{SockRef, TcpKeepalive};
 
 use crate::stream::Stream;
@@ -34,6 +34,18 @@ pub fn tune(stream: &Stream) -> io::Result<()> {
                 .with_retries(MISSED_BEATS);
             socket.set_tcp_keepalive(&probes)
         }
+    }
+}
+
+/// As [`tune`], for a connection to another host, of which the network may cut only one direction.
+///
+/// # Errors
+/// If the system refuses an option.
+pub fn tune_between_hosts(stream: &Stream) -> io::Result<()> {
+    tune(stream)?;
+    match stream {
+        Stream::Unix(_) => Ok(()),
+        Stream::Tcp(stream) => SockRef::from(stream).set_tcp_user_timeout(Some(UNACKNOWLEDGED)),
     }
 }
 

@@ -7,12 +7,22 @@ use std::time::Duration;
 pub const BEAT: Duration = Duration::from_millis(500);
 /// Beats that may be missed before the other end is taken for dead.
 pub const MISSED_BEATS: u32 = 3;
-/// Silence after which the other end is taken for dead; `TCP_USER_TIMEOUT` is the same.
+/// Silence after which the other end is taken for dead; `TCP_USER_TIMEOUT` is the same within a host.
 pub const SILENCE: Duration = Duration::from_millis(1750);
+/// How long another host may leave what it was sent unacknowledged: `TCP_USER_TIMEOUT` between hosts. If
+/// only the direction towards it is cut, its frames still arrive for a while. This time begins with the
+/// first repetition of the next beat, some 0.2 s after it, so that such a cut is noticed within 2 s.
+pub const UNACKNOWLEDGED: Duration = Duration::from_millis(1000);
 /// Period with which an end that serves many connections looks after each of them. Together with
 /// [`SILENCE`] it bounds the time until a dead peer is noticed: 1.95 s.
 pub const LOOK: Duration = Duration::from_millis(200);
 
+/// Longest time from a beat to its first repetition on a network with short delays.
+const REPEATED: Duration = Duration::from_millis(400);
+const _: () = assert!(
+    BEAT.as_millis() + REPEATED.as_millis() + UNACKNOWLEDGED.as_millis() < 2000,
+    "a cut in one direction would be noticed too late"
+);
 const _: () = assert!(LOOK.as_millis() * 2 <= BEAT.as_millis(), "a beat would come too late");
 
 /// Watches one connection.

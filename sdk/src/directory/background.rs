@@ -20,8 +20,9 @@ use crate::clock::SystemClock;
 use crate::dial::{self, ConnectError, Dialled};
 use crate::session::{self, FrameWriter};
 
-/// First and longest delay between two attempts to connect.
-const RETRY: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(1));
+/// First and longest delay between two attempts to connect. After a cut a link needs the registry, then
+/// its provider: two of these delays, and a second for both.
+const RETRY: (Duration, Duration) = (Duration::from_millis(20), Duration::from_millis(400));
 /// The first requests for the time have this short period, until the filter has enough exchanges.
 const FIRST_TIMES: u32 = 8;
 const FIRST_TIME_PERIOD: Duration = Duration::from_millis(25);

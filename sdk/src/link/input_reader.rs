@@ -25,8 +25,9 @@ use crate::runtime::{EnteredComponent, Runtime};
 
 /// Polls between two looks of a spinning reader at whether the component is still active.
 const SPINS_PER_LOOK: u32 = 1 << 12;
-/// First and longest delay between two attempts to link.
-const RETRY: (Duration, Duration) = (Duration::from_millis(10), Duration::from_secs(1));
+/// First and longest delay between two attempts to link. After a cut a link needs the registry, then
+/// its provider: two of these delays, and a second for both.
+const RETRY: (Duration, Duration) = (Duration::from_millis(10), Duration::from_millis(400));
 /// A link that lasted this long was a good one: the next attempt is made after the first delay.
 const GOOD_LINK: Duration = Duration::from_secs(2);
 /// How long a `keep="all"` reader waits for room in the inbox before it looks whether the component

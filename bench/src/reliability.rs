@@ -1,0 +1,95 @@
+//! How reliable a system of several hosts is: kills, cuts, stops and a soak, in network namespaces, with the
+//! real program and real components.
+
+mod cuts;
+mod diary;
+mod dice;
+mod interrupt;
+mod kills;
+mod log_times;
+mod network;
+mod options;
+pub mod parts;
+mod processes;
+mod report;
+mod soak;
+mod stops;
+mod system;
+mod victim;
+
+use anyhow::{Result, bail};
+
+use crate::machine::{Load, describe_machine};
+pub use options::ReliabilityOptions;
+use system::{SystemOptions, SystemUnderTest};
+
+/// What is done to the system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReliabilityJob {
+    Kills,
+    Cuts,
+    Stops,
+    Soak,
+}
+
+impl ReliabilityJob {
+    /// The job of this name for `--only`.
+    pub fn from_part(part: &str) -> Option<Self> {
+        match part {
+            "hosts-kills" => Some(Self::Kills),
+            "hosts-cuts" => Some(Self::Cuts),
+            "hosts-stops" => Some(Self::Stops),
+            "soak" => Some(Self::Soak),
+            _ => None,
+        }
+    }
+
+    /// Sets up the system, does the job, prints the table, and removes everything again.
+    ///
+    /// # Errors
+    /// If it cannot be set up, does not come back after a fault, or misses a goal.
+    pub fn run(self, options: &ReliabilityOptions) -> Result<()> {
+        let own = std::env::current_exe()?;
+        let program = options.program.clone().unwrap_or_else(|| own.with_file_name("armor"));
+        let (pulses, rate_hz) = match self {
+            Self::Soak => (16 / options.hosts * options.hosts, 20),
+            Self::Kills | Self::Cuts | Self::Stops => (2 * options.hosts, 50),
+        };
+        let program = std::path::absolute(program)?;
+        let system = SystemOptions { program, hosts: options.hosts, pulses, rate_hz };
+        interrupt::notice_signals()?;
+        let mut system = SystemUnderTest::start(system)?;
+        let load = Load::start();
+        let done = match self {
+            Self::Kills => kills::run_kills(&mut system, options),
+            Self::Cuts => cuts::run_cuts(&mut system, options),
+            Self::Stops => stops::run_stops(&mut system, options),
+            Self::Soak => soak::run_soak(&mut system, options),
+        };
+        let report = match done {
+            Ok(report) => report,
+            Err(error) => {
+                if !interrupt::was_interrupted() {
+                    system.keep_files();
+                }
+                return Err(error);
+            }
+        };
+        let is_met = report.meets_goals();
+        if !is_met {
+            system.keep_files();
+        }
+        let components = system.components().len();
+        drop(system);
+        print!("{}", report.to_markdown());
+        println!(
+            "\n{} hosts in network namespaces, {components} components, seed {}; load of everything \
+             else {:.0} %. {}.",
+            options.hosts,
+            options.seed,
+            load.foreign_percent(),
+            describe_machine()
+        );
+        if is_met { Ok(()) } else { bail!("not every goal is met") }
+    }
+}

@@ -1,0 +1,153 @@
+//! The decoders. What applies to any input is asserted here.
+
+use std::collections::BTreeMap;
+
+use armor_carmen_player::log::CarmenLog;
+use armor_executive::journal::verify_bytes;
+use armor_keys::revoked::parse_revoked;
+use armor_keys::{CertificateFacts, KeyFile};
+use armor_petri::file::{self, NetFile, pnml, tina};
+use armor_robotfile::claim::Claim;
+use armor_robotfile::guard::{Guard, MAX_LEN};
+use armor_simulator::pose::Pose2;
+use armor_simulator::world::World;
+
+/// A decoder: its name, and what it does with bytes.
+pub type FileDecoder = (&'static str, fn(&[u8]));
+
+/// All of them.
+pub const DECODERS: [FileDecoder; 7] = [
+    ("guards", read_guard),
+    ("pnml", read_pnml),
+    ("tina", read_tina),
+    ("worlds", read_world),
+    ("logs", read_log),
+    ("journals", read_journal),
+    ("keys", read_keys),
+];
+
+/// Separates the two files of one input.
+pub const SEPARATOR: u8 = 0;
+
+/// A guard, and the same text as a claim. What is printed of a guard is that guard.
+pub fn read_guard(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    match Guard::parse(text) {
+        Ok(guard) => {
+            assert_eq!(
+                guard.holds(&vec![None; guard.names().len()]).is_some(),
+                is_constant(&guard)
+            );
+            let printed = guard.to_string();
+            // It may be longer by spaces.
+            if printed.len() <= MAX_LEN {
+                assert_eq!(Guard::parse(&printed).as_ref(), Ok(&guard), "{printed}");
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    match Claim::parse(text) {
+        Ok(claim) => assert!(claim.names().iter().all(|(_, name)| !name.as_str().is_empty())),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// Whether the value of a guard is known without data: it is then the same whatever is open.
+fn is_constant(guard: &Guard) -> bool {
+    let count = guard.names().len();
+    guard.holds_whatever(&vec![None; count], &vec![false; count]).is_some()
+}
+
+/// A net in PNML. What is written of it is the same net.
+pub fn read_pnml(bytes: &[u8]) {
+    let Ok(text) = file::decode_text(bytes) else { return };
+    match pnml::read(&text) {
+        Ok(net) => check_same(&net, &pnml::read(&pnml::write(&net)).expect("it was written")),
+        Err(error) => assert!(error.line > 0 && error.column > 0 && !error.to_string().is_empty()),
+    }
+}
+
+/// A net of TINA. What is written of it is the same net, if it can be expressed.
+pub fn read_tina(bytes: &[u8]) {
+    let Ok(text) = file::decode_text(bytes) else { return };
+    match tina::read(&text) {
+        Ok(net) => {
+            if let Ok(written) = tina::write(&net) {
+                check_same(&net, &tina::read(&written).expect("it was written"));
+            }
+        }
+        Err(error) => assert!(error.line > 0 && error.column > 0 && !error.to_string().is_empty()),
+    }
+}
+
+/// Places may come in another order.
+fn check_same(one: &NetFile, other: &NetFile) {
+    assert_eq!(list_tokens(one), list_tokens(other));
+    assert_eq!(one.net.transitions().len(), other.net.transitions().len());
+}
+
+fn list_tokens(file: &NetFile) -> BTreeMap<&str, u32> {
+    let tokens = file.net.initial().iter().copied();
+    file.net.places().iter().map(String::as_str).zip(tokens).collect()
+}
+
+/// A drawing of a world, in which a robot looks around.
+pub fn read_world(bytes: &[u8]) {
+    match World::parse("a.svg", bytes) {
+        Ok(world) => {
+            assert!(!world.segments().is_empty());
+            for turn in [0.0, 1.0, 3.0] {
+                let from = Pose2::new(0.0, 0.0, turn);
+                assert!(world.range_m(from, 9.0).is_none_or(|range| (0.0..=9.0).contains(&range)));
+            }
+            assert!(world.clearance_m(0.0, 0.0) >= 0.0);
+        }
+        Err(error) => assert!(error.to_string().contains("a.svg")),
+    }
+}
+
+/// A recorded log: every line is a record, a fault with its number, or skipped.
+pub fn read_log(bytes: &[u8]) {
+    let mut log = CarmenLog::new(bytes);
+    let faults = log.by_ref().filter(Result::is_err).count() as u64;
+    let tally = log.tally();
+    assert!(log.has_ended() && tally.malformed == faults);
+    assert!(tally.scans + tally.malformed + tally.unknown <= tally.lines);
+}
+
+/// A journal, and its state file after a zero byte.
+pub fn read_journal(bytes: &[u8]) {
+    let split = bytes.iter().position(|byte| *byte == SEPARATOR);
+    let (journal, state) = match split {
+        Some(at) => (&bytes[..at], Some(&bytes[at + 1..])),
+        None => (bytes, None),
+    };
+    let Ok(found) = verify_bytes(Some(journal), state) else { return };
+    assert!(found.torn_len <= journal.len() as u64);
+    if let Some(fault) = &found.fault {
+        assert!(!fault.kind().is_empty() && !fault.to_string().is_empty());
+    }
+    // The end that was never committed makes no difference.
+    let whole = &journal[..journal.len() - found.torn_len as usize];
+    if found.fault.is_none() && state.is_some() {
+        let again = verify_bytes(Some(whole), state).expect("the same format");
+        assert_eq!((again.fault, again.torn_len), (None, 0));
+        assert_eq!(again.story.records, found.story.records);
+    }
+}
+
+/// The key of a person or a host, a certificate, a list of revoked keys.
+pub fn read_keys(bytes: &[u8]) {
+    if let Err(why) = CertificateFacts::read(bytes) {
+        assert!(!why.is_empty());
+    }
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    match KeyFile::from_text(text) {
+        Ok(key) => assert!(!format!("{key:?}").contains("PRIVATE")),
+        Err(why) => assert!(!why.is_empty()),
+    }
+    match parse_revoked(text) {
+        Ok(serials) => assert!(serials.len() <= text.lines().count()),
+        Err(why) => assert!(why.starts_with("line ") || why.starts_with("more than")),
+    }
+}

@@ -1,0 +1,88 @@
+//! Well-formed inputs of each decoder. They are made here, so that none is stored.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use armor_executive::journal;
+use armor_keys::{Authority, KeyHolder, KeyPurpose, Validity};
+use armor_petri::file::{pnml, tina};
+
+use crate::entry::SEPARATOR;
+
+const GUARDS: [&str; 7] = [
+    "battery < 30% and not charger.state.docked",
+    "round == 2 or laser.scan.range_min >= 0.25m",
+    "a.b.c + 3 * (x - 2) <= 10 and (not y or z != 0)",
+    "never over and round != 3",
+    "duration(home) <= 10min",
+    "explore leads to home",
+    "always reachable(hold)",
+];
+
+const PNML: &str = r#"<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml">
+<net id="n" type="http://www.pnml.org/version-2009/grammar/ptnet"><name><text>n</text></name><page id="g">
+<place id="p"><name><text>first</text></name><graphics><position x="20" y="-3.5"/></graphics>
+<initialMarking><text>3</text></initialMarking></place><place id="q"/>
+<transition id="t"/><transition id="u"/>
+<arc id="a" source="p" target="t"><inscription><text>2</text></inscription></arc>
+<arc id="b" source="t" target="q"/><arc id="c" source="q" target="u"/><arc id="d" source="u" target="p"/>
+</page></net></pnml>"#;
+
+const TINA: &str = "net {a net}\npl p : first (3)\npl q (2K)\ntr t : go [0,4.5] p*2 q?1 -> q\n\
+                    tr u [2,w[ q?-3 p -> p*4 q\npr u > t\n# end\n";
+
+const WORLD: &str = r##"<svg width="10" height="8"><!-- walls --><g transform="translate(1,2) rotate(30) scale(1.5)">
+<rect x="-3" y="-3" width="6" height="6"/><polyline points="0,0 1,2 -1.5,3e-1"/>
+<path d="M 1 1 l 2 0 h-1 v2 H 3 V-1 L 2 2 z"/><line x1="0" y1="0" x2="1" y2="1"/></g>
+<circle id="start" cx="1" cy="0.5" r="0.2" transform="rotate(90)"/>
+<circle class="start" id="blue" cx="2" cy="0.5"/><polygon points="2,2 3,2 3,3"/></svg>"##;
+
+const LOG: &str = "# a log\nPARAM robot_front_laser_max 81.9\n\
+ODOM 0.1 0.2 0.3 0.4 0.5 0.6 10.5 host 10.6\n\
+FLASER 4 1.0 2.5 81.9 0.3 0.1 0.2 0.3 0.1 0.2 0.3 10.5 host 10.6\n\
+ROBOTLASER1 0 -1.57 3.14 0.785 81.9 0.01 0 5 1 2 3 4 5 0 1 2 3 4 5 6 0.1 0.2 0.3 0 0 11.5 host 1.0\n\
+SYNC x\n";
+
+/// The inputs of the decoder called `name`.
+///
+/// # Errors
+/// If one cannot be made; `folder` is for temporary files.
+pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
+    let text = |texts: &[&str]| texts.iter().map(|text| text.as_bytes().to_vec()).collect();
+    Ok(match name {
+        "guards" => text(&GUARDS),
+        "pnml" => with_written(PNML, pnml::write(&pnml::read(PNML)?)),
+        "tina" => with_written(TINA, tina::write(&pnml::read(PNML)?)?),
+        "worlds" => text(&[WORLD]),
+        "logs" => text(&[LOG]),
+        "journals" => vec![make_journal(folder)?],
+        "keys" => make_keys()?,
+        _ => return Err(anyhow!("there is no decoder called {name}")),
+    })
+}
+
+fn with_written(text: &str, written: String) -> Vec<Vec<u8>> {
+    vec![text.as_bytes().to_vec(), written.into_bytes()]
+}
+
+/// A journal of several lives, and its state file.
+fn make_journal(folder: &Path) -> Result<Vec<u8>> {
+    let path = folder.join("executive.journal");
+    for _ in 0..4 {
+        journal::rest(&path)?;
+    }
+    let state = std::fs::read(journal::state_path(&path)).context("its state file")?;
+    // The space that is reserved after the last line.
+    let mut journal = std::fs::read(&path)?;
+    journal.retain(|byte| *byte != SEPARATOR);
+    Ok([&journal[..], &[SEPARATOR], &state].concat())
+}
+
+fn make_keys() -> Result<Vec<Vec<u8>>> {
+    let authority = Authority::create(0).map_err(|why| anyhow!(why))?;
+    let mut seeds = vec![b"# revoked\n00112233445566778899aabbccddeeff alice\n".to_vec()];
+    let holder = KeyHolder { name: "robot".into(), purpose: KeyPurpose::Host };
+    let key = authority.issue_key(holder, Validity::days_from(0, 1)).map_err(|why| anyhow!(why))?;
+    seeds.push(key.text.into_bytes());
+    Ok(seeds)
+}

@@ -1,0 +1,108 @@
+//! Thousands of damaged files for every decoder: each gets an answer, and none a panic.
+
+use std::path::Path;
+
+use armor_hostile::damage::damage_one;
+use armor_hostile::entry::DECODERS;
+use armor_hostile::seeds::make_seeds;
+use fastrand::Rng;
+
+/// Inputs of each decoder; under `ARMOR_FULL` so many times as many.
+const INPUTS: u64 = 3_000;
+const FULL: u64 = 100;
+
+fn folder_of(name: &str) -> std::path::PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("hostile-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn check(name: &str) {
+    let (_, decode) = DECODERS.into_iter().find(|(own, _)| *own == name).expect("a decoder");
+    let folder = folder_of(name);
+    let seeds = make_seeds(name, &folder).expect("seeds");
+    seeds.iter().for_each(|seed| decode(seed));
+    let seed = std::env::var("ARMOR_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(1);
+    println!("seed {seed}; ARMOR_SEED={seed} makes the same inputs again");
+    let count = if std::env::var_os("ARMOR_FULL").is_some() { FULL * INPUTS } else { INPUTS };
+    for number in 0..count {
+        let input = damage_one(&seeds, &mut Rng::with_seed(seed ^ (number << 20)));
+        if std::panic::catch_unwind(|| decode(&input)).is_err() {
+            let path = folder.join(format!("{seed}-{number}"));
+            std::fs::write(&path, &input).expect("it is written");
+            panic!("{name}: input {number} of seed {seed} is in {}", path.display());
+        }
+    }
+}
+
+/// A seed that no decoder accepts would test nothing but its refusal.
+#[test]
+fn every_seed_is_well_formed() {
+    use armor_executive::journal::verify_bytes;
+    let seeds = |name: &str| make_seeds(name, &folder_of(&format!("seeds-{name}"))).expect("seeds");
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("text");
+    for seed in seeds("guards") {
+        let text = text(&seed);
+        let is_read = armor_robotfile::guard::Guard::parse(&text).is_ok()
+            || armor_robotfile::claim::Claim::parse(&text).is_ok();
+        assert!(is_read, "{text}");
+    }
+    for seed in seeds("pnml") {
+        armor_petri::file::pnml::read(&text(&seed)).expect("a net");
+    }
+    for seed in seeds("tina") {
+        armor_petri::file::tina::read(&text(&seed)).expect("a net");
+    }
+    for seed in seeds("worlds") {
+        armor_simulator::world::World::parse("a.svg", &seed).expect("a world");
+    }
+    for seed in seeds("logs") {
+        let log = armor_carmen_player::log::CarmenLog::new(&seed[..]);
+        assert!(log.filter_map(Result::ok).count() > 3, "{}", text(&seed));
+    }
+    for seed in seeds("journals") {
+        let at = seed.iter().position(|byte| *byte == 0).expect("two files");
+        let found = verify_bytes(Some(&seed[..at]), Some(&seed[at + 1..])).expect("this format");
+        assert_eq!(found.fault, None);
+        assert!(found.end.number > 3);
+    }
+    let keys = seeds("keys");
+    assert!(armor_keys::revoked::parse_revoked(&text(&keys[0])).is_ok_and(|it| it.len() == 1));
+    assert!(armor_keys::KeyFile::from_text(&text(&keys[1])).is_ok());
+}
+
+#[test]
+fn any_guard_gets_an_answer() {
+    check("guards");
+}
+
+#[test]
+fn any_net_in_pnml_gets_an_answer() {
+    check("pnml");
+}
+
+#[test]
+fn any_net_of_tina_gets_an_answer() {
+    check("tina");
+}
+
+#[test]
+fn any_world_gets_an_answer() {
+    check("worlds");
+}
+
+#[test]
+fn any_log_gets_an_answer() {
+    check("logs");
+}
+
+#[test]
+fn any_journal_gets_an_answer() {
+    check("journals");
+}
+
+#[test]
+fn any_key_gets_an_answer() {
+    check("keys");
+}
