@@ -1,12 +1,17 @@
 //! One system on two hosts: an agent runs the components of the second one. Both are on this machine;
 //! the names of the hosts keep them apart, so every connection between them goes through both gates.
 
+mod cable;
+
 use std::fs::{self, DirBuilder};
+use std::net::TcpListener;
 use std::os::unix::fs::DirBuilderExt;
 use std::process::{Child, Stdio};
 
 use rustix::process::Signal;
 use serde_json::Value;
+
+use cable::Cable;
 
 use crate::fixture::{Folder, Run, free_port, is_alive, run_to_end, send_signal, wait_for};
 
@@ -21,19 +26,12 @@ struct Hosts {
     agent: u16,
 }
 
-/// A running agent, which ends with the test.
-struct Agent(Child);
-
-impl Hosts {
-    fn new(name: &str, cut_off: &str) -> Self {
-        let folder = Folder::new(name);
-        let hosts = Self { folder, gate: free_port(), agent: free_port() };
-        hosts.folder.write("room.svg", WORLD);
-        let agent = hosts.agent;
-        let system = format!(
-            r#"<armor version="1">
+/// Two robots in one room, the one called `far` on the host arm; more attributes of that are in `more`.
+fn system_at(at: &str, more: &str) -> String {
+    format!(
+        r#"<armor version="1">
   <system name="two-hosts">
-    <host name="arm" at="127.0.0.1:{agent}"{cut_off}/>
+    <host name="arm" at="{at}"{more}/>
     <component name="near" kind="simulator" rate="50Hz">
       <parameter name="world" value="room.svg"/>
     </component>
@@ -51,8 +49,23 @@ impl Hosts {
     <transition name="leave" from="work" to="over" operator="true"/>
   </mission>
 </armor>"#
-        );
-        hosts.folder.write("robots.xml", &system);
+    )
+}
+
+/// A running agent, which ends with the test.
+struct Agent(Child);
+
+impl Hosts {
+    fn new(name: &str, cut_off: &str) -> Self {
+        Self::with_file(name, |agent| system_at(&format!("127.0.0.1:{agent}"), cut_off))
+    }
+
+    /// With a file that depends on the port of the agent.
+    fn with_file(name: &str, write: impl FnOnce(u16) -> String) -> Self {
+        let folder = Folder::new(name);
+        let hosts = Self { folder, gate: free_port(), agent: free_port() };
+        hosts.folder.write("room.svg", WORLD);
+        hosts.folder.write("robots.xml", &write(hosts.agent));
         hosts.keys(&["init"]);
         for host in ["robot", "arm"] {
             hosts.keys(&["add", host, "--role", "host"]);
@@ -209,6 +222,39 @@ fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
         hosts.wait_for_data(&run, "far.presence");
     }
     assert!(!run.log().contains("suspected of hanging"), "{}", run.log());
+}
+
+#[test]
+fn a_host_is_reached_at_any_of_its_addresses() {
+    // Takes connections and never answers.
+    let silent = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let dead = format!("127.0.0.1:{}", silent.local_addr().expect("it is bound").port());
+    let mut cable = None;
+    let hosts = Hosts::with_file("hosts-addresses", |agent| {
+        let first = cable.insert(Cable::to(agent));
+        system_at(&format!("{dead} 127.0.0.1:{} 127.0.0.1:{agent}", first.port), "")
+    });
+    let cable = cable.expect("a cable");
+    let mut agent = hosts.start_agent("robot");
+    wait_for("the doctor to find the agent", || {
+        let (found, _) = hosts.examine();
+        let first = format!("warning: arm answers at 127.0.0.1:{} after", cable.port);
+        (found.starts_with(&first) && found.contains(&format!("; not at {dead}: "))).then_some(())
+    });
+    let run = hosts.run(&[]);
+    let far = hosts.wait_for_far(&run, &[]);
+    hosts.wait_for_data(&run, "far.presence");
+    cable.cut();
+    run.wait_for_log("arm is cut off (it has fallen silent)", 1);
+    run.wait_for_log("arm is connected again", 1);
+    assert_eq!(hosts.wait_for_far(&run, &[]), far, "{}", run.log());
+    hosts.wait_for_data(&run, "far.presence");
+    agent.kill();
+    run.wait_for_log(&format!("; 127.0.0.1:{}: Connection refused", hosts.agent), 1);
+    let log = run.log();
+    let reason = log.lines().find(|line| line.contains("no address of the gate can be used: "));
+    let names = [dead, format!("127.0.0.1:{}", cable.port)];
+    assert!(reason.is_some_and(|line| names.iter().all(|name| line.contains(name))), "{log}");
 }
 
 #[test]

@@ -91,7 +91,7 @@ impl GateClient {
             }
             (_, GateReply::Refused { refusal }) => Err(GateError::Refused(refusal)),
             (_, GateReply::Session { .. }) => Err(GateError::Unreachable {
-                gate: self.address().to_owned(),
+                gate: self.name_gate(),
                 reason: "it answers another request".into(),
             }),
         }

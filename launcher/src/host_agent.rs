@@ -174,6 +174,8 @@ impl Agent {
         match (start.takeover, existing) {
             (Takeover::Only { process }, Some(existing)) if existing.id == process => {
                 existing.adopt(start);
+                // The launcher may have come back by another of its networks.
+                self.find_site(start, launcher, address).await?;
                 return Ok(existing);
             }
             (Takeover::Only { .. }, _) => {
@@ -185,6 +187,7 @@ impl Agent {
                 let existing = existing.filter(|it| it.is_alive() && it.fits(start));
                 if let (Takeover::Any, Some(existing)) = (takeover, existing) {
                     existing.adopt(start);
+                    self.find_site(start, launcher, address).await?;
                     self.end_others(start, Some(existing.id)).await;
                     return Ok(existing);
                 }

@@ -71,8 +71,8 @@ impl System {
 pub struct Host {
     /// Its name, which is that in its key.
     pub name: Spanned<String>,
-    /// Where its agent listens: a name or address, and a port.
-    pub address: Spanned<String>,
+    /// Where its agent listens: names or addresses, each with a port, to be tried in turn.
+    pub addresses: Spanned<Vec<String>>,
     /// What happens to its components while it is cut off.
     pub cut_off: CutOff,
 }

@@ -73,8 +73,8 @@ pub struct ProcessResources {
 pub struct HostAddress {
     /// The host's name in the file, and in its key.
     pub host: String,
-    /// `address:port`; the address may be a name.
-    pub address: String,
+    /// Each `address:port`, to be tried in turn; the address may be a name.
+    pub addresses: Vec<String>,
 }
 
 /// What happens to the components of a host that is cut off from the launcher's.

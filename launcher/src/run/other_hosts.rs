@@ -56,7 +56,7 @@ impl OtherHosts {
             );
         };
         if gate.ip().is_loopback()
-            && let Some(far) = hosts.iter().find(|host| !is_on_this_host(&host.address.value))
+            && let Some(far) = hosts.iter().find(|host| !is_on_this_host(host))
         {
             let (at, name) = (&far.name.at, &far.name.value);
             bail!(
@@ -131,7 +131,8 @@ impl OtherHosts {
     /// The arguments of the gate: the hosts, which components run on them, and its router.
     pub fn list_arguments(&self, components: &[Component]) -> Vec<OsString> {
         let hosts = self.hosts.iter().map(address_of);
-        let hosts = hosts.map(|host| ("--host", format!("{}={}", host.host, host.address)));
+        let hosts =
+            hosts.map(|host| ("--host", format!("{}={}", host.host, host.addresses.join(" "))));
         let placed = components.iter().filter_map(|component| {
             let host = component.host.as_ref()?;
             Some(("--place", format!("{}={}", component.name.value, host.value)))
@@ -142,14 +143,17 @@ impl OtherHosts {
     }
 }
 
-/// Whether an address is of loopback, by what is written.
-fn is_on_this_host(address: &str) -> bool {
+/// Whether all addresses are of loopback, by what is written.
+fn is_on_this_host(host: &Host) -> bool {
     let is_loopback = |address: SocketAddr| address.ip().is_loopback();
-    address.starts_with("localhost:") || address.parse().is_ok_and(is_loopback)
+    host.addresses
+        .value
+        .iter()
+        .all(|address| address.starts_with("localhost:") || address.parse().is_ok_and(is_loopback))
 }
 
 fn address_of(host: &Host) -> HostAddress {
-    HostAddress { host: host.name.value.clone(), address: host.address.value.clone() }
+    HostAddress { host: host.name.value.clone(), addresses: host.addresses.value.clone() }
 }
 
 /// Chooses a free port for the router; the gate takes it, again after each restart.

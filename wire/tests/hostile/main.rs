@@ -117,7 +117,7 @@ fn seeds() -> Vec<Vec<u8>> {
 
 fn remote_start() -> GateRequest {
     let setting = VariableSetting { name: "ARMOR_HEADLESS".into(), value: "1".into() };
-    let host = HostAddress { host: "base".into(), address: "10.0.0.3:7410".into() };
+    let host = HostAddress { host: "base".into(), addresses: vec!["10.0.0.3:7410".into()] };
     let resources = ProcessResources { nice: Some(-5), cpus: vec![0, 3], ..Default::default() };
     let start = RemoteStart {
         system: "rover".into(),
