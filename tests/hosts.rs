@@ -2,10 +2,12 @@
 //! the names of the hosts keep them apart, so every connection between them goes through both gates.
 
 mod cable;
+mod freezing;
 
 use std::fs::{self, DirBuilder};
 use std::net::TcpListener;
 use std::os::unix::fs::DirBuilderExt;
+use std::path::Path;
 use std::process::{Child, Stdio};
 
 use rustix::process::Signal;
@@ -57,15 +59,15 @@ struct Agent(Child);
 
 impl Hosts {
     fn new(name: &str, cut_off: &str) -> Self {
-        Self::with_file(name, |agent| system_at(&format!("127.0.0.1:{agent}"), cut_off))
+        Self::with_file(name, |agent, _| system_at(&format!("127.0.0.1:{agent}"), cut_off))
     }
 
-    /// With a file that depends on the port of the agent.
-    fn with_file(name: &str, write: impl FnOnce(u16) -> String) -> Self {
+    /// With a file that depends on the port of the agent and the folder.
+    fn with_file(name: &str, write: impl FnOnce(u16, &Path) -> String) -> Self {
         let folder = Folder::new(name);
         let hosts = Self { folder, gate: free_port(), agent: free_port() };
         hosts.folder.write("room.svg", WORLD);
-        hosts.folder.write("robots.xml", &write(hosts.agent));
+        hosts.folder.write("robots.xml", &write(hosts.agent, hosts.folder.path()));
         hosts.keys(&["init"]);
         for host in ["robot", "arm"] {
             hosts.keys(&["add", host, "--role", "host"]);
@@ -86,9 +88,13 @@ impl Hosts {
     }
 
     fn start_agent(&self, from: &str) -> Agent {
+        self.start_agent_with(from, &[])
+    }
+
+    fn start_agent_with(&self, from: &str, arguments: &[&str]) -> Agent {
         let listen = format!("127.0.0.1:{}", self.agent);
         let mut command = self.folder.armor(&["host", "--from", from, "--listen", &listen]);
-        command.args(["--keys", "arm", "--out", "arm-out"]);
+        command.args(["--keys", "arm", "--out", "arm-out"]).args(arguments);
         let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         Agent(child.expect("it starts"))
     }
@@ -108,6 +114,15 @@ impl Hosts {
         let host = host.unwrap_or_else(|| panic!("no host in {out} {err}"));
         let text = |key: &str| host[key].as_str().unwrap_or_default().to_owned();
         (format!("{}: {}", text("condition"), text("found")), text("remedy"))
+    }
+
+    /// Waits until the agent has logged `text` of a component.
+    fn wait_for_agent_log(&self, component: &str, text: &str) {
+        let path = format!("arm-out/two-hosts/logs/{component}.log");
+        let path = self.folder.path().join(path);
+        wait_for(&format!("{text:?} in {}", path.display()), || {
+            fs::read_to_string(&path).unwrap_or_default().contains(text).then_some(())
+        });
     }
 
     /// What a tool prints on the launcher's host, one JSON object per line.
@@ -230,7 +245,7 @@ fn a_host_is_reached_at_any_of_its_addresses() {
     let silent = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let dead = format!("127.0.0.1:{}", silent.local_addr().expect("it is bound").port());
     let mut cable = None;
-    let hosts = Hosts::with_file("hosts-addresses", |agent| {
+    let hosts = Hosts::with_file("hosts-addresses", |agent, _| {
         let first = cable.insert(Cable::to(agent));
         system_at(&format!("{dead} 127.0.0.1:{} 127.0.0.1:{agent}", first.port), "")
     });

@@ -5,6 +5,7 @@
 //! place where restarts are counted and nothing runs twice. It keeps a process over a cut of the
 //! connection if the file says so.
 
+mod freezing;
 mod process;
 mod reach;
 mod site;

@@ -34,6 +34,12 @@ impl Configuration {
     pub fn missions(&self) -> impl Iterator<Item = &Mission> {
         self.mission.iter().chain(self.included.values())
     }
+
+    /// Whether a mission activates and freezes the component.
+    pub fn commands(&self, component: &Component) -> bool {
+        let name = &component.name.value;
+        component.controllable && self.missions().any(|mission| mission.controls(name))
+    }
 }
 
 /// Which components there are, their parameters, their links.

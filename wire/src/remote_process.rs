@@ -35,6 +35,8 @@ pub struct RemoteStart {
     pub resources: ProcessResources,
     /// What happens to it while the agent is cut off from the launcher.
     pub cut_off: CutOff,
+    /// Whether an executive activates and freezes it.
+    pub is_commanded: bool,
     /// Where the gates of the other hosts are.
     pub hosts: Vec<HostAddress>,
     /// The port of the gate of the launcher's own host.
@@ -86,11 +88,15 @@ pub enum CutOff {
     Continue,
     /// They are ended, and started again when the connection is back.
     Stop,
+    /// They are frozen. When the connection is back, the executive commands them again; those that none
+    /// commands are activated again.
+    Safe,
 }
 
 impl CutOff {
     /// All of them, as the file spells them.
-    pub const ALL: [(&str, Self); 2] = [("continue", Self::Continue), ("stop", Self::Stop)];
+    pub const ALL: [(&str, Self); 3] =
+        [("continue", Self::Continue), ("stop", Self::Stop), ("safe", Self::Safe)];
 }
 
 /// Whether a process that runs already is taken over.

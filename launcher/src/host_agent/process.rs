@@ -19,6 +19,7 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::Agent;
+use super::freezing::freeze_while_cut_off;
 use super::site::Site;
 use crate::guard::{self, GuardedResources};
 use crate::kinds::build::{find_build, fingerprint_manifest};
@@ -57,6 +58,8 @@ pub(super) struct AgentProcess {
     /// What a person should know of it, such as that it is another build.
     notice: String,
     state: Mutex<ProcessState>,
+    /// Whether a launcher is connected to it.
+    attachment: watch::Sender<bool>,
     end: watch::Receiver<Option<ProcessEnd>>,
 }
 
@@ -64,6 +67,10 @@ struct ProcessState {
     /// The start of the system that it belongs to.
     run: u64,
     cut_off: CutOff,
+    /// An executive activates and freezes it.
+    is_commanded: bool,
+    /// Where it listens, since another host has connected to it.
+    port: Option<u16>,
     /// The launcher's connection.
     events: Option<mpsc::Sender<RemoteEvent>>,
     /// Counts the connections.
@@ -119,11 +126,14 @@ pub(super) async fn start(
         state: Mutex::new(ProcessState {
             run: start.run,
             cut_off: start.cut_off,
+            is_commanded: start.is_commanded,
+            port: None,
             events: None,
             attached: 0,
             missed: 0,
             was_cut_off: false,
         }),
+        attachment: watch::Sender::new(false),
         end,
     });
     process.report(LogLevel::Info, format!("started as process {}", group.pid()));
@@ -169,6 +179,21 @@ impl AgentProcess {
     pub(super) fn adopt(&self, start: &RemoteStart) {
         let mut state = self.state.lock();
         (state.run, state.cut_off) = (start.run, start.cut_off);
+        state.is_commanded = start.is_commanded;
+    }
+
+    /// Whether an executive activates and freezes it.
+    pub(super) fn is_commanded(&self) -> bool {
+        self.state.lock().is_commanded
+    }
+
+    /// Where it listens; not known before another host has connected to it.
+    pub(super) fn port(&self) -> Option<u16> {
+        self.state.lock().port
+    }
+
+    pub(super) fn set_port(&self, port: u16) {
+        self.state.lock().port = Some(port);
     }
 
     pub(super) fn obey(&self, order: RemoteOrder) {
@@ -206,6 +231,7 @@ impl AgentProcess {
         let running = RemoteEvent::Running { process: self.id, pid, is_taken_over, notice };
         let _ = sender.try_send(running);
         state.events = Some(sender.clone());
+        self.attachment.send_replace(true);
         self.report_missed(&mut state);
         let attached = state.attached;
         drop(state);
@@ -227,11 +253,19 @@ impl AgentProcess {
         let mut state = self.state.lock();
         if state.attached == attached {
             state.events = None;
+            self.attachment.send_replace(false);
         }
     }
 
+    /// Waits until a launcher is connected to it.
+    pub(super) async fn wait_for_launcher(&self) {
+        let mut attachment = self.attachment.subscribe();
+        // The sender lives as long as this.
+        let _ = attachment.wait_for(|is_attached| *is_attached).await;
+    }
+
     /// The launcher is cut off, or has died.
-    pub(super) fn handle_cut(&self, launcher: &str, why: &str) {
+    pub(super) fn handle_cut(self: &Arc<Self>, launcher: &str, why: &str) {
         if !self.is_alive() || self.state.lock().events.is_some() {
             return;
         }
@@ -239,19 +273,34 @@ impl AgentProcess {
         let what = match cut_off {
             CutOff::Continue => "it continues",
             CutOff::Stop => "it is ended",
+            CutOff::Safe => "it is frozen",
         };
         self.report(LogLevel::Warn, format!("{launcher} is cut off ({why}); {what}"));
-        if cut_off == CutOff::Stop {
-            self.state.lock().was_cut_off = true;
-            self.terminate();
-            let (group, mut end) = (self.group, self.end.clone());
-            tokio::spawn(async move {
-                let ended = end.wait_for(Option::is_some);
-                if tokio::time::timeout(super::GRACE, ended).await.is_err() {
-                    group.kill();
-                }
-            });
+        match cut_off {
+            CutOff::Continue => {}
+            CutOff::Stop => self.end_for_cut(),
+            CutOff::Safe => {
+                tokio::spawn(freeze_while_cut_off(Arc::clone(self), launcher.to_owned()));
+            }
         }
+    }
+
+    fn end_for_cut(&self) {
+        self.state.lock().was_cut_off = true;
+        self.terminate();
+        let (group, mut end) = (self.group, self.end.clone());
+        tokio::spawn(async move {
+            let ended = end.wait_for(Option::is_some);
+            if tokio::time::timeout(super::GRACE, ended).await.is_err() {
+                group.kill();
+            }
+        });
+    }
+
+    /// Kills it, as what is started again when the launcher is connected.
+    pub(super) fn kill_for_cut(&self) {
+        self.state.lock().was_cut_off = true;
+        self.kill();
     }
 
     /// Reports the output that was not sent, if there is some, and room for the report.
@@ -264,7 +313,7 @@ impl AgentProcess {
         }
     }
 
-    fn report(&self, level: LogLevel, text: String) {
+    pub(super) fn report(&self, level: LogLevel, text: String) {
         self.log.report(&self.key.component, level, text);
     }
 

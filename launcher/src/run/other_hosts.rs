@@ -13,7 +13,7 @@ use armor_robotfile::Spanned;
 use armor_robotfile::model::{Component, Host};
 use armor_socket::{HostPlace, PORTS, random_id};
 use armor_wire::remote_process::{
-    HostAddress, ProcessResources, RemoteStart, Takeover, VariableSetting,
+    CutOff, HostAddress, ProcessResources, RemoteStart, Takeover, VariableSetting,
 };
 
 use super::arguments::RunArguments;
@@ -94,7 +94,8 @@ impl OtherHosts {
             variables: Vec::new(),
             settings,
             resources: ProcessResources::default(),
-            cut_off: armor_wire::remote_process::CutOff::default(),
+            cut_off: CutOff::default(),
+            is_commanded: false,
             hosts: gates.collect(),
             gate_port: gate.port(),
             takeover: Takeover::Never,
@@ -111,17 +112,27 @@ impl OtherHosts {
     ///
     /// # Errors
     /// If there is no such host.
-    pub fn plan(&self, name: &Spanned<String>, all: &[Component]) -> Result<RemotePlan> {
+    pub fn plan(
+        &self,
+        name: &Spanned<String>,
+        component: &Component,
+        configuration: &Configuration,
+    ) -> Result<RemotePlan> {
         let host = self.hosts.iter().find(|host| host.name.value == name.value);
         let gate = self.routes.find_gate(&name.value);
         let unknown = || format!("{}: there is no host called {}", name.at, name.value);
         let (host, gate) = host.zip(gate).with_context(unknown)?;
         let mut start = self.start.clone();
-        start.cut_off = host.cut_off;
+        // What a mission may not freeze, its host does not freeze either.
+        start.cut_off = match host.cut_off {
+            CutOff::Safe if !component.controllable => CutOff::Continue,
+            cut_off => cut_off,
+        };
+        start.is_commanded = configuration.commands(component);
         let is_there = |component: &&Component| {
             component.host.as_ref().is_some_and(|host| host.value == name.value)
         };
-        let there = all.iter().filter(is_there);
+        let there = configuration.system.components.iter().filter(is_there);
         start.components = there.map(|component| component.name.value.clone()).collect();
         // The way to itself is no way.
         start.hosts.retain(|other| other.host != name.value);

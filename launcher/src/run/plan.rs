@@ -139,7 +139,7 @@ impl ProcessPlan {
             if !arguments.without.contains(&component.name.value) {
                 match (&component.host, hosts) {
                     (Some(host), Some(hosts)) => {
-                        let remote = hosts.plan(host, components)?;
+                        let remote = hosts.plan(host, component, configuration)?;
                         plan.add_remote(component, catalogue, &remote)?;
                     }
                     _ => plan.component(component, catalogue, &at)?,

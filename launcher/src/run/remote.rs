@@ -292,6 +292,7 @@ impl Follower {
         let text = match (self.has_run, self.start.cut_off) {
             (false, _) => format!("waits for the agent of {host}: {why}"),
             (true, CutOff::Continue) => format!("{host} is cut off ({why}); it continues there"),
+            (true, CutOff::Safe) => format!("{host} is cut off ({why}); its agent freezes it"),
             (true, CutOff::Stop) => format!("{host} is cut off ({why}); its agent ends it"),
         };
         self.report(LogLevel::Warn, &text);

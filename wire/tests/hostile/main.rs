@@ -131,6 +131,7 @@ fn remote_start() -> GateRequest {
         settings: vec![setting],
         resources,
         cut_off: CutOff::Stop,
+        is_commanded: true,
         hosts: vec![host],
         gate_port: 7410,
         takeover: Takeover::Only { process: 3 },
