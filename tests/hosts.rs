@@ -2,7 +2,9 @@
 //! the names of the hosts keep them apart, so every connection between them goes through both gates.
 
 mod cable;
+mod executables;
 mod freezing;
+mod resuming;
 
 use std::fs::{self, DirBuilder};
 use std::net::TcpListener;
@@ -135,11 +137,16 @@ impl Hosts {
 
     /// Waits until `far` takes part, with a process that is not one of `others`; returns it.
     fn wait_for_far(&self, run: &Run, others: &[i32]) -> i32 {
-        wait_for(&format!("far to take part\n{}", run.log()), || {
+        self.wait_for_component(run, ("far", "arm"), others)
+    }
+
+    /// Waits until a component takes part on a host, with a process that is not one of `others`.
+    fn wait_for_component(&self, run: &Run, (name, host): (&str, &str), others: &[i32]) -> i32 {
+        wait_for(&format!("{name} to take part\n{}", run.log()), || {
             let all = self.lines(run, &["ps"]);
-            let far = all.iter().find(|one| one["name"] == "far" && one["host"] == "arm")?;
-            let pid = i32::try_from(far["pid"].as_i64()?).ok()?;
-            (far["status"]["state"] == "active" && !others.contains(&pid)).then_some(pid)
+            let found = all.iter().find(|one| one["name"] == name && one["host"] == host)?;
+            let pid = i32::try_from(found["pid"].as_i64()?).ok()?;
+            (found["status"]["state"] == "active" && !others.contains(&pid)).then_some(pid)
         })
     }
 
@@ -191,6 +198,17 @@ fn components_of_two_hosts_take_part_in_one_system() {
         let endpoint = one["endpoint"].as_str().unwrap_or_default();
         assert!(one["host"] == host && endpoint.starts_with(&format!("{host}:")), "{one}");
     }
+    let far = all.iter().find(|one| one["name"] == "far").expect("far");
+    assert_eq!(far["host_link"]["link"], "connected", "{far}");
+    wait_for("the clock of the other host, which is this one's", || {
+        let all = hosts.lines(&run, &["ps"]);
+        let link = &all.iter().find(|one| one["name"] == "far")?["host_link"];
+        let (offset, error) = (link["clock_offset_s"].as_f64()?, link["clock_error_s"].as_f64()?);
+        (offset.abs() <= error + 1e-3).then_some(())
+    });
+    let links = hosts.lines(&run, &["graph"]);
+    let link = links.iter().find(|link| link["from"] == "far.presence").expect("a link");
+    assert!(link["from_host"] == "arm" && link["to_host"] == "robot", "{link}");
     // A death there is noticed, and restarted, as one here.
     send_signal(first, Signal::KILL);
     run.wait_for_log("ended by signal 9 (SIGKILL); it starts again", 1);
@@ -231,6 +249,12 @@ fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
         send_signal(agent.pid(), Signal::STOP);
         run.wait_for_log("arm is cut off (it has fallen silent)", times);
         run.wait_for_log("gone name=far", times);
+        wait_for("armor ps to show what is cut off", || {
+            let registry = run.registry().to_string();
+            let mut command = hosts.folder.armor(&["ps", "--registry", &registry]);
+            let (_, out, _) = run_to_end(&mut command);
+            out.contains("host arm: cut off (it has fallen silent").then_some(())
+        });
         send_signal(agent.pid(), Signal::CONT);
         run.wait_for_log("arm is connected again", times);
         assert_eq!(hosts.wait_for_far(&run, &[]), far, "{}", run.log());

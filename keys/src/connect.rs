@@ -73,6 +73,14 @@ pub enum GateError {
         /// Each address, and why.
         tried: String,
     },
+    /// The executable that the agent wants could not be sent.
+    #[error("{path} was not sent whole: {reason}", path = path.display())]
+    Unsent {
+        /// The executable.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// The gate refuses the request.
     #[error("the gate refuses it: {0}")]
     Refused(Refusal),
@@ -266,7 +274,9 @@ impl GateClient {
                 Ok((GateSession { host, name, role, registry }, stream))
             }
             GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
-            GateReply::Connected => Err(self.unreachable("it answers another request")),
+            GateReply::Connected | GateReply::ExecutableWanted => {
+                Err(self.unreachable("it answers another request"))
+            }
         }
     }
 

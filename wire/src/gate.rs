@@ -56,4 +56,7 @@ pub enum GateReply {
         /// Where the registry of the system listens on the robot's host.
         registry: String,
     },
+    /// An answer to [`GateRequest::Run`]: the executable must be sent first, as bytes without frames,
+    /// as many as were announced. The gate then answers once more.
+    ExecutableWanted,
 }

@@ -20,11 +20,12 @@ use tokio::task::JoinHandle;
 
 use super::Agent;
 use super::freezing::freeze_while_cut_off;
+use super::programs::FoundProgram;
 use super::site::Site;
 use crate::guard::{self, GuardedResources};
-use crate::kinds::build::{find_build, fingerprint_manifest};
-use crate::kinds::{Catalogue, ComponentKind, Origin};
+use crate::kinds::Origin;
 use crate::run::environment::select_variables;
+use crate::run::host_states::now_us;
 use crate::run::logs::{LogStream, RunLog};
 use crate::run::output_feed::open_feed;
 use crate::run::process::{OWN_PROGRAM, ProcessGroup, exit_of, find_cause, own_path};
@@ -91,13 +92,12 @@ pub(super) async fn start(
     start: &RemoteStart,
 ) -> Result<Arc<AgentProcess>, Refusal> {
     let refuse = |text: String| Refusal::new(RefusalCode::WrongPurpose, text);
-    let kind = find_kind(agent, start).await.map_err(refuse)?;
+    let FoundProgram { origin, notice } = agent.find_program(start).await.map_err(refuse)?;
     let resources = read_resources(&start.resources).map_err(refuse)?;
-    let notice = compare_builds(agent, &kind, start);
     let registry = format!("{}:{REGISTRY_PORT}", agent.arguments.from);
     let mut arguments: Vec<OsString> =
         ["--name", &start.component, "--registry", &registry].map(OsString::from).to_vec();
-    let program = match &kind.origin {
+    let program = match &origin {
         Origin::Stock => {
             arguments.splice(0..0, ["component".into(), (&start.kind).into()]);
             OWN_PROGRAM.into()
@@ -200,6 +200,12 @@ impl AgentProcess {
         match order {
             RemoteOrder::Terminate => self.terminate(),
             RemoteOrder::Kill => self.kill(),
+            RemoteOrder::Clock { asked_us } => {
+                let event = RemoteEvent::Clock { asked_us, answered_us: now_us() };
+                let state = self.state.lock();
+                // Without room it is asked again.
+                let _ = state.events.as_ref().map(|events| events.try_send(event));
+            }
         }
     }
 
@@ -254,6 +260,15 @@ impl AgentProcess {
         if state.attached == attached {
             state.events = None;
             self.attachment.send_replace(false);
+        }
+    }
+
+    /// Counts the output that waited for a connection which has ended.
+    pub(super) fn count_unsent(&self, events: &mut mpsc::Receiver<RemoteEvent>) {
+        while let Ok(event) = events.try_recv() {
+            if let RemoteEvent::Output { bytes, .. } = event {
+                self.state.lock().missed += bytes.len() as u64;
+            }
         }
     }
 
@@ -378,43 +393,6 @@ async fn watch_end(
         ChildExit::NotStarted(error) => ProcessEnd::NotStarted { error },
         ChildExit::CutOff | ChildExit::WithAgent => ProcessEnd::CutOff,
     }));
-}
-
-/// Finds the kind, and checks that it is the one for which the file was checked.
-async fn find_kind(agent: &Arc<Agent>, start: &RemoteStart) -> Result<ComponentKind, String> {
-    let directories = agent.arguments.kinds.directories.clone();
-    let gathering = tokio::task::spawn_blocking(move || Catalogue::gather(&directories, []));
-    let gathered = gathering.await.map_err(|error| error.to_string())?;
-    let mut catalogue = gathered.map_err(|error| format!("{error:#}"))?;
-    let (own, from) = (agent.keys.host_name(), &agent.arguments.from);
-    let kind = catalogue.kinds.remove(&start.kind).filter(|kind| kind.rivals.is_empty());
-    let Some(kind) = kind else {
-        return Err(format!(
-            "the host {own} has no kind {}, or several; copy its executable into a folder there \
-             that `armor host --components FOLDER` names",
-            start.kind
-        ));
-    };
-    if fingerprint_manifest(&kind.manifest) != start.manifest {
-        return Err(format!(
-            "the kind {} on {own} has other ports, parameters or events than on {from}; copy the \
-             same executable to both",
-            start.kind
-        ));
-    }
-    Ok(kind)
-}
-
-/// Says so if the executable is another build than that with which the file was checked.
-fn compare_builds(agent: &Agent, kind: &ComponentKind, start: &RemoteStart) -> String {
-    if find_build(&kind.origin) == start.build {
-        return String::new();
-    }
-    let (own, from) = (agent.keys.host_name(), &agent.arguments.from);
-    format!(
-        "the kind {} on {own} is another build than on {from}, with the same ports and parameters",
-        start.kind
-    )
 }
 
 /// Checks what the process may use against what this host can grant.

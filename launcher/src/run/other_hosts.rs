@@ -17,6 +17,7 @@ use armor_wire::remote_process::{
 };
 
 use super::arguments::RunArguments;
+use super::host_states::HostStates;
 use super::remote::RemotePlan;
 
 /// How many ports are tried for the router.
@@ -27,6 +28,7 @@ pub struct OtherHosts {
     hosts: Vec<Host>,
     place: HostPlace,
     routes: Routes,
+    states: HostStates,
     start: RemoteStart,
 }
 
@@ -90,7 +92,8 @@ impl OtherHosts {
             kind: String::new(),
             components: Vec::new(),
             manifest: 0,
-            build: 0,
+            build: String::new(),
+            executable_len: 0,
             variables: Vec::new(),
             settings,
             resources: ProcessResources::default(),
@@ -100,12 +103,19 @@ impl OtherHosts {
             gate_port: gate.port(),
             takeover: Takeover::Never,
         };
-        Ok(Some(Self { hosts, place, routes, start }))
+        let states = HostStates::default();
+        hosts.iter().for_each(|host| states.add_host(&host.name.value));
+        Ok(Some(Self { hosts, place, routes, states, start }))
     }
 
     /// The place of this host among them.
     pub fn place(&self) -> &HostPlace {
         &self.place
+    }
+
+    /// What is known of them while the system runs.
+    pub fn states(&self) -> HostStates {
+        self.states.clone()
     }
 
     /// How a component is run on one of them; what depends on the component is left out.
@@ -136,7 +146,13 @@ impl OtherHosts {
         start.components = there.map(|component| component.name.value.clone()).collect();
         // The way to itself is no way.
         start.hosts.retain(|other| other.host != name.value);
-        Ok(RemotePlan { host: name.value.clone(), start, gate: Arc::clone(&gate) })
+        Ok(RemotePlan {
+            host: name.value.clone(),
+            start,
+            gate: Arc::clone(&gate),
+            executable: None,
+            states: self.states.clone(),
+        })
     }
 
     /// The arguments of the gate: the hosts, which components run on them, and its router.
