@@ -11,6 +11,7 @@ use crate::remote_process::RemoteStart;
 pub const GATE_PORT: u16 = 7410;
 
 /// From the client to the gate.
+#[expect(clippy::large_enum_variant, reason = "there is one for each connection")]
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire", name = "Request")]
 pub enum GateRequest {
