@@ -39,6 +39,7 @@ use crate::run::group_killer::GroupKiller;
 use crate::verb::Verb;
 use executables::ExecutableStore;
 use process::{AgentProcess, ProcessKey};
+use programs::ProgramFinder;
 use reach::AgentReach;
 use site::Site;
 
@@ -89,11 +90,17 @@ impl Verb for HostArguments {
         let mark = format!("{:016x}/", armor_socket::random_id());
         let accepts = self.accept_executables;
         let executables = accepts.then(|| ExecutableStore::open(&self.out)).transpose()?;
+        let programs = ProgramFinder {
+            directories: self.kinds.directories.clone(),
+            executables,
+            host: keys.host_name().to_owned(),
+            from: self.from.clone(),
+        };
         let agent = Arc::new(Agent {
             group_killer: Mutex::new(GroupKiller::start(&mark)?),
             mark,
             keys: keys.clone(),
-            executables,
+            programs: Arc::new(programs),
             arguments: self,
             format,
             sites: Mutex::default(),
@@ -135,8 +142,7 @@ pub(crate) struct Agent {
     arguments: HostArguments,
     format: OutputFormat,
     keys: HostKeys,
-    /// What the launcher has sent, if that is accepted.
-    executables: Option<ExecutableStore>,
+    programs: Arc<ProgramFinder>,
     /// The mark of all its processes.
     mark: String,
     group_killer: Mutex<GroupKiller>,
@@ -188,7 +194,9 @@ impl Agent {
         if [&start.system, &start.component, &start.kind].into_iter().any(|name| !is_name(name)) {
             return refuse(RefusalCode::Malformed, "a name in the request is not one".into());
         }
-        if matches!(start.takeover, Takeover::Only { .. }) || !self.wants_executable(start).await? {
+        if matches!(start.takeover, Takeover::Only { .. })
+            || !self.programs.wants_executable(start).await?
+        {
             return Ok(());
         }
         self.receive_executable(start, channel).await
@@ -199,7 +207,7 @@ impl Agent {
         start: &RemoteStart,
         channel: &mut RunChannel,
     ) -> Result<(), Refusal> {
-        let Some(store) = &self.executables else { return Ok(()) };
+        let Some(store) = &self.programs.executables else { return Ok(()) };
         let failed = |text: String| Refusal::new(RefusalCode::Limit, text);
         let RemoteStart { kind, executable_len, .. } = start;
         let mut arriving = store.begin(start)?;

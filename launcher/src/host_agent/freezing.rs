@@ -10,7 +10,6 @@ use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role,
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until, timeout_at};
 
-use super::process::AgentProcess;
 use crate::run::supervisor::LogLevel;
 
 /// How long a component has to confirm an order to freeze, as the executive gives it.
@@ -23,6 +22,22 @@ const STARTS_WITHIN: Duration = Duration::from_secs(2);
 const MAX_EVENTS: usize = 64;
 /// The agent's name on the control connection.
 const FROM: &str = "agent";
+
+/// The process of a component, as far as freezing it needs.
+pub(super) trait FreezableProcess: Send + Sync + 'static {
+    /// Where it listens; not known before another host has connected to it.
+    fn port(&self) -> Option<u16>;
+    /// Whether it runs.
+    fn is_alive(&self) -> bool;
+    /// Whether an executive activates and freezes it.
+    fn is_commanded(&self) -> bool;
+    /// Writes a line into the log.
+    fn report(&self, level: LogLevel, text: String);
+    /// Kills it, as what is started again when the launcher is connected.
+    fn kill_for_cut(&self);
+    /// Waits until a launcher is connected to it.
+    fn wait_for_launcher(&self) -> impl Future<Output = ()> + Send;
+}
 
 /// What follows from what the component reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,8 +100,8 @@ impl Freezing {
 
 /// Freezes the component until a launcher is connected to it again. One that does not stop is killed,
 /// and started again after the cut.
-pub(super) async fn freeze_while_cut_off(process: Arc<AgentProcess>, launcher: String) {
-    if let Err(why) = keep_frozen(&process, &launcher).await
+pub(super) async fn freeze_while_cut_off(process: Arc<impl FreezableProcess>, launcher: String) {
+    if let Err(why) = keep_frozen(&*process, &launcher).await
         && process.is_alive()
     {
         process.report(LogLevel::Warn, format!("cannot be frozen ({why}); it is killed"));
@@ -94,7 +109,7 @@ pub(super) async fn freeze_while_cut_off(process: Arc<AgentProcess>, launcher: S
     }
 }
 
-async fn keep_frozen(process: &AgentProcess, launcher: &str) -> Result<(), String> {
+async fn keep_frozen(process: &impl FreezableProcess, launcher: &str) -> Result<(), String> {
     let port = process.port().ok_or("it has not registered yet")?;
     let (connection, mut events) = connect(port).await?;
     let mut freezing = Freezing::default();

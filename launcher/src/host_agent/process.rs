@@ -19,7 +19,7 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::Agent;
-use super::freezing::freeze_while_cut_off;
+use super::freezing::{FreezableProcess, freeze_while_cut_off};
 use super::programs::FoundProgram;
 use super::site::Site;
 use crate::guard::{self, GuardedResources};
@@ -92,7 +92,8 @@ pub(super) async fn start(
     start: &RemoteStart,
 ) -> Result<Arc<AgentProcess>, Refusal> {
     let refuse = |text: String| Refusal::new(RefusalCode::WrongPurpose, text);
-    let FoundProgram { origin, notice } = agent.find_program(start).await.map_err(refuse)?;
+    let FoundProgram { origin, notice } =
+        agent.programs.find_program(start).await.map_err(refuse)?;
     let resources = read_resources(&start.resources).map_err(refuse)?;
     let registry = format!("{}:{REGISTRY_PORT}", agent.arguments.from);
     let mut arguments: Vec<OsString> =
@@ -182,16 +183,6 @@ impl AgentProcess {
         state.is_commanded = start.is_commanded;
     }
 
-    /// Whether an executive activates and freezes it.
-    pub(super) fn is_commanded(&self) -> bool {
-        self.state.lock().is_commanded
-    }
-
-    /// Where it listens; not known before another host has connected to it.
-    pub(super) fn port(&self) -> Option<u16> {
-        self.state.lock().port
-    }
-
     pub(super) fn set_port(&self, port: u16) {
         self.state.lock().port = Some(port);
     }
@@ -272,13 +263,6 @@ impl AgentProcess {
         }
     }
 
-    /// Waits until a launcher is connected to it.
-    pub(super) async fn wait_for_launcher(&self) {
-        let mut attachment = self.attachment.subscribe();
-        // The sender lives as long as this.
-        let _ = attachment.wait_for(|is_attached| *is_attached).await;
-    }
-
     /// The launcher is cut off, or has died.
     pub(super) fn handle_cut(self: &Arc<Self>, launcher: &str, why: &str) {
         if !self.is_alive() || self.state.lock().events.is_some() {
@@ -312,12 +296,6 @@ impl AgentProcess {
         });
     }
 
-    /// Kills it, as what is started again when the launcher is connected.
-    pub(super) fn kill_for_cut(&self) {
-        self.state.lock().was_cut_off = true;
-        self.kill();
-    }
-
     /// Reports the output that was not sent, if there is some, and room for the report.
     fn report_missed(&self, state: &mut ProcessState) {
         let bytes = state.missed;
@@ -328,7 +306,7 @@ impl AgentProcess {
         }
     }
 
-    pub(super) fn report(&self, level: LogLevel, text: String) {
+    fn report(&self, level: LogLevel, text: String) {
         self.log.report(&self.key.component, level, text);
     }
 
@@ -355,6 +333,35 @@ impl AgentProcess {
         }
         drop(feed);
         let _ = reader.await;
+    }
+}
+
+impl FreezableProcess for AgentProcess {
+    fn port(&self) -> Option<u16> {
+        self.state.lock().port
+    }
+
+    fn is_alive(&self) -> bool {
+        Self::is_alive(self)
+    }
+
+    fn is_commanded(&self) -> bool {
+        self.state.lock().is_commanded
+    }
+
+    fn report(&self, level: LogLevel, text: String) {
+        Self::report(self, level, text);
+    }
+
+    fn kill_for_cut(&self) {
+        self.state.lock().was_cut_off = true;
+        self.kill();
+    }
+
+    async fn wait_for_launcher(&self) {
+        let mut attachment = self.attachment.subscribe();
+        // The sender lives as long as this.
+        let _ = attachment.wait_for(|is_attached| *is_attached).await;
     }
 }
 

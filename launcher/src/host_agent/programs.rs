@@ -7,7 +7,7 @@ use std::sync::Arc;
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::RemoteStart;
 
-use super::Agent;
+use super::executables::ExecutableStore;
 use crate::kinds::build::{find_build, fingerprint_manifest};
 use crate::kinds::{Catalogue, Origin, describe_executable};
 
@@ -19,6 +19,18 @@ pub(super) struct FoundProgram {
     pub(super) notice: String,
 }
 
+/// Finds programs in the folders of this host and among those that were received.
+pub(super) struct ProgramFinder {
+    /// The folders that the agent was started with.
+    pub(super) directories: Vec<PathBuf>,
+    /// What the launcher has sent, if that is accepted.
+    pub(super) executables: Option<ExecutableStore>,
+    /// The name of this host.
+    pub(super) host: String,
+    /// The host of the launcher.
+    pub(super) from: String,
+}
+
 /// What there is for a component.
 enum ProgramChoice {
     Found(FoundProgram),
@@ -28,7 +40,7 @@ enum ProgramChoice {
     Wanted,
 }
 
-impl Agent {
+impl ProgramFinder {
     /// Whether the launcher must send the executable first.
     pub(super) async fn wants_executable(
         self: &Arc<Self>,
@@ -57,13 +69,13 @@ impl Agent {
         start: &RemoteStart,
         find: fn(&Self, &RemoteStart) -> Result<T, String>,
     ) -> Result<T, String> {
-        let (agent, start) = (Arc::clone(self), start.clone());
-        let finding = tokio::task::spawn_blocking(move || find(&agent, &start));
+        let (finder, start) = (Arc::clone(self), start.clone());
+        let finding = tokio::task::spawn_blocking(move || find(&finder, &start));
         finding.await.map_err(|error| error.to_string())?
     }
 
     fn find_checked(&self, start: &RemoteStart) -> Result<FoundProgram, String> {
-        let (own, kind) = (self.keys.host_name(), &start.kind);
+        let (own, kind) = (&self.host, &start.kind);
         let path = match self.choose_program(start)? {
             ProgramChoice::Found(found) => return Ok(found),
             ProgramChoice::Received(path) => path,
@@ -83,8 +95,8 @@ impl Agent {
     }
 
     fn choose_program(&self, start: &RemoteStart) -> Result<ProgramChoice, String> {
-        let directories = &self.arguments.kinds.directories;
-        let gathered = Catalogue::gather(directories, []).map_err(|error| format!("{error:#}"))?;
+        let gathered =
+            Catalogue::gather(&self.directories, []).map_err(|error| format!("{error:#}"))?;
         let mut kinds = gathered.kinds;
         let known = kinds.remove(&start.kind).filter(|kind| kind.rivals.is_empty());
         let is_same = known.as_ref().is_some_and(|kind| find_build(&kind.origin) == start.build);
@@ -97,7 +109,7 @@ impl Agent {
                 None => ProgramChoice::Wanted,
             });
         }
-        let (own, from, kind) = (self.keys.host_name(), &self.arguments.from, &start.kind);
+        let (own, from, kind) = (&self.host, &self.from, &start.kind);
         let Some(known) = known else {
             return Err(format!(
                 "the host {own} has no kind {kind}, or several; copy its executable into a folder \
