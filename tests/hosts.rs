@@ -1,12 +1,21 @@
 //! One system on two hosts: an agent runs the components of the second one. Both are on this machine;
 //! the names of the hosts keep them apart, so every connection between them goes through both gates.
 
+mod cable;
+mod executables;
+mod freezing;
+mod resuming;
+
 use std::fs::{self, DirBuilder};
+use std::net::TcpListener;
 use std::os::unix::fs::DirBuilderExt;
+use std::path::Path;
 use std::process::{Child, Stdio};
 
 use rustix::process::Signal;
 use serde_json::Value;
+
+use cable::Cable;
 
 use crate::fixture::{Folder, Run, free_port, is_alive, run_to_end, send_signal, wait_for};
 
@@ -21,19 +30,12 @@ struct Hosts {
     agent: u16,
 }
 
-/// A running agent, which ends with the test.
-struct Agent(Child);
-
-impl Hosts {
-    fn new(name: &str, cut_off: &str) -> Self {
-        let folder = Folder::new(name);
-        let hosts = Self { folder, gate: free_port(), agent: free_port() };
-        hosts.folder.write("room.svg", WORLD);
-        let agent = hosts.agent;
-        let system = format!(
-            r#"<armor version="1">
+/// Two robots in one room, the one called `far` on the host arm; more attributes of that are in `more`.
+fn system_at(at: &str, more: &str) -> String {
+    format!(
+        r#"<armor version="1">
   <system name="two-hosts">
-    <host name="arm" at="127.0.0.1:{agent}"{cut_off}/>
+    <host name="arm" at="{at}"{more}/>
     <component name="near" kind="simulator" rate="50Hz">
       <parameter name="world" value="room.svg"/>
     </component>
@@ -51,8 +53,23 @@ impl Hosts {
     <transition name="leave" from="work" to="over" operator="true"/>
   </mission>
 </armor>"#
-        );
-        hosts.folder.write("robots.xml", &system);
+    )
+}
+
+/// A running agent, which ends with the test.
+struct Agent(Child);
+
+impl Hosts {
+    fn new(name: &str, cut_off: &str) -> Self {
+        Self::with_file(name, |agent, _| system_at(&format!("127.0.0.1:{agent}"), cut_off))
+    }
+
+    /// With a file that depends on the port of the agent and the folder.
+    fn with_file(name: &str, write: impl FnOnce(u16, &Path) -> String) -> Self {
+        let folder = Folder::new(name);
+        let hosts = Self { folder, gate: free_port(), agent: free_port() };
+        hosts.folder.write("room.svg", WORLD);
+        hosts.folder.write("robots.xml", &write(hosts.agent, hosts.folder.path()));
         hosts.keys(&["init"]);
         for host in ["robot", "arm"] {
             hosts.keys(&["add", host, "--role", "host"]);
@@ -73,9 +90,13 @@ impl Hosts {
     }
 
     fn start_agent(&self, from: &str) -> Agent {
+        self.start_agent_with(from, &[])
+    }
+
+    fn start_agent_with(&self, from: &str, arguments: &[&str]) -> Agent {
         let listen = format!("127.0.0.1:{}", self.agent);
         let mut command = self.folder.armor(&["host", "--from", from, "--listen", &listen]);
-        command.args(["--keys", "arm", "--out", "arm-out"]);
+        command.args(["--keys", "arm", "--out", "arm-out"]).args(arguments);
         let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         Agent(child.expect("it starts"))
     }
@@ -97,6 +118,15 @@ impl Hosts {
         (format!("{}: {}", text("condition"), text("found")), text("remedy"))
     }
 
+    /// Waits until the agent has logged `text` of a component.
+    fn wait_for_agent_log(&self, component: &str, text: &str) {
+        let path = format!("arm-out/two-hosts/logs/{component}.log");
+        let path = self.folder.path().join(path);
+        wait_for(&format!("{text:?} in {}", path.display()), || {
+            fs::read_to_string(&path).unwrap_or_default().contains(text).then_some(())
+        });
+    }
+
     /// What a tool prints on the launcher's host, one JSON object per line.
     fn lines(&self, run: &Run, tool: &[&str]) -> Vec<Value> {
         let registry = run.registry().to_string();
@@ -107,11 +137,16 @@ impl Hosts {
 
     /// Waits until `far` takes part, with a process that is not one of `others`; returns it.
     fn wait_for_far(&self, run: &Run, others: &[i32]) -> i32 {
-        wait_for(&format!("far to take part\n{}", run.log()), || {
+        self.wait_for_component(run, ("far", "arm"), others)
+    }
+
+    /// Waits until a component takes part on a host, with a process that is not one of `others`.
+    fn wait_for_component(&self, run: &Run, (name, host): (&str, &str), others: &[i32]) -> i32 {
+        wait_for(&format!("{name} to take part\n{}", run.log()), || {
             let all = self.lines(run, &["ps"]);
-            let far = all.iter().find(|one| one["name"] == "far" && one["host"] == "arm")?;
-            let pid = i32::try_from(far["pid"].as_i64()?).ok()?;
-            (far["status"]["state"] == "active" && !others.contains(&pid)).then_some(pid)
+            let found = all.iter().find(|one| one["name"] == name && one["host"] == host)?;
+            let pid = i32::try_from(found["pid"].as_i64()?).ok()?;
+            (found["status"]["state"] == "active" && !others.contains(&pid)).then_some(pid)
         })
     }
 
@@ -163,6 +198,17 @@ fn components_of_two_hosts_take_part_in_one_system() {
         let endpoint = one["endpoint"].as_str().unwrap_or_default();
         assert!(one["host"] == host && endpoint.starts_with(&format!("{host}:")), "{one}");
     }
+    let far = all.iter().find(|one| one["name"] == "far").expect("far");
+    assert_eq!(far["host_link"]["link"], "connected", "{far}");
+    wait_for("the clock of the other host, which is this one's", || {
+        let all = hosts.lines(&run, &["ps"]);
+        let link = &all.iter().find(|one| one["name"] == "far")?["host_link"];
+        let (offset, error) = (link["clock_offset_s"].as_f64()?, link["clock_error_s"].as_f64()?);
+        (offset.abs() <= error + 1e-3).then_some(())
+    });
+    let links = hosts.lines(&run, &["graph"]);
+    let link = links.iter().find(|link| link["from"] == "far.presence").expect("a link");
+    assert!(link["from_host"] == "arm" && link["to_host"] == "robot", "{link}");
     // A death there is noticed, and restarted, as one here.
     send_signal(first, Signal::KILL);
     run.wait_for_log("ended by signal 9 (SIGKILL); it starts again", 1);
@@ -203,12 +249,51 @@ fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
         send_signal(agent.pid(), Signal::STOP);
         run.wait_for_log("arm is cut off (it has fallen silent)", times);
         run.wait_for_log("gone name=far", times);
+        wait_for("armor ps to show what is cut off", || {
+            let registry = run.registry().to_string();
+            let mut command = hosts.folder.armor(&["ps", "--registry", &registry]);
+            let (_, out, _) = run_to_end(&mut command);
+            out.contains("host arm: cut off (it has fallen silent").then_some(())
+        });
         send_signal(agent.pid(), Signal::CONT);
         run.wait_for_log("arm is connected again", times);
         assert_eq!(hosts.wait_for_far(&run, &[]), far, "{}", run.log());
         hosts.wait_for_data(&run, "far.presence");
     }
     assert!(!run.log().contains("suspected of hanging"), "{}", run.log());
+}
+
+#[test]
+fn a_host_is_reached_at_any_of_its_addresses() {
+    // Takes connections and never answers.
+    let silent = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let dead = format!("127.0.0.1:{}", silent.local_addr().expect("it is bound").port());
+    let mut cable = None;
+    let hosts = Hosts::with_file("hosts-addresses", |agent, _| {
+        let first = cable.insert(Cable::to(agent));
+        system_at(&format!("{dead} 127.0.0.1:{} 127.0.0.1:{agent}", first.port), "")
+    });
+    let cable = cable.expect("a cable");
+    let mut agent = hosts.start_agent("robot");
+    wait_for("the doctor to find the agent", || {
+        let (found, _) = hosts.examine();
+        let first = format!("warning: arm answers at 127.0.0.1:{} after", cable.port);
+        (found.starts_with(&first) && found.contains(&format!("; not at {dead}: "))).then_some(())
+    });
+    let run = hosts.run(&[]);
+    let far = hosts.wait_for_far(&run, &[]);
+    hosts.wait_for_data(&run, "far.presence");
+    cable.cut();
+    run.wait_for_log("arm is cut off (it has fallen silent)", 1);
+    run.wait_for_log("arm is connected again", 1);
+    assert_eq!(hosts.wait_for_far(&run, &[]), far, "{}", run.log());
+    hosts.wait_for_data(&run, "far.presence");
+    agent.kill();
+    run.wait_for_log(&format!("; 127.0.0.1:{}: Connection refused", hosts.agent), 1);
+    let log = run.log();
+    let reason = log.lines().find(|line| line.contains("no address of the gate can be used: "));
+    let names = [dead, format!("127.0.0.1:{}", cable.port)];
+    assert!(reason.is_some_and(|line| names.iter().all(|name| line.contains(name))), "{log}");
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub enum RunRequest {
 }
 
 /// The launcher's reply.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunReply {
     /// Whether the request is carried out.
     pub accepted: bool,
@@ -52,9 +52,42 @@ pub struct RunReply {
     /// The components whose processes do not run, if they were asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<AbsentComponent>,
+    /// The other hosts of the system, if the components were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hosts: Vec<HostReport>,
     /// The starts and ends of the component's processes, if they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<ComponentHistory>,
+}
+
+/// Another host of the system, as the launcher sees it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HostReport {
+    /// Its name in the file.
+    pub host: String,
+    /// Whether its agent is connected.
+    pub link: HostLink,
+    /// Why it is not, in words.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reason: String,
+    /// Its wall clock minus that of the launcher's host, in seconds.
+    #[serde(default)]
+    pub clock_offset_s: Option<f64>,
+    /// The error of that is at most this, in seconds.
+    #[serde(default)]
+    pub clock_error_s: Option<f64>,
+}
+
+/// Whether the agent of a host is connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HostLink {
+    /// It has not been reached yet.
+    Awaited,
+    /// It is.
+    Connected,
+    /// It was.
+    CutOff,
 }
 
 /// The starts and ends of a component's processes.
@@ -76,6 +109,9 @@ pub struct ComponentHistory {
 pub struct AbsentComponent {
     /// The component.
     pub component: String,
+    /// The host on which it runs, if that is not the launcher's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host: Option<String>,
     /// What becomes of it.
     pub state: AbsentState,
     /// How its last process ended and what follows, in words; empty if none has run.

@@ -25,6 +25,7 @@ use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 
 use crate::GATE_NAME;
+use crate::addresses::{GateAddresses, GatePlace, join_failures};
 use crate::certificate::CertificateFacts;
 use crate::frames::{read_control, write_control};
 use crate::host_keys::HostKeys;
@@ -34,7 +35,7 @@ use crate::redial::connect_repeatedly;
 use crate::streams::{own_stream, tune_stream};
 use crate::tls::{client_config, explain_tls_error};
 
-/// How long connecting to the gate and its answer may take.
+/// How long connecting to the gate may take, and then its answer.
 pub(crate) const LIMIT: Duration = Duration::from_secs(5);
 /// Period with which a host looks whether the key at the other end is revoked.
 const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
@@ -67,6 +68,20 @@ pub enum GateError {
         /// Why.
         reason: String,
     },
+    /// It has several addresses, and none of them can be used.
+    #[error("no address of the gate can be used: {tried}")]
+    NoneReached {
+        /// Each address, and why.
+        tried: String,
+    },
+    /// The executable that the agent wants could not be sent.
+    #[error("{path} was not sent whole: {reason}", path = path.display())]
+    Unsent {
+        /// The executable.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// The gate refuses the request.
     #[error("the gate refuses it: {0}")]
     Refused(Refusal),
@@ -74,7 +89,7 @@ pub enum GateError {
 
 /// The gate of one system, and the key for it.
 pub struct GateClient {
-    gate: String,
+    addresses: GateAddresses,
     key: KeySource,
 }
 
@@ -122,18 +137,27 @@ impl GateClient {
     pub fn new(gate: &str, key: &Path) -> Result<Self, GateError> {
         let path = key.to_owned();
         let key = Mutex::new(load_key(&path)?);
-        Ok(Self { gate: gate.to_owned(), key: KeySource::Person { path, key } })
+        let addresses = GateAddresses::new(vec![gate.to_owned()]);
+        Ok(Self { addresses, key: KeySource::Person { path, key } })
     }
 
     /// A client of the gate of another host of the system, with the key of this host.
     pub fn of_host(gate: &HostAddress, keys: HostKeys) -> Self {
         let key = KeySource::Host { keys, expected: gate.host.clone() };
-        Self { gate: gate.address.clone(), key }
+        Self { addresses: GateAddresses::new(gate.addresses.clone()), key }
     }
 
-    /// The address of the gate.
-    pub fn address(&self) -> &str {
-        &self.gate
+    /// The addresses at which the gate may listen.
+    pub fn addresses(&self) -> &[String] {
+        self.addresses.names()
+    }
+
+    /// Where the gate is, for people.
+    pub fn name_gate(&self) -> String {
+        match self.addresses.last_reached() {
+            Some(place) => place.label,
+            None => self.addresses().join(" or "),
+        }
     }
 
     /// What the certificate of the key contains.
@@ -251,7 +275,9 @@ impl GateClient {
                 Ok((GateSession { host, name, role, registry }, stream))
             }
             GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
-            GateReply::Connected => Err(self.unreachable("it answers another request")),
+            GateReply::Connected | GateReply::ExecutableWanted => {
+                Err(self.unreachable("it answers another request"))
+            }
         }
     }
 
@@ -286,11 +312,11 @@ impl GateClient {
         };
         match ended {
             Ok(refusal) => GateError::Refused(refusal),
-            Err(error) => self.explain_error(&error),
+            Err(error) => explain_error(&self.name_gate(), &error),
         }
     }
 
-    /// Connects to the gate, sends a request, and reads the reply.
+    /// Connects to the gate at one of its addresses, sends a request, and reads the reply.
     ///
     /// # Errors
     /// If the gate cannot be reached, or one end does not accept the key of the other.
@@ -298,11 +324,8 @@ impl GateClient {
         &self,
         request: GateRequest,
     ) -> Result<(TlsStream<TcpStream>, GateReply), GateError> {
+        let (place, mut stream) = self.reach().await?;
         let exchange = async {
-            let stream = tune_stream(connect_repeatedly(self.gate.as_str()).await?)?;
-            let name = ServerName::try_from(GATE_NAME).map_err(io::Error::other)?;
-            let mut stream = TlsConnector::from(self.config()).connect(name, stream).await?;
-            self.check_gate(&stream).map_err(io::Error::other)?;
             // The gate judges the key only now; why it refuses it is in what it sends.
             let written = write_control(&mut stream, &request).await;
             match read_control(&mut stream).await {
@@ -314,8 +337,60 @@ impl GateClient {
             }
         };
         match time::timeout(LIMIT, exchange).await {
-            Ok(result) => result.map_err(|error| self.explain_error(&error)),
-            Err(_) => Err(self.unreachable(&format!("it has not answered within {LIMIT:?}"))),
+            Ok(result) => result.map_err(|error| explain_error(&place, &error)),
+            Err(_) => Err(silent(&place, LIMIT)),
+        }
+    }
+
+    /// Connects to the gate at the first of its addresses that answers with the right key; returns
+    /// which one that is.
+    async fn reach(&self) -> Result<(String, TlsStream<TcpStream>), GateError> {
+        let mut earlier = None;
+        if let Some(place) = self.addresses.last_reached() {
+            match self.reach_at(&place).await {
+                Ok(stream) => return Ok((place.label, stream)),
+                Err(error) => earlier = Some((place.address, error)),
+            }
+        }
+        let mut failures = Vec::new();
+        for name in self.addresses.names() {
+            let places = match self.addresses.resolve(name).await {
+                Ok(places) => places,
+                Err(error) => {
+                    failures.push(error);
+                    continue;
+                }
+            };
+            for place in places {
+                if let Some((_, error)) = earlier.take_if(|(tried, _)| *tried == place.address) {
+                    failures.push(error);
+                    continue;
+                }
+                match self.reach_at(&place).await {
+                    Ok(stream) => {
+                        self.addresses.set_reached(place.clone());
+                        return Ok((place.label, stream));
+                    }
+                    Err(error) => failures.push(error),
+                }
+            }
+        }
+        // It is none of the addresses any more.
+        failures.extend(earlier.map(|(_, error)| error));
+        Err(join_failures(failures))
+    }
+
+    async fn reach_at(&self, place: &GatePlace) -> Result<TlsStream<TcpStream>, GateError> {
+        let connect = async {
+            let stream = tune_stream(connect_repeatedly(place.address).await?)?;
+            let name = ServerName::try_from(GATE_NAME).map_err(io::Error::other)?;
+            let stream = TlsConnector::from(self.config()).connect(name, stream).await?;
+            self.check_gate(&stream).map_err(io::Error::other)?;
+            Ok(stream)
+        };
+        match time::timeout(place.limit, connect).await {
+            Ok(result) => result.map_err(|error: io::Error| explain_error(&place.label, &error)),
+            Err(_) => Err(silent(&place.label, place.limit)),
         }
     }
 
@@ -334,24 +409,6 @@ impl GateClient {
         Ok(())
     }
 
-    fn explain_error(&self, error: &io::Error) -> GateError {
-        let wrong = error.get_ref().and_then(|it| it.downcast_ref::<WrongGate>());
-        if let Some(WrongGate(reason)) = wrong {
-            let (gate, reason) = (self.gate.clone(), reason.clone());
-            return GateError::NotAccepted { gate, reason };
-        }
-        let inner = error.get_ref().and_then(|it| it.downcast_ref::<rustls::Error>());
-        match inner {
-            Some(inner) => {
-                GateError::NotAccepted { gate: self.gate.clone(), reason: explain_tls_error(inner) }
-            }
-            None if error.kind() == io::ErrorKind::UnexpectedEof => {
-                self.unreachable("it has closed the connection")
-            }
-            None => self.unreachable(&error.to_string()),
-        }
-    }
-
     /// A client of a gate that no test reaches.
     #[cfg(test)]
     pub(crate) fn dead(gate: &HostAddress) -> Self {
@@ -363,12 +420,34 @@ impl GateClient {
         let config = Arc::new(client_config(&key).expect("its own key"));
         let key = Mutex::new(LoadedKey { facts: key.facts, config });
         let path = PathBuf::new();
-        Self { gate: gate.address.clone(), key: KeySource::Person { path, key } }
+        let addresses = GateAddresses::new(gate.addresses.clone());
+        Self { addresses, key: KeySource::Person { path, key } }
     }
 
     fn unreachable(&self, reason: &str) -> GateError {
-        GateError::Unreachable { gate: self.gate.clone(), reason: reason.to_owned() }
+        GateError::Unreachable { gate: self.name_gate(), reason: reason.to_owned() }
     }
+}
+
+fn silent(gate: &str, limit: Duration) -> GateError {
+    let reason = format!("it has not answered within {limit:?}");
+    GateError::Unreachable { gate: gate.to_owned(), reason }
+}
+
+fn explain_error(gate: &str, error: &io::Error) -> GateError {
+    let gate = gate.to_owned();
+    let inner = error.get_ref();
+    if let Some(WrongGate(reason)) = inner.and_then(|it| it.downcast_ref()) {
+        return GateError::NotAccepted { gate, reason: reason.clone() };
+    }
+    if let Some(error) = inner.and_then(|it| it.downcast_ref::<rustls::Error>()) {
+        return GateError::NotAccepted { gate, reason: explain_tls_error(error) };
+    }
+    let reason = match error.kind() {
+        io::ErrorKind::UnexpectedEof => "it has closed the connection".to_owned(),
+        _ => error.to_string(),
+    };
+    GateError::Unreachable { gate, reason }
 }
 
 /// What the certificate of the gate contains.

@@ -5,6 +5,7 @@
 //! (where they are kept) and [`tls`] (how they are verified). [`gate`] and [`connect`] are the two ends
 //! of a connection between hosts.
 
+mod addresses;
 pub mod authority;
 pub mod certificate;
 pub mod connect;

@@ -183,7 +183,8 @@ mod tests {
     fn reach() -> SystemReach {
         let registry = SocketAddr::from((Ipv4Addr::LOCALHOST, 7411));
         let components = BTreeMap::from([("arm".to_owned(), vec!["gripper".to_owned()])]);
-        let gates = [HostAddress { host: "arm".into(), address: "arm.local:7410".into() }];
+        let addresses = vec!["arm.local:7410".into()];
+        let gates = [HostAddress { host: "arm".into(), addresses }];
         let routes = Routes::without_keys("robot", gates);
         SystemReach::new(registry, "robot").with_hosts(components, Arc::new(routes))
     }

@@ -57,7 +57,7 @@ impl Routes {
         let mut known = self.gates.lock();
         let mut before = std::mem::take(&mut *known);
         for gate in gates {
-            let same = before.remove(&gate.host).filter(|it| it.address() == gate.address);
+            let same = before.remove(&gate.host).filter(|it| it.addresses() == gate.addresses);
             let client = same.unwrap_or_else(|| Arc::new(GateClient::of_host(&gate, keys.clone())));
             known.insert(gate.host, client);
         }
@@ -167,7 +167,7 @@ impl GateClient {
         let (mut gate, error) = match self.request(request).await {
             Ok((gate, GateReply::Connected)) => (gate, None),
             Ok((gate, GateReply::Refused { refusal })) => (gate, Some(GateError::Refused(refusal))),
-            Ok((_, GateReply::Session { .. })) => return Ok(()),
+            Ok((_, GateReply::Session { .. } | GateReply::ExecutableWanted)) => return Ok(()),
             Err(error) => {
                 let _ = socks::answer(&mut process, SocksAnswer::Unreachable).await;
                 return Err(error);

@@ -1,8 +1,10 @@
 //! The connection on which a component of another host is run: orders in one direction, events in the
 //! other, beats in both. Its end says only that the two hosts are cut off from each other.
 
-use std::io;
+use std::io::{self, Read};
+use std::path::Path;
 use std::pin::Pin;
+use std::time::Duration;
 
 use armor_wire::codec;
 use armor_wire::frame::{self, FrameKind};
@@ -11,18 +13,25 @@ use armor_wire::hello::Refusal;
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::message::WireType;
 use armor_wire::remote_process::{RemoteEvent, RemoteOrder, RemoteStart};
-use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
 use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio::time;
 use tokio_rustls::{client, server};
 
 use crate::connect::{GateClient, GateError};
-use crate::frames::{read_frame, write_control};
+use crate::frames::{read_control, read_frame, write_control};
 use crate::streams::refuse;
 
 /// Longest piece of output in one event, in bytes: a frame takes 16 KiB.
 pub const MAX_OUTPUT_LEN: usize = 8 << 10;
+
+/// How long the next piece of an executable may take.
+const NEXT_PIECE_WITHIN: Duration = Duration::from_secs(5);
+/// How long the agent may take for an executable that it has received: it is asked for its ports.
+const ANSWERS_WITHIN: Duration = Duration::from_secs(30);
+/// Bytes of an executable that are read and written at a time.
+const PIECE_LEN: usize = 64 << 10;
 
 /// The agent's end.
 pub struct RunChannel {
@@ -44,11 +53,46 @@ impl RunChannel {
         refuse(&mut self.stream, refusal).await;
     }
 
+    /// Asks for the executable of the component, of `len` bytes, and calls `take` with each piece.
+    /// [`Self::serve`] or [`Self::refuse`] follows.
+    ///
+    /// # Errors
+    /// Why it has not arrived.
+    pub async fn receive_executable(
+        &mut self,
+        len: u64,
+        mut take: impl FnMut(&[u8]) -> io::Result<()>,
+    ) -> Result<(), String> {
+        let Self { stream, ended } = self;
+        let receive = async {
+            write_control(stream, &GateReply::ExecutableWanted).await?;
+            let mut bytes = vec![0; PIECE_LEN];
+            let mut rest = len;
+            while rest > 0 {
+                let most = usize::try_from(rest).unwrap_or(PIECE_LEN).min(PIECE_LEN);
+                let read = time::timeout(NEXT_PIECE_WITHIN, stream.read(&mut bytes[..most])).await;
+                match read.map_err(|_| io::Error::other("no more of it arrives"))?? {
+                    0 => return Err(io::ErrorKind::UnexpectedEof.into()),
+                    len => {
+                        take(&bytes[..len])?;
+                        rest -= len as u64;
+                    }
+                }
+            }
+            Ok(())
+        };
+        tokio::select! {
+            received = receive => received.map_err(|error: io::Error| explain_end(&error)),
+            why = ended => Err(why),
+        }
+    }
+
     /// Accepts the request, sends `events`, and calls `obey` with each order. Returns why the
-    /// connection has ended, or `None` when there are no more events.
+    /// connection has ended, or `None` when there are no more events; events that it has not sent are
+    /// still in `events` then.
     pub async fn serve(
         mut self,
-        mut events: mpsc::Receiver<RemoteEvent>,
+        events: &mut mpsc::Receiver<RemoteEvent>,
         mut obey: impl FnMut(RemoteOrder),
     ) -> Option<String> {
         if let Err(error) = write_control(&mut self.stream, &GateReply::Connected).await {
@@ -56,7 +100,7 @@ impl RunChannel {
         }
         let (mut reader, mut writer) = tokio::io::split(self.stream);
         tokio::select! {
-            ended = send_messages(&mut writer, &mut events) => match ended {
+            ended = send_messages(&mut writer, events) => match ended {
                 Ok(()) => {
                     let _ = time::timeout(SILENCE, writer.shutdown()).await;
                     None
@@ -78,22 +122,41 @@ pub struct RunConnection {
 }
 
 impl GateClient {
-    /// Asks the agent behind this gate to run a component.
+    /// Asks the agent behind this gate to run a component, and sends its executable if the agent asks
+    /// for it.
     ///
     /// # Errors
     /// If the agent cannot be reached, or refuses.
-    pub async fn run(&self, start: RemoteStart) -> Result<RunConnection, GateError> {
-        match self.request(GateRequest::Run { start }).await? {
+    pub async fn run(
+        &self,
+        start: RemoteStart,
+        executable: Option<&Path>,
+    ) -> Result<RunConnection, GateError> {
+        let len = start.executable_len;
+        let (mut stream, mut reply) = self.request(GateRequest::Run { start }).await?;
+        if let (GateReply::ExecutableWanted, Some(path)) = (&reply, executable) {
+            let unsent = |error: io::Error| GateError::Unsent {
+                path: path.to_owned(),
+                reason: explain_end(&error),
+            };
+            send_executable(&mut stream, path, len).await.map_err(unsent)?;
+            let answer = time::timeout(ANSWERS_WITHIN, read_control(&mut stream)).await;
+            let silent = |_| io::Error::other("it does not answer");
+            reply = answer.map_err(silent).and_then(|answer| answer).map_err(unsent)?;
+        }
+        match (stream, reply) {
             (stream, GateReply::Connected) => {
                 let revoked = Box::pin(self.wait_for_revocation(&stream));
                 let (reader, writer) = tokio::io::split(stream);
                 Ok(RunConnection { revoked, reader, writer })
             }
             (_, GateReply::Refused { refusal }) => Err(GateError::Refused(refusal)),
-            (_, GateReply::Session { .. }) => Err(GateError::Unreachable {
-                gate: self.address().to_owned(),
-                reason: "it answers another request".into(),
-            }),
+            (_, GateReply::Session { .. } | GateReply::ExecutableWanted) => {
+                Err(GateError::Unreachable {
+                    gate: self.name_gate(),
+                    reason: "it answers another request".into(),
+                })
+            }
         }
     }
 }
@@ -138,6 +201,28 @@ impl RunConnection {
         }
         result.ok_or_else(|| io::ErrorKind::ConnectionAborted.into())
     }
+}
+
+/// Sends `len` bytes of a file.
+async fn send_executable(
+    stream: &mut client::TlsStream<TcpStream>,
+    path: &Path,
+    len: u64,
+) -> io::Result<()> {
+    let mut file = std::fs::File::open(path)?.take(len);
+    let mut bytes = vec![0; PIECE_LEN];
+    let mut sent = 0;
+    while sent < len {
+        // From the disk's cache: the file was read when the system was checked.
+        let read = file.read(&mut bytes)?;
+        if read == 0 {
+            return Err(io::Error::other("it was replaced since the file was checked"));
+        }
+        let written = time::timeout(NEXT_PIECE_WITHIN, stream.write_all(&bytes[..read])).await;
+        written.map_err(|_| io::Error::other("the agent does not read"))??;
+        sent += read as u64;
+    }
+    stream.flush().await
 }
 
 /// Why a connection has ended, for people: TLS adds how it would have ended in order.

@@ -5,7 +5,10 @@
 //! place where restarts are counted and nothing runs twice. It keeps a process over a cut of the
 //! connection if the file says so.
 
+mod executables;
+mod freezing;
 mod process;
+mod programs;
 mod reach;
 mod site;
 
@@ -19,6 +22,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use armor_keys::HostKeys;
 use armor_keys::gate::{self, GateLimits, GateOptions, RunOrder};
+use armor_keys::run_channel::RunChannel;
 use armor_wire::gate::GATE_PORT;
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::name::is_name;
@@ -33,7 +37,9 @@ use crate::keys_cli::KeysDirectory;
 use crate::run::descriptors;
 use crate::run::group_killer::GroupKiller;
 use crate::verb::Verb;
+use executables::ExecutableStore;
 use process::{AgentProcess, ProcessKey};
+use programs::ProgramFinder;
 use reach::AgentReach;
 use site::Site;
 
@@ -65,6 +71,10 @@ pub struct HostArguments {
     /// Folder for what the components produce and for their logs: a folder in it for each system.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Accept executables from that host, if a kind is missing here or is another build: it may then
+    /// run any program as this user.
+    #[arg(long)]
+    pub accept_executables: bool,
 }
 
 fn default_listen() -> SocketAddr {
@@ -78,10 +88,19 @@ impl Verb for HostArguments {
         descriptors::raise_limit((2 * limits.sessions + limits.strangers + DESCRIPTORS) as u64)?;
         let keys = HostKeys::read(&self.directory.path()?)?;
         let mark = format!("{:016x}/", armor_socket::random_id());
+        let accepts = self.accept_executables;
+        let executables = accepts.then(|| ExecutableStore::open(&self.out)).transpose()?;
+        let programs = ProgramFinder {
+            directories: self.kinds.directories.clone(),
+            executables,
+            host: keys.host_name().to_owned(),
+            from: self.from.clone(),
+        };
         let agent = Arc::new(Agent {
             group_killer: Mutex::new(GroupKiller::start(&mark)?),
             mark,
             keys: keys.clone(),
+            programs: Arc::new(programs),
             arguments: self,
             format,
             sites: Mutex::default(),
@@ -123,6 +142,7 @@ pub(crate) struct Agent {
     arguments: HostArguments,
     format: OutputFormat,
     keys: HostKeys,
+    programs: Arc<ProgramFinder>,
     /// The mark of all its processes.
     mark: String,
     group_killer: Mutex<GroupKiller>,
@@ -136,28 +156,34 @@ pub(crate) struct Agent {
 
 impl Agent {
     async fn serve_order(self: Arc<Self>, order: RunOrder) {
-        let RunOrder { start, launcher, address, channel } = order;
-        let process = match self.find_or_start(&start, &launcher, address).await {
+        let RunOrder { start, launcher, address, mut channel } = order;
+        let found = match self.prepare(&start, &launcher, &mut channel).await {
+            Ok(()) => self.find_or_start(&start, &launcher, address).await,
+            Err(refusal) => Err(refusal),
+        };
+        let process = match found {
             Ok(found) => found,
             Err(refusal) => {
                 tracing::warn!(%launcher, component = %start.component, "refused: {refusal}");
                 return channel.refuse(refusal).await;
             }
         };
-        let (attached, events) = process.attach();
-        let lost = channel.serve(events, |order| process.obey(order)).await;
+        let (attached, mut events) = process.attach();
+        let lost = channel.serve(&mut events, |order| process.obey(order)).await;
         process.detach(attached);
+        process.count_unsent(&mut events);
         if let Some(why) = lost {
             process.handle_cut(&launcher, &why);
         }
     }
 
-    async fn find_or_start(
+    /// Checks whether the launcher may ask for this, and gets the executable if that is wanted.
+    async fn prepare(
         self: &Arc<Self>,
         start: &RemoteStart,
         launcher: &str,
-        address: SocketAddr,
-    ) -> Result<Arc<AgentProcess>, Refusal> {
+        channel: &mut RunChannel,
+    ) -> Result<(), Refusal> {
         let refuse = |code, text: String| Err(Refusal::new(code, text));
         if launcher != self.arguments.from {
             let from = &self.arguments.from;
@@ -168,12 +194,47 @@ impl Agent {
         if [&start.system, &start.component, &start.kind].into_iter().any(|name| !is_name(name)) {
             return refuse(RefusalCode::Malformed, "a name in the request is not one".into());
         }
+        if matches!(start.takeover, Takeover::Only { .. })
+            || !self.programs.wants_executable(start).await?
+        {
+            return Ok(());
+        }
+        self.receive_executable(start, channel).await
+    }
+
+    async fn receive_executable(
+        self: &Arc<Self>,
+        start: &RemoteStart,
+        channel: &mut RunChannel,
+    ) -> Result<(), Refusal> {
+        let Some(store) = &self.programs.executables else { return Ok(()) };
+        let failed = |text: String| Refusal::new(RefusalCode::Limit, text);
+        let RemoteStart { kind, executable_len, .. } = start;
+        let mut arriving = store.begin(start)?;
+        let received = channel.receive_executable(*executable_len, |bytes| arriving.take(bytes));
+        received.await.map_err(|why| failed(format!("the executable of {kind}: {why}")))?;
+        let finishing = tokio::task::spawn_blocking(move || arriving.finish());
+        finishing.await.map_err(|error| failed(error.to_string()))??;
+        store.remove_old(kind);
+        tracing::info!(%kind, bytes = executable_len, sha256 = %start.build, "an executable was received");
+        Ok(())
+    }
+
+    async fn find_or_start(
+        self: &Arc<Self>,
+        start: &RemoteStart,
+        launcher: &str,
+        address: SocketAddr,
+    ) -> Result<Arc<AgentProcess>, Refusal> {
+        let refuse = |code, text: String| Err(Refusal::new(code, text));
         let key = ProcessKey { system: start.system.clone(), component: start.component.clone() };
         let _one_at_a_time = self.starting.lock().await;
         let existing = self.processes.lock().get(&key).cloned();
         match (start.takeover, existing) {
             (Takeover::Only { process }, Some(existing)) if existing.id == process => {
                 existing.adopt(start);
+                // The launcher may have come back by another of its networks.
+                self.find_site(start, launcher, address).await?;
                 return Ok(existing);
             }
             (Takeover::Only { .. }, _) => {
@@ -185,6 +246,7 @@ impl Agent {
                 let existing = existing.filter(|it| it.is_alive() && it.fits(start));
                 if let (Takeover::Any, Some(existing)) = (takeover, existing) {
                     existing.adopt(start);
+                    self.find_site(start, launcher, address).await?;
                     self.end_others(start, Some(existing.id)).await;
                     return Ok(existing);
                 }

@@ -69,6 +69,17 @@ pub struct Catalogue {
     searched: Vec<(PathBuf, bool)>,
 }
 
+/// Asks one executable to describe itself.
+///
+/// # Errors
+/// In words, why it does not.
+pub fn describe_executable(path: &Path) -> Result<Manifest, String> {
+    let mut answers = ask::ask_executables(vec![path.to_owned()], &Cache::of_user());
+    let answer = answers.pop().map(|(_, answer)| answer);
+    let answer = answer.unwrap_or_else(|| Err(probe::ProbeProblem::unasked()));
+    answer.map_err(|problem| problem.finding(path).message)
+}
+
 impl Catalogue {
     /// Gathers the stock, and the kinds in `directories`, in those of the environment, and in those
     /// next to the `files`.

@@ -7,6 +7,7 @@ pub mod environment;
 pub mod given_up;
 pub mod group_killer;
 mod hanging_calls;
+pub mod host_states;
 pub mod logs;
 mod other_hosts;
 pub mod output_feed;

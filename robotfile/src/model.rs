@@ -34,6 +34,12 @@ impl Configuration {
     pub fn missions(&self) -> impl Iterator<Item = &Mission> {
         self.mission.iter().chain(self.included.values())
     }
+
+    /// Whether a mission activates and freezes the component.
+    pub fn commands(&self, component: &Component) -> bool {
+        let name = &component.name.value;
+        component.controllable && self.missions().any(|mission| mission.controls(name))
+    }
 }
 
 /// Which components there are, their parameters, their links.
@@ -71,8 +77,8 @@ impl System {
 pub struct Host {
     /// Its name, which is that in its key.
     pub name: Spanned<String>,
-    /// Where its agent listens: a name or address, and a port.
-    pub address: Spanned<String>,
+    /// Where its agent listens: names or addresses, each with a port, to be tried in turn.
+    pub addresses: Spanned<Vec<String>>,
     /// What happens to its components while it is cut off.
     pub cut_off: CutOff,
 }

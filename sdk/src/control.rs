@@ -21,7 +21,7 @@ pub use armor_wire::control::{
 };
 
 use crate::background_thread::spawn_background;
-use crate::dial::{self, ConnectError};
+use crate::dial::{self, ConnectError, Dialled};
 use crate::session::{self, FrameWriter};
 
 /// What happens on a control connection.
@@ -75,12 +75,34 @@ impl ControlConnection {
         role: Role,
         from: &str,
         instance: u64,
-        mut sink: impl FnMut(ControlEvent) + Send + 'static,
+        sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
         let hello = Hello::new(from, instance, Purpose::Control { role });
         let dialled = dial::dial_component(entry, &hello, Transport::Auto)?;
-        let unreachable =
-            |error| ConnectError::Unreachable { address: entry.endpoint.clone(), error };
+        Self::begin(dialled, &entry.endpoint, sink)
+    }
+
+    /// As [`Self::connect`], for a process that is known only by where it listens. A process that has
+    /// taken its place is not noticed.
+    ///
+    /// # Errors
+    /// [`ConnectError`] if it cannot be reached.
+    pub fn connect_to(
+        address: &str,
+        role: Role,
+        from: &str,
+        sink: impl FnMut(ControlEvent) + Send + 'static,
+    ) -> Result<Self, ConnectError> {
+        let hello = Hello::new(from, random_id(), Purpose::Control { role });
+        Self::begin(dial::dial(address, &hello)?, address, sink)
+    }
+
+    fn begin(
+        dialled: Dialled,
+        address: &str,
+        mut sink: impl FnMut(ControlEvent) + Send + 'static,
+    ) -> Result<Self, ConnectError> {
+        let unreachable = |error| ConnectError::Unreachable { address: address.into(), error };
         let writer = FrameWriter::new(&dialled.stream).map_err(unreachable)?;
         let answers = StatusAnswers::default();
         let (reading, waiting) = (writer.clone(), Arc::clone(&answers));

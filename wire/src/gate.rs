@@ -11,6 +11,7 @@ use crate::remote_process::RemoteStart;
 pub const GATE_PORT: u16 = 7410;
 
 /// From the client to the gate.
+#[expect(clippy::large_enum_variant, reason = "there is one for each connection")]
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire", name = "Request")]
 pub enum GateRequest {
@@ -56,4 +57,7 @@ pub enum GateReply {
         /// Where the registry of the system listens on the robot's host.
         registry: String,
     },
+    /// An answer to [`GateRequest::Run`]: the executable must be sent first, as bytes without frames,
+    /// as many as were announced. The gate then answers once more.
+    ExecutableWanted,
 }

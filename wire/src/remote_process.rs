@@ -8,6 +8,10 @@ use crate::Message;
 /// stays valid when the system is started again on another port.
 pub const REGISTRY_PORT: u16 = 0;
 
+/// Longest executable that is sent to another host, in bytes: builds with debug information have some
+/// hundred MiB.
+pub const MAX_EXECUTABLE_LEN: u64 = 1 << 30;
+
 /// A component to be run.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]
@@ -25,8 +29,12 @@ pub struct RemoteStart {
     pub components: Vec<String>,
     /// Hash of the manifest of that kind where the system was checked, as JSON.
     pub manifest: u64,
-    /// What tells builds of the executable apart where the system was checked.
-    pub build: u64,
+    /// The SHA-256 of its executable where the system was checked, in hexadecimal digits; for a kind
+    /// that is part of `armor`, that of `armor`. Empty if it cannot be read.
+    pub build: String,
+    /// The length of that executable, if the launcher can send it; 0 for a kind that is part of
+    /// `armor`.
+    pub executable_len: u64,
     /// Names of the agent's variables that it gets, besides the usual ones.
     pub variables: Vec<String>,
     /// Further variables.
@@ -35,6 +43,8 @@ pub struct RemoteStart {
     pub resources: ProcessResources,
     /// What happens to it while the agent is cut off from the launcher.
     pub cut_off: CutOff,
+    /// Whether an executive activates and freezes it.
+    pub is_commanded: bool,
     /// Where the gates of the other hosts are.
     pub hosts: Vec<HostAddress>,
     /// The port of the gate of the launcher's own host.
@@ -73,8 +83,8 @@ pub struct ProcessResources {
 pub struct HostAddress {
     /// The host's name in the file, and in its key.
     pub host: String,
-    /// `address:port`; the address may be a name.
-    pub address: String,
+    /// Each `address:port`, to be tried in turn; the address may be a name.
+    pub addresses: Vec<String>,
 }
 
 /// What happens to the components of a host that is cut off from the launcher's.
@@ -86,11 +96,15 @@ pub enum CutOff {
     Continue,
     /// They are ended, and started again when the connection is back.
     Stop,
+    /// They are frozen. When the connection is back, the executive commands them again; those that none
+    /// commands are activated again.
+    Safe,
 }
 
 impl CutOff {
     /// All of them, as the file spells them.
-    pub const ALL: [(&str, Self); 2] = [("continue", Self::Continue), ("stop", Self::Stop)];
+    pub const ALL: [(&str, Self); 3] =
+        [("continue", Self::Continue), ("stop", Self::Stop), ("safe", Self::Safe)];
 }
 
 /// Whether a process that runs already is taken over.
@@ -116,6 +130,11 @@ pub enum RemoteOrder {
     Terminate,
     /// Kill it with all that it has started.
     Kill,
+    /// Answer with the time of the host.
+    Clock {
+        /// When this was asked, in microseconds since 1970 by the launcher's clock.
+        asked_us: u64,
+    },
 }
 
 /// From the agent.
@@ -146,6 +165,13 @@ pub enum RemoteEvent {
         bytes: u64,
         /// The file in which it is.
         file: String,
+    },
+    /// The time of the agent's host.
+    Clock {
+        /// As in the question.
+        asked_us: u64,
+        /// In microseconds since 1970 by the agent's clock.
+        answered_us: u64,
     },
     /// The process has ended. The connection ends, too.
     Ended {

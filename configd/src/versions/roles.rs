@@ -17,9 +17,7 @@ impl Roles {
         for component in &configuration.system.components {
             let name = &component.name.value;
             if !self.0.contains_key(name) {
-                let commanded = component.controllable
-                    && configuration.missions().any(|mission| mission.controls(name));
-                self.0.insert(name.clone(), commanded);
+                self.0.insert(name.clone(), configuration.commands(component));
             }
         }
     }

@@ -162,7 +162,7 @@ impl Gate {
                         Ok(DialledTarget::Gate(Box::new(stream), revoked))
                     }
                     Ok((_, GateReply::Refused { refusal })) => Err(refusal),
-                    Ok((_, GateReply::Session { .. })) => {
+                    Ok((_, GateReply::Session { .. } | GateReply::ExecutableWanted)) => {
                         Err(failed(format!("the gate of {host} answers another request")))
                     }
                     Err(error) => {

@@ -41,8 +41,9 @@ pub struct GateArguments {
     /// The system whose registry listens here.
     #[arg(long, value_name = "ADDRESS:PORT", env = "ARMOR_REGISTRY", default_value_t = default_registry())]
     pub registry: SocketAddr,
-    /// Another host of the system, and where its agent listens; `armor run` gives those in the file.
-    #[arg(long = "host", value_name = "NAME=ADDRESS:PORT", value_parser = parse_pair)]
+    /// Another host of the system, and where its agent listens, with spaces between several
+    /// addresses; `armor run` gives those in the file.
+    #[arg(long = "host", value_name = "NAME=ADDRESS:PORT…", value_parser = parse_pair)]
     pub hosts: Vec<(String, String)>,
     /// A component, and the other host on which it runs.
     #[arg(long = "place", value_name = "COMPONENT=HOST", value_parser = parse_pair)]
@@ -102,7 +103,8 @@ impl Verb for GateArguments {
 impl GateArguments {
     fn list_gates(&self) -> Vec<HostAddress> {
         let gates = self.hosts.iter().cloned();
-        gates.map(|(host, address)| HostAddress { host, address }).collect()
+        let split = |text: &str| text.split_whitespace().map(str::to_owned).collect();
+        gates.map(|(host, text)| HostAddress { host, addresses: split(&text) }).collect()
     }
 
     fn list_components(&self) -> BTreeMap<String, Vec<String>> {

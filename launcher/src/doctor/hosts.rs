@@ -18,9 +18,9 @@ use super::diagnosis::{Diagnosis, HostCondition};
 #[derive(Clone, Debug, PartialEq)]
 struct DialledHost {
     host: String,
-    address: String,
     own: String,
-    answer: Result<Duration, GateError>,
+    /// The answer at each of its addresses.
+    answers: Vec<(String, Result<Duration, GateError>)>,
 }
 
 /// Examines the key of this host and each of `hosts`, all at the same time.
@@ -49,16 +49,28 @@ pub fn examine_hosts(hosts: &[Host], keys: &Path) -> Result<Vec<Diagnosis>> {
     Ok(found)
 }
 
+/// Dials all addresses of a host, since a run may need each of them.
 fn dial(host: &Host, keys: &HostKeys) -> impl Future<Output = DialledHost> + Send + 'static {
-    let (host, address) = (host.name.value.clone(), host.address.value.clone());
+    let (host, addresses) = (host.name.value.clone(), host.addresses.value.clone());
     let own = keys.host_name().to_owned();
-    let gate = HostAddress { host: host.clone(), address: address.clone() };
-    let client = GateClient::of_host(&gate, keys.clone());
+    let dial_one = |address: &String| {
+        let gate = HostAddress { host: host.clone(), addresses: vec![address.clone()] };
+        let client = GateClient::of_host(&gate, keys.clone());
+        tokio::spawn(async move {
+            let start = Instant::now();
+            // An agent refuses this to a host, after both have proven their keys.
+            client.request(GateRequest::Watch).await.map(|_| start.elapsed())
+        })
+    };
+    let dials: Vec<_> = addresses.iter().map(dial_one).collect();
     async move {
-        let start = Instant::now();
-        // An agent refuses this to a host, after both have proven their keys.
-        let answer = client.request(GateRequest::Watch).await.map(|_| start.elapsed());
-        DialledHost { host, address, own, answer }
+        let mut answers = Vec::new();
+        for (address, dial) in addresses.into_iter().zip(dials) {
+            if let Ok(answer) = dial.await {
+                answers.push((address, answer));
+            }
+        }
+        DialledHost { host, own, answers }
     }
 }
 
@@ -87,29 +99,53 @@ fn judge_key(name: &str, not_after_s: i64, folder: PathBuf) -> Diagnosis {
 }
 
 fn judge_host(dialled: DialledHost) -> Diagnosis {
-    let DialledHost { host, address, own, answer } = dialled;
-    let (condition, found, remedy) = match answer {
-        Ok(time) => {
-            let ms = time.as_secs_f64() * 1e3;
-            let found = format!(
-                "{host} answers at {address} after {ms:.0} ms; both accept the other's key"
-            );
-            (HostCondition::Good, found, String::new())
+    let DialledHost { host, own, answers } = dialled;
+    let mut good = Vec::new();
+    let mut failures = Vec::new();
+    let mut is_refused = false;
+    for (address, answer) in answers {
+        match answer {
+            Ok(time) => {
+                good.push(format!("{address} after {:.0} ms", time.as_secs_f64() * 1e3));
+            }
+            Err(GateError::Unreachable { reason, .. }) => {
+                failures.push(format!("{address}: {reason}"));
+            }
+            Err(GateError::NoneReached { tried }) => failures.push(tried),
+            Err(error) => {
+                is_refused = true;
+                failures.push(format!("{address}: {error}"));
+            }
         }
-        Err(GateError::Unreachable { reason, .. }) => {
-            let remedy = format!(
-                "on {host}: armor host --from {own}; check the address in the file, and that no \
-                 firewall closes the port"
-            );
-            (HostCondition::Fault, format!("{host} at {address}: {reason}"), remedy)
+    }
+    let condition = match (good.is_empty(), failures.is_empty()) {
+        (false, true) => HostCondition::Good,
+        (false, false) => HostCondition::Warning,
+        (true, _) => HostCondition::Fault,
+    };
+    let found = match condition {
+        HostCondition::Fault => format!("{host} at {}", failures.join("; ")),
+        _ => {
+            let answers = good.join(" and at ");
+            let others: String = failures.iter().map(|it| format!("; not at {it}")).collect();
+            format!("{host} answers at {answers}; both accept the other's key{others}")
         }
-        Err(error) => {
-            let remedy = format!(
-                "{host} and {own} need keys of one authority, and the present list of revoked ones \
-                 (armor keys list); check the clocks of both"
-            );
-            (HostCondition::Fault, format!("{host} at {address}: {error}"), remedy)
+    };
+    let remedy = match condition {
+        HostCondition::Good => String::new(),
+        _ if is_refused => format!(
+            "{host} and {own} need keys of one authority, and the present list of revoked ones \
+             (armor keys list); check the clocks of both"
+        ),
+        HostCondition::Warning => {
+            "a run uses the address that answers; correct the other one in the file, or repair its \
+             network"
+                .into()
         }
+        _ => format!(
+            "on {host}: armor host --from {own}; check the address in the file, and that no firewall \
+             closes the port"
+        ),
     };
     Diagnosis { subject: "host", condition, found, remedy }
 }
@@ -118,23 +154,34 @@ fn judge_host(dialled: DialledHost) -> Diagnosis {
 mod tests {
     use super::*;
 
-    fn judge(answer: Result<Duration, GateError>) -> Diagnosis {
-        let (host, address, own) = ("arm".into(), "arm.local:7410".into(), "robot".into());
-        judge_host(DialledHost { host, address, own, answer })
+    fn judge(answers: &[Result<Duration, GateError>]) -> Diagnosis {
+        let addresses = ["arm.local:7410", "10.0.0.2:7410"].map(str::to_owned);
+        let answers = addresses.into_iter().zip(answers.iter().cloned()).collect();
+        judge_host(DialledHost { host: "arm".into(), own: "robot".into(), answers })
     }
 
     #[test]
     fn a_host_that_is_missing_or_has_another_key_is_a_fault_with_its_remedy() {
-        let good = judge(Ok(Duration::from_millis(3)));
+        let answer = Ok(Duration::from_millis(3));
+        let good = judge(std::slice::from_ref(&answer));
         let text = "arm answers at arm.local:7410 after 3 ms; both accept the other's key";
         assert_eq!((good.condition, good.found.as_str()), (HostCondition::Good, text));
         let gate = || "arm.local:7410".to_owned();
-        let missing = GateError::Unreachable { gate: gate(), reason: "no route".into() };
-        let missing = judge(Err(missing));
-        assert_eq!(missing.found, "arm at arm.local:7410: no route");
-        assert!(missing.remedy.starts_with("on arm: armor host --from robot"), "{missing:?}");
+        let missing = Err(GateError::Unreachable { gate: gate(), reason: "no route".into() });
+        let fault = judge(std::slice::from_ref(&missing));
+        assert_eq!(fault.found, "arm at arm.local:7410: no route");
+        assert!(fault.remedy.starts_with("on arm: armor host --from robot"), "{fault:?}");
+        let warning = judge(&[missing.clone(), answer]);
+        assert_eq!(warning.condition, HostCondition::Warning);
+        assert_eq!(
+            warning.found,
+            "arm answers at 10.0.0.2:7410 after 3 ms; both accept the other's key; not at \
+             arm.local:7410: no route"
+        );
+        let fault = judge(&[missing.clone(), missing]);
+        assert_eq!(fault.found, "arm at arm.local:7410: no route; 10.0.0.2:7410: no route");
         let reason = "it is the gate of base, not of arm".to_owned();
-        let wrong = judge(Err(GateError::NotAccepted { gate: gate(), reason }));
+        let wrong = judge(&[Err(GateError::NotAccepted { gate: gate(), reason })]);
         assert!(wrong.condition == HostCondition::Fault && wrong.found.contains("of base"));
     }
 }

@@ -19,11 +19,13 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::Agent;
+use super::freezing::{FreezableProcess, freeze_while_cut_off};
+use super::programs::FoundProgram;
 use super::site::Site;
 use crate::guard::{self, GuardedResources};
-use crate::kinds::build::{find_build, fingerprint_manifest};
-use crate::kinds::{Catalogue, ComponentKind, Origin};
+use crate::kinds::Origin;
 use crate::run::environment::select_variables;
+use crate::run::host_states::now_us;
 use crate::run::logs::{LogStream, RunLog};
 use crate::run::output_feed::open_feed;
 use crate::run::process::{OWN_PROGRAM, ProcessGroup, exit_of, find_cause, own_path};
@@ -57,6 +59,8 @@ pub(super) struct AgentProcess {
     /// What a person should know of it, such as that it is another build.
     notice: String,
     state: Mutex<ProcessState>,
+    /// Whether a launcher is connected to it.
+    attachment: watch::Sender<bool>,
     end: watch::Receiver<Option<ProcessEnd>>,
 }
 
@@ -64,6 +68,10 @@ struct ProcessState {
     /// The start of the system that it belongs to.
     run: u64,
     cut_off: CutOff,
+    /// An executive activates and freezes it.
+    is_commanded: bool,
+    /// Where it listens, since another host has connected to it.
+    port: Option<u16>,
     /// The launcher's connection.
     events: Option<mpsc::Sender<RemoteEvent>>,
     /// Counts the connections.
@@ -84,13 +92,13 @@ pub(super) async fn start(
     start: &RemoteStart,
 ) -> Result<Arc<AgentProcess>, Refusal> {
     let refuse = |text: String| Refusal::new(RefusalCode::WrongPurpose, text);
-    let kind = find_kind(agent, start).await.map_err(refuse)?;
+    let FoundProgram { origin, notice } =
+        agent.programs.find_program(start).await.map_err(refuse)?;
     let resources = read_resources(&start.resources).map_err(refuse)?;
-    let notice = compare_builds(agent, &kind, start);
     let registry = format!("{}:{REGISTRY_PORT}", agent.arguments.from);
     let mut arguments: Vec<OsString> =
         ["--name", &start.component, "--registry", &registry].map(OsString::from).to_vec();
-    let program = match &kind.origin {
+    let program = match &origin {
         Origin::Stock => {
             arguments.splice(0..0, ["component".into(), (&start.kind).into()]);
             OWN_PROGRAM.into()
@@ -119,11 +127,14 @@ pub(super) async fn start(
         state: Mutex::new(ProcessState {
             run: start.run,
             cut_off: start.cut_off,
+            is_commanded: start.is_commanded,
+            port: None,
             events: None,
             attached: 0,
             missed: 0,
             was_cut_off: false,
         }),
+        attachment: watch::Sender::new(false),
         end,
     });
     process.report(LogLevel::Info, format!("started as process {}", group.pid()));
@@ -169,12 +180,23 @@ impl AgentProcess {
     pub(super) fn adopt(&self, start: &RemoteStart) {
         let mut state = self.state.lock();
         (state.run, state.cut_off) = (start.run, start.cut_off);
+        state.is_commanded = start.is_commanded;
+    }
+
+    pub(super) fn set_port(&self, port: u16) {
+        self.state.lock().port = Some(port);
     }
 
     pub(super) fn obey(&self, order: RemoteOrder) {
         match order {
             RemoteOrder::Terminate => self.terminate(),
             RemoteOrder::Kill => self.kill(),
+            RemoteOrder::Clock { asked_us } => {
+                let event = RemoteEvent::Clock { asked_us, answered_us: now_us() };
+                let state = self.state.lock();
+                // Without room it is asked again.
+                let _ = state.events.as_ref().map(|events| events.try_send(event));
+            }
         }
     }
 
@@ -206,6 +228,7 @@ impl AgentProcess {
         let running = RemoteEvent::Running { process: self.id, pid, is_taken_over, notice };
         let _ = sender.try_send(running);
         state.events = Some(sender.clone());
+        self.attachment.send_replace(true);
         self.report_missed(&mut state);
         let attached = state.attached;
         drop(state);
@@ -227,11 +250,21 @@ impl AgentProcess {
         let mut state = self.state.lock();
         if state.attached == attached {
             state.events = None;
+            self.attachment.send_replace(false);
+        }
+    }
+
+    /// Counts the output that waited for a connection which has ended.
+    pub(super) fn count_unsent(&self, events: &mut mpsc::Receiver<RemoteEvent>) {
+        while let Ok(event) = events.try_recv() {
+            if let RemoteEvent::Output { bytes, .. } = event {
+                self.state.lock().missed += bytes.len() as u64;
+            }
         }
     }
 
     /// The launcher is cut off, or has died.
-    pub(super) fn handle_cut(&self, launcher: &str, why: &str) {
+    pub(super) fn handle_cut(self: &Arc<Self>, launcher: &str, why: &str) {
         if !self.is_alive() || self.state.lock().events.is_some() {
             return;
         }
@@ -239,19 +272,28 @@ impl AgentProcess {
         let what = match cut_off {
             CutOff::Continue => "it continues",
             CutOff::Stop => "it is ended",
+            CutOff::Safe => "it is frozen",
         };
         self.report(LogLevel::Warn, format!("{launcher} is cut off ({why}); {what}"));
-        if cut_off == CutOff::Stop {
-            self.state.lock().was_cut_off = true;
-            self.terminate();
-            let (group, mut end) = (self.group, self.end.clone());
-            tokio::spawn(async move {
-                let ended = end.wait_for(Option::is_some);
-                if tokio::time::timeout(super::GRACE, ended).await.is_err() {
-                    group.kill();
-                }
-            });
+        match cut_off {
+            CutOff::Continue => {}
+            CutOff::Stop => self.end_for_cut(),
+            CutOff::Safe => {
+                tokio::spawn(freeze_while_cut_off(Arc::clone(self), launcher.to_owned()));
+            }
         }
+    }
+
+    fn end_for_cut(&self) {
+        self.state.lock().was_cut_off = true;
+        self.terminate();
+        let (group, mut end) = (self.group, self.end.clone());
+        tokio::spawn(async move {
+            let ended = end.wait_for(Option::is_some);
+            if tokio::time::timeout(super::GRACE, ended).await.is_err() {
+                group.kill();
+            }
+        });
     }
 
     /// Reports the output that was not sent, if there is some, and room for the report.
@@ -294,6 +336,35 @@ impl AgentProcess {
     }
 }
 
+impl FreezableProcess for AgentProcess {
+    fn port(&self) -> Option<u16> {
+        self.state.lock().port
+    }
+
+    fn is_alive(&self) -> bool {
+        Self::is_alive(self)
+    }
+
+    fn is_commanded(&self) -> bool {
+        self.state.lock().is_commanded
+    }
+
+    fn report(&self, level: LogLevel, text: String) {
+        Self::report(self, level, text);
+    }
+
+    fn kill_for_cut(&self) {
+        self.state.lock().was_cut_off = true;
+        self.kill();
+    }
+
+    async fn wait_for_launcher(&self) {
+        let mut attachment = self.attachment.subscribe();
+        // The sender lives as long as this.
+        let _ = attachment.wait_for(|is_attached| *is_attached).await;
+    }
+}
+
 /// Waits for the end of the process, and ends what it has started.
 async fn watch_end(
     agent: Arc<Agent>,
@@ -329,43 +400,6 @@ async fn watch_end(
         ChildExit::NotStarted(error) => ProcessEnd::NotStarted { error },
         ChildExit::CutOff | ChildExit::WithAgent => ProcessEnd::CutOff,
     }));
-}
-
-/// Finds the kind, and checks that it is the one for which the file was checked.
-async fn find_kind(agent: &Arc<Agent>, start: &RemoteStart) -> Result<ComponentKind, String> {
-    let directories = agent.arguments.kinds.directories.clone();
-    let gathering = tokio::task::spawn_blocking(move || Catalogue::gather(&directories, []));
-    let gathered = gathering.await.map_err(|error| error.to_string())?;
-    let mut catalogue = gathered.map_err(|error| format!("{error:#}"))?;
-    let (own, from) = (agent.keys.host_name(), &agent.arguments.from);
-    let kind = catalogue.kinds.remove(&start.kind).filter(|kind| kind.rivals.is_empty());
-    let Some(kind) = kind else {
-        return Err(format!(
-            "the host {own} has no kind {}, or several; copy its executable into a folder there \
-             that `armor host --components FOLDER` names",
-            start.kind
-        ));
-    };
-    if fingerprint_manifest(&kind.manifest) != start.manifest {
-        return Err(format!(
-            "the kind {} on {own} has other ports, parameters or events than on {from}; copy the \
-             same executable to both",
-            start.kind
-        ));
-    }
-    Ok(kind)
-}
-
-/// Says so if the executable is another build than that with which the file was checked.
-fn compare_builds(agent: &Agent, kind: &ComponentKind, start: &RemoteStart) -> String {
-    if find_build(&kind.origin) == start.build {
-        return String::new();
-    }
-    let (own, from) = (agent.keys.host_name(), &agent.arguments.from);
-    format!(
-        "the kind {} on {own} is another build than on {from}, with the same ports and parameters",
-        start.kind
-    )
 }
 
 /// Checks what the process may use against what this host can grant.

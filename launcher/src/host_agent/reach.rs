@@ -12,6 +12,7 @@ use armor_wire::acting::{Preface, Rights};
 use armor_wire::hello::{Refusal, RefusalCode};
 
 use super::Agent;
+use super::process::ProcessKey;
 use crate::run::survivors;
 
 /// The agent's answer to where a connection may lead.
@@ -32,12 +33,21 @@ impl AgentReach {
         }
     }
 
-    /// The system of the component of this agent that listens on a port.
-    fn find_system(&self, port: u16) -> Option<String> {
+    /// The component of this agent that listens on a port.
+    fn find_component(&self, port: u16) -> Option<ProcessKey> {
         let holder = find_holder(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?;
         let mark = survivors::read_mark(holder)?;
-        let (system, _) = mark.strip_prefix(&self.mark)?.split_once('/')?;
-        Some(system.to_owned())
+        let (system, rest) = mark.strip_prefix(&self.mark)?.split_once('/')?;
+        let (component, _) = rest.split_once('/')?;
+        Some(ProcessKey { system: system.to_owned(), component: component.to_owned() })
+    }
+
+    /// Notes where a component listens, for when this host is cut off.
+    fn note_port(&self, key: &ProcessKey, port: u16) {
+        let agent = self.agent.upgrade();
+        if let Some(process) = agent.and_then(|agent| agent.processes.lock().get(key).cloned()) {
+            process.set_port(port);
+        }
     }
 
     fn is_in_system(&self, host: &str, system: &str) -> bool {
@@ -69,14 +79,15 @@ impl Reach for AgentReach {
             let text = format!("{address} is not {}:PORT", self.host);
             return refuse(RefusalCode::Malformed, text);
         };
-        let Some(system) = self.find_system(port) else {
+        let Some(key) = self.find_component(port) else {
             let text = format!("no component of this agent listens on port {port}");
             return refuse(RefusalCode::UnknownData, text);
         };
-        if !self.is_in_system(name, &system) {
-            let text = format!("{name} is no host of the system {system}");
+        if !self.is_in_system(name, &key.system) {
+            let text = format!("{name} is no host of the system {}", key.system);
             return refuse(RefusalCode::Role, text);
         }
+        self.note_port(&key, port);
         let is_launcher = *name == self.from;
         let preface = match acts_for {
             Some(preface) if is_launcher => preface.clone(),

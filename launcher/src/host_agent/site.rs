@@ -75,6 +75,6 @@ impl Site {
 fn list_gates(start: &RemoteStart, launcher: &str, address: SocketAddr) -> Vec<HostAddress> {
     let own = SocketAddr::new(address.ip().to_canonical(), start.gate_port).to_string();
     let mut gates = start.hosts.clone();
-    gates.push(HostAddress { host: launcher.to_owned(), address: own });
+    gates.push(HostAddress { host: launcher.to_owned(), addresses: vec![own] });
     gates
 }

@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 
 use armor_inspect::ProviderWatcher;
-use armor_inspect::run_control::{self, AbsentComponent, AbsentState, RunRequest};
+use armor_inspect::run_control::{self, AbsentComponent, AbsentState, HostReport, RunRequest};
 
 use crate::arguments::RunningSystem;
 use crate::print::print_notice;
@@ -13,10 +13,15 @@ use crate::system;
 /// Returns the components whose processes do not run. Only the launcher knows them, so there are
 /// none if it is of another user or on another host.
 pub fn list_absent(running: &RunningSystem) -> Vec<AbsentComponent> {
+    ask_launcher(running).0
+}
+
+/// As [`list_absent`], with the other hosts of the system.
+pub fn ask_launcher(running: &RunningSystem) -> (Vec<AbsentComponent>, Vec<HostReport>) {
     let reply = system::find_record(running)
         .ok()
         .and_then(|record| run_control::request(&record, &RunRequest::List).ok());
-    reply.map(|reply| reply.absent).unwrap_or_default()
+    reply.map(|reply| (reply.absent, reply.hosts)).unwrap_or_default()
 }
 
 /// Reports on stderr why data has no provider, once per reason, as long as it may come.
@@ -91,7 +96,9 @@ mod tests {
     fn what_has_ended_for_good_is_not_waited_for() {
         let describe = |state, reason: &str| {
             let (component, reason) = ("arm".to_owned(), reason.to_owned());
-            describe_wait(&AbsentComponent { component, state, reason, starts: 5, ends: vec![] })
+            let (host, ends) = (None, Vec::new());
+            let absent = AbsentComponent { component, host, state, reason, starts: 5, ends };
+            describe_wait(&absent)
         };
         let reason = "ended with code 7; it is given up after 5 starts in 1.6 s";
         let why = describe(AbsentState::GivenUp, reason).expect_err("for good");

@@ -1,5 +1,6 @@
 //! `armor graph`: every link of a running system, with counts of sent, dropped and lost data.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::process::ExitCode;
 use std::thread;
@@ -18,6 +19,8 @@ use crate::verb::Verb;
 
 /// Time between the two statuses from which rates are computed.
 const RATE_OVER: Duration = Duration::from_secs(1);
+/// Where the column of the hosts stands, if there are several.
+const HOSTS_COLUMN: usize = 2;
 /// Columns that a narrow terminal does without, the least important first.
 const DISPENSABLE: [&str; 5] = ["WAITING", "QUEUED", "KEEP", "TYPE", "RECEIVED"];
 
@@ -45,30 +48,70 @@ impl Verb for GraphArguments {
 /// If no system is found or its registry does not answer.
 fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
     let observed = super::select_system(running, "graph")?;
-    let before = keep_statuses(observed.ask_statuses()?);
+    let sightings = observed.ask_statuses()?;
+    let mut hosts = HostsOfComponents::of(&sightings);
+    let before = keep_statuses(sightings);
     let statuses = if format == OutputFormat::Dot {
         before.clone()
     } else {
         thread::sleep(RATE_OVER);
-        keep_statuses(observed.ask_statuses()?)
+        let sightings = observed.ask_statuses()?;
+        hosts = HostsOfComponents::of(&sightings);
+        keep_statuses(sightings)
     };
     let edges = combine_links(&pair_reports(&before, &statuses));
     end_printing(match format {
-        OutputFormat::Json => {
-            edges.iter().try_for_each(|edge| print_line(serde_json::to_string(edge)?))
-        }
-        OutputFormat::Dot => print_line(format_dot(&statuses, &edges)),
+        OutputFormat::Json => edges.iter().try_for_each(|edge| {
+            let mut line = serde_json::to_value(edge)?;
+            line["from_host"] = hosts.find(&edge.from).into();
+            line["to_host"] = hosts.find(&edge.to).into();
+            print_line(line)
+        }),
+        OutputFormat::Dot => print_line(format_dot(&statuses, &edges, &hosts)),
         OutputFormat::Text => {
-            let headings = [
+            let mut headings = vec![
                 "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
                 "QUEUED", "WAITING", "STATE",
             ];
-            let rows: Vec<_> = edges.iter().map(format_row).collect();
+            let mut rows: Vec<_> = edges.iter().map(format_row).collect();
+            if hosts.are_several() {
+                headings.insert(HOSTS_COLUMN, "HOSTS");
+                for (row, edge) in rows.iter_mut().zip(&edges) {
+                    row.insert(HOSTS_COLUMN, hosts.describe_link(edge));
+                }
+            }
             let table = Table::new(&headings, rows).dispensable(&DISPENSABLE);
             let text = table.format(terminal_width()) + &list_dropped_reports(&statuses);
             print_line(text.trim_end())
         }
     })
+}
+
+/// On which host each component runs.
+struct HostsOfComponents(BTreeMap<String, String>);
+
+impl HostsOfComponents {
+    fn of(sightings: &[Sighting]) -> Self {
+        let entries = sightings.iter().map(|sighting| &sighting.entry);
+        Self(entries.map(|entry| (entry.name.clone(), entry.host.clone())).collect())
+    }
+
+    /// The host of an output, an input or a component; none for a tool.
+    fn find(&self, port: &str) -> Option<&str> {
+        self.0.get(port.split('.').next().unwrap_or_default()).map(String::as_str)
+    }
+
+    fn are_several(&self) -> bool {
+        let first = self.0.values().next();
+        self.0.values().any(|host| Some(host) != first)
+    }
+
+    fn describe_link(&self, link: &ObservedLink) -> String {
+        match (self.find(&link.from), self.find(&link.to)) {
+            (Some(from), Some(to)) if from == to => from.to_owned(),
+            (from, to) => format!("{} → {}", from.unwrap_or("-"), to.unwrap_or("-")),
+        }
+    }
 }
 
 fn keep_statuses(sightings: Vec<Sighting>) -> Vec<Status> {
@@ -107,13 +150,25 @@ fn format_row(edge: &ObservedLink) -> Vec<String> {
     ]
 }
 
-fn format_dot(statuses: &[Status], edges: &[ObservedLink]) -> String {
+fn format_dot(statuses: &[Status], edges: &[ObservedLink], hosts: &HostsOfComponents) -> String {
     let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
     for status in statuses {
         let Status { name, kind, .. } = status;
         let dropped = describe_dropped_reports(status).map(|text| format!("\\n{text}"));
         let dropped = dropped.unwrap_or_default();
         let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}{dropped}\"];");
+    }
+    if hosts.are_several() {
+        let names: BTreeSet<_> = hosts.0.values().collect();
+        for host in names {
+            let _ =
+                writeln!(out, "  subgraph {:?} {{\n    label={host:?};", format!("cluster_{host}"));
+            let there = statuses.iter().filter(|status| hosts.find(&status.name) == Some(host));
+            for status in there {
+                let _ = writeln!(out, "    {:?};", status.name);
+            }
+            out.push_str("  }\n");
+        }
     }
     for ObservedLink { from, to, keep, connected, .. } in edges {
         let component = |port: &str| port.split('.').next().unwrap_or_default().to_owned();
@@ -179,14 +234,32 @@ mod tests {
         let expected = ["laser.scan", "slam.scan", "LaserScan", "latest", "20.0 Hz", "140", "131"];
         assert_eq!(cells[..7], expected);
         assert_eq!(cells[7..], ["7", "2", "1", "5", "up"]);
-        let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")]);
-        assert!(drawn.contains("\"laser\" -> \"slam\""), "{drawn}");
+        let one = place(&[("laser", "robot"), ("slam", "robot")]);
+        let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")], &one);
+        assert!(drawn.contains("\"laser\" -> \"slam\"") && !drawn.contains("cluster"), "{drawn}");
+    }
+
+    fn place(components: &[(&str, &str)]) -> HostsOfComponents {
+        let places = components.iter().map(|(name, host)| (name.to_string(), host.to_string()));
+        HostsOfComponents(places.collect())
+    }
+
+    #[test]
+    fn components_of_several_hosts_are_drawn_in_a_box_for_each() {
+        let hosts = place(&[("laser", "arm"), ("slam", "robot")]);
+        let edge = format_edge("");
+        assert_eq!(hosts.describe_link(&edge), "arm → robot");
+        let to_tool = ObservedLink { to: "echo-7".into(), ..format_edge("") };
+        assert_eq!(hosts.describe_link(&to_tool), "arm → -");
+        let drawn = format_dot(&[status("laser"), status("slam")], &[edge], &hosts);
+        let group = "  subgraph \"cluster_arm\" {\n    label=\"arm\";\n    \"laser\";\n  }\n";
+        assert!(drawn.contains(group) && drawn.contains("cluster_robot"), "{drawn}");
     }
 
     #[test]
     fn reports_that_no_executive_takes_are_part_of_the_drawing() {
         let heater = Status { dropped_reports: 12, ..status("heater") };
-        let drawn = format_dot(&[heater], &[]);
+        let drawn = format_dot(&[heater], &[], &place(&[]));
         assert!(drawn.contains("simulator\\n12 reports dropped: no executive"), "{drawn}");
     }
 

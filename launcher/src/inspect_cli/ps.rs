@@ -6,13 +6,13 @@ use anyhow::Result;
 use clap::Args;
 use serde_json::json;
 
-use super::absence::list_absent;
+use super::absence::ask_launcher;
 use super::mission::file::problem_of_file;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
-use crate::print::{Table, end_printing, print_line, terminal_width};
+use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
 use crate::verb::Verb;
-use armor_inspect::run_control::{AbsentComponent, AbsentState};
+use armor_inspect::run_control::{AbsentComponent, AbsentState, HostLink, HostReport};
 use armor_inspect::words::{describe_call, format_duration, format_short_time};
 use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 
@@ -47,25 +47,77 @@ fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<Comm
     let observed = super::select_system(running, "ps")?;
     let sightings = observed.ask_statuses()?;
     let of_file = problem_of_file(&observed);
-    let mut absent = list_absent(running);
+    let (mut absent, hosts) = ask_launcher(running);
     absent.retain(|it| sightings.iter().all(|sighting| sighting.entry.name != it.component));
     end_printing(if format == OutputFormat::Json {
-        let present = sightings.iter().map(|sighting| json_of(sighting, of_file.as_deref()));
+        let present = sightings.iter().map(|sighting| {
+            let mut line = json_of(sighting, of_file.as_deref());
+            if let Some(report) = hosts.iter().find(|report| report.host == sighting.entry.host) {
+                line["host_link"] = json!(report);
+            }
+            line
+        });
         present.chain(absent.iter().map(json_of_absent)).try_for_each(print_line)
     } else {
-        let present = sightings.iter().map(|sighting| format_row(sighting, of_file.as_deref()));
-        let mut rows: Vec<_> = present.chain(absent.iter().map(format_absent)).collect();
+        let present = sightings.iter().map(|sighting| {
+            let row = format_row(sighting, of_file.as_deref());
+            explain_cut(row, &hosts, Some(&sighting.entry.host))
+        });
+        let without =
+            absent.iter().map(|it| explain_cut(format_absent(it), &hosts, it.host.as_ref()));
+        let mut rows: Vec<_> = present.chain(without).collect();
         let mut headings =
             vec!["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
-        if has_several_hosts(&sightings) {
-            let hosts = sightings.iter().map(|sighting| sighting.entry.host.clone());
-            let hosts = hosts.chain(std::iter::repeat("-".to_owned()));
+        if has_several_hosts(&sightings) || !hosts.is_empty() {
+            let places = sightings.iter().map(|sighting| sighting.entry.host.clone());
+            let unknown = || "-".to_owned();
+            let places =
+                places.chain(absent.iter().map(|it| it.host.clone().unwrap_or_else(unknown)));
             headings.insert(HOST_COLUMN, "HOST");
-            rows.iter_mut().zip(hosts).for_each(|(row, host)| row.insert(HOST_COLUMN, host));
+            rows.iter_mut().zip(places).for_each(|(row, host)| row.insert(HOST_COLUMN, host));
         }
         let table = Table::new(&headings, rows).dispensable(&["CLOCK", "CALLS", "UPTIME"]);
-        print_line(table.format(terminal_width()).trim_end())
+        let mut text = table.format(terminal_width()).trim_end().to_owned();
+        for report in &hosts {
+            text += &format!("\nhost {}", flatten_text(&describe_host(report)));
+        }
+        print_line(text)
     })
+}
+
+/// Replaces the problem of a component, the last cell, if its host is cut off: the others follow from
+/// that.
+fn explain_cut(mut row: Vec<String>, hosts: &[HostReport], host: Option<&String>) -> Vec<String> {
+    if let Some(cut) = host.and_then(|host| describe_cut(hosts, host))
+        && let Some(problem) = row.last_mut()
+    {
+        *problem = cut;
+    }
+    row
+}
+
+/// Why a component on this host cannot be reached, if the host is cut off.
+fn describe_cut(hosts: &[HostReport], host: &str) -> Option<String> {
+    let report = hosts.iter().find(|report| report.host == host)?;
+    let is_cut = report.link == HostLink::CutOff;
+    is_cut.then(|| format!("{host} is cut off ({})", report.reason))
+}
+
+/// A line about another host: whether it is connected, and its clock.
+fn describe_host(report: &HostReport) -> String {
+    let HostReport { host, link, reason, clock_offset_s, clock_error_s } = report;
+    let link = match link {
+        HostLink::Connected => "connected".to_owned(),
+        HostLink::CutOff => format!("cut off ({reason})"),
+        HostLink::Awaited if reason.is_empty() => "not connected yet".to_owned(),
+        HostLink::Awaited => format!("not connected yet ({reason})"),
+    };
+    let clock = clock_offset_s.zip(*clock_error_s).map(|(offset_s, error_s)| {
+        let side = if offset_s < 0.0 { "behind" } else { "ahead of" };
+        let (offset, error) = (format_short_time(offset_s.abs()), format_short_time(error_s));
+        format!("; its clock is {offset} {side} this one, ± {error}")
+    });
+    format!("{host}: {link}{}", clock.unwrap_or_default())
 }
 
 fn has_several_hosts(sightings: &[Sighting]) -> bool {
@@ -82,13 +134,13 @@ fn format_absent(absent: &AbsentComponent) -> Vec<String> {
 }
 
 fn json_of_absent(absent: &AbsentComponent) -> serde_json::Value {
-    let AbsentComponent { component, state, reason, starts, ends } = absent;
-    json!({"name": component, "state": state, "problem": reason, "starts": starts, "ends": ends})
+    let AbsentComponent { component, host, state, reason, starts, ends } = absent;
+    json!({"name": component, "host": host, "state": state, "problem": reason, "starts": starts, "ends": ends})
 }
 
 /// How its last process ended and what follows, and how those before it ended.
 fn describe_absence(absent: &AbsentComponent) -> String {
-    let AbsentComponent { component, state, reason, starts, ends } = absent;
+    let AbsentComponent { component, state, reason, starts, ends, .. } = absent;
     let remedy = match state {
         AbsentState::GivenUp => {
             format!("; its log says why; `armor restart {component}` starts it again")
@@ -169,4 +221,33 @@ fn json_of(sighting: &Sighting, of_file: Option<&str>) -> serde_json::Value {
             _ => status.as_ref().err().map(String::as_str),
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_host_is_a_line_with_its_connection_and_its_clock() {
+        let report = |link, reason: &str, clock: Option<(f64, f64)>| HostReport {
+            host: "arm".into(),
+            link,
+            reason: reason.into(),
+            clock_offset_s: clock.map(|clock| clock.0),
+            clock_error_s: clock.map(|clock| clock.1),
+        };
+        let connected = report(HostLink::Connected, "", Some((-0.25, 0.001)));
+        let line = describe_host(&connected);
+        assert!(line.starts_with("arm: connected; its clock is 250"), "{line}");
+        assert!(line.contains(" behind this one, ± 1"), "{line}");
+        let cut = report(HostLink::CutOff, "it has fallen silent", None);
+        assert_eq!(describe_host(&cut), "arm: cut off (it has fallen silent)");
+        let reports = [cut];
+        let why = describe_cut(&reports, "arm");
+        assert_eq!(why.as_deref(), Some("arm is cut off (it has fallen silent)"));
+        assert_eq!(describe_cut(&reports, "robot"), None);
+        assert_eq!(describe_cut(&[connected], "arm"), None);
+        let awaited = report(HostLink::Awaited, "no route", None);
+        assert_eq!(describe_host(&awaited), "arm: not connected yet (no route)");
+    }
 }

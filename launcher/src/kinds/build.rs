@@ -1,13 +1,14 @@
 //! What tells executables of two hosts apart: the same kind may be there in another build.
 
+use std::fmt::Write;
 use std::fs::File;
-use std::hash::Hasher;
 use std::io::Read;
 use std::path::Path;
 use std::sync::OnceLock;
 
 use armor_wire::manifest::Manifest;
 use armor_wire::schema::hash_text;
+use ring::digest::{Context, SHA256};
 
 use super::Origin;
 use crate::run::process::OWN_PROGRAM;
@@ -20,31 +21,50 @@ pub fn fingerprint_manifest(manifest: &Manifest) -> u64 {
     serde_json::to_string(manifest).map(|text| hash_text(&text)).unwrap_or_default()
 }
 
-/// Returns a number that is the same for the same executable, by its bytes; 0 if it cannot be read.
-pub fn find_build(origin: &Origin) -> u64 {
-    static OWN: OnceLock<u64> = OnceLock::new();
+/// Returns the SHA-256 of an executable, in hexadecimal digits; empty if it cannot be read.
+pub fn find_build(origin: &Origin) -> String {
+    static OWN: OnceLock<String> = OnceLock::new();
+    let own = || OWN.get_or_init(|| hash_file(Path::new(OWN_PROGRAM)).unwrap_or_default());
     match origin {
-        Origin::Stock => *OWN.get_or_init(|| hash_file(Path::new(OWN_PROGRAM)).unwrap_or_default()),
+        Origin::Stock => own().clone(),
         Origin::Executable(path) => hash_file(path).unwrap_or_default(),
     }
 }
 
-/// The length and the checksum of the bytes: copies agree, and two builds do not by chance.
-fn hash_file(path: &Path) -> std::io::Result<u64> {
+/// Computes the SHA-256 of an executable that arrives in pieces.
+pub struct BuildHasher(Context);
+
+impl Default for BuildHasher {
+    fn default() -> Self {
+        Self(Context::new(&SHA256))
+    }
+}
+
+impl BuildHasher {
+    /// Adds the next bytes.
+    pub fn update(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// Returns the hash, in hexadecimal digits.
+    pub fn finish(self) -> String {
+        self.0.finish().as_ref().iter().fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+    }
+}
+
+fn hash_file(path: &Path) -> std::io::Result<String> {
     let mut file = File::open(path)?;
-    let mut hasher = crc32fast::Hasher::new();
+    let mut hasher = BuildHasher::default();
     let mut bytes = vec![0; PIECE_LEN];
-    let mut length = 0_u64;
     loop {
         match file.read(&mut bytes)? {
-            0 => break,
-            len => {
-                hasher.write(&bytes[..len]);
-                length += len as u64;
-            }
+            0 => return Ok(hasher.finish()),
+            len => hasher.update(&bytes[..len]),
         }
     }
-    Ok(length << 32 | u64::from(hasher.finalize()))
 }
 
 #[cfg(test)]
@@ -63,7 +83,10 @@ mod tests {
         let first = write("first", "the same bytes");
         assert_eq!(write("copy", "the same bytes"), first);
         assert_ne!(write("other", "the same bytez"), first);
-        assert_eq!(find_build(&Origin::Executable("/nowhere".into())), 0);
-        assert_ne!(find_build(&Origin::Stock), 0);
+        assert_eq!(find_build(&Origin::Executable("/nowhere".into())), "");
+        assert_eq!(find_build(&Origin::Stock).len(), 64);
+        // As sha256sum(1) prints it.
+        let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+        assert_eq!(write("empty", ""), empty);
     }
 }

@@ -13,10 +13,11 @@ use armor_robotfile::Spanned;
 use armor_robotfile::model::{Component, Host};
 use armor_socket::{HostPlace, PORTS, random_id};
 use armor_wire::remote_process::{
-    HostAddress, ProcessResources, RemoteStart, Takeover, VariableSetting,
+    CutOff, HostAddress, ProcessResources, RemoteStart, Takeover, VariableSetting,
 };
 
 use super::arguments::RunArguments;
+use super::host_states::HostStates;
 use super::remote::RemotePlan;
 
 /// How many ports are tried for the router.
@@ -27,6 +28,7 @@ pub struct OtherHosts {
     hosts: Vec<Host>,
     place: HostPlace,
     routes: Routes,
+    states: HostStates,
     start: RemoteStart,
 }
 
@@ -56,7 +58,7 @@ impl OtherHosts {
             );
         };
         if gate.ip().is_loopback()
-            && let Some(far) = hosts.iter().find(|host| !is_on_this_host(&host.address.value))
+            && let Some(far) = hosts.iter().find(|host| !is_on_this_host(host))
         {
             let (at, name) = (&far.name.at, &far.name.value);
             bail!(
@@ -90,16 +92,20 @@ impl OtherHosts {
             kind: String::new(),
             components: Vec::new(),
             manifest: 0,
-            build: 0,
+            build: String::new(),
+            executable_len: 0,
             variables: Vec::new(),
             settings,
             resources: ProcessResources::default(),
-            cut_off: armor_wire::remote_process::CutOff::default(),
+            cut_off: CutOff::default(),
+            is_commanded: false,
             hosts: gates.collect(),
             gate_port: gate.port(),
             takeover: Takeover::Never,
         };
-        Ok(Some(Self { hosts, place, routes, start }))
+        let states = HostStates::default();
+        hosts.iter().for_each(|host| states.add_host(&host.name.value));
+        Ok(Some(Self { hosts, place, routes, states, start }))
     }
 
     /// The place of this host among them.
@@ -107,31 +113,53 @@ impl OtherHosts {
         &self.place
     }
 
+    /// What is known of them while the system runs.
+    pub fn states(&self) -> HostStates {
+        self.states.clone()
+    }
+
     /// How a component is run on one of them; what depends on the component is left out.
     ///
     /// # Errors
     /// If there is no such host.
-    pub fn plan(&self, name: &Spanned<String>, all: &[Component]) -> Result<RemotePlan> {
+    pub fn plan(
+        &self,
+        name: &Spanned<String>,
+        component: &Component,
+        configuration: &Configuration,
+    ) -> Result<RemotePlan> {
         let host = self.hosts.iter().find(|host| host.name.value == name.value);
         let gate = self.routes.find_gate(&name.value);
         let unknown = || format!("{}: there is no host called {}", name.at, name.value);
         let (host, gate) = host.zip(gate).with_context(unknown)?;
         let mut start = self.start.clone();
-        start.cut_off = host.cut_off;
+        // What a mission may not freeze, its host does not freeze either.
+        start.cut_off = match host.cut_off {
+            CutOff::Safe if !component.controllable => CutOff::Continue,
+            cut_off => cut_off,
+        };
+        start.is_commanded = configuration.commands(component);
         let is_there = |component: &&Component| {
             component.host.as_ref().is_some_and(|host| host.value == name.value)
         };
-        let there = all.iter().filter(is_there);
+        let there = configuration.system.components.iter().filter(is_there);
         start.components = there.map(|component| component.name.value.clone()).collect();
         // The way to itself is no way.
         start.hosts.retain(|other| other.host != name.value);
-        Ok(RemotePlan { host: name.value.clone(), start, gate: Arc::clone(&gate) })
+        Ok(RemotePlan {
+            host: name.value.clone(),
+            start,
+            gate: Arc::clone(&gate),
+            executable: None,
+            states: self.states.clone(),
+        })
     }
 
     /// The arguments of the gate: the hosts, which components run on them, and its router.
     pub fn list_arguments(&self, components: &[Component]) -> Vec<OsString> {
         let hosts = self.hosts.iter().map(address_of);
-        let hosts = hosts.map(|host| ("--host", format!("{}={}", host.host, host.address)));
+        let hosts =
+            hosts.map(|host| ("--host", format!("{}={}", host.host, host.addresses.join(" "))));
         let placed = components.iter().filter_map(|component| {
             let host = component.host.as_ref()?;
             Some(("--place", format!("{}={}", component.name.value, host.value)))
@@ -142,14 +170,17 @@ impl OtherHosts {
     }
 }
 
-/// Whether an address is of loopback, by what is written.
-fn is_on_this_host(address: &str) -> bool {
+/// Whether all addresses are of loopback, by what is written.
+fn is_on_this_host(host: &Host) -> bool {
     let is_loopback = |address: SocketAddr| address.ip().is_loopback();
-    address.starts_with("localhost:") || address.parse().is_ok_and(is_loopback)
+    host.addresses
+        .value
+        .iter()
+        .all(|address| address.starts_with("localhost:") || address.parse().is_ok_and(is_loopback))
 }
 
 fn address_of(host: &Host) -> HostAddress {
-    HostAddress { host: host.name.value.clone(), address: host.address.value.clone() }
+    HostAddress { host: host.name.value.clone(), addresses: host.addresses.value.clone() }
 }
 
 /// Chooses a free port for the router; the gate takes it, again after each restart.

@@ -15,6 +15,7 @@ use armor_wire::remote_process::{ProcessResources, RemoteStart};
 
 use super::arguments::RunArguments;
 use super::environment::select_variables;
+use super::host_states::HostStates;
 use super::other_hosts::OtherHosts;
 use super::process::{OWN_PROGRAM, ProcessStart};
 use super::remote::RemotePlan;
@@ -46,6 +47,8 @@ pub struct ProcessPlan {
     pub registry: SocketAddr,
     /// Where the gate listens for processes of this host, if there are other hosts.
     pub router: Option<SocketAddr>,
+    /// What is known of the other hosts while the system runs.
+    pub hosts: HostStates,
     /// The mark of all processes of the run, in [`survivors::VARIABLE`].
     pub mark: String,
     /// What the log begins with: variables that the file names and that are not set.
@@ -108,6 +111,7 @@ impl ProcessPlan {
             starts: Vec::new(),
             registry,
             router: hosts.map(|hosts| hosts.place().router),
+            hosts: hosts.map(OtherHosts::states).unwrap_or_default(),
             mark,
             warnings: Vec::new(),
         };
@@ -139,7 +143,7 @@ impl ProcessPlan {
             if !arguments.without.contains(&component.name.value) {
                 match (&component.host, hosts) {
                     (Some(host), Some(hosts)) => {
-                        let remote = hosts.plan(host, components)?;
+                        let remote = hosts.plan(host, component, configuration)?;
                         plan.add_remote(component, catalogue, &remote)?;
                     }
                     _ => plan.component(component, catalogue, &at)?,
@@ -271,6 +275,10 @@ impl ProcessPlan {
         check_name(component)?;
         let found = find_kind(component, catalogue)?;
         let mut plan = plan.clone();
+        if let Origin::Executable(path) = &found.origin {
+            plan.start.executable_len = std::fs::metadata(path).map_or(0, |it| it.len());
+            plan.executable = Some(path.clone());
+        }
         let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
         plan.start = RemoteStart {
             component: name.clone(),

@@ -1,6 +1,7 @@
 //! A component on another host, seen from the launcher: the agent there starts its process, and this
 //! follows it, over cuts of the connection, to its end.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,8 +15,9 @@ use armor_wire::remote_process::{
 };
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
-use tokio::time::{Instant, timeout};
+use tokio::time::{Instant, sleep, timeout};
 
+use super::host_states::{ClockSample, HostStates, now_us};
 use super::logs::{LogStream, RunLog};
 use super::output_feed::{OutputFeed, open_feed};
 use super::supervisor::{ChildExit, LogLevel};
@@ -26,6 +28,8 @@ const MAX_ORDERS: usize = 8;
 const FIRST_DELAY: Duration = Duration::from_millis(100);
 /// Longest wait between two attempts: a host that is back has its component again within a second.
 const MOST_DELAY: Duration = Duration::from_millis(500);
+/// Period with which the clock of the host is asked for.
+const ASK_CLOCK_EVERY: Duration = Duration::from_secs(2);
 /// Longest wait for the last lines of a process that has ended.
 const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
 
@@ -47,6 +51,10 @@ pub struct RemotePlan {
     pub start: RemoteStart,
     /// The agent's gate.
     pub gate: Arc<GateClient>,
+    /// What the agent gets if it has no such executable; none for a kind that is part of `armor`.
+    pub executable: Option<PathBuf>,
+    /// Where it is noted whether the host is connected.
+    pub states: HostStates,
 }
 
 impl std::fmt::Debug for RemotePlan {
@@ -76,6 +84,8 @@ impl RemoteProcess {
         let follower = Follower {
             host: plan.host.clone(),
             gate: Arc::clone(&plan.gate),
+            executable: plan.executable.clone(),
+            states: plan.states.clone(),
             start,
             log: log.clone(),
             has_run: false,
@@ -100,6 +110,8 @@ impl RemoteProcess {
 struct Follower {
     host: String,
     gate: Arc<GateClient>,
+    executable: Option<PathBuf>,
+    states: HostStates,
     start: RemoteStart,
     log: RunLog,
     /// The agent has reported that the process runs.
@@ -137,12 +149,23 @@ impl Follower {
                         }
                         std::future::pending().await
                     };
+                    let ask_clock = async {
+                        loop {
+                            let order = RemoteOrder::Clock { asked_us: now_us() };
+                            let _ = sender.send(order).await;
+                            sleep(ASK_CLOCK_EVERY).await;
+                        }
+                    };
                     let ended = tokio::select! {
                         ended = self.follow_connection(connection, &mut all_orders) => ended,
                         never = forward => never,
+                        never = ask_clock => never,
                     };
                     match ended {
-                        Ok(end) => return report(RemoteNotice::Ended(convert_end(end))),
+                        Ok(end) => {
+                            self.states.remove_component(&self.host, &self.start.component);
+                            return report(RemoteNotice::Ended(convert_end(end)));
+                        }
                         Err(why) => why,
                     }
                 }
@@ -186,13 +209,14 @@ impl Follower {
         orders: &mut mpsc::Receiver<RemoteOrder>,
         given: &mut Vec<RemoteOrder>,
     ) -> Option<Result<RunConnection, GateError>> {
-        let mut attempt = std::pin::pin!(self.gate.run(self.start.clone()));
+        let mut attempt =
+            std::pin::pin!(self.gate.run(self.start.clone(), self.executable.as_deref()));
         loop {
             tokio::select! {
                 attempt = &mut attempt => return Some(attempt),
                 Some(order) = orders.recv() => match order {
                     RemoteOrder::Kill => return None,
-                    RemoteOrder::Terminate => keep_order(given, order),
+                    RemoteOrder::Terminate | RemoteOrder::Clock { .. } => keep_order(given, order),
                 },
             }
         }
@@ -253,6 +277,7 @@ impl Follower {
                     self.report(LogLevel::Info, &text);
                 }
                 self.has_run = true;
+                self.states.report_connected(&self.host, &self.start.component);
                 self.start.takeover = Takeover::Only { process };
             }
             RemoteEvent::Output { stream, bytes } => {
@@ -278,6 +303,10 @@ impl Follower {
                 );
                 self.report(LogLevel::Info, &text);
             }
+            RemoteEvent::Clock { asked_us, answered_us } => {
+                let sample = ClockSample::of(asked_us, answered_us, now_us());
+                self.states.record_clock(&self.host, sample);
+            }
             RemoteEvent::Ended { end } => return Some(end),
         }
         None
@@ -285,6 +314,7 @@ impl Follower {
 
     /// Logs why the agent cannot be reached, each reason once until it is back.
     fn report_loss(&mut self, why: String) {
+        self.states.report_lost(&self.host, &self.start.component, &why);
         if self.lost.as_ref() == Some(&why) {
             return;
         }
@@ -292,6 +322,7 @@ impl Follower {
         let text = match (self.has_run, self.start.cut_off) {
             (false, _) => format!("waits for the agent of {host}: {why}"),
             (true, CutOff::Continue) => format!("{host} is cut off ({why}); it continues there"),
+            (true, CutOff::Safe) => format!("{host} is cut off ({why}); its agent freezes it"),
             (true, CutOff::Stop) => format!("{host} is cut off ({why}); its agent ends it"),
         };
         self.report(LogLevel::Warn, &text);

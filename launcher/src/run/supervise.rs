@@ -38,6 +38,9 @@ use running_process::{ProcessHandle, ProcessId, RunningProcess};
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// How long a gate may take from its start to its first answer.
 const GATE_STARTS_WITHIN: Duration = Duration::from_secs(10);
+/// Period with which a gate that has not answered yet is asked: one that has answered once, and hangs,
+/// is noticed earlier.
+const LOOK_AT_STARTING_GATE: Duration = Duration::from_millis(50);
 /// Longest wait for the last lines of a process that ended. They are in its pipes already; only a
 /// process that has left its group can keep the pipes open for longer.
 const LAST_LINES_WITHIN: Duration = Duration::from_secs(1);
@@ -292,7 +295,7 @@ impl Launcher {
         tokio::spawn(async move {
             let (mut answered, mut since) = (false, Instant::now());
             loop {
-                sleep(LOOK_EVERY).await;
+                sleep(if answered { LOOK_EVERY } else { LOOK_AT_STARTING_GATE }).await;
                 let answers = armor_keys::routes::answers(router).await;
                 // One that starts has more time until its first answer.
                 let is_news = match answers {

@@ -129,6 +129,7 @@ impl Supervisor {
             let state = child.absence()?;
             Some(AbsentComponent {
                 component: child.duty.name.clone(),
+                host: child.duty.host.clone(),
                 state,
                 reason: child.describe_absence(),
                 starts: child.starts,

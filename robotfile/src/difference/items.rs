@@ -69,7 +69,7 @@ fn of_host(host: &Host) -> ComparedItem {
     let cut_off =
         CutOff::ALL.iter().find(|(_, it)| *it == host.cut_off && *it != CutOff::default());
     let aspects = vec![
-        plain_aspect("at", &*host.address.value),
+        plain_aspect("at", host.addresses.value.join(" ")),
         cut_off.and_then(|(name, _)| plain_aspect("cut-off", *name)),
     ];
     ComparedItem::new(Subject::Host, &*host.name.value, aspects)

@@ -19,6 +19,9 @@ use crate::source::{Source, Spanned};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
 
+/// Most addresses of a host: those of its networks, and a name.
+const MAX_ADDRESSES: usize = 8;
+
 pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findings) -> System {
     let mut fields = ElementFields::new(element, source, findings);
     let (name, at) = (fields.name("name"), Some(fields.at()));
@@ -70,19 +73,40 @@ fn read_host(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let mut fields = ElementFields::new(element, source, findings);
     let name = fields.required_name("name");
     let is_there = element.attribute("at").is_some();
-    let address = fields.converted("at", parse_address);
+    let addresses = fields.converted("at", parse_addresses);
     if !is_there {
         fields.required("at");
     }
     let cut_off = fields.choice("cut-off", &CutOff::ALL);
     fields.finish(&[]);
     let cut_off = cut_off.map(|cut_off| cut_off.value).unwrap_or_default();
-    Some(Host { name: name?, address: address?, cut_off })
+    Some(Host { name: name?, addresses: addresses?, cut_off })
 }
 
-/// Reads the address of a host's agent: a name or an address, and a port, or the usual one.
+/// Reads the addresses of a host's agent, which are tried in turn.
+fn parse_addresses(text: &str) -> Result<Vec<String>, String> {
+    let texts: Vec<_> = text.split_whitespace().collect();
+    if texts.len() > MAX_ADDRESSES {
+        return Err(format!("at most {MAX_ADDRESSES} addresses"));
+    }
+    let mut addresses = Vec::new();
+    for text in texts {
+        let address = parse_address(text)?;
+        if !addresses.contains(&address) {
+            addresses.push(address);
+        }
+    }
+    if addresses.is_empty() { parse_address("").map(|_| addresses) } else { Ok(addresses) }
+}
+
+/// Reads one of them: a name or an address, and a port, or the usual one.
 fn parse_address(text: &str) -> Result<String, String> {
-    let wrong = || format!("an address such as arm.local, 10.0.0.2:{GATE_PORT} or [fd00::2]:7410");
+    let wrong = || {
+        format!(
+            "an address such as arm.local, 10.0.0.2:{GATE_PORT} or [fd00::2]:7410, or several with \
+             spaces between them"
+        )
+    };
     let is_plain = |host: &str| {
         let is_part = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
         !host.is_empty() && host.chars().all(is_part)

@@ -106,6 +106,28 @@ fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
 }
 
 #[test]
+fn a_host_has_one_address_or_several() {
+    let host = |at: &str| {
+        system(&format!(r#"<host name="h" at="{at}"/><component name="a" kind="k" host="h"/>"#))
+    };
+    for at in ["arm.local", " arm:1  10.0.0.2:7410\n[fd00::2]:7410 fd00::3 ", "arm arm:7410"] {
+        none(&host(at));
+    }
+    let nine: Vec<_> = (0..9).map(|number| format!("10.0.0.{number}")).collect();
+    for (at, words) in [
+        ("", "with spaces between them"),
+        (" ", "with spaces between them"),
+        ("arm.local, 10.0.0.2", "an address such as arm.local"),
+        ("arm:0", "an address such as arm.local"),
+        ("arm 10.0.0.2:99999", "an address such as arm.local"),
+        (&nine.join(" "), "at most 8 addresses"),
+    ] {
+        let (codes, shown) = found_in(&host(at));
+        assert!(codes == ["E0019"] && shown.contains(words), "{at}\n{shown}");
+    }
+}
+
+#[test]
 fn other_files() {
     one("E0023", "<armor version=\"1\"><mission system=\"[[gone.xml]]\"/></armor>");
     one("E0024", "<armor version=\"1\"><mission system=\"[[./a.xml]]\"/></armor>");

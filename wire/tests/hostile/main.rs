@@ -117,7 +117,7 @@ fn seeds() -> Vec<Vec<u8>> {
 
 fn remote_start() -> GateRequest {
     let setting = VariableSetting { name: "ARMOR_HEADLESS".into(), value: "1".into() };
-    let host = HostAddress { host: "base".into(), address: "10.0.0.3:7410".into() };
+    let host = HostAddress { host: "base".into(), addresses: vec!["10.0.0.3:7410".into()] };
     let resources = ProcessResources { nice: Some(-5), cpus: vec![0, 3], ..Default::default() };
     let start = RemoteStart {
         system: "rover".into(),
@@ -126,11 +126,13 @@ fn remote_start() -> GateRequest {
         kind: "arm".into(),
         components: vec!["gripper".into()],
         manifest: 8,
-        build: 9,
+        build: "00".repeat(32),
+        executable_len: 9,
         variables: vec!["MAP_TOKEN".into()],
         settings: vec![setting],
         resources,
         cut_off: CutOff::Stop,
+        is_commanded: true,
         hosts: vec![host],
         gate_port: 7410,
         takeover: Takeover::Only { process: 3 },
