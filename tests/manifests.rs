@@ -31,9 +31,12 @@ fn everything() -> Value {
         json!({"id": id, "type": "Speed", "schema": schema, "schema_hash": hash,
                "doc": "how fast", "required": true, "latched": true})
     };
+    let mut input = port("in");
+    input["stale_after"] = json!("0.5s");
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
-        "inputs": [port("in")], "outputs": [port("out")],
+        "reports_done": false, "needs_rate": true,
+        "inputs": [input], "outputs": [port("out")],
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
              "maximum": 2, "doc": "of the wheel", "live": true},
@@ -91,10 +94,11 @@ fn the_schema_and_the_program_accept_the_same() {
     let mut agree = |changed: &Value, what: &str| {
         let (by_schema, by_program) = (schema.check(changed), accepted(changed));
         let verdicts = format!("{what}: schema {by_schema:?}, program {by_program:?}\n{changed:#}");
-        // The program is stricter than the schema here: a default must be within its range, a unit
+        // The program is stricter than the schema here: an age is a time, a default must be within its range, a unit
         // belongs to a number, and the parameter that names events must exist.
         assert!(by_schema.is_ok() || by_program.is_err(), "only the program takes it: {verdicts}");
         let deeper = [
+            "stale_after",
             "default",
             "schema",
             "type",

@@ -14,6 +14,7 @@ mod exits;
 mod feedback;
 mod followers;
 mod frozen;
+mod goals;
 mod graph;
 mod guards;
 mod layout;
@@ -83,6 +84,7 @@ pub fn check(
             without_errors(configuration, manifests, &mut found);
         }
         followers::drop_followers(&mut found, &configuration.system);
+        followers::drop_followers_of_reading(&mut found, &findings);
         let is_partial = reading.is_partial;
         findings.absorb(found, |f| !is_partial || !f.code.is_of_something_missing());
     }
@@ -196,6 +198,7 @@ fn without_errors(
         // With its sub-missions it may be larger than a mission may be, which is a finding then.
         if let Ok(whole) = configuration.flatten(mission) {
             is_reached &= reach::check(mission, &whole, is_main, findings);
+            goals::check(mission, &whole, is_main, findings);
         }
     }
     reach::drop_explained(configuration, findings);

@@ -188,6 +188,10 @@ codes! {
         ImmediateExit = "W0272", "a transition without a condition next to others that wait";
         EndsTooSoon = "W0273", "a transition that ends the mission and begins work";
         DoneAtAnyTime = "W0274", "the end of a component that is always active";
+        GoalByFailure = "W0275", "a goal that is reached only through a failure";
+        GoalExchanged = "W0276", "a goal that seems exchanged with the safe place";
+        DoneUnused = "W0277", "a place that waits for a failure and not for the end";
+        StaysThere = "N0278", "a token that no transition takes";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";

@@ -20,6 +20,13 @@ impl Findings {
     pub fn extend_proven(&mut self, proven: Self, configuration: &Configuration) {
         let mut proven: Vec<_> = proven.into_iter().collect();
         let causes: Vec<_> = self.iter().filter(|it| it.stops_transition).cloned().collect();
+        if let Some(mission) = &configuration.mission {
+            // A guard is never true, because nothing sets its variable.
+            let unset = self.find_unset(&proven, mission);
+            if !unset.is_empty() && !proven.iter().any(|it| it.code == Code::GoalNeverReached) {
+                proven.retain(|result| result.code != Code::NeverFires);
+            }
+        }
         if !causes.is_empty() {
             proven.retain(|result| result.code != Code::NeverFires);
         }

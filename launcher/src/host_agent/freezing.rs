@@ -114,6 +114,7 @@ async fn keep_frozen(process: &impl FreezableProcess, launcher: &str) -> Result<
     let (connection, mut events) = connect(port).await?;
     let mut freezing = Freezing::default();
     let mut deadline = Instant::now();
+    let mut is_replaced = false;
     loop {
         tokio::select! {
             event = events.recv() => match event {
@@ -136,8 +137,12 @@ async fn keep_frozen(process: &impl FreezableProcess, launcher: &str) -> Result<
                     }
                 }
                 Some(ControlEvent::Answer(_)) => {}
-                // An executive that reaches it all the same has taken it over, or it has ended.
-                _ if !freezing.is_under_way() => return Ok(()),
+                // An executive that reaches it again has taken the agent's place, or it has ended.
+                _ if !freezing.is_under_way() => {
+                    is_replaced = true;
+                    process.wait_for_launcher().await;
+                    break;
+                }
                 Some(ControlEvent::Closed(why)) => return Err(why),
                 None => return Err("its control connection has ended".into()),
             },
@@ -156,7 +161,29 @@ async fn keep_frozen(process: &impl FreezableProcess, launcher: &str) -> Result<
         // The executive connects, finds it frozen, and orders what the marking needs.
         return Ok(());
     }
+    if !process.is_alive() {
+        return Ok(());
+    }
     // No executive commands it: it runs again as it did.
+    let open = (!is_replaced).then_some((connection, events));
+    if let Err(why) = activate_again(process, port, activation, open).await {
+        process.report(LogLevel::Warn, format!("cannot be activated again ({why}); it is killed"));
+        process.kill_for_cut();
+    }
+    Ok(())
+}
+
+/// Orders the component to be active, on the connection that is open or on another one.
+async fn activate_again(
+    process: &impl FreezableProcess,
+    port: u16,
+    activation: u64,
+    open: Option<(ControlConnection, mpsc::Receiver<ControlEvent>)>,
+) -> Result<(), String> {
+    let (connection, mut events) = match open {
+        Some(open) => open,
+        None => connect(port).await?,
+    };
     send(&connection, &Command::Activate { activation, parameters: Vec::new() })?;
     let until = Instant::now() + STARTS_WITHIN;
     while let Ok(Some(event)) = timeout_at(until, events.recv()).await {

@@ -92,6 +92,24 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     });
 }
 
+/// Drops what only follows from parts of the file that could not be read: what they set or activate is
+/// not known.
+pub(super) fn drop_followers_of_reading(found: &mut Findings, reading: &Findings) {
+    let has = |codes: &[Code]| reading.iter().any(|finding| codes.contains(&finding.code));
+    if found.has_errors() || reading.has_errors() {
+        found.retain(|finding| finding.code != Code::NothingSets);
+    }
+    if has(&[Code::UnknownAttribute, Code::UnknownElement]) {
+        found.retain(|finding| finding.code != Code::ReportNeverSent);
+    }
+    if has(&[Code::IncludeMissing, Code::IncludeCycle]) {
+        found.retain(|finding| {
+            finding.code != Code::UnknownComponent
+                || !finding.message.starts_with("no place activates")
+        });
+    }
+}
+
 /// Returns the ends of links that name a component whose name is given twice.
 fn find_ends_of_duplicates<'a>(findings: &Findings, system: &'a System) -> Vec<&'a Port> {
     let names = names_at(findings, Code::DuplicateComponent);

@@ -70,9 +70,10 @@ pub(super) fn check(
         };
         let remedy = advise_submission(mission, name).unwrap_or_else(|| match begins() {
             true => {
-                "write initial=\"true\" if the mission begins in it; otherwise add a transition \
-                     to it, or remove it"
-                    .into()
+                format!(
+                    "write initial=\"true\" on {name} if the mission begins in it; otherwise add a \
+                     transition to it, or remove it"
+                )
             }
             false => "add a transition to it, or remove it".into(),
         });
@@ -177,6 +178,20 @@ pub(super) fn find_reached<'a>(
     begins: &[&'a str],
     without: Option<usize>,
 ) -> BTreeSet<&'a str> {
+    let begins = begins.iter().copied().chain(failure_places(mission)).collect();
+    find_reached_from(mission, begins, without)
+}
+
+/// The same if nothing fails.
+pub(super) fn find_reached_without_failures(mission: &Mission) -> BTreeSet<&str> {
+    find_reached_from(mission, Vec::new(), None)
+}
+
+fn find_reached_from<'a>(
+    mission: &'a Mission,
+    begins: Vec<&'a str>,
+    without: Option<usize>,
+) -> BTreeSet<&'a str> {
     let mut waiting: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut missing = Vec::new();
     for (index, transition) in mission.transitions.iter().enumerate() {
@@ -189,7 +204,6 @@ pub(super) fn find_reached<'a>(
     let initial = mission.places.iter().filter(|place| place.initial > 0);
     let mut open: Vec<&str> = initial.map(|place| place.name.value.as_str()).collect();
     open.extend(begins);
-    open.extend(failure_places(mission));
     let sources = mission.transitions.iter().zip(&missing).filter(|(_, missing)| **missing == 0);
     open.extend(sources.flat_map(|(transition, _)| output_places(transition)));
     let mut reached = BTreeSet::new();

@@ -156,7 +156,10 @@ fn dates_periods_and_attributes_without_effect() {
     with("W0027", r#"<transition T> operator="true" [[answer-within]]="5s"/>"#);
     with("W0027", r#"<transition T> autonomy="confirm" [[unanswered]]="fire"/>"#);
     with("W0027", r#"<transition T> after="5s" [[overrun]]="a"/>"#);
-    with("W0027", r#"<transition T>/><place name="c" initial="true" on-failure="[[a]]"/>"#);
+    with(
+        "W0027",
+        r#"<transition T>/><place name="c" on-failure="[[a]]"/><transition name="u" from="b" to="c" timeout="1s"/><transition name="v" from="c" to="hold" timeout="1s"/>"#,
+    );
     with("E0103", r#"<transition T>/><variable name="v" source="[[robot]].battery"/>"#);
     let late = |period: &str, time: &str| {
         format!(

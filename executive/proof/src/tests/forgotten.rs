@@ -68,7 +68,7 @@ fn a_place_from_which_others_are_reached_was_to_be_initial() {
     expect(&file, &[], "");
     let other = r#"<place name="x" initial="true"/><transition name="y" from="x" to="hold" timeout="9s"/></mission>"#;
     let forgotten = file.replace(r#" initial="true""#, "").replace("</mission>", other);
-    expect(&forgotten, &["E0241"], "write initial=\"true\" if the mission begins in it");
+    expect(&forgotten, &["E0241"], " if the mission begins in it");
     expect(&forgotten, &["E0241"], "this check fails, too");
 }
 

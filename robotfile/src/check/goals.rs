@@ -1,0 +1,173 @@
+//! Missions whose ways to the goal are certainly not what was meant: only failures lead there, or the
+//! goal and the safe place are exchanged; and places in which a component is done without effect.
+
+use std::collections::BTreeSet;
+
+use crate::check::reach::{find_reached, find_reached_without_failures};
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::mission::{ArcKind, Mission, Place, Transition};
+
+/// Checks a mission; `whole` is the mission with its sub-missions.
+pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
+    check_failures(mission, whole, findings);
+    check_exchanged(mission, findings);
+    check_unused_done(mission, findings);
+    if is_main {
+        check_left_tokens(mission, findings);
+    }
+}
+
+/// With several tokens, one that no transition takes any more was perhaps to be joined with another.
+fn check_left_tokens(mission: &Mission, findings: &mut Findings) {
+    let initial: u32 = mission.places.iter().map(|place| place.initial).sum();
+    let forks = |transition: &Transition| {
+        transition.inputs().next().is_some()
+            && transition.outputs().count() > transition.inputs().count()
+    };
+    let Some(goal) = &mission.goal else { return };
+    if initial < 2 && !mission.transitions.iter().any(forks) {
+        return;
+    }
+    let arcs = mission.transitions.iter().flat_map(|transition| &transition.arcs);
+    let used = arcs.filter(|arc| arc.kind != ArcKind::Put).map(|arc| &arc.place);
+    let entered = mission.submissions.iter().filter_map(|inner| inner.enter.as_ref());
+    let ends = mission.safe.iter().chain([goal]);
+    let used: BTreeSet<&str> =
+        used.chain(entered).chain(ends).map(|place| place.value.as_str()).collect();
+    let left = mission.transitions.iter().flat_map(|transition| transition.outputs());
+    let left: BTreeSet<&str> = left.map(|arc| arc.place.value.as_str()).collect();
+    let is_left = |place: &&Place| {
+        let name = place.name.value.as_str();
+        place.components.is_empty() && left.contains(name) && !used.contains(name)
+    };
+    for place in mission.places.iter().filter(is_left) {
+        let name = &place.name.value;
+        let message = format!(
+            "no transition takes the token from {name}, so the mission does not wait for it at its \
+             goal"
+        );
+        let finding = Finding::new(Code::StaysThere, &place.name.at, message);
+        findings.push(finding.remedy(format!(
+            "name {name} in the from=\"…\" of the transition that joins the tokens, or ignore this \
+             note"
+        )));
+    }
+}
+
+/// The goal is reached if a component fails, and not otherwise.
+fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
+    let Some(goal) = &mission.goal else { return };
+    let is_reached = |reached: &BTreeSet<&str>| reached.contains(goal.value.as_str());
+    let reached = find_reached_without_failures(whole);
+    if is_reached(&reached) || !is_reached(&find_reached(whole, &[], None)) {
+        return;
+    }
+    // From the goal back to a place to which nothing but a failure leads.
+    let mut place = goal.value.as_str();
+    let mut seen = BTreeSet::new();
+    while seen.insert(place) {
+        let mut leading = whole.transitions.iter().filter(|transition| leads_to(transition, place));
+        let Some(transition) = leading.next() else { break };
+        let mut needed = transition.inputs().map(|arc| arc.place.value.as_str());
+        match needed.find(|needed| !reached.contains(needed)) {
+            Some(missing) => place = missing,
+            None => break,
+        }
+    }
+    let Some(place) = mission.place(place) else { return };
+    let message = format!(
+        "the goal {} is reached only if a component fails: no transition leads to {}",
+        goal.value, place.name.value
+    );
+    let finding = Finding::new(Code::GoalByFailure, &place.name.at, message);
+    findings.push(finding.remedy("add the transition that leads to it when all goes well"));
+}
+
+fn leads_to(transition: &Transition, place: &str) -> bool {
+    transition.outputs().any(|arc| arc.place.value == place)
+}
+
+/// Reports that something is done lead to the safe place, and only timeouts and failures to the goal.
+fn check_exchanged(mission: &Mission, findings: &mut Findings) {
+    let (Some(goal), Some(safe)) = (&mission.goal, &mission.safe) else { return };
+    let entering = |place: &str| {
+        let place = place.to_owned();
+        mission.transitions.iter().filter(move |transition| leads_to(transition, &place))
+    };
+    let is_by = |transition: &Transition, event: &str| {
+        transition.on.as_ref().is_some_and(|on| on.event.value == event)
+    };
+    let is_exit = |transition: &Transition| {
+        let is_timeout = transition.on.is_none()
+            && transition.when.is_none()
+            && transition.not_before.is_none()
+            && transition.interval.as_ref().is_some_and(|it| !it.value.earliest.is_zero());
+        is_timeout || is_by(transition, "failed")
+    };
+    let mut to_goal = entering(&goal.value).peekable();
+    if to_goal.peek().is_none() || !to_goal.all(is_exit) {
+        return;
+    }
+    if let Some(done) = entering(&safe.value).find(|transition| is_by(transition, "done")) {
+        let message = format!(
+            "only timeouts and failures lead to the goal {}, and {} leads to the safe place {}",
+            goal.value, done.name.value, safe.value
+        );
+        let finding = Finding::new(Code::GoalExchanged, &goal.at, message);
+        findings.push(
+            finding
+                .remedy(format!("did you mean goal=\"{}\" safe=\"{}\"?", safe.value, goal.value))
+                .related(&done.name.at, "this transition"),
+        );
+    }
+}
+
+/// A place waits for the failure of a component and not for its end, although other places with it
+/// wait for that: once it is done there, only a timeout leads on.
+fn check_unused_done(mission: &Mission, findings: &mut Findings) {
+    let waits_for = |place: &Place, component: &str, event: &str| {
+        mission.transitions.iter().any(|transition| {
+            let is_from = transition.inputs().any(|arc| arc.place.value == place.name.value);
+            let is_on = transition
+                .on
+                .as_ref()
+                .is_some_and(|on| on.component.value == component && on.event.value == event);
+            is_from && is_on
+        })
+    };
+    for transition in &mission.transitions {
+        let Some(on) = transition.on.as_ref().filter(|on| on.event.value == "failed") else {
+            continue;
+        };
+        let component = on.component.value.as_str();
+        let is_active = |place: &Place| place.components.iter().any(|it| it.value == component);
+        let [from] = transition.inputs().collect::<Vec<_>>()[..] else { continue };
+        let Some(place) = mission.place(&from.place.value).filter(|place| is_active(place)) else {
+            continue;
+        };
+        let others = mission.places.iter().filter(|it| it.name.value != place.name.value);
+        let mut others = others.filter(|other| is_active(other));
+        let is_usual = others.any(|other| waits_for(other, component, "done"));
+        let leads_on = leads_to_failure(mission, transition);
+        if is_usual && !leads_on && !waits_for(place, component, "done") {
+            let name = &place.name.value;
+            let message = format!(
+                "{} waits in {name} for a failure of {component}, but no transition waits there for \
+                 its done",
+                transition.name.value
+            );
+            let finding = Finding::new(Code::DoneUnused, &on.event.at, message);
+            findings.push(finding.remedy(format!(
+                "did you mean on=\"{component}.done\"? Otherwise add a transition for it from {name}"
+            )));
+        }
+    }
+}
+
+/// Whether the transition leads to the safe place, as one for a failure usually does.
+fn leads_to_failure(mission: &Mission, transition: &Transition) -> bool {
+    let safe = mission.safe.as_ref().map(|safe| safe.value.as_str());
+    transition.outputs().any(|arc| Some(arc.place.value.as_str()) == safe)
+}
