@@ -122,8 +122,8 @@ fn are_ends_of_one_link(first: &Finding, other: &Finding) -> bool {
         && line(first) == line(other)
 }
 
-/// Drops findings about names on the line of something that is not closed, such as a quotation mark:
-/// which of its characters belong to a name is only a guess.
+/// Drops findings about names and values on the line of something that is not closed, such as a quotation mark:
+/// which of its characters belong to them is only a guess.
 fn drop_guesses(findings: &mut Findings) {
     let line = |at: &Location| (at.source.path().to_path_buf(), at.line_column().0);
     let malformed = findings.iter().filter(|finding| finding.code == Code::Malformed);
@@ -133,7 +133,8 @@ fn drop_guesses(findings: &mut Findings) {
         .map(|at| (line(at), at.span.start()))
         .collect();
     let is_guess = |finding: &Finding| {
-        matches!(finding.code, Code::BadName | Code::UnknownElement | Code::UnknownAttribute)
+        use Code::{BadName, BadValue, UnknownAttribute, UnknownElement};
+        matches!(finding.code, BadName | BadValue | UnknownElement | UnknownAttribute)
             && finding.at.as_ref().is_some_and(|at| {
                 malformed
                     .iter()

@@ -61,7 +61,9 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
     let Some(goal) = &mission.goal else { return };
     let is_reached = |reached: &BTreeSet<&str>| reached.contains(goal.value.as_str());
     let reached = find_reached_without_failures(whole);
-    if is_reached(&reached) || !is_reached(&find_reached(whole, &[], None)) {
+    // A place that nothing leads to at all is a finding already.
+    let is_known = findings.iter().any(|it| it.code == Code::UnreachablePlace);
+    if is_known || is_reached(&reached) || !is_reached(&find_reached(whole, &[], None)) {
         return;
     }
     // From the goal back to a place to which nothing but a failure leads.
@@ -137,6 +139,10 @@ fn check_unused_done(mission: &Mission, findings: &mut Findings) {
             is_from && is_on
         })
     };
+    // A transition whose condition is missing, which is a finding already, may be the one for it.
+    if findings.iter().any(|it| it.code == Code::ImmediateExit) {
+        return;
+    }
     for transition in &mission.transitions {
         let Some(on) = transition.on.as_ref().filter(|on| on.event.value == "failed") else {
             continue;

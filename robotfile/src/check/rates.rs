@@ -35,6 +35,11 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
             findings.push(finding.remedy("give it a rate, such as rate=\"20Hz\""));
         }
     }
+    // One rate is one mistake, however many components take the data.
+    let place = |finding: &Finding| finding.at.as_ref().map(|at| at.span);
+    findings.merge_same(|first, other| {
+        [first.code, other.code] == [Code::RateTooLow; 2] && place(first) == place(other)
+    });
     if system.clock.is_none() {
         check_speeds(system, manifests, findings);
     }
