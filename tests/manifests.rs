@@ -35,7 +35,7 @@ fn everything() -> Value {
     input["stale_after"] = json!("0.5s");
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
-        "reports_done": false, "needs_rate": true,
+        "reports_done": false, "needs_rate": true, "needs_one_of": [["in", "radius"]],
         "inputs": [input], "outputs": [port("out")],
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
@@ -99,6 +99,7 @@ fn the_schema_and_the_program_accept_the_same() {
         assert!(by_schema.is_ok() || by_program.is_err(), "only the program takes it: {verdicts}");
         let deeper = [
             "stale_after",
+            "needs_one_of",
             "default",
             "schema",
             "type",

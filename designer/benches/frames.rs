@@ -126,6 +126,7 @@ fn kinds() -> Kinds {
         controllable: true,
         reports_done: true,
         needs_rate: false,
+        needs_one_of: Vec::new(),
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),

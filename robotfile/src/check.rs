@@ -174,6 +174,7 @@ fn by_itself(
         transition::check(mission, period, findings);
         order::check(mission, findings);
         twice::advise_identical(mission, findings);
+        twice::check_entrances(mission, findings);
         endless::check(mission, findings);
     }
 }

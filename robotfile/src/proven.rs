@@ -58,7 +58,7 @@ impl Findings {
         merging::merge_last_firings(&mut proven);
         merging::merge_stronger_claims(&mut proven);
         self.merge_preempted(&mut proven);
-        merging::merge_tokens(&mut proven);
+        merging::merge_tokens(&mut proven, configuration.mission.as_ref());
         self.merge_ties(&mut proven);
         self.extend_new(proven);
     }

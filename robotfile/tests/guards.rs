@@ -26,6 +26,7 @@ fn manifests() -> Manifests {
         controllable: true,
         reports_done: true,
         needs_rate: false,
+        needs_one_of: Vec::new(),
         inputs: vec![],
         outputs: vec![
             port("state", STATE),

@@ -33,6 +33,10 @@ pub trait Component: Sized + Send + 'static {
     /// file that gives it none.
     const NEEDS_RATE: bool = false;
 
+    /// Groups of inputs and parameters of which one must be fed or given, such as the sources of a
+    /// camera's pictures.
+    const NEEDS_ONE_OF: &'static [&'static [&'static str]] = &[];
+
     /// Inputs whose data it takes for missing from some age on, such as `("velocity", "0.5s")`, or
     /// with the name of the parameter that states the age, `("path", "timeout")`. `armor check` warns
     /// of a producer whose rate is too low for that.

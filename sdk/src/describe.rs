@@ -63,6 +63,8 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         stale_after: String::new(),
     });
     let (inputs, outputs) = (inputs.collect(), outputs.collect());
+    let needs_one_of =
+        C::NEEDS_ONE_OF.iter().map(|group| group.iter().map(|id| (*id).to_owned()).collect());
     let Declarations { parameters, events, reports_done } = list_declarations::<C>();
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
@@ -74,6 +76,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         events: Some(events),
         reports_done,
         needs_rate: C::NEEDS_RATE,
+        needs_one_of: needs_one_of.collect(),
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));

@@ -47,6 +47,9 @@ pub struct Manifest {
     /// Whether it works at its rate, so that it does nothing without one. Left out where it is false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needs_rate: bool,
+    /// Groups of inputs and parameters: of each, one must be fed or given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs_one_of: Vec<Vec<String>>,
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,

@@ -70,6 +70,7 @@ impl Component for Camera {
     const KIND: &'static str = "camera";
     const SUMMARY: &'static str =
         "Gives pictures as JPEG: from files, from a link of raw ones, or from a device.";
+    const NEEDS_ONE_OF: &'static [&'static [&'static str]] = &[&["raw", "files", "device"]];
     const PARAMETERS: &'static [Parameter] = CameraParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("image", "pictures as JPEG files; one a second without a subscriber"),

@@ -252,6 +252,7 @@ fn live_manifests() -> Manifests {
         controllable: true,
         reports_done: true,
         needs_rate: false,
+        needs_one_of: Vec::new(),
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],

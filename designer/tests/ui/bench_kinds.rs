@@ -60,6 +60,7 @@ fn kind(
         controllable: true,
         reports_done: true,
         needs_rate: false,
+        needs_one_of: Vec::new(),
     }
 }
 

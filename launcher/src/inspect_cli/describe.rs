@@ -128,14 +128,15 @@ fn in_words(kind: &ComponentKind) -> String {
     out
 }
 
-/// Returns the table of what a mission can wait for, or a line if that is `done` and `failed` alone or
-/// is not known.
+/// Returns the table of what a mission can wait for, or a line if that is only what components of every
+/// kind report or is not known.
 fn describe_events(manifest: &Manifest, width: Option<usize>) -> String {
     let line = match &manifest.events {
         Some(events) if !events.is_empty() => {
             let rows: Vec<_> = events.iter().map(format_event).collect();
             return format!("\n{}", Table::new(&["EVENT", "VALUE", ""], rows).format(width));
         }
+        Some(_) if !manifest.reports_done => "It reports no events, only failed.",
         Some(_) => "It reports no events, only done and failed.",
         None => "Its events are not known: its manifest does not list them.",
     };
@@ -180,7 +181,12 @@ fn format_port(port: &PortManifest) -> Vec<String> {
         (_, true) => "latched",
         _ => "",
     };
-    vec![port.id.clone(), port.type_name.clone(), nature.into(), port.doc.clone()]
+    let age = match port.stale_after.as_str() {
+        "" => String::new(),
+        age => format!("not older than {age}"),
+    };
+    let nature: Vec<_> = [nature.to_owned(), age].into_iter().filter(|it| !it.is_empty()).collect();
+    vec![port.id.clone(), port.type_name.clone(), nature.join(", "), port.doc.clone()]
 }
 
 /// Values as they are written into a file.

@@ -215,6 +215,9 @@ impl<'a> ClaimNames<'a> {
         if sort == Sort::Place && self.components.contains(name) {
             return format!("{name} is a component: write active({name})");
         }
+        if sort == Sort::Component && self.places.contains(name) {
+            return format!("{name} is a place: write {name}, without active(…)");
+        }
         let minus = |known: &&&str| name.strip_prefix(**known).is_some_and(|r| r.starts_with('-'));
         if sort == Sort::Place && self.places.iter().any(|known| minus(&known)) {
             return "a minus is part of the name; compare sums instead: a + b <= 3".into();

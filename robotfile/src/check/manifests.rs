@@ -50,7 +50,11 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             let is_whole = !system.unreadable.is_half_read(&component.name.value);
+            if report_other_kind(component, manifest, manifests, findings) {
+                continue;
+            }
             check_parameters(component, manifest, is_whole, findings);
+            check_sources(component, manifest, configuration, findings);
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
@@ -73,6 +77,68 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
                 check_value(&given.parameter, manifest, findings);
             }
         }
+    }
+}
+
+/// Reports a component of which the kind knows none of several parameters while another kind knows all.
+fn report_other_kind(
+    component: &Component,
+    manifest: &Manifest,
+    manifests: &Manifests,
+    findings: &mut Findings,
+) -> bool {
+    let has = |kind: &Manifest, given: &Parameter| {
+        kind.parameters.iter().any(|wanted| wanted.name == given.name.value)
+    };
+    let given = &component.parameters;
+    if given.len() < 2 || given.iter().any(|given| has(manifest, given)) {
+        return false;
+    }
+    let mut others = manifests.values().filter(|kind| given.iter().all(|given| has(kind, given)));
+    let (Some(other), None) = (others.next(), others.next()) else { return false };
+    let message = format!(
+        "a {} has none of the parameters of {}; they are those of a {}",
+        component.kind.value, component.name.value, other.kind
+    );
+    let finding = Finding::new(Code::UnknownParameter, &component.kind.at, message);
+    findings.push(finding.remedy(format!("did you mean kind=\"{}\"?", other.kind)));
+    true
+}
+
+/// A component that needs one of several inputs or parameters has none.
+fn check_sources(
+    component: &Component,
+    manifest: &Manifest,
+    configuration: &Configuration,
+    findings: &mut Findings,
+) {
+    let name = component.name.value.as_str();
+    let system = &configuration.system;
+    let places = configuration.missions().flat_map(|mission| &mission.places);
+    let in_places: Vec<_> = places
+        .flat_map(|place| &place.parameters)
+        .filter(|given| given.component.value == name)
+        .map(|given| &given.parameter)
+        .collect();
+    let is_given = |id: &str| {
+        let mut given = component.parameters.iter().chain(in_places.iter().copied());
+        let mut links = system.links.iter();
+        system.unreadable.may_feed(name, id)
+            || given.any(|it| it.name.value == id && !it.value.value.is_empty())
+            || links.any(|it| it.to.component.value == name && it.to.port.value == id)
+    };
+    for group in &manifest.needs_one_of {
+        if group.is_empty() || group.iter().any(|id| is_given(id)) {
+            continue;
+        }
+        let is_input = |id: &&String| manifest.inputs.iter().any(|input| input.id == **id);
+        let (inputs, parameters): (Vec<_>, Vec<_>) = group.iter().partition(is_input);
+        let links = inputs.iter().map(|id| format!("a link to {name}.{id}"));
+        let parameters = parameters.iter().map(|id| format!("the parameter {id}"));
+        let ways: Vec<_> = links.chain(parameters).collect();
+        let message = format!("{name} has none of what a {} needs one of", manifest.kind);
+        let finding = Finding::new(Code::InputUnfed, &component.name.at, message);
+        findings.push(finding.remedy(format!("add {}", ways.join(", or "))));
     }
 }
 

@@ -212,7 +212,8 @@ impl<'a> MissionNames<'a> {
                 components,
                 unheard,
             )
-            .including(&system.unreadable),
+            .including(&system.unreadable)
+            .of_kinds(&system.components),
             fixed,
             active_in,
             controlled,
@@ -327,7 +328,10 @@ impl<'a> MissionNames<'a> {
         if let Some(target) = place.on_failure.as_ref().filter(|_| place.components.is_empty()) {
             let message = "on-failure has no effect here";
             let finding = Finding::new(Code::NoEffect, &target.at, message);
-            findings.push(finding.remedy("the place has no components that could fail: remove it"));
+            findings.push(finding.remedy(
+                "the place has no components that could fail: name them in components=\"…\", or \
+                 remove it",
+            ));
         }
         let is_own = |target: &&Spanned<String>| target.value == place.name.value;
         if let Some(target) = place.on_failure.as_ref().filter(is_own)

@@ -7,6 +7,7 @@ use armor_wire::name::is_name;
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
+use crate::model::Component;
 use crate::source::{Location, Spanned};
 use crate::suggestion::suggest_similar;
 use crate::unreadable::UnreadableParts;
@@ -16,6 +17,8 @@ pub(super) struct KnownNames<'a> {
     /// The kind of thing, such as "place".
     pub(super) noun: &'static str,
     pub(super) known: BTreeMap<&'a str, &'a Location>,
+    /// Of components: each kind with the name of a component of it.
+    kinds: Vec<(&'a str, &'a str)>,
     /// Names that may exist in unreadable parts of the file.
     unreadable: Option<&'a UnreadableParts>,
 }
@@ -35,7 +38,10 @@ impl<'a> KnownNames<'a> {
                     Code::DuplicateParameter => {
                         (format!("a second value for {}", name.value), "remove one of the two")
                     }
-                    _ => (format!("a second {noun} called {}", name.value), "give it another name"),
+                    _ => (
+                        format!("a second {noun} called {}", name.value),
+                        "remove it, or give it another name",
+                    ),
                 };
                 let finding = Finding::new(duplicate, &name.at, message);
                 findings.push(finding.remedy(remedy).related(first, "first here"));
@@ -43,7 +49,13 @@ impl<'a> KnownNames<'a> {
                 known.insert(&name.value, &name.at);
             }
         }
-        Self { noun, known, unreadable: None }
+        Self { noun, known, kinds: Vec::new(), unreadable: None }
+    }
+
+    /// Adds the kinds of components, which are written in place of their names by mistake.
+    pub(super) fn of_kinds(self, components: &'a [Component]) -> Self {
+        let kinds = components.iter().map(|it| (it.kind.value.as_str(), it.name.value.as_str()));
+        Self { kinds: kinds.collect(), ..self }
     }
 
     /// Adds the names that may exist in unreadable parts.
@@ -78,6 +90,10 @@ impl<'a> KnownNames<'a> {
     }
 
     fn guess(&self, name: &str) -> Option<String> {
+        let mut of_kind = self.kinds.iter().filter(|(kind, _)| *kind == name);
+        if let (Some((kind, component)), None) = (of_kind.next(), of_kind.next()) {
+            return Some(format!("{kind} is the kind of {component}: did you mean {component}?"));
+        }
         suggest_similar(name, self.known.keys().copied())
     }
 

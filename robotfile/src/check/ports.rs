@@ -81,6 +81,27 @@ pub(super) fn explain_fed_twice(
                 inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
             })
         });
+        let unfed = unfed.or_else(|| {
+            // Of the same component, or where the same data were linked twice, of any other one.
+            let (link, output) = (link?, output?);
+            let is_repeated = system
+                .links
+                .iter()
+                .filter(|it| it.to.data() == link.to.data() && it.from.data() == link.from.data())
+                .count()
+                > 1;
+            let own = link.to.component.value.as_str();
+            let names = system.components.iter().map(|it| it.name.value.as_str());
+            names.filter(|name| (*name == own) != is_repeated).find_map(|name| {
+                let mut inputs = kinds.get(name)?.inputs.iter();
+                let is_meant = |input: &&PortManifest| {
+                    is_same_type(output, input)
+                        && !fed.contains(&(name, input.id.as_str()))
+                        && (!is_repeated || input.id == link.to.port.value)
+                };
+                inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
+            })
+        });
         if let Some(unfed) = unfed {
             let remedy = format!("was one meant for {unfed}, which nothing feeds?");
             remedies.insert((place.0.to_path_buf(), place.1), remedy);

@@ -33,7 +33,7 @@ pub(super) fn keep_first(system: &mut System, findings: &mut Findings) {
 pub(super) fn check(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
     let names = KnownNames::collect("component", Code::DuplicateComponent, names, findings);
-    let names = names.including(&system.unreadable);
+    let names = names.including(&system.unreadable).of_kinds(&system.components);
     for component in &system.components {
         parameters_once(component, findings);
         possible_times(component, findings);

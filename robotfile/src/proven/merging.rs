@@ -6,6 +6,7 @@ use crate::claim::{Formula, Relation, Statement};
 use crate::code::Code;
 use crate::finding::{Finding, Severity};
 use crate::findings::Findings;
+use crate::mission::Mission;
 use crate::source::Location;
 
 /// Returns the locations of further checks that fail, with a label.
@@ -122,7 +123,7 @@ fn find_awaited_formula(result: &Finding) -> Option<(u8, Formula)> {
 
 /// Merges what follows from a second token in a place, such as one from a second initial place, into
 /// one finding: the first error, or else the second token itself.
-pub(super) fn merge_tokens(proven: &mut Vec<Finding>) {
+pub(super) fn merge_tokens(proven: &mut Vec<Finding>, mission: Option<&Mission>) {
     if !proven.iter().any(|result| result.code == Code::TwoTokens) {
         return;
     }
@@ -148,6 +149,14 @@ pub(super) fn merge_tokens(proven: &mut Vec<Finding>) {
             first.remedy.clone_from(&other.remedy);
         }
         first.merge_place(other);
+    }
+    let initial = mission.iter().flat_map(|mission| &mission.places);
+    let initial: Vec<_> =
+        initial.filter(|place| place.initial > 0).map(|place| place.name.value.as_str()).collect();
+    if initial.len() > 1 {
+        let initial = initial.join(" and ");
+        first.remedy =
+            format!("the mission begins in {initial}: is that meant? If so, {}", first.remedy);
     }
     proven.push(first);
 }

@@ -398,6 +398,60 @@ fn a_component_that_works_at_its_rate_has_one() {
 }
 
 #[test]
+fn a_component_that_needs_one_of_several_sources() {
+    let mut manifests = manifests();
+    let group = ["extra", "file"].map(str::to_owned);
+    manifests.get_mut("k").expect("the kind").needs_one_of = vec![group.to_vec()];
+    let with = |inner: &str, link: &str| {
+        let file = system(&format!(
+            r#"<component name="a" kind="k">{inner}</component><link from="a.out" to="a.in"/>{link}"#
+        ));
+        let (reading, _) = reading(&file, Some(&manifests));
+        let unfed = reading.findings.iter().filter(|it| it.code.as_str() == "E0109");
+        unfed.map(|it| it.remedy.clone()).collect::<Vec<_>>()
+    };
+    let none = r#"<parameter name="file" value=""/>"#;
+    assert_eq!(with(none, ""), ["add a link to a.extra, or the parameter file"]);
+    assert_eq!(with(r#"<parameter name="file" value="x"/>"#, ""), Vec::<String>::new());
+    assert_eq!(with(none, r#"<link from="a.map" to="a.extra"/>"#), Vec::<String>::new());
+}
+
+#[test]
+fn parameters_of_another_kind_are_one_finding() {
+    let mut manifests = manifests();
+    let mut other = manifests["k"].clone();
+    other.kind = "other".into();
+    other.parameters.truncate(1);
+    other.parameters[0].name = "size".into();
+    (other.inputs, other.outputs) = (Vec::new(), Vec::new());
+    manifests.insert("other".into(), other);
+    let file = system(
+        r#"<component name="a" kind="[[other]]"><parameter name="speed" value="1m/s"/><parameter name="count" value="2"/></component>"#,
+    );
+    one_with("E0110", &file, Some(&manifests));
+    let (reading, _) = reading(&file, Some(&manifests));
+    let shown = reading.findings.render(Colours::No);
+    assert!(shown.contains("did you mean kind=\"k\"?"), "{shown}");
+}
+
+#[test]
+fn an_input_that_is_fed_twice_names_one_that_was_meant() {
+    let with = |links: &str| {
+        let file = system(&format!(
+            r#"<component name="world" kind="world"/><component name="tracker" kind="tracker"/><component name="pilot" kind="pilot"/><component name="judge" kind="judge"/><link from="pilot.velocity" to="world.velocity"/>{links}"#
+        ));
+        let found = warnings_of(&file).into_iter().filter(|it| it.starts_with("E0104"));
+        found.collect::<Vec<_>>()
+    };
+    let pilot = r#"<link from="tracker.pose" to="pilot.pose"/>"#;
+    let judge = r#"<link from="tracker.pose" to="judge.pose"/>"#;
+    let truth = with(&format!(r#"{pilot}{judge}<link from="world.truth" to="judge.pose"/>"#));
+    assert!(truth.len() == 1 && truth[0].contains("judge.truth, which nothing feeds"), "{truth:?}");
+    let twice = with(&format!("{pilot}{pilot}"));
+    assert!(twice.len() == 1 && twice[0].contains("judge.pose, which nothing feeds"), "{twice:?}");
+}
+
+#[test]
 fn a_component_that_is_never_done() {
     let with = |event: &str| {
         warnings_of(&format!(

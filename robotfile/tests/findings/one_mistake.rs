@@ -183,3 +183,16 @@ fn a_component_that_is_active_in_one_place_only_is_one_finding() {
     assert_eq!(codes, ["W0267"], "{shown}");
     assert_eq!(shown.matches("but stop is frozen while").count(), 2, "{shown}");
 }
+
+#[test]
+fn a_name_of_another_thing_is_recognized() {
+    let text = |file: &str| found_in(file).1;
+    let two = r#"<component name="a" kind="laser"/><component name="b" kind="k"/>"#;
+    let of_kind = text(&system(&format!(r#"{two}<link from="laser.x" to="b.y"/>"#)));
+    assert!(of_kind.contains("laser is the kind of a: did you mean a?"), "{of_kind}");
+    let two = r#"<component name="a" kind="k"/><component name="b" kind="k"/>"#;
+    let of_two = text(&system(&format!(r#"{two}<link from="k.x" to="b.y"/>"#)));
+    assert!(of_two.contains("add it, or name one of"), "{of_two}");
+    let place = text(&mission("<check>never active(hold)</check>"));
+    assert!(place.contains("hold is a place: write hold, without active"), "{place}");
+}

@@ -105,3 +105,23 @@ fn the_period_is_that_of_the_mission_that_is_played() {
     let slow = dock.replace("safe=\"z\"", "safe=\"z\" period=\"30s\"");
     assert_eq!(codes_of(&[("robot.xml", &robot), ("dock.xml", &slow)]), [""; 0]);
 }
+
+#[test]
+fn a_guarded_transition_next_to_the_entrance_of_a_sub_mission() {
+    let robot = |more: &str| {
+        format!(
+            r#"<armor version="1"><system><component name="go" kind="k"/></system>
+        <mission goal="over" safe="hold"><variable name="n" min="0" max="1"/><place name="a" initial="true"/><place name="b"/>
+        <place name="over"/><place name="hold"/>
+        <transition name="skip" from="a" to="b" when="n == 1" {more}/>
+        <submission ref="dock.xml" in="a" out="b"/>
+        <transition name="t" from="b" to="over" timeout="1s"><set variable="n" value="1"/></transition></mission></armor>"#
+        )
+    };
+    let dock = r#"<armor version="1"><mission goal="y" safe="z"><place name="x" initial="true" components="go"/><place name="y"/>
+        <place name="z"/><transition name="t" from="x" to="y" on="go.done"/></mission></armor>"#;
+    let found = |more: &str| codes_of(&[("robot.xml", &robot(more)), ("dock.xml", dock)]);
+    let [only] = &found("")[..] else { panic!("{:?}", found("")) };
+    assert!(only.contains("W0218") && only.contains("begins as soon as a is marked"), "{only}");
+    assert_eq!(found(r#"priority="1""#), Vec::<String>::new());
+}

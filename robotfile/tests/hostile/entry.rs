@@ -224,6 +224,7 @@ fn kind(name: &str) -> Manifest {
         controllable: true,
         reports_done: true,
         needs_rate: false,
+        needs_one_of: Vec::new(),
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),

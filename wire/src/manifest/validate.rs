@@ -105,6 +105,7 @@ impl Manifest {
             check_port(port, &mut found);
         }
         self.check_ages(&mut found);
+        self.check_groups(&mut found);
         found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
         found.extend(self.listed_events().iter().flat_map(EventManifest::list_faults));
         self.check_named_by(&mut found);
@@ -141,6 +142,18 @@ impl Manifest {
                 let problem = format!("`{text}` is neither an age nor a parameter that is a time");
                 faults.add("stale_after", problem, "write a time, such as 0.5s, or name one");
             }
+        }
+    }
+
+    fn check_groups(&self, found: &mut Vec<ManifestFault>) {
+        let is_known = |id: &String| {
+            self.inputs.iter().any(|input| input.id == *id)
+                || self.parameters.iter().any(|parameter| parameter.name == *id)
+        };
+        for id in self.needs_one_of.iter().flatten().filter(|id| !is_known(id)) {
+            let subject = format!("the kind {}", self.kind);
+            let problem = format!("it needs one of several, and `{id}` is no input or parameter");
+            Faults { subject, found: &mut *found }.add("needs_one_of", problem, "name one");
         }
     }
 
@@ -375,6 +388,7 @@ mod tests {
             controllable: true,
             reports_done: true,
             needs_rate: false,
+            needs_one_of: Vec::new(),
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
@@ -394,7 +408,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 30] = [
+        let faults: [(&str, Fault); 31] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -438,6 +452,9 @@ mod tests {
             }),
             ("the port scan: `speed` is neither an age", |m| {
                 m.inputs[0].stale_after = "speed".into();
+            }),
+            ("`sound` is no input or parameter", |m| {
+                m.needs_one_of = vec![vec!["scan".into(), "sound".into()]];
             }),
             ("the port map: it is an output", |m| m.outputs[0].stale_after = "1s".into()),
             ("it has the format points, but is no text", |m| {

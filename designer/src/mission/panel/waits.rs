@@ -1,6 +1,7 @@
 //! What a transition waits for next to time: a report, a guard.
 
 use armor_robotfile::mission::Transition;
+use armor_wire::manifest::RESERVED_EVENTS;
 use eframe::egui;
 
 use super::fields::data_fields;
@@ -58,16 +59,17 @@ fn reporters(shown: &PanelSource<'_>, transition: &Transition) -> (Vec<String>, 
     })
 }
 
-/// Reports that a component is known to send: the two that all send, the events that its kind declares,
-/// and those that other transitions wait for.
+/// Reports that a component is known to send: those that its kind may send, with the events that it
+/// declares, and those that other transitions wait for.
 fn events(shown: &PanelSource<'_>, component: &str) -> Vec<String> {
-    let mut known = vec!["done".to_owned(), "failed".to_owned()];
+    let mut known: Vec<_> = RESERVED_EVENTS.map(str::to_owned).into();
     let system = &shown.configuration.system;
     let found = system.components.iter().find(|one| one.name.value == component);
     if let Some(found) = found
         && let Some(manifest) = shown.kinds.find(&found.kind.value)
     {
         let value = |name: &str| found.parameter(name).map(|given| given.value.value.as_str());
+        known = manifest.common_reports().iter().map(|report| (*report).to_owned()).collect();
         known.extend(manifest.event_names(value).into_iter().map(str::to_owned));
     }
     for on in shown.mission.transitions.iter().filter_map(|transition| transition.on.as_ref()) {
