@@ -35,7 +35,7 @@ fn everything() -> Value {
     input["stale_after"] = json!("0.5s");
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
-        "reports_done": false, "needs_rate": true, "needs_one_of": [["in", "radius"]],
+        "reports_done": false, "needs_rate": true, "needs_one_of": [["buttons"]],
         "inputs": [input], "outputs": [port("out")],
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,

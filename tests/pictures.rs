@@ -29,10 +29,14 @@ fn system() -> String {
       <parameter name="files" value="{}"/>
       <parameter name="width" value="200"/>
     </component>
-    <component name="blind" kind="camera" rate="20Hz"/>
+    <component name="blind" kind="camera" rate="20Hz">
+      <parameter name="files" value="{}"/>
+    </component>
     <link from="simulator.camera" to="camera.raw"/>
+    <link from="simulator.camera" to="blind.raw"/>
   </system>
 </armor>"#,
+        picture.display(),
         picture.display()
     )
 }
