@@ -14,6 +14,7 @@ pub fn exit_with(mut error: clap::Error, command: &Command) -> ! {
     let arguments: Vec<_> =
         std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
     add_foreign_command(&mut error, &arguments);
+    add_hidden_format(&mut error, &arguments);
     let text = error.render().to_string();
     // Help is wrapped already.
     if error.use_stderr() && !fits_stderr(&text) {
@@ -136,6 +137,21 @@ fn add_foreign_command(error: &mut clap::Error, arguments: &[String]) {
     }
 }
 
+/// `dot` is a format of `armor graph` alone, so that the list of formats shows it only there.
+fn add_hidden_format(error: &mut clap::Error, arguments: &[String]) {
+    let is_format = matches!(
+        error.get(ContextKind::InvalidArg),
+        Some(ContextValue::String(name)) if name.starts_with("--format")
+    );
+    if !is_format || !arguments.iter().any(|argument| argument == "graph") {
+        return;
+    }
+    if let Some(ContextValue::Strings(values)) = error.get(ContextKind::ValidValue) {
+        let values = values.iter().cloned().chain(["dot".to_owned()]).collect();
+        error.insert(ContextKind::ValidValue, ContextValue::Strings(values));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -149,6 +165,7 @@ mod tests {
         add_nested_command(&mut error, &command);
         let arguments: Vec<_> = arguments.iter().map(|argument| (*argument).to_owned()).collect();
         add_foreign_command(&mut error, &arguments);
+        add_hidden_format(&mut error, &arguments);
         error.render().to_string()
     }
 
@@ -185,6 +202,14 @@ mod tests {
                 assert!(known.contains(&name), "{tip}");
             }
         }
+    }
+
+    #[test]
+    fn only_graph_offers_the_format_of_drawings() {
+        let text = render(&["armor", "graph", "--format", "png"]);
+        assert!(text.contains("[possible values: text, json, dot]"), "{text}");
+        let text = render(&["armor", "ps", "--format", "png"]);
+        assert!(text.contains("[possible values: text, json]"), "{text}");
     }
 
     #[test]

@@ -192,6 +192,8 @@ fn without_errors(
         cut_short::check(mission, findings);
     }
     reports::check_always_active(configuration, findings);
+    let unawaited =
+        manifests.map(|it| goals::find_unawaited(configuration, it)).unwrap_or_default();
     let mut is_reached = true;
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
@@ -200,7 +202,7 @@ fn without_errors(
         // With its sub-missions it may be larger than a mission may be, which is a finding then.
         if let Ok(whole) = configuration.flatten(mission) {
             is_reached &= reach::check(mission, &whole, is_main, findings);
-            goals::check(mission, &whole, is_main, findings);
+            goals::check(mission, &whole, is_main, &unawaited, findings);
         }
     }
     reach::drop_explained(configuration, findings);

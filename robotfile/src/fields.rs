@@ -322,8 +322,15 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         let remedy =
             match suggest_similar(&child.name.to_ascii_lowercase(), allowed.iter().copied()) {
                 Some(guess) => guess,
-                None if allowed.is_empty() => "it may contain no elements".into(),
-                None => format!("known elements: {}", allowed.join(", ")),
+                None => match (find_parent(&child.name), allowed) {
+                    (Some(parent), _) => {
+                        format!(
+                            "write it directly in {parent}: is an end tag missing or misplaced?"
+                        )
+                    }
+                    (None, []) => "it may contain no elements".into(),
+                    (None, _) => format!("known elements: {}", allowed.join(", ")),
+                },
             };
         let finding = Finding::new(Code::UnknownElement, &child.at(self.source), message);
         self.report(finding.remedy(remedy));
@@ -331,7 +338,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 
     fn unknown_attributes(&mut self) {
         let element = self.element;
-        let known = &self.known;
+        let known = self.known.clone();
         let is_stranger = |attribute: &&Attribute| {
             let name = attribute.name.as_str();
             !known.contains(&name) && !name.contains(':') && name != "xmlns"
@@ -354,26 +361,43 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
             self.report(finding.remedy(format!("write {name}=\"…\"")));
         }
-        for attribute in strangers {
-            let message = format!("<{}> has no attribute {}", element.name, short(&attribute.name));
-            let guess =
-                suggest_similar(&attribute.name.to_ascii_lowercase(), self.known.iter().copied());
-            let remedy = guess.unwrap_or_else(|| match self.known.as_slice() {
-                [] if element.name == "check" => {
-                    "it takes no attributes: write the statement between <check> and </check>"
-                        .into()
-                }
-                [] => "it takes no attributes".into(),
-                known => {
-                    format!(
-                        "known attributes: {}; your own need a namespace prefix",
-                        known.join(", ")
-                    )
-                }
-            });
-            let at = Location::new(self.source, attribute.name_span);
-            self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
+        let (guessed, unclear): (Vec<_>, Vec<_>) =
+            strangers.into_iter().partition(|stranger| guess_known(stranger).is_some());
+        for stranger in guessed {
+            let message = format!("<{}> has no attribute {}", element.name, short(&stranger.name));
+            let at = Location::new(self.source, stranger.name_span);
+            let remedy = guess_known(stranger).unwrap_or_default();
+            self.findings.push(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
         }
+        if let [first, others @ ..] = &unclear[..] {
+            self.unclear_attributes(first, others);
+        }
+    }
+
+    /// Reports attributes that resemble none of the known ones: together they are one mistake.
+    fn unclear_attributes(&mut self, first: &Attribute, others: &[&Attribute]) {
+        let element = self.element;
+        let names = std::iter::once(first).chain(others.iter().copied());
+        let names: Vec<_> = names.map(|it| short(&it.name).into_owned()).collect();
+        let noun = if others.is_empty() { "attribute" } else { "attributes" };
+        let message = format!("<{}> has no {noun} {}", element.name, names.join(", "));
+        let remedy = match (self.known.as_slice(), find_element_with(&names)) {
+            ([], _) if element.name == "check" => {
+                "it takes no attributes: write the statement between <check> and </check>".into()
+            }
+            ([], None) => "it takes no attributes".into(),
+            (_, Some(other)) if !others.is_empty() => {
+                format!("a <{other}> has them: is this one meant?")
+            }
+            (known, _) => {
+                format!("known attributes: {}; your own need a namespace prefix", known.join(", "))
+            }
+        };
+        let at = |attribute: &Attribute| Location::new(self.source, attribute.name_span);
+        let finding = Finding::new(Code::UnknownAttribute, &at(first), message).remedy(remedy);
+        let others =
+            others.iter().fold(finding, |it, other| it.related(&at(other), "and this one"));
+        self.report(others);
     }
 
     fn check_name(&mut self, value: &Spanned<String>) {
@@ -406,6 +430,33 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     fn value_at(&self, attribute: &Attribute) -> Location {
         Location::new(self.source, attribute.value_span)
     }
+}
+
+/// Returns the element that contains elements of this name.
+fn find_parent(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "host" | "component" | "link" | "clock" => "<system>",
+        "variable" | "place" | "exclusive" | "transition" | "check" | "submission" => "<mission>",
+        "parameter" => "a <component> or <place>",
+        "arc" | "read" | "inhibitor" | "reset" | "set" => "a <transition>",
+        "layout" => "<system> or <mission>",
+        "block" | "note" | "group" => "<layout>",
+        "system" | "mission" => "<armor>",
+        _ => return None,
+    })
+}
+
+/// Returns the element that has all these attributes, of those that are often exchanged.
+fn find_element_with(names: &[String]) -> Option<&'static str> {
+    const ELEMENTS: [(&str, &[&str]); 4] = [
+        ("transition", &["from", "to", "on", "when", "after", "timeout", "interval", "priority"]),
+        ("place", &["components", "initial", "on-failure"]),
+        ("component", &["kind", "rate", "watchdog", "controllable"]),
+        ("link", &["from", "to", "keep", "mode"]),
+    ];
+    let has_all =
+        |attributes: &[&str]| names.iter().all(|name| attributes.contains(&name.as_str()));
+    ELEMENTS.iter().find(|(_, attributes)| has_all(attributes)).map(|(element, _)| *element)
 }
 
 /// Returns a word of a list without the marks that a list has in JSON or CSV.

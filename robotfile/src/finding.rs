@@ -153,9 +153,14 @@ impl Finding {
 
     /// Returns whether both report the same name.
     pub(crate) fn is_same_name(&self, other: &Self) -> bool {
+        // The names of components are those of the whole system, others those of one mission.
+        let is_of_system = || matches!(self.code, Code::UnknownComponent | Code::NotControllable);
+        let is_same_place = |a: &Location, b: &Location| {
+            a.text() == b.text() && (is_of_system() || a.source.path() == b.source.path())
+        };
         self.is_about_name()
             && self.code == other.code
-            && matches!((&self.at, &other.at), (Some(a), Some(b)) if a.text() == b.text() && a.source.path() == b.source.path())
+            && matches!((&self.at, &other.at), (Some(a), Some(b)) if is_same_place(a, b))
     }
 
     /// Merges another mention of the same name into this finding.

@@ -242,6 +242,11 @@ impl Transition {
     pub fn outputs(&self) -> impl Iterator<Item = &Arc> {
         self.arcs.iter().filter(|arc| arc.kind == ArcKind::Put)
     }
+
+    /// Whether it waits for the failure of a component.
+    pub(crate) fn is_on_failure(&self) -> bool {
+        self.on.as_ref().is_some_and(|on| on.event.value == "failed")
+    }
 }
 
 /// A variable and the value that a transition sets it to, computed from the values before the

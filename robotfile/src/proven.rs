@@ -41,6 +41,7 @@ impl Findings {
         if let Some(mission) = &configuration.mission {
             self.explain_by_missing_end(&mut proven, mission);
             goal::merge_after_goal(&mut proven, mission);
+            causes::explain_after_safe(&mut proven, mission);
             goal::merge_over_at_start(&mut proven);
             self.merge_outside(&mut proven, mission);
             causes::explain_missing_entrance(&mut proven, mission);

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use armor_petri::{NetTransition, TransitionId};
+use armor_petri::{NetTransition, PlaceId, TransitionId};
 use armor_robotfile::mission::Autonomy;
 use armor_robotfile::{Code, Finding, Findings};
 
@@ -44,10 +44,12 @@ impl Proof<'_> {
             }
             // Where a place is never marked, the finding is about that place, or about a transition
             // that leads to it.
-            if arcs.inputs.iter().chain(&arcs.reads).any(|(place, _)| self.most_in(*place) == 0) {
+            let after_safe = self.leads_on_from_safe(arcs);
+            let mut needed = arcs.inputs.iter().chain(&arcs.reads);
+            if after_safe.is_none() && needed.any(|(place, _)| self.most_in(*place) == 0) {
                 continue;
             }
-            let finding = self.leads_on_from_safe(arcs).or_else(|| {
+            let finding = after_safe.or_else(|| {
                 explained += usize::from(self.plan.transition(source).guard.is_some());
                 (explained <= MOST_EXPLAINED).then(|| self.guard_decides(source))?
             });
@@ -123,7 +125,29 @@ impl Proof<'_> {
         if let Some(safe) = &self.mission.safe {
             finding = finding.related(&safe.at, "the safe place");
         }
-        Some(finding.remedy("name another place as safe, or remove what leads on from it"))
+        let remedy = "name another place as safe, or remove what leads on from it";
+        Some(finding.remedy(match self.find_exchanged(transition, safe) {
+            Some(to) => {
+                let to = self.net.place(to);
+                format!("did you mean from=\"{to}\" to=\"{place}\"? Otherwise {remedy}")
+            }
+            None => remedy.to_owned(),
+        }))
+    }
+
+    /// Returns the place that a transition leads to from the safe place, if it is not the goal and no
+    /// other transition leads from there to the safe place: from and to may be exchanged.
+    fn find_exchanged(&self, transition: &NetTransition, safe: PlaceId) -> Option<PlaceId> {
+        let ([_], [(to, _)]) = (&transition.inputs[..], &transition.outputs[..]) else {
+            return None;
+        };
+        let net = self.plan.net();
+        let mut others = net.transition_ids().map(|id| net.transition(id));
+        let leads_back = others.any(|other| {
+            other.inputs.iter().any(|(place, _)| place == to)
+                && other.outputs.iter().any(|(place, _)| *place == safe)
+        });
+        (self.plan.goal() != Some(*to) && *to != safe && !leads_back).then_some(*to)
     }
 
     /// A transition whose places are marked, but whose guard is false for all values that its

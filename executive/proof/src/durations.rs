@@ -1,6 +1,8 @@
 //! How soon the goal can come, and how late the mission must be over: worth knowing, where it is
 //! cheap to find out.
 
+use std::collections::BTreeSet;
+
 use armor_petri::TransitionId;
 use armor_petri::analysis::durations::{Latest, TimedSequence, longest_time, shortest_time};
 use armor_petri::analysis::rules::FiringRules;
@@ -8,9 +10,6 @@ use armor_robotfile::{Code, Finding, MissionDuration};
 
 use crate::proof::Proof;
 use crate::wording::time_in_words as time;
-
-/// Most transitions that are named as waited for next to a circle.
-const MAX_WAITS: usize = 4;
 
 impl Proof<'_> {
     pub(super) fn find_durations(&self) -> Option<Finding> {
@@ -85,23 +84,15 @@ impl Proof<'_> {
     fn waits_during(&self, path: &[TransitionId], circle: &[TransitionId]) -> Vec<&str> {
         let rules = FiringRules::new(self.net);
         let Some(mut marking) = rules.play(self.net.initial(), path) else { return Vec::new() };
-        let is_open = |id: &TransitionId| {
-            let transition = self.net.transition(*id);
-            let need_not_fire = transition.gated || transition.interval.latest.is_none();
-            need_not_fire && !circle.contains(id)
-        };
-        let mut waits: Vec<_> = self.net.transition_ids().filter(is_open).collect();
+        let mut waits: BTreeSet<_> = self.net.transition_ids().collect();
+        let start = marking.clone();
         for &transition in circle {
-            waits.retain(|id| rules.enabled(&marking, *id));
+            waits.retain(|id| *id != transition && rules.enabled(&marking, *id));
             if rules.fire(&mut marking, transition).is_none() {
                 return Vec::new();
             }
         }
-        let mut names: Vec<_> = waits.into_iter().map(|id| self.name(id)).collect();
-        names.retain(|name| !name.is_empty());
-        names.dedup();
-        names.truncate(MAX_WAITS);
-        names
+        self.name_waits(&start, |id| waits.contains(&id))
     }
 
     fn as_data(&self, least: &TimedSequence, most: &Latest, always_goal: bool) -> MissionDuration {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use armor_petri::analysis::durations::{Latest, longest_time, shortest_time};
+use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{Escape, MarkingGraph, find_escape, nearest_lost};
 use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
@@ -23,6 +24,9 @@ pub(super) enum ClaimVerdict {
     /// Why it could not be found out.
     Undecided(String),
 }
+
+/// Most transitions that are named as waited for.
+const MAX_WAITS: usize = 4;
 
 const CHANGE_EITHER: &str = "change the mission, or what the check asks of it";
 
@@ -189,7 +193,7 @@ impl Proof<'_> {
     }
 
     fn marking_after(&self, path: &[TransitionId]) -> Vec<u32> {
-        let rules = armor_petri::analysis::rules::FiringRules::new(self.net);
+        let rules = FiringRules::new(self.net);
         rules.play(self.net.initial(), path).unwrap_or_default()
     }
 
@@ -265,11 +269,47 @@ impl Proof<'_> {
         ClaimVerdict::Fails(reason, remedy.into(), Some(self.trace_of(path, &[])))
     }
 
-    /// The last firing of a path may be waited for without end.
+    /// The last firing of a path may be waited for without end, and so may the others that could fire
+    /// instead.
     pub(super) fn waits(&self, path: &[TransitionId]) -> String {
         let Some((last, before)) = path.split_last() else { return "nothing has to fire".into() };
-        let name = self.name(*last);
-        format!("{} {name} may be waited for without end", self.after_firings(before))
+        let marking = FiringRules::new(self.net).play(self.net.initial(), before);
+        let mut names = marking.map(|it| self.name_waits(&it, |_| true)).unwrap_or_default();
+        if names.is_empty() {
+            names.push(self.name(*last));
+        }
+        format!(
+            "{} {} may be waited for without end",
+            self.after_firings(before),
+            names.join(" or ")
+        )
+    }
+
+    /// The names of the transitions that are enabled and need not fire, as far as `is_wanted`. The
+    /// failure of a component is named only if nothing else is waited for.
+    pub(super) fn name_waits(
+        &self,
+        marking: &[u32],
+        is_wanted: impl Fn(TransitionId) -> bool,
+    ) -> Vec<&str> {
+        let rules = FiringRules::new(self.net);
+        let is_open = |id: &TransitionId| {
+            let transition = self.net.transition(*id);
+            let need_not_fire = transition.gated || transition.interval.latest.is_none();
+            need_not_fire && rules.enabled(marking, *id) && is_wanted(*id)
+        };
+        let names = self.net.transition_ids().filter(is_open).map(|id| self.name(id));
+        let mut names: Vec<_> = names.filter(|name| !name.is_empty()).collect();
+        names.dedup();
+        let is_failure = |name: &str| {
+            let written = self.mission.transitions.iter().find(|it| it.name.value == name);
+            written.and_then(|it| it.on.as_ref()).is_some_and(|on| on.event.value == "failed")
+        };
+        if !names.iter().all(|name| is_failure(name)) {
+            names.retain(|name| !is_failure(name));
+        }
+        names.truncate(MAX_WAITS);
+        names
     }
 
     /// The transitions of the analysed net that are this one of the plan.
@@ -319,7 +359,7 @@ impl Proof<'_> {
 
     fn firing_of_one(&self, base: TransitionId) -> Possible {
         let space = &self.exploration.space;
-        let rules = armor_petri::analysis::rules::FiringRules::new(self.net);
+        let rules = FiringRules::new(self.net);
         let enabling = space.find(|marking| rules.enabled(marking, base));
         let Some(state) = enabling else {
             if self.is_whole() {

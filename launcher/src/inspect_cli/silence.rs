@@ -84,12 +84,29 @@ fn explain_silence(status: &Status, data: &str) -> String {
 /// Replaces the error of a link to data that no component provides by what is known about it.
 pub fn explain_missing(error: Error, observed: &ObservedSystem, data: &str) -> Error {
     match error.downcast_ref::<TapError>() {
-        Some(TapError::Directory(DirectoryError::Refused(_))) => match observed.list() {
-            Ok(listing) => anyhow!(describe_missing(&listing, data)),
-            Err(_) => error,
-        },
+        Some(TapError::Directory(DirectoryError::Refused(_))) => {
+            let component = data.split('.').next().unwrap_or_default();
+            let status = observed.ask_component(component).ok();
+            if let Some(text) = status.and_then(|status| describe_input(&status, data)) {
+                return anyhow!(text);
+            }
+            match observed.list() {
+                Ok(listing) => anyhow!(describe_missing(&listing, data)),
+                Err(_) => error,
+            }
+        }
         _ => error,
     }
+}
+
+/// Returns what feeds the input, if the name is that of an input: only outputs can be read.
+fn describe_input(status: &Status, data: &str) -> Option<String> {
+    let (_, port) = data.split_once('.')?;
+    let input = status.inputs.iter().find(|input| input.id == port)?;
+    Some(match input.data.as_str() {
+        "" => format!("{data} is an input, and no link feeds it"),
+        source => format!("{data} is an input; what arrives there is {source}: give that name"),
+    })
 }
 
 fn describe_missing(listing: &Listing, data: &str) -> String {
@@ -124,7 +141,7 @@ fn describe_missing(listing: &Listing, data: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use armor_wire::control::OutputStatus;
+    use armor_wire::control::{InputStatus, OutputStatus};
     use armor_wire::registry::{ComponentEntry, DataEntry};
 
     fn listing() -> Listing {
@@ -182,6 +199,28 @@ mod tests {
             outputs: vec![OutputStatus { id, data, type_name, published, links: Vec::new() }],
             inputs: Vec::new(),
         }
+    }
+
+    #[test]
+    fn an_input_is_answered_with_the_output_that_feeds_it() {
+        let input = |id: &str, data: &str| InputStatus {
+            id: id.into(),
+            data: data.into(),
+            connected: true,
+            received: 0,
+            waiting: 0,
+            lost: 0,
+            dropped: 0,
+            connections: 1,
+            problem: String::new(),
+        };
+        let inputs = vec![input("pose", "slam.pose"), input("goal", "")];
+        let status = Status { inputs, ..status(RunState::Active, 0, 0) };
+        let text = describe_input(&status, "laser.pose").expect("an input");
+        assert_eq!(text, "laser.pose is an input; what arrives there is slam.pose: give that name");
+        let text = describe_input(&status, "laser.goal").expect("an input");
+        assert_eq!(text, "laser.goal is an input, and no link feeds it");
+        assert_eq!(describe_input(&status, "laser.scan"), None);
     }
 
     #[test]

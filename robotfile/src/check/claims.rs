@@ -63,8 +63,14 @@ fn check_one(text: &Spanned<String>, known: &ClaimNames<'_>, findings: &mut Find
             return;
         }
     };
-    for (sort, name) in claim.names() {
-        known.expect(sort, name, text, findings);
+    let names = claim.names();
+    let bare: Vec<_> =
+        names.iter().filter(|(sort, name)| known.is_bare_component(*sort, name)).collect();
+    if let [(_, first), others @ ..] = &bare[..] {
+        known.report_bare_components(first, others.iter().map(|(_, name)| *name), text, findings);
+    }
+    for (sort, name) in names.iter().filter(|(sort, name)| !known.is_bare_component(*sort, name)) {
+        known.expect(*sort, name, text, findings);
     }
     for (name, number, is) in find_constant(&claim, known.variables) {
         let (variable, at) = (name.as_str(), within(text, name.at.clone()));
@@ -197,10 +203,59 @@ impl<'a> ClaimNames<'a> {
             _ => format!("there is no {} called {}", sort.noun(), short(own)),
         };
         let all = || known.iter().copied();
-        let remedy = suggest_similar(own, all())
-            .unwrap_or_else(|| self.suggest_remedy(sort, own, listed(all())));
+        let guess = match self.is_other_sort(sort, own) {
+            true => None,
+            false => suggest_similar(own, all()),
+        };
+        let remedy = guess.unwrap_or_else(|| self.suggest_remedy(sort, own, listed(all())));
         let at = within(text, name.at.clone());
         findings.push(Finding::new(code, &at, message).remedy(remedy));
+    }
+
+    /// Returns whether a place is expected and a component is named, which is meant to be active.
+    fn is_bare_component(&self, sort: Sort, name: &Name) -> bool {
+        let own = name.as_str();
+        matches!(sort, Sort::Place | Sort::Count)
+            && self.components.contains(own)
+            && !self.counts.contains(own)
+            && !self.places.contains(own)
+            && !self.transitions.contains(own)
+    }
+
+    /// Reports the components of one check that are named without `active(…)`.
+    fn report_bare_components<'n>(
+        &self,
+        first: &'n Name,
+        others: impl Iterator<Item = &'n Name> + Clone,
+        text: &Spanned<String>,
+        findings: &mut Findings,
+    ) {
+        let names: BTreeSet<_> =
+            std::iter::once(first).chain(others.clone()).map(Name::as_str).collect();
+        let message = match names.len() {
+            1 => format!("there is no place called {0}: {0} is a component", first.as_str()),
+            _ => format!(
+                "there are no places called {0}: they are components",
+                names.iter().copied().collect::<Vec<_>>().join(" and ")
+            ),
+        };
+        let written: Vec<_> = names.iter().map(|name| format!("active({name})")).collect();
+        let at = within(text, first.at.clone());
+        let finding = Finding::new(Code::UnknownPlace, &at, message);
+        let finding = finding.remedy(format!("write {}", written.join(" and ")));
+        findings.push(others.fold(finding, |finding, other| {
+            finding.related(&within(text, other.at.clone()), "and this one")
+        }));
+    }
+
+    /// Returns whether exactly this is the name of something else, so that no similar one was meant.
+    fn is_other_sort(&self, sort: Sort, name: &str) -> bool {
+        match sort {
+            Sort::Component => self.places.contains(name),
+            Sort::Place => self.counts.contains(name) || self.transitions.contains(name),
+            Sort::Count => self.transitions.contains(name),
+            Sort::Transition => false,
+        }
     }
 
     /// Returns the remedy; the name may be that of another kind of thing.
@@ -211,9 +266,6 @@ impl<'a> ClaimNames<'a> {
         let sort = if sort == Sort::Count { Sort::Place } else { sort };
         if sort == Sort::Place && self.transitions.contains(name) {
             return format!("{name} is a transition: write fires({name}) or dead({name})");
-        }
-        if sort == Sort::Place && self.components.contains(name) {
-            return format!("{name} is a component: write active({name})");
         }
         if sort == Sort::Component && self.places.contains(name) {
             return format!("{name} is a place: write {name}, without active(…)");

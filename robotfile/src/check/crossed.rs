@@ -32,6 +32,8 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
     for (name, port) in ports(true) {
         outputs.entry((port.id.as_str(), port.schema_hash)).or_default().push(name);
     }
+    // Two links whose outputs are exchanged are one mistake.
+    let mut exchanged = BTreeSet::new();
     for link in &system.links {
         let Some((from, to)) = ports_of(link, &kinds) else { continue };
         let has_partner = inputs.contains(&(from.id.as_str(), to.schema_hash));
@@ -40,16 +42,37 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
         }
         let named = outputs.get(&(to.id.as_str(), to.schema_hash)).into_iter().flatten();
         let consumer = link.to.component.value.as_str();
-        let Some(meant) = named.copied().find(|name| *name != consumer) else { continue };
+        let Some(producer) = named.copied().find(|name| *name != consumer) else { continue };
         let (from, to) = (link.from.data(), link.to.data());
-        let meant = format!("{meant}.{}", link.to.port.value);
+        let meant = format!("{producer}.{}", link.to.port.value);
+        if exchanged.contains(&link.from.at.span) {
+            continue;
+        }
+        let remedy = if let Some(other) = find_exchanged(link, &meant, system) {
+            exchanged.insert(other.from.at.span);
+            format!("exchange the outputs of the two links: from=\"{meant}\" here")
+        } else if producer != link.from.component.value {
+            format!(
+                "write from=\"{meant}\"; if {from} is meant, remove the component that publishes \
+                 {meant}"
+            )
+        } else {
+            // One component publishes both, so that one of them is chosen.
+            continue;
+        };
         let message =
             format!("{to} takes {from}, although {meant} has its name and publishes the same type");
         let finding = Finding::new(Code::CrossedLink, &link.from.at, message);
-        findings.push(finding.remedy(format!(
-            "write from=\"{meant}\"; if {from} is meant, remove the component that publishes {meant}"
-        )));
+        findings.push(finding.remedy(remedy));
     }
+}
+
+/// Returns the link that takes what this one should take, and gives it to an input with the name of
+/// this one's output.
+fn find_exchanged<'a>(link: &Link, meant: &str, system: &'a System) -> Option<&'a Link> {
+    let is_it =
+        |other: &&Link| other.from.data() == meant && other.to.port.value == link.from.port.value;
+    system.links.iter().find(is_it)
 }
 
 fn ports_of<'a>(

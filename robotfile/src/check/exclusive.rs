@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{Exclusive, Mission};
+use crate::mission::{Exclusive, Mission, Place};
 use crate::source::Spanned;
 
 /// Exclusive components neither in one place nor in two places of the start.
@@ -26,14 +26,21 @@ pub(super) fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
         for component in &place.components {
             for set in sets.get(component.value.as_str()).into_iter().flatten() {
                 let before = here[*set].replace((number, component));
-                let other = before.filter(|(place, _)| *place == number).map(|(_, other)| other);
+                let other = before.filter(|(place, _)| *place == number);
                 let other = other.or_else(|| {
-                    if place.initial > 0 { at_start[*set].replace(component) } else { None }
+                    let own = (number, component);
+                    if place.initial > 0 { at_start[*set].replace(own) } else { None }
                 });
-                if let Some(other) = other.filter(|other| other.value != component.value)
+                if let Some((there, other)) = other.filter(|(_, it)| it.value != component.value)
                     && reported.insert((&component.value, &other.value))
                 {
-                    report_together(component, other, mission, *set, findings);
+                    let finding = if there == number {
+                        find_together(component, other)
+                    } else {
+                        find_both_initial(component, other, place, &mission.places[there])
+                    };
+                    let set = &mission.exclusives[*set].at;
+                    findings.push(finding.related(set, "declared exclusive here"));
                 }
             }
         }
@@ -57,19 +64,26 @@ pub(super) fn exclusives_once(mission: &Mission, findings: &mut Findings) {
     }
 }
 
-fn report_together(
+fn find_together(component: &Spanned<String>, other: &Spanned<String>) -> Finding {
+    let message = format!("{} would be active together with {}", component.value, other.value);
+    Finding::new(Code::ExclusiveTogether, &component.at, message)
+        .remedy("activate them in different places, or do not declare them exclusive")
+        .related(&other.at, "with this one")
+}
+
+fn find_both_initial(
     component: &Spanned<String>,
     other: &Spanned<String>,
-    mission: &Mission,
-    set: usize,
-    findings: &mut Findings,
-) {
-    let message = format!("{} would be active together with {}", component.value, other.value);
-    let finding = Finding::new(Code::ExclusiveTogether, &component.at, message);
-    findings.push(
-        finding
-            .remedy("activate them in different places, or do not declare them exclusive")
-            .related(&other.at, "with this one")
-            .related(&mission.exclusives[set].at, "declared exclusive here"),
+    place: &Place,
+    there: &Place,
+) -> Finding {
+    let (place, there) = (&place.name, &there.name);
+    let message = format!(
+        "{} would be active together with {}: {} and {} are both initial",
+        component.value, other.value, there.value, place.value
     );
+    Finding::new(Code::ExclusiveTogether, &component.at, message)
+        .remedy(format!("write initial=\"true\" only on {} or on {}", there.value, place.value))
+        .related(&there.at, "initial")
+        .related(&place.at, "initial too")
 }

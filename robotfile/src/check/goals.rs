@@ -3,17 +3,47 @@
 
 use std::collections::BTreeSet;
 
+use crate::check::manifests::Manifests;
 use crate::check::reach::{find_reached, find_reached_without_failures};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::model::{Component, Configuration};
 
-/// Checks a mission; `whole` is the mission with its sub-missions.
-pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
-    check_failures(mission, whole, findings);
+/// Returns the components that report that they are done, although no transition waits for it.
+pub(super) fn find_unawaited<'a>(
+    configuration: &'a Configuration,
+    manifests: &Manifests,
+) -> BTreeSet<&'a str> {
+    let awaited: BTreeSet<&str> = configuration
+        .missions()
+        .flat_map(|mission| &mission.transitions)
+        .filter_map(|transition| transition.on.as_ref())
+        .filter(|on| on.event.value == "done")
+        .map(|on| on.component.value.as_str())
+        .collect();
+    let is_done = |component: &&Component| {
+        let kind = manifests.get(&component.kind.value);
+        kind.is_some_and(|kind| kind.reports_done)
+            && !awaited.contains(component.name.value.as_str())
+    };
+    let components = configuration.system.components.iter().filter(is_done);
+    components.map(|component| component.name.value.as_str()).collect()
+}
+
+/// Checks a mission; `whole` is the mission with its sub-missions, `unawaited` as of
+/// [`find_unawaited`].
+pub(super) fn check(
+    mission: &Mission,
+    whole: &Mission,
+    is_main: bool,
+    unawaited: &BTreeSet<&str>,
+    findings: &mut Findings,
+) {
+    check_unused_done(mission, unawaited, findings);
     check_exchanged(mission, findings);
-    check_unused_done(mission, findings);
+    check_failures(mission, whole, findings);
     if is_main {
         check_left_tokens(mission, findings);
     }
@@ -61,22 +91,41 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
     let Some(goal) = &mission.goal else { return };
     let is_reached = |reached: &BTreeSet<&str>| reached.contains(goal.value.as_str());
     let reached = find_reached_without_failures(whole);
-    // A place that nothing leads to at all is a finding already.
-    let is_known = findings.iter().any(|it| it.code == Code::UnreachablePlace);
+    // That a place is not reached, or a done not waited for, is a finding already.
+    let is_known =
+        findings.iter().any(|it| matches!(it.code, Code::UnreachablePlace | Code::DoneUnused));
     if is_known || is_reached(&reached) || !is_reached(&find_reached(whole, &[], None)) {
         return;
     }
     // From the goal back to a place to which nothing but a failure leads.
     let mut place = goal.value.as_str();
     let mut seen = BTreeSet::new();
+    let mut on_failure = None;
     while seen.insert(place) {
         let mut leading = whole.transitions.iter().filter(|transition| leads_to(transition, place));
         let Some(transition) = leading.next() else { break };
+        if transition.is_on_failure() {
+            on_failure = transition.on.as_ref().map(|on| (&transition.name, on));
+            break;
+        }
         let mut needed = transition.inputs().map(|arc| arc.place.value.as_str());
         match needed.find(|needed| !reached.contains(needed)) {
             Some(missing) => place = missing,
             None => break,
         }
+    }
+    if let Some((name, on)) = on_failure {
+        let message = format!(
+            "the goal {} is reached only if a component fails: {} waits for {}.failed",
+            goal.value, name.value, on.component.value
+        );
+        let finding = Finding::new(Code::GoalByFailure, &on.event.at, message);
+        findings.push(finding.remedy(format!(
+            "did you mean on=\"{}.done\"? Otherwise add a transition that leads to {place} when all goes \
+             well",
+            on.component.value
+        )));
+        return;
     }
     let Some(place) = mission.place(place) else { return };
     let message = format!(
@@ -106,7 +155,7 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
             && transition.when.is_none()
             && transition.not_before.is_none()
             && transition.interval.as_ref().is_some_and(|it| !it.value.earliest.is_zero());
-        is_timeout || is_by(transition, "failed")
+        is_timeout || transition.is_on_failure()
     };
     let mut to_goal = entering(&goal.value).peekable();
     if to_goal.peek().is_none() || !to_goal.all(is_exit) {
@@ -127,8 +176,8 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
 }
 
 /// A place waits for the failure of a component and not for its end, although other places with it
-/// wait for that: once it is done there, only a timeout leads on.
-fn check_unused_done(mission: &Mission, findings: &mut Findings) {
+/// wait for that, or none does: once it is done there, only a timeout leads on.
+fn check_unused_done(mission: &Mission, unawaited: &BTreeSet<&str>, findings: &mut Findings) {
     let waits_for = |place: &Place, component: &str, event: &str| {
         mission.transitions.iter().any(|transition| {
             let is_from = transition.inputs().any(|arc| arc.place.value == place.name.value);
@@ -155,9 +204,10 @@ fn check_unused_done(mission: &Mission, findings: &mut Findings) {
         };
         let others = mission.places.iter().filter(|it| it.name.value != place.name.value);
         let mut others = others.filter(|other| is_active(other));
-        let is_usual = others.any(|other| waits_for(other, component, "done"));
-        let leads_on = leads_to_failure(mission, transition);
-        if is_usual && !leads_on && !waits_for(place, component, "done") {
+        let is_usual = unawaited.contains(component)
+            || others.any(|other| waits_for(other, component, "done"));
+        let leads_to_safe = leads_to_failure(mission, transition);
+        if is_usual && !leads_to_safe && !waits_for(place, component, "done") {
             let name = &place.name.value;
             let message = format!(
                 "{} waits in {name} for a failure of {component}, but no transition waits there for \

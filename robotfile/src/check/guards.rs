@@ -8,7 +8,7 @@ mod sets;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use self::data::DataFields;
+use self::data::{ANY_NUMBER, DataFields};
 use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::claim::Claim;
@@ -75,7 +75,9 @@ fn check_one(mission: &Mission, data: &DataFields<'_>, findings: &mut Findings) 
             }
             used.insert(name.as_str().to_owned());
             meanings.push(match name.data() {
-                Some(_) => data.field(name, when, findings).map(unbounded_meaning),
+                Some(_) => data
+                    .field(name, when, findings)
+                    .map(|is| measured_meaning(is, data.find_range(name))),
                 None => known_variable(name, when, &variables, findings),
             });
         }
@@ -160,13 +162,9 @@ fn claimed_names(mission: &Mission) -> BTreeSet<String> {
     claims.flat_map(names).collect()
 }
 
-fn unbounded_meaning(is: Type) -> Meaning {
-    Meaning {
-        is,
-        within: (f64::NEG_INFINITY, f64::INFINITY),
-        domain: "any value".into(),
-        is_measured: true,
-    }
+fn measured_meaning(is: Type, range: Option<(f64, f64)>) -> Meaning {
+    let domain = range.map_or("any value".into(), |(low, high)| format!("{low} to {high}"));
+    Meaning { is, within: range.unwrap_or(ANY_NUMBER), domain, is_measured: true }
 }
 
 fn known_variable(

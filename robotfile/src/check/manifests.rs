@@ -1,7 +1,7 @@
 //! The system against the manifests of its kinds: existence and parameters; the ports are in
 //! `ports.rs`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, RESERVED_EVENTS};
 use armor_wire::name::is_name;
@@ -13,7 +13,7 @@ use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
 use crate::mission::PlaceParameter;
-use crate::model::{Component, Configuration, Parameter};
+use crate::model::{Component, Configuration, Parameter, System};
 use crate::source::Spanned;
 use crate::suggestion::{suggest_choice, suggest_similar};
 
@@ -39,6 +39,14 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             ),
         }
     }
+    // What a component of another kind has is not known, as that of an unknown kind.
+    for component in &system.components {
+        let name = component.name.value.as_str();
+        let Some(manifest) = kinds.get(name) else { continue };
+        if report_other_kind(component, manifest, system, manifests, findings) {
+            kinds.remove(name);
+        }
+    }
     for link in &system.links {
         ports::check_link(link, &kinds, findings);
     }
@@ -50,9 +58,6 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             let is_whole = !system.unreadable.is_half_read(&component.name.value);
-            if report_other_kind(component, manifest, manifests, findings) {
-                continue;
-            }
             check_parameters(component, manifest, is_whole, findings);
             check_sources(component, manifest, configuration, findings);
             ports::required_inputs(component, manifest, &fed, findings);
@@ -78,32 +83,92 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             }
         }
     }
+    explain_foreign_parameters(system, &kinds, findings);
 }
 
-/// Reports a component of which the kind knows none of several parameters while another kind knows all.
+/// Reports a component of whose parameters and ports the kind knows two or more not, while exactly
+/// one other kind knows all.
 fn report_other_kind(
     component: &Component,
     manifest: &Manifest,
+    system: &System,
     manifests: &Manifests,
     findings: &mut Findings,
 ) -> bool {
-    let has = |kind: &Manifest, given: &Parameter| {
-        kind.parameters.iter().any(|wanted| wanted.name == given.name.value)
-    };
-    let given = &component.parameters;
-    if given.len() < 2 || given.iter().any(|given| has(manifest, given)) {
+    let name = &component.name.value;
+    let outputs = system.links.iter().map(|link| (Use::Output, &link.from));
+    let inputs = system.links.iter().map(|link| (Use::Input, &link.to));
+    let ports = outputs.chain(inputs).filter(|(_, port)| port.component.value == *name);
+    let given = component.parameters.iter();
+    let uses: BTreeSet<_> = given
+        .map(|given| (Use::Parameter, given.name.value.as_str()))
+        .chain(ports.map(|(is, port)| (is, port.port.value.as_str())))
+        .collect();
+    let unknown: Vec<_> = uses.iter().filter(|it| !has(manifest, **it)).collect();
+    if unknown.len() < 2 {
         return false;
     }
-    let mut others = manifests.values().filter(|kind| given.iter().all(|given| has(kind, given)));
+    let is_other = |kind: &&Manifest| uses.iter().all(|it| has(kind, *it));
+    let mut others = manifests.values().filter(is_other);
     let (Some(other), None) = (others.next(), others.next()) else { return false };
+    let is_parameter = unknown.iter().any(|(is, _)| *is == Use::Parameter);
+    let (code, noun) = match is_parameter {
+        true => (Code::UnknownParameter, "parameters"),
+        false => (Code::UnknownPort, "ports"),
+    };
+    let names = listed(unknown.iter().map(|(_, name)| *name));
     let message = format!(
-        "a {} has none of the parameters of {}; they are those of a {}",
-        component.kind.value, component.name.value, other.kind
+        "a {} has no {noun} called {names}; a {} has all that {name} uses",
+        component.kind.value, other.kind
     );
-    let finding = Finding::new(Code::UnknownParameter, &component.kind.at, message);
+    let finding = Finding::new(code, &component.kind.at, message);
     findings.push(finding.remedy(format!("did you mean kind=\"{}\"?", other.kind)));
     true
 }
+
+/// What the file uses of a component.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Use {
+    Parameter,
+    Input,
+    Output,
+}
+
+fn has(kind: &Manifest, (is, name): (Use, &str)) -> bool {
+    match is {
+        Use::Parameter => kind.parameters.iter().any(|it| it.name == name),
+        Use::Input => kind.inputs.iter().any(|it| it.id == name),
+        Use::Output => kind.outputs.iter().any(|it| it.id == name),
+    }
+}
+
+/// Names the other components that have a parameter which is unknown where it is given.
+fn explain_foreign_parameters(
+    system: &System,
+    kinds: &BTreeMap<&str, &Manifest>,
+    findings: &mut Findings,
+) {
+    let is_unclear = |finding: &&mut Finding| {
+        finding.code == Code::UnknownParameter && !finding.remedy.starts_with("did you mean")
+    };
+    for finding in findings.iter_mut().filter(is_unclear) {
+        let Some(name) = finding.at.as_ref().map(|at| at.text().to_owned()) else { continue };
+        let has_it = |component: &&Component| {
+            let kind = kinds.get(component.name.value.as_str());
+            kind.is_some_and(|kind| has(kind, (Use::Parameter, &name)))
+                && component.parameter(&name).is_none()
+        };
+        let others = system.components.iter().filter(has_it);
+        let others: Vec<_> = others.map(|component| component.name.value.as_str()).collect();
+        if !others.is_empty() && others.len() <= MAX_OTHERS {
+            let others = others.join(" or ");
+            finding.remedy = format!("was it meant for {others}? Otherwise {}", finding.remedy);
+        }
+    }
+}
+
+/// Most components that are named as those for which a parameter may be meant.
+const MAX_OTHERS: usize = 3;
 
 /// A component that needs one of several inputs or parameters has none.
 fn check_sources(

@@ -68,18 +68,31 @@ pub(super) fn check(
                 && !targets.contains(name.as_str())
                 && find_reached(whole, &[name], None).len() > reached.len() + 1
         };
-        let remedy = advise_submission(mission, name).unwrap_or_else(|| match begins() {
-            true => {
-                format!(
-                    "write initial=\"true\" on {name} if the mission begins in it; otherwise add a \
-                     transition to it, or remove it"
-                )
+        let remedy = advise_submission(mission, name).unwrap_or_else(|| {
+            let not_on = find_initial_after(mission, name);
+            match not_on.map(|other| format!(", not on {other},")) {
+                None if !begins() => "add a transition to it, or remove it".into(),
+                not_on => format!(
+                    "write initial=\"true\" on {name}{} if the mission begins in it; otherwise add a \
+                     transition to it, or remove it",
+                    not_on.unwrap_or_default()
+                ),
             }
-            false => "add a transition to it, or remove it".into(),
         });
         findings.push(finding.remedy(remedy).stops_transition());
     }
     whole.places.iter().all(|place| is_reached(&place))
+}
+
+/// Returns the only initial place, if only transitions from the place lead to it.
+fn find_initial_after<'a>(mission: &'a Mission, place: &str) -> Option<&'a str> {
+    let mut initial = mission.places.iter().filter(|it| it.initial > 0);
+    let (Some(only), None) = (initial.next(), initial.next()) else { return None };
+    let only = only.name.value.as_str();
+    let mut leading =
+        mission.transitions.iter().filter(|it| output_places(it).any(|it| it == only));
+    let from = |it: &Transition| it.inputs().any(|arc| arc.place.value == place);
+    (leading.clone().next().is_some() && leading.all(from)).then_some(only)
 }
 
 /// What to write into a sub-mission that was probably to leave to the place.
@@ -179,24 +192,24 @@ pub(super) fn find_reached<'a>(
     without: Option<usize>,
 ) -> BTreeSet<&'a str> {
     let begins = begins.iter().copied().chain(failure_places(mission)).collect();
-    find_reached_from(mission, begins, without)
+    find_reached_from(mission, begins, |index, _| without != Some(index))
 }
 
 /// The same if nothing fails.
 pub(super) fn find_reached_without_failures(mission: &Mission) -> BTreeSet<&str> {
-    find_reached_from(mission, Vec::new(), None)
+    find_reached_from(mission, Vec::new(), |_, transition| !transition.is_on_failure())
 }
 
 fn find_reached_from<'a>(
     mission: &'a Mission,
     begins: Vec<&'a str>,
-    without: Option<usize>,
+    may_fire: impl Fn(usize, &Transition) -> bool,
 ) -> BTreeSet<&'a str> {
     let mut waiting: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut missing = Vec::new();
     for (index, transition) in mission.transitions.iter().enumerate() {
         let needs = needed_places(transition);
-        missing.push(needs.len() + usize::from(without == Some(index)));
+        missing.push(needs.len() + usize::from(!may_fire(index, transition)));
         for place in needs {
             waiting.entry(place).or_default().push(index);
         }

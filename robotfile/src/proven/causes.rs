@@ -75,6 +75,28 @@ pub(super) fn explain_endless(proven: &mut Vec<Finding>, mission: &Mission) {
     }
 }
 
+/// Explains checks that fail by a transition that leads on from the safe place, where the mission is
+/// over: it was probably to lead there.
+pub(super) fn explain_after_safe(proven: &mut Vec<Finding>, mission: &Mission) {
+    let Some(safe) = &mission.safe else { return };
+    let is_after = |result: &Finding| {
+        let mut transitions = mission.transitions.iter();
+        let is_it = |it: &&Transition| {
+            result.at.as_ref().is_some_and(|at| at.span == it.name.at.span)
+                && it.inputs().any(|arc| arc.place.value == safe.value)
+        };
+        result.code == Code::NeverFires && transitions.any(|it| is_it(&it))
+    };
+    let Some(cause) = proven.iter().find(|it| is_after(it)).cloned() else { return };
+    let (checks, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| find_awaited(result).is_some());
+    *proven = others;
+    if !checks.is_empty() {
+        proven.retain(|result| !is_after(result));
+        proven.extend(explain_first(checks, cause));
+    }
+}
+
 /// Explains what a sub-mission does that leads to a place but begins at the start, where transitions
 /// lead to a place of which nothing takes the tokens: it was probably to begin there.
 pub(super) fn explain_missing_entrance(proven: &mut Vec<Finding>, mission: &Mission) {

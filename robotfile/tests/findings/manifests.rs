@@ -467,3 +467,36 @@ fn a_component_that_is_never_done() {
     );
     assert!(!with("failed").iter().any(|it| it.starts_with("E0225")));
 }
+
+#[test]
+fn outputs_of_two_links_that_are_exchanged_are_one_finding() {
+    let file = |pose: &str, truth: &str| {
+        let components = ["world", "tracker", "pilot", "judge"]
+            .map(|it| format!(r#"<component name="{it}" kind="{it}"/>"#));
+        warnings_of(&system(&format!(
+            r#"{}<link from="pilot.velocity" to="world.velocity"/><link from="tracker.pose" to="pilot.pose"/><link from="{pose}" to="judge.pose"/><link from="{truth}" to="judge.truth"/>"#,
+            components.concat()
+        )))
+    };
+    assert_eq!(file("tracker.pose", "world.truth"), Vec::<String>::new());
+    let found = file("world.truth", "tracker.pose");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].contains(r#"exchange the outputs of the two links: from="tracker.pose" here"#),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_component_whose_uses_are_those_of_another_kind() {
+    let file = system(
+        r#"<component name="world" kind="world"/><component name="judge" kind="tracker"/><link from="pilot.velocity" to="world.velocity"/><component name="tracker" kind="tracker"/><component name="pilot" kind="pilot"/><link from="tracker.pose" to="pilot.pose"/><link from="tracker.pose" to="judge.pose"/><link from="world.truth" to="judge.truth"/>"#,
+    );
+    let found = warnings_of(&file);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].starts_with("E0106 a tracker has no ports called pose, truth; a judge has all"),
+        "{found:?}"
+    );
+    assert!(found[0].contains(r#"did you mean kind="judge"?"#), "{found:?}");
+}

@@ -166,3 +166,69 @@ fn a_question_without_a_time_for_its_answer_lacks_only_that() {
         &with(&asked.replace(" autonomy=\"confirm\"", " on=\"go.failed\"")),
     );
 }
+
+#[test]
+fn an_element_in_the_wrong_place_is_answered_with_its_parent() {
+    let link = r#"<link from="go.x" to="arm.y"/>"#;
+    let file = with("").replace(
+        r#"<component name="arm" kind="arm"/>"#,
+        &format!(r#"<component name="arm" kind="arm">{link}</component>"#),
+    );
+    only("E0015", "write it directly in <system>: is an end tag missing or misplaced?", &file);
+    let inside =
+        with(&LATE.replace("/>", r#"><place name="q"/></transition>"#)).replacen(LATE, "", 1);
+    only("E0015", "write it directly in <mission>", &inside);
+}
+
+#[test]
+fn attributes_of_another_element_are_one_finding() {
+    let place = with(r#"<place name="q" from="a" to="over" on="go.done"/>"#);
+    only("E0016", "<place> has no attributes from, to, on", &place);
+    only("E0016", "a <transition> has them: is this one meant?", &place);
+    only("E0016", "<place> has no attribute colour", &with(r#"<place name="q" colour="red"/>"#));
+}
+
+#[test]
+fn components_in_a_check_are_one_finding() {
+    let both = r#"<place name="b" components="arm"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="b" to="hold" timeout="9s"/>"#;
+    let file = |check: &str| with(&format!("{both}<check>{check}</check>"));
+    only("E0203", "write active(arm) and active(go)", &file("never go and arm"));
+    only("E0203", "there is no place called go: go is a component", &file("never go and b"));
+}
+
+#[test]
+fn two_initial_places_of_an_exclusive_set_are_named() {
+    let file = with(
+        r#"<place name="b" initial="true" components="arm"/><exclusive components="go arm"/><transition name="t" from="b" to="over" on="arm.done"/>"#,
+    );
+    only("E0207", "a and b are both initial", &file);
+    only("E0207", r#"write initial="true" only on a or on b"#, &file);
+}
+
+#[test]
+fn places_that_are_exchanged_are_proposed() {
+    let file = with(
+        r#"<place name="b" components="arm"/><transition name="in" from="a" to="b" on="go.failed"/><transition name="t" from="b" to="a" on="go.done"/><transition name="u" from="b" to="over" on="arm.done"/>"#,
+    );
+    only("W0214", r#"did you mean from="a" to="b"? Otherwise, a frozen"#, &file);
+}
+
+#[test]
+fn the_wrong_initial_place_is_named() {
+    let file = with(
+        r#"<place name="first" components="arm"/><transition name="t" from="first" to="a" on="arm.done"/>"#,
+    );
+    only("W0212", r#"write initial="true" on first, not on a, if the mission"#, &file);
+}
+
+#[test]
+fn a_failure_is_answered_with_the_done_that_nothing_waits_for() {
+    let failed = END.replace("done", "failed");
+    let file = robot(r#"safe="hold""#, &format!("{failed}{LATE}"));
+    only("W0277", r#"did you mean on="go.done"?"#, &file);
+    // Another transition waits for its done, but does not lead to the goal.
+    let done = r#"<place name="b" components="arm"/><transition name="v" from="a" to="b" on="go.done"/><transition name="u" from="b" to="hold" timeout="9s"/>"#;
+    let file = robot(r#"safe="hold""#, &format!("{failed}{LATE}{done}"));
+    only("W0275", "end waits for go.failed", &file);
+    only("W0275", r#"did you mean on="go.done"?"#, &file);
+}

@@ -177,3 +177,23 @@ fn a_question_that_comes_too_late_is_never_asked() {
     expect(&ask("1s"), &[], "");
     expect(&ask("5s"), &["W0217"], "ask never fires in time: something else always fires before");
 }
+
+#[test]
+fn a_transition_that_leads_on_from_the_safe_place_explains_the_check() {
+    let there = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
+    let early = r#"<transition name="early" from="a" to="b" timeout="60s"/>"#;
+    let exchanged = r#"<transition name="late" from="hold" to="b" timeout="60s"/>"#;
+    let check = "<check>duration(home or hold) &lt;= 3min</check>";
+    let file = mission(BOTH, &format!("{OUT}{there}{early}{exchanged}"));
+    expect(&file, &["W0217"], r#"did you mean from="b" to="hold"?"#);
+    let file = mission(BOTH, &format!("{OUT}{there}{early}{exchanged}{check}"));
+    expect(&file, &["E0252"], "late never fires: it leads on from hold, the safe place");
+    expect(&file, &["E0252"], r#"did you mean from="b" to="hold"?"#);
+    // Where another one leads from there to the safe place, another place was meant to be safe.
+    let file = mission(
+        BOTH,
+        &format!("{OUT}{there}{early}{LATE}{exchanged}")
+            .replace("\"late\" from=\"hold\"", "\"on\" from=\"hold\""),
+    );
+    expect(&file, &["W0217"], "help: name another place as safe");
+}

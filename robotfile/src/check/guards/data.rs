@@ -8,7 +8,7 @@ use armor_wire::manifest::Manifest;
 use armor_wire::quantity::{self, Dimension, Unit};
 use armor_wire::schema::{self, FieldError, FieldPath, Schema};
 
-use super::within;
+use super::{measured_meaning, within};
 use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::code::Code;
@@ -24,6 +24,11 @@ use crate::suggestion::suggest_similar;
 const SHORTEST_BEGINNING: usize = 3;
 /// Reports that components of every kind may send.
 const COMMON_REPORTS: [&str; 2] = ["done", "failed"];
+
+/// Fields of standard messages with the least and the greatest value that their documentation states.
+const RANGES: [(&str, &str, (f64, f64)); 1] = [("BatteryState", "percentage", (0.0, 1.0))];
+/// Any number.
+pub(super) const ANY_NUMBER: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// The data that guards may name.
 pub(super) struct DataFields<'a> {
@@ -75,9 +80,24 @@ impl<'a> DataFields<'a> {
             (low.map_or(f64::NEG_INFINITY, |low| low.0), high.map_or(f64::INFINITY, |high| high.0));
         // That the minimum exceeds the maximum is a finding already.
         if within.0 > within.1 {
-            within = (f64::NEG_INFINITY, f64::INFINITY);
+            within = ANY_NUMBER;
+        }
+        let source = variable.source.as_ref().and_then(|source| Name::of_data(&source.value));
+        if let ([None, None], Some(range)) = (ends, source.and_then(|it| self.find_range(&it))) {
+            return measured_meaning(is, Some(range));
         }
         Meaning { is, within, domain, is_measured: variable.source.is_some() }
+    }
+
+    /// The least and the greatest value of a field of a standard message, if it has them.
+    pub(super) fn find_range(&self, name: &Name) -> Option<(f64, f64)> {
+        let (component, output) = name.data()?.split_once('.')?;
+        let manifest = self.kinds.as_ref()?.get(component)?;
+        let port = manifest.outputs.iter().find(|port| port.id == output)?;
+        let is_field = |(message, field, _): &&(&str, &str, _)| {
+            *message == port.type_name && name.fields() == [*field]
+        };
+        RANGES.iter().find(is_field).map(|(.., range)| *range)
     }
 
     /// The type of a field of data; none, and a finding, if there is no such field.

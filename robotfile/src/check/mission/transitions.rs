@@ -57,14 +57,18 @@ impl MissionNames<'_> {
             let arcs = transition.arcs.iter().filter(|arc| arc.kind == kind);
             arcs.map(|arc| arc.place.value.as_str()).collect::<Vec<_>>()
         });
+        let mut exchanged = String::new();
         if let ([from], [to]) = (takes.as_slice(), puts.as_slice())
             && self.is_active_in(component, to)
-            && !self.entered.contains(from)
             && let Some(place) = self.places.known.get(from)
         {
-            let finding = finding.related(place, "no transition leads to this place");
-            findings.push(finding.remedy(format!("did you mean from=\"{to}\" to=\"{from}\"?")));
-            return;
+            exchanged = format!("did you mean from=\"{to}\" to=\"{from}\"?");
+            if !self.entered.contains(from) {
+                let finding = finding.related(place, "no transition leads to this place");
+                findings.push(finding.remedy(exchanged));
+                return;
+            }
+            exchanged += " Otherwise, ";
         }
         let needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let is_there = |places: &BTreeSet<&str>| {
@@ -74,9 +78,9 @@ impl MissionNames<'_> {
         let active: Vec<_> = active.map(|(component, _)| *component).collect();
         let remedy = "a frozen component reports nothing; activate it there";
         findings.push(finding.remedy(match active.is_empty() {
-            true => remedy.to_owned(),
+            true => format!("{exchanged}{remedy}"),
             false => format!(
-                "{remedy}, or name a component of the place: {}",
+                "{exchanged}{remedy}, or name a component of the place: {}",
                 listed(active.into_iter())
             ),
         }));
