@@ -10,6 +10,7 @@ mod links;
 mod live;
 mod mission;
 mod properties;
+mod typing;
 mod undo;
 mod unread;
 mod window;
@@ -105,6 +106,11 @@ impl Window {
     /// Whether something has this name.
     fn has(&self, label: &str) -> bool {
         self.harness.query_by_label(label).is_some()
+    }
+
+    /// The text in a field.
+    fn value(&self, label: &str) -> String {
+        self.harness.get_by_label(label).value().unwrap_or_default()
     }
 
     fn click(&mut self, label: &str) {

@@ -8,6 +8,7 @@ use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, 
 use super::watched::Watched;
 use super::words::printable;
 use crate::canvas::CanvasColours;
+use crate::panels::fields::{is_entered, show_edit};
 
 /// How wide a field is, in points: a number with its unit, or the end of a path.
 const FIELD_WIDTH: f32 = 110.0;
@@ -108,11 +109,10 @@ impl Panel {
                 let (parameter, text) = (name.clone(), text.clone());
                 draft = Some(Draft { parameter, text, is_requested: false });
             }
-            let left_by = |key| field.lost_focus() && ui.input(|i| i.key_pressed(key));
-            if left_by(Key::Escape) {
+            if field.lost_focus() && ui.input(|i| i.key_pressed(Key::Escape)) {
                 draft = None;
             }
-            let entered = left_by(Key::Enter);
+            let entered = is_entered(ui, &field);
             if text == parameter.value {
                 show_unit(ui, parameter);
                 return false;
@@ -139,7 +139,11 @@ fn show_field(ui: &mut egui::Ui, name: &str, text: &mut String, is_wrong: bool) 
         field = field.text_color(CanvasColours::of(ui.visuals()).error);
     }
     let size = vec2(FIELD_WIDTH, ui.spacing().interact_size.y);
-    ui.add_sized(size, field).accessible_name(format!("parameter {name}"))
+    let layout = Layout::left_to_right(Align::Center);
+    let shown = ui.allocate_ui_with_layout(size, layout, |ui| {
+        show_edit(ui, &name, field.desired_width(size.x).min_size(size))
+    });
+    shown.inner.accessible_name(format!("parameter {name}"))
 }
 
 /// The button that writes it into the file, which cannot be if `why_not` states so.

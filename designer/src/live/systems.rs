@@ -11,6 +11,7 @@ use super::tone::{self, Tone};
 use crate::canvas::CanvasColours;
 use crate::commands::Command;
 use crate::item::Item;
+use crate::panels::fields::is_entered;
 use crate::workspace::Workspace;
 
 /// Pause between two searches for systems of this host, while none is watched.
@@ -78,7 +79,7 @@ impl Panel {
         ui.horizontal(|ui| {
             let edit = TextEdit::singleline(&mut self.address).hint_text("address:port");
             let edit = ui.add(edit.desired_width(130.0)).accessible_name("address of a registry");
-            let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            let entered = is_entered(ui, &edit);
             let is_address = self.address.parse::<std::net::SocketAddr>().is_ok()
                 || self
                     .address

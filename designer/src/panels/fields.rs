@@ -1,7 +1,10 @@
 //! Fields of a form that change the file when they are left, so that one change of a field is one
 //! step of the history. What is being written belongs to its field also when another is shown.
 
-use eframe::egui::{self, Key, Response, TextBuffer, TextEdit, TextStyle};
+use std::fmt::Debug;
+use std::hash::Hash;
+
+use eframe::egui::{self, Key, Modifiers, Response, TextBuffer, TextEdit, TextStyle};
 
 /// The text that is being edited in a form whose fields are distinguished by `F`.
 #[derive(Debug)]
@@ -33,7 +36,7 @@ pub struct Form<'a> {
     pub rows: usize,
 }
 
-impl<F: Clone + PartialEq> Drafts<F> {
+impl<F: Clone + Debug + Hash + PartialEq> Drafts<F> {
     /// A field with a text, whose current value is `value`. `check` states what is wrong with a
     /// text.
     pub fn text(
@@ -69,7 +72,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
             ui.painter().layout(shown, font, ink, width)
         };
         let edit = edit.hint_text(hint).desired_width(width).layouter(&mut layouter);
-        let mut response = ui.add(edit).accessible_name(form.name);
+        let mut response = show_edit(ui, field, edit).accessible_name(form.name);
         if response.changed() {
             self.begin(field.clone(), text);
         }
@@ -79,6 +82,7 @@ impl<F: Clone + PartialEq> Drafts<F> {
             } else {
                 self.end();
             }
+            consume_return(ui);
         }
         if let Err(why) = verdict {
             response = response.on_hover_text(why);
@@ -131,6 +135,29 @@ impl<F: Clone + PartialEq> Drafts<F> {
         }
         std::mem::take(&mut self.finished)
     }
+}
+
+/// Shows a field of a text of `what`. Its history is that of `what`, and begins when the field gets the
+/// focus: undo never brings the text of another thing, or one from before other changes of the file.
+pub fn show_edit(ui: &mut egui::Ui, what: &(impl Hash + Debug), edit: TextEdit<'_>) -> Response {
+    let id = ui.make_persistent_id(("edit", what));
+    let response = ui.add(edit.id(id));
+    if response.gained_focus()
+        && let Some(mut state) = TextEdit::load_state(ui.ctx(), id)
+    {
+        state.clear_undoer();
+        state.store(ui.ctx(), id);
+    }
+    response
+}
+
+/// Returns whether a field was left with Return, which then reaches nothing else in this frame.
+pub fn is_entered(ui: &egui::Ui, field: &Response) -> bool {
+    field.lost_focus() && consume_return(ui)
+}
+
+fn consume_return(ui: &egui::Ui) -> bool {
+    ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter))
 }
 
 /// Accepts any text.

@@ -2,9 +2,10 @@
 
 use armor_wire::manifest::Manifest;
 use eframe::egui::text::{LayoutJob, TextWrapping};
-use eframe::egui::{self, FontId, Key, Rect, ScrollArea, Sense, TextEdit};
+use eframe::egui::{self, FontId, Key, Modifiers, Rect, ScrollArea, Sense, TextEdit};
 
 use crate::diagram_pane::show_dragged;
+use crate::panels::fields::is_entered;
 use crate::panels::pick;
 use crate::system::docs;
 use crate::workspace::Workspace;
@@ -32,7 +33,7 @@ impl SystemPalette {
         let kinds: Vec<_> = workspace.project.kinds().iter().collect();
         let found = pick::sorted(&self.typed, &kinds, |kind| (&kind.kind, &kind.summary));
         let found: Vec<_> = found.into_iter().map(|(_, kind)| kind).collect();
-        let enter = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        let enter = is_entered(ui, &field);
         let mut wanted = found.first().filter(|_| enter).map(|kind| kind.kind.clone());
         if kinds.is_empty() {
             ui.weak("No component kinds: the program armor lists them.");
@@ -71,7 +72,8 @@ impl SystemPalette {
         if response.dragged() {
             show_dragged(ui, &kind.kind);
         }
-        let enter = response.has_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        let enter =
+            response.has_focus() && ui.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Enter));
         let origin = workspace.project.kinds().origin(&kind.kind);
         let twice = response.double_clicked();
         response.on_hover_ui(|ui| docs::show(ui, kind, origin));

@@ -125,7 +125,8 @@ fn entry(ui: &mut egui::Ui, dragged: &DraggedPart, name: &str, about: &str, doc:
     if response.dragged() {
         show_dragged(ui, name);
     }
-    let enter = response.has_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+    let enter = response.has_focus()
+        && ui.input_mut(|i| i.consume_key(egui::Modifiers::NONE, egui::Key::Enter));
     let twice = response.double_clicked();
     response.on_hover_text(doc).on_disabled_hover_text(doc);
     twice || enter

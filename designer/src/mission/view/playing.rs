@@ -13,6 +13,7 @@ use crate::canvas::CanvasColours;
 use crate::commands::{Command, about};
 use crate::mission::play::world::World;
 use crate::mission::play::{Happened, Play, Standing, act_words};
+use crate::panels::fields::{is_entered, show_edit};
 use crate::workspace::Workspace;
 
 /// Most steps of the history that are shown.
@@ -301,9 +302,11 @@ fn show_values(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
             label.on_hover_text(format!("read by {}", sense.transitions.join(", ")));
             let text = simulator.typed.entry(sense.name.clone()).or_default();
             let field = egui::TextEdit::singleline(text).hint_text("unknown").desired_width(90.0);
-            let field = ui.add(field).accessible_name(format!("value of {}", sense.name));
+            let field = show_edit(ui, &sense.name, field);
+            let field = field.accessible_name(format!("value of {}", sense.name));
             if field.lost_focus() {
                 set = Some(text.clone());
+                is_entered(ui, &field);
             }
         });
         if let Some(text) = set {

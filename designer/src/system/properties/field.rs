@@ -21,7 +21,7 @@ pub(in crate::system) enum Focus {
 }
 
 /// What can be changed in the panel.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(in crate::system) enum Field {
     /// The name of a component.
     Name(String),
