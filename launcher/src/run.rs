@@ -137,6 +137,7 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
             has_mission: configuration.mission.is_some(),
             clock: configuration.system.clock.as_ref().map(|clock| clock.source.data()),
             progress_outputs: plan::list_progress_outputs(configuration, &checked.catalogue),
+            latched_outputs: plan::list_latched_outputs(configuration, &checked.catalogue),
             restarts: restarts.clone(),
             hanging_calls: hanging_calls.clone(),
             start: log.start_time(),

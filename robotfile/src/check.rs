@@ -62,6 +62,7 @@ pub fn check(
     drop_end_tags(&mut findings);
     drop_guesses(&mut findings);
     findings.merge_same(are_ends_of_one_link);
+    findings.merge_same(are_same_name);
     if let Some(configuration) = &mut reading.configuration {
         let mut found = Findings::default();
         findings.retain(|finding| !repeats_malformed(finding, &configuration.system));
@@ -73,6 +74,7 @@ pub fn check(
         overrides::apply(configuration, overrides, &mut found);
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);
+            manifests::explain_attributes(&configuration.system, manifests, &mut findings);
         }
         // If a name is misspelt, the thing that was meant only seems to be unused.
         if !findings.has_errors() && !found.has_errors() {
@@ -120,6 +122,16 @@ fn are_ends_of_one_link(first: &Finding, other: &Finding) -> bool {
         && is_end(other, "to: ")
         && first.remedy == other.remedy
         && line(first) == line(other)
+}
+
+/// Returns whether both report the same malformed name: where it is given, and where it is used.
+fn are_same_name(first: &Finding, other: &Finding) -> bool {
+    let is_one = |finding: &Finding| finding.code == Code::BadName;
+    let text = |finding: &Finding| finding.at.as_ref().map(|at| at.text().to_owned());
+    is_one(first)
+        && is_one(other)
+        && !text(first).is_none_or(|it| it.is_empty())
+        && text(first) == text(other)
 }
 
 /// Drops findings about names and values on the line of something that is not closed, such as a quotation mark:

@@ -319,19 +319,16 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
         let message =
             format!("<{}> is not an element of <{}>", short(&child.name), self.element.name);
-        let remedy =
-            match suggest_similar(&child.name.to_ascii_lowercase(), allowed.iter().copied()) {
-                Some(guess) => guess,
-                None => match (find_parent(&child.name), allowed) {
-                    (Some(parent), _) => {
-                        format!(
-                            "write it directly in {parent}: is an end tag missing or misplaced?"
-                        )
-                    }
-                    (None, []) => "it may contain no elements".into(),
-                    (None, _) => format!("known elements: {}", allowed.join(", ")),
-                },
-            };
+        let guess = || suggest_similar(&child.name.to_ascii_lowercase(), allowed.iter().copied());
+        let remedy = match find_parent(&child.name) {
+            Some(parent) => {
+                format!("write it directly in {parent}: is an end tag missing or misplaced?")
+            }
+            None => guess().unwrap_or_else(|| match allowed {
+                [] => "it may contain no elements".into(),
+                _ => format!("known elements: {}", allowed.join(", ")),
+            }),
+        };
         let finding = Finding::new(Code::UnknownElement, &child.at(self.source), message);
         self.report(finding.remedy(remedy));
     }

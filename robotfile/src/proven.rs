@@ -40,6 +40,7 @@ impl Findings {
         }
         if let Some(mission) = &configuration.mission {
             self.explain_by_missing_end(&mut proven, mission);
+            self.explain_by_unset(&mut proven, mission);
             goal::merge_after_goal(&mut proven, mission);
             causes::explain_after_safe(&mut proven, mission);
             goal::merge_over_at_start(&mut proven);
@@ -84,6 +85,10 @@ impl Findings {
         };
         let Some(end) = mission.find_unnamed_end() else { return };
         proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
+        let is_end = |at: &Location| at.span == end.name.at.span;
+        self.retain(|finding| {
+            finding.code != Code::UnreachablePlace || !finding.at.as_ref().is_some_and(is_end)
+        });
         let (checks, others): (Vec<_>, Vec<_>) = std::mem::take(proven)
             .into_iter()
             .partition(|result| waits_for(result, &end.name.value));
@@ -146,6 +151,7 @@ impl Findings {
             }
         } else if let Some(mission) = &configuration.mission {
             goal::explain_by_submission(proven, mission);
+            goal::advise_submission(proven, mission);
         }
         goal::merge_never_happens(proven);
     }

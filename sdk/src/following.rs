@@ -2,7 +2,7 @@
 //! the process. While the data have no provider, time stands still.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use armor_wire::WireType;
 use armor_wire::clock::Clock;
@@ -49,17 +49,28 @@ struct ClockFollower<F> {
 impl<F: FnMut(ClockReading, Passage)> ClockFollower<F> {
     fn stay_linked(mut self) {
         let mut reported = String::new();
+        let mut ended: Option<(String, Instant)> = None;
         while !self.participant.lifecycle.has_left() {
-            let problem = match self.open_link() {
+            match self.open_link() {
+                // The provider may be back soon, or the whole system ends: the next attempt to open
+                // the link shows it.
                 Ok(tap) => {
                     reported.clear();
-                    self.read_link(tap)
+                    ended = Some((self.read_link(tap), Instant::now()));
                 }
-                Err(problem) => problem,
-            };
-            if !self.participant.lifecycle.has_left() && reported != problem {
-                tracing::warn!("time stands still, it follows {}: {problem}", self.data);
-                reported = problem;
+                Err(problem) => {
+                    let is_new =
+                        ended.as_ref().is_some_and(|(_, at)| at.elapsed() < PROVIDER_LIMIT);
+                    if !is_new && !self.participant.lifecycle.has_left() && reported != problem {
+                        let before = ended.take().map(|(why, _)| format!(" (the link: {why})"));
+                        let before = before.unwrap_or_default();
+                        tracing::warn!(
+                            "time stands still, it follows {}: {problem}{before}",
+                            self.data
+                        );
+                        reported = problem;
+                    }
+                }
             }
             std::thread::sleep(RETRY);
         }

@@ -141,7 +141,8 @@ fn format_row(edge: &ObservedLink) -> Vec<String> {
         edge.keep.clone(),
         edge.rate_hz.map_or("-".into(), |hz| format!("{hz:.1} Hz")),
         edge.sent.to_string(),
-        edge.received.to_string(),
+        // A tool, and the time of a process, report no counts of their own.
+        if edge.to.contains('.') { edge.received.to_string() } else { "-".into() },
         edge.dropped.to_string(),
         edge.lost.to_string(),
         edge.queued.to_string(),

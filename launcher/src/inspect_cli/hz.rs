@@ -41,7 +41,8 @@ struct Summary {
     silent_s: Option<f64>,
 }
 
-/// Measure the rate at which data is published. Below 1 Hz the last interval is shown.
+/// Measure the rate at which data arrives, by this host's clock, also where the system's time runs
+/// faster. Below 1 Hz the last interval is shown.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor hz simulator.scan              a line per second

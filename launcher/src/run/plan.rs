@@ -1,5 +1,6 @@
 //! The processes that a file needs, and how each is started.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -90,6 +91,20 @@ pub fn list_progress_outputs(configuration: &Configuration, catalogue: &Catalogu
     };
     let components = configuration.system.components.iter().filter(reports_progress);
     components.map(|component| format!("{}.{PROGRESS_OUTPUT}", component.name.value)).collect()
+}
+
+/// Returns the outputs that publish a value only when it changes, `component.output`.
+pub fn list_latched_outputs(
+    configuration: &Configuration,
+    catalogue: &Catalogue,
+) -> BTreeSet<String> {
+    let of_component = |component: &Component| {
+        let kind = catalogue.kinds.get(&component.kind.value);
+        let outputs = kind.into_iter().flat_map(|kind| &kind.manifest.outputs);
+        let latched = outputs.filter(|output| output.latched);
+        latched.map(|output| format!("{}.{}", component.name.value, output.id)).collect::<Vec<_>>()
+    };
+    configuration.system.components.iter().flat_map(of_component).collect()
 }
 
 impl ProcessPlan {

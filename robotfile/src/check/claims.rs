@@ -254,7 +254,7 @@ impl<'a> ClaimNames<'a> {
             Sort::Component => self.places.contains(name),
             Sort::Place => self.counts.contains(name) || self.transitions.contains(name),
             Sort::Count => self.transitions.contains(name),
-            Sort::Transition => false,
+            Sort::Transition => self.places.contains(name),
         }
     }
 
@@ -266,6 +266,9 @@ impl<'a> ClaimNames<'a> {
         let sort = if sort == Sort::Count { Sort::Place } else { sort };
         if sort == Sort::Place && self.transitions.contains(name) {
             return format!("{name} is a transition: write fires({name}) or dead({name})");
+        }
+        if sort == Sort::Transition && self.places.contains(name) {
+            return format!("{name} is a place: write reachable({name})");
         }
         if sort == Sort::Component && self.places.contains(name) {
             return format!("{name} is a place: write {name}, without active(…)");

@@ -19,6 +19,7 @@ pub(super) fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
     // Lists and not maps: thousands of sets times thousands of places are read in a moment.
     let mut here = vec![None; mission.exclusives.len()];
     let mut at_start = vec![None; mission.exclusives.len()];
+    let mut found: Vec<(&str, usize, Finding)> = Vec::new();
     // Two components that several sets declare exclusive, or that are together in several places, are
     // one mistake.
     let mut reported = BTreeSet::new();
@@ -39,12 +40,24 @@ pub(super) fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
                     } else {
                         find_both_initial(component, other, place, &mission.places[there])
                     };
-                    let set = &mission.exclusives[*set].at;
-                    findings.push(finding.related(set, "declared exclusive here"));
+                    let at = &mission.exclusives[*set].at;
+                    let finding = finding.related(at, "declared exclusive here");
+                    let is_same = |it: &&mut (&str, usize, Finding)| {
+                        it.1 == *set && [&component.value, &other.value].contains(&&it.0.to_owned())
+                    };
+                    match found.iter_mut().find(is_same) {
+                        // One that is together with several of a set does not belong into it.
+                        Some((name, _, first)) => {
+                            first.remedy = format!("remove {name} from the exclusive set");
+                            first.merge_place(finding);
+                        }
+                        None => found.push((&component.value, *set, finding)),
+                    }
                 }
             }
         }
     }
+    findings.extend(found.into_iter().map(|(.., finding)| finding));
 }
 
 /// Two sets of the same components: the second one excludes nothing more.

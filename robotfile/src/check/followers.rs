@@ -55,6 +55,7 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::NeverFires
             || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
+    explain_missing_output(findings);
     // Where from and to are exchanged, nothing leads to the place that is named as from.
     let exchanged: BTreeSet<_> = findings
         .iter()
@@ -90,6 +91,25 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::UnknownComponent
             || finding.at.as_ref().is_none_or(|at| !inactive.contains(at.text()))
     });
+}
+
+/// The only place that nothing leads to is probably where the only transition without an output was to
+/// lead.
+fn explain_missing_output(findings: &mut Findings) {
+    let only = |code: Code| {
+        let mut all = findings.iter().filter(|finding| finding.code == code);
+        all.next().filter(|_| all.next().is_none())
+    };
+    let (Some(_), Some(place)) = (only(Code::NoOutput), only(Code::UnreachablePlace)) else {
+        return;
+    };
+    let Some(place) = place.at.clone().filter(|_| place.related.is_empty()) else { return };
+    for finding in findings.iter_mut().filter(|finding| finding.code == Code::NoOutput) {
+        finding.remedy =
+            format!("did you mean to=\"{}\"? Otherwise {}", place.text(), finding.remedy);
+        finding.related.push((place.clone(), "no transition leads to this place".to_owned()));
+    }
+    findings.retain(|finding| finding.code != Code::UnreachablePlace);
 }
 
 /// Drops what only follows from parts of the file that could not be read: what they set or activate is

@@ -130,8 +130,19 @@ impl Activity<'_> {
             "{from} is frozen whenever {to} is active, so this link never delivers a message"
         );
         let finding = Finding::new(Code::FrozenProducer, &link.from.at, message);
-        findings.push(finding.remedy(format!(
-            "activate both in one place, or take {from} out of all places: then it is always active"
-        )).frozen([from.as_str(), to.as_str()]));
+        let mut sets = self.mission.exclusives.iter();
+        // One that excludes others must be in a place.
+        let is_exclusive = sets.any(|set| set.components.iter().any(|it| it.value == *from));
+        let (both, free) = match is_exclusive {
+            true => (format!("activate {to} where {from} is active"), to),
+            false => ("activate both in one place".to_owned(), from),
+        };
+        findings.push(
+            finding
+                .remedy(format!(
+                    "{both}, or take {free} out of all places: then it is always active"
+                ))
+                .frozen([from.as_str(), to.as_str()]),
+        );
     }
 }

@@ -91,9 +91,10 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
     let Some(goal) = &mission.goal else { return };
     let is_reached = |reached: &BTreeSet<&str>| reached.contains(goal.value.as_str());
     let reached = find_reached_without_failures(whole);
-    // That a place is not reached, or a done not waited for, is a finding already.
-    let is_known =
-        findings.iter().any(|it| matches!(it.code, Code::UnreachablePlace | Code::DoneUnused));
+    // Those findings explain it already.
+    let explains =
+        |code| matches!(code, Code::UnreachablePlace | Code::DoneUnused | Code::GoalExchanged);
+    let is_known = findings.iter().any(|it| explains(it.code));
     if is_known || is_reached(&reached) || !is_reached(&find_reached(whole, &[], None)) {
         return;
     }
@@ -150,27 +151,38 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
     let is_by = |transition: &Transition, event: &str| {
         transition.on.as_ref().is_some_and(|on| on.event.value == event)
     };
+    let has_others = |transition: &Transition| {
+        let from: Vec<_> = transition.inputs().map(|arc| arc.place.value.as_str()).collect();
+        let shares = |it: &&Transition| it.inputs().any(|arc| from.contains(&&*arc.place.value));
+        mission.transitions.iter().filter(shares).count() > 1
+    };
     let is_exit = |transition: &Transition| {
         let is_timeout = transition.on.is_none()
             && transition.when.is_none()
             && transition.not_before.is_none()
             && transition.interval.as_ref().is_some_and(|it| !it.value.earliest.is_zero());
-        is_timeout || transition.is_on_failure()
+        (is_timeout && has_others(transition)) || transition.is_on_failure()
+    };
+    // A transition that is the only one from its place belongs to what leads to that place.
+    let is_after_done = |transition: &Transition| {
+        let mut before = transition.inputs().flat_map(|arc| entering(&arc.place.value));
+        is_by(transition, "done") || (!has_others(transition) && before.any(|it| is_by(it, "done")))
     };
     let mut to_goal = entering(&goal.value).peekable();
     if to_goal.peek().is_none() || !to_goal.all(is_exit) {
         return;
     }
-    if let Some(done) = entering(&safe.value).find(|transition| is_by(transition, "done")) {
+    if let Some(done) = entering(&safe.value).find(|transition| is_after_done(transition)) {
+        let done = &done.name;
         let message = format!(
             "only timeouts and failures lead to the goal {}, and {} leads to the safe place {}",
-            goal.value, done.name.value, safe.value
+            goal.value, done.value, safe.value
         );
         let finding = Finding::new(Code::GoalExchanged, &goal.at, message);
         findings.push(
             finding
                 .remedy(format!("did you mean goal=\"{}\" safe=\"{}\"?", safe.value, goal.value))
-                .related(&done.name.at, "this transition"),
+                .related(&done.at, "this transition"),
         );
     }
 }
@@ -202,23 +214,32 @@ fn check_unused_done(mission: &Mission, unawaited: &BTreeSet<&str>, findings: &m
         let Some(place) = mission.place(&from.place.value).filter(|place| is_active(place)) else {
             continue;
         };
+        if leads_to_failure(mission, transition) {
+            continue;
+        }
         let others = mission.places.iter().filter(|it| it.name.value != place.name.value);
         let mut others = others.filter(|other| is_active(other));
+        let is_missing = !waits_for(place, component, "done");
         let is_usual = unawaited.contains(component)
             || others.any(|other| waits_for(other, component, "done"));
-        let leads_to_safe = leads_to_failure(mission, transition);
-        if is_usual && !leads_to_safe && !waits_for(place, component, "done") {
-            let name = &place.name.value;
-            let message = format!(
-                "{} waits in {name} for a failure of {component}, but no transition waits there for \
-                 its done",
-                transition.name.value
-            );
-            let finding = Finding::new(Code::DoneUnused, &on.event.at, message);
-            findings.push(finding.remedy(format!(
-                "did you mean on=\"{component}.done\"? Otherwise add a transition for it from {name}"
-            )));
-        }
+        // Otherwise the end of another component of the place may be meant.
+        let names = place.components.iter().map(|it| it.value.as_str());
+        let silent: Vec<_> =
+            names.filter(|it| unawaited.contains(it) && *it != component).collect();
+        let (meant, why) = match silent[..] {
+            _ if is_missing && is_usual => (component, "its done".to_owned()),
+            [only] => (only, format!("the done of {only}")),
+            _ => continue,
+        };
+        let name = &place.name.value;
+        let message = format!(
+            "{} waits in {name} for a failure of {component}, but no transition waits there for {why}",
+            transition.name.value
+        );
+        let finding = Finding::new(Code::DoneUnused, &on.event.at, message);
+        findings.push(finding.remedy(format!(
+            "did you mean on=\"{meant}.done\"? Otherwise add a transition for it from {name}"
+        )));
     }
 }
 

@@ -14,7 +14,7 @@ use crate::finding::{Finding, short};
 use crate::findings::Findings;
 use crate::mission::PlaceParameter;
 use crate::model::{Component, Configuration, Parameter, System};
-use crate::source::Spanned;
+use crate::source::{Location, Spanned};
 use crate::suggestion::{suggest_choice, suggest_similar};
 
 /// The manifests of all available kinds, by kind.
@@ -113,6 +113,9 @@ fn report_other_kind(
     let (Some(other), None) = (others.next(), others.next()) else { return false };
     let is_parameter = unknown.iter().any(|(is, _)| *is == Use::Parameter);
     let (code, noun) = match is_parameter {
+        true if unknown.iter().any(|(is, _)| *is != Use::Parameter) => {
+            (Code::UnknownParameter, "parameters and ports")
+        }
         true => (Code::UnknownParameter, "parameters"),
         false => (Code::UnknownPort, "ports"),
     };
@@ -139,6 +142,35 @@ fn has(kind: &Manifest, (is, name): (Use, &str)) -> bool {
         Use::Parameter => kind.parameters.iter().any(|it| it.name == name),
         Use::Input => kind.inputs.iter().any(|it| it.id == name),
         Use::Output => kind.outputs.iter().any(|it| it.id == name),
+    }
+}
+
+/// Attributes that a `<component>` does not have, and that are parameters of its kind.
+pub(super) fn explain_attributes(system: &System, manifests: &Manifests, findings: &mut Findings) {
+    let is_unknown = |finding: &&mut Finding| finding.code == Code::UnknownAttribute;
+    for finding in findings.iter_mut().filter(is_unknown) {
+        let Some(at) = &finding.at else { continue };
+        let line = |other: &Location| {
+            (other.source.path() == at.source.path()).then(|| other.line_column().0)
+        };
+        // The element of the component is the one whose name is nearest.
+        let near = system.components.iter().filter_map(|component| {
+            let there = line(&component.name.at)?;
+            Some((there.abs_diff(at.line_column().0), component))
+        });
+        let Some((_, component)) = near.min_by_key(|(lines, _)| *lines) else { continue };
+        let name = at.text();
+        let is_parameter = |kind: &&Manifest| has(kind, (Use::Parameter, name));
+        if !finding.message.starts_with("<component>")
+            || manifests.get(&component.kind.value).filter(is_parameter).is_none()
+        {
+            continue;
+        }
+        finding.remedy = format!(
+            "{name} is a parameter of {}: write <parameter name=\"{name}\" value=\"…\"/> between \
+             <component> and </component>",
+            component.name.value
+        );
     }
 }
 

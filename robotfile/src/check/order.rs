@@ -173,8 +173,18 @@ impl<'a> Conditions<'a> {
             "{} and {} can fire at the same moment, and only the order in the file decides",
             first.value, name.value
         );
+        let on = self.transition.on.as_ref();
+        let failed = on.filter(|_| [self, other].iter().all(|it| it.transition.is_on_failure()));
+        let remedy = match failed {
+            Some(on) => format!(
+                "was on=\"{}.done\" meant for one of them? Otherwise remove one, or write \
+                 priority=\"1\" on it",
+                on.component.value
+            ),
+            None => "specify which one fires first: priority=\"1\" on it".into(),
+        };
         Finding::new(Code::Tie, &name.at, message)
-            .remedy("specify which one fires first: priority=\"1\" on it")
+            .remedy(remedy)
             .related(&first.at, "this one fires first now")
     }
 }

@@ -10,7 +10,7 @@ use crate::check::starved::is_about;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::model::{Link, System};
+use crate::model::{Component, Link, System};
 
 /// The parameter with which a kind that publishes a clock states how fast its time runs.
 const CLOCK_SPEED: &str = "speed";
@@ -55,13 +55,15 @@ fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Op
     let input = kind.inputs.iter().find(|input| input.id == link.to.port.value)?;
     let assigned = |name: &str| Some(consumer.parameter(name)?.value.value.as_str());
     let age_s = kind.stale_after_s(input, assigned)?;
-    let period_s = 1.0 / rate.value;
+    let speed = find_speed(producer, system);
+    let period_s = speed / rate.value;
     if period_s < age_s {
         return None;
     }
     let from = link.from.data();
+    let time = if speed == 1.0 { "s" } else { "s of the system's time" };
     let message = format!(
-        "{} is called every {} s, but {} takes {from} for missing after {} s",
+        "{} is called every {} {time}, but {} takes {from} for missing after {} s",
         producer.name.value,
         shorten(period_s),
         consumer.name.value,
@@ -74,6 +76,16 @@ fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Op
     }
     let finding = Finding::new(Code::RateTooLow, &rate.at, message);
     Some(finding.remedy(remedy).related(&link.to.at, "this input"))
+}
+
+/// Returns how fast the system's time runs for its source, which is called by the host's clock; 1 for
+/// any other component.
+fn find_speed(producer: &Component, system: &System) -> f64 {
+    let is_source =
+        system.clock.as_ref().is_some_and(|it| it.source.component.value == producer.name.value);
+    let given = producer.parameter(CLOCK_SPEED).filter(|_| is_source);
+    let speed = given.and_then(|given| given.value.value.trim().parse::<f64>().ok());
+    speed.filter(|speed| *speed > 0.0).unwrap_or(1.0)
 }
 
 fn shorten(seconds: f64) -> f64 {

@@ -59,8 +59,10 @@ pub(super) fn check(
             [only] => message += &format!(", so {only} is never active"),
             some => message += &format!(", so {} are never active", some.join(" and ")),
         }
+        let group: BTreeSet<_> =
+            circle.iter().chain([&place]).map(|it| it.name.value.as_str()).collect();
         let mut finding = Finding::new(Code::UnreachablePlace, &place.name.at, message);
-        for other in circle.into_iter().take(MAX_RELATED) {
+        for other in circle.iter().take(MAX_RELATED) {
             finding = finding.related(&other.name.at, "and here");
         }
         let begins = || {
@@ -69,7 +71,7 @@ pub(super) fn check(
                 && find_reached(whole, &[name], None).len() > reached.len() + 1
         };
         let remedy = advise_submission(mission, name).unwrap_or_else(|| {
-            let not_on = find_initial_after(mission, name);
+            let not_on = find_initial_after(mission, &group);
             match not_on.map(|other| format!(", not on {other},")) {
                 None if !begins() => "add a transition to it, or remove it".into(),
                 not_on => format!(
@@ -84,14 +86,14 @@ pub(super) fn check(
     whole.places.iter().all(|place| is_reached(&place))
 }
 
-/// Returns the only initial place, if only transitions from the place lead to it.
-fn find_initial_after<'a>(mission: &'a Mission, place: &str) -> Option<&'a str> {
+/// Returns the only initial place, if only transitions from these places lead to it.
+fn find_initial_after<'a>(mission: &'a Mission, places: &BTreeSet<&str>) -> Option<&'a str> {
     let mut initial = mission.places.iter().filter(|it| it.initial > 0);
     let (Some(only), None) = (initial.next(), initial.next()) else { return None };
     let only = only.name.value.as_str();
     let mut leading =
         mission.transitions.iter().filter(|it| output_places(it).any(|it| it == only));
-    let from = |it: &Transition| it.inputs().any(|arc| arc.place.value == place);
+    let from = |it: &Transition| it.inputs().any(|arc| places.contains(arc.place.value.as_str()));
     (leading.clone().next().is_some() && leading.all(from)).then_some(only)
 }
 

@@ -11,7 +11,7 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::{Guard, Name};
-use crate::model::{Component, Configuration, System};
+use crate::model::{Component, Configuration, Link, System};
 
 /// The type of messages that report how far a component is: for the screen of an operator, and for
 /// `armor echo`. Most systems link none of them.
@@ -83,12 +83,14 @@ struct Used<'a> {
     activated: BTreeSet<&'a str>,
     /// Whether the system has one component only.
     is_alone: bool,
+    links: &'a [Link],
 }
 
 impl<'a> Used<'a> {
     fn of(configuration: &'a Configuration) -> Self {
         let system = &configuration.system;
-        let mut used = Self { is_alone: system.components.len() < 2, ..Self::default() };
+        let mut used =
+            Self { is_alone: system.components.len() < 2, links: &system.links, ..Self::default() };
         let clock = system.clock.iter().map(|clock| &clock.source);
         used.outputs.extend(clock.map(|from| (&*from.component.value, &*from.port.value)));
         for link in &system.links {
@@ -115,6 +117,47 @@ impl<'a> Used<'a> {
         }
         used.components.extend(&used.activated);
         used
+    }
+
+    /// The finding for a component that the mission activates and of which no output leads anywhere,
+    /// although an output of the same name of another component feeds two inputs: one of the two links
+    /// was copied.
+    fn find_copied_link(
+        &self,
+        component: &Component,
+        unused: &[&PortManifest],
+        manifest: &Manifest,
+    ) -> Option<Finding> {
+        let name = component.name.value.as_str();
+        let is_work = |output: &&PortManifest| {
+            output.type_name != FOR_PEOPLE && output.type_name != Clock::NAME
+        };
+        let work = || manifest.outputs.iter().filter(is_work);
+        let unused = || unused.iter().copied().filter(is_work);
+        if !self.activated.contains(name) || unused().count() < work().count() {
+            return None;
+        }
+        let links = unused().find_map(|output| {
+            let of_name = |link: &&Link| link.from.port.value == output.id;
+            let mut by_component: BTreeMap<&str, Vec<&Link>> = BTreeMap::new();
+            for link in self.links.iter().filter(of_name) {
+                by_component.entry(&link.from.component.value).or_default().push(link);
+            }
+            by_component.into_values().find(|links| links.len() > 1)
+        })?;
+        let (first, others) = links.split_first()?;
+        let message = format!(
+            "{name} is activated by the mission, but no link leads an output of it to another \
+             component; {} feeds {} inputs",
+            first.from.data(),
+            links.len()
+        );
+        let finding = Finding::new(Code::WorkUnused, &component.name.at, message).remedy(format!(
+            "did you mean from=\"{name}.{}\" for one of them?",
+            first.from.port.value
+        ));
+        let finding = finding.related(&first.from.at, "one of the links");
+        Some(others.iter().fold(finding, |it, link| it.related(&link.from.at, "another one")))
     }
 
     fn check_component(
@@ -155,6 +198,10 @@ impl<'a> Used<'a> {
             let finding = Finding::new(Code::WorkUnused, &component.name.at, message);
             let remedy = format!("<link from=\"{output}\" to=\"{input}\"/>, which nothing feeds");
             findings.push(finding.remedy(format!("add a link, such as {remedy}")));
+            return;
+        }
+        if let Some(finding) = self.find_copied_link(component, &unused, manifest) {
+            findings.push(finding);
             return;
         }
         let is_own = |output: &str| self.own_outputs.contains(&(name, output));

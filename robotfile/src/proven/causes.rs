@@ -7,6 +7,7 @@ use super::merging;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::guard::Guard;
 use crate::mission::{ArcKind, Mission, Transition};
 
 impl Findings {
@@ -30,6 +31,33 @@ impl Findings {
         self.retain(|finding| !finding.stops_transition);
         proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         proven.extend(explain_first(checks, cause.clone()));
+    }
+}
+
+impl Findings {
+    /// Explains checks that fail because firings repeat forever, by a variable that nothing sets and
+    /// that the guard of one of them compares.
+    pub(super) fn explain_by_unset(&mut self, proven: &mut Vec<Finding>, mission: &Mission) {
+        let mut unset = self.iter().filter(|finding| finding.code == Code::NothingSets);
+        let (Some(cause), None) = (unset.next().cloned(), unset.next()) else { return };
+        let name = cause.at.as_ref().map_or("", |at| at.text());
+        let compares = |firing: &String| {
+            let mut written = mission.transitions.iter().filter(|it| it.name.value == *firing);
+            let mut guards =
+                written.by_ref().filter_map(|it| Guard::parse(&it.when.as_ref()?.value).ok());
+            guards.any(|guard| guard.names().iter().any(|it| it.as_str() == name))
+        };
+        let is_endless = |result: &Finding| {
+            let circle = result.trace.iter().flat_map(|trace| &trace.circle);
+            find_awaited(result).is_some() && circle.into_iter().any(compares)
+        };
+        let (checks, others): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(|result| is_endless(result));
+        *proven = others;
+        if !checks.is_empty() {
+            self.retain(|finding| finding.code != Code::NothingSets);
+            proven.extend(explain_first(checks, cause));
+        }
     }
 }
 

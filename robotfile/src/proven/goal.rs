@@ -5,7 +5,7 @@ use super::merging;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::mission::{Mission, Transition};
-use crate::source::Location;
+use crate::source::{Location, Spanned};
 
 /// The end of the message about a goal that is never reached because a start waits.
 const ONE_WAITS: &str = "their components exclude each other";
@@ -158,6 +158,40 @@ pub(super) fn explain_by_submission(proven: &mut Vec<Finding>, mission: &Mission
     never.remedy = "name the place that enters the sub-mission, in=\"…\", and the place that it \
                     leaves to, out=\"…\""
         .into();
+}
+
+/// Points to the sub-mission that should lead to the goal, if nothing else does.
+pub(super) fn advise_submission(proven: &mut [Finding], mission: &Mission) {
+    let Some(goal) = mission.goal.as_ref().map(|goal| &goal.value) else { return };
+    let leads = |it: &Transition| it.outputs().any(|arc| arc.place.value == *goal);
+    if mission.transitions.iter().any(leads) {
+        return;
+    }
+    let advice = mission.submissions.iter().find_map(|submission| {
+        let file = &submission.file;
+        let enter = &submission.enter.as_ref()?.value;
+        let is_safe = |place: &&Spanned<String>| {
+            mission.safe.as_ref().is_some_and(|safe| safe.value == place.value)
+        };
+        let advice = match &submission.leave {
+            Some(leave) if enter == goal => {
+                format!("did you mean in=\"{}\" out=\"{enter}\" for {}?", leave.value, file.value)
+            }
+            None => format!("write out=\"{goal}\" if {} is to leave to it", file.value),
+            Some(leave) if is_safe(&leave) => format!(
+                "write out=\"{goal}\" if {} is to leave to it; or are goal=\"{}\" safe=\"{goal}\" \
+                 meant?",
+                file.value, leave.value
+            ),
+            Some(_) => return None,
+        };
+        Some((file.at.clone(), advice))
+    });
+    let Some((at, advice)) = advice else { return };
+    for result in proven.iter_mut().filter(|it| it.code == Code::GoalNeverReached) {
+        result.remedy.clone_from(&advice);
+        result.related.push((at.clone(), "this sub-mission".into()));
+    }
 }
 
 /// Merges checks that wait for what no sequence of firings contains with a goal that none leads to:

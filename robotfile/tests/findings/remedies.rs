@@ -103,7 +103,10 @@ fn of_two_transitions_that_differ_in_their_names_one_is_to_be_removed() {
     let twice = r#"<transition name="t" from="a" to="hold" on="go.failed"/><transition name="u" from="a" to="hold" on="go.failed"/>"#;
     only("W0218", "t and u differ only in their names: remove one", &with(twice));
     let other = twice.replace(r#"name="u" from="a" to="hold""#, r#"name="u" from="a" to="over""#);
-    only("W0218", "specify which one fires first", &with(&other));
+    only("W0218", r#"was on="go.done" meant for one of them?"#, &with(&other));
+    let done = other.replace("failed", "done").replace(r#"to="hold" on"#, r#"to="a" on"#);
+    let file = with(&done).replace(END, "");
+    only("W0218", "specify which one fires first", &file);
 }
 
 #[test]
@@ -227,8 +230,51 @@ fn a_failure_is_answered_with_the_done_that_nothing_waits_for() {
     let file = robot(r#"safe="hold""#, &format!("{failed}{LATE}"));
     only("W0277", r#"did you mean on="go.done"?"#, &file);
     // Another transition waits for its done, but does not lead to the goal.
-    let done = r#"<place name="b" components="arm"/><transition name="v" from="a" to="b" on="go.done"/><transition name="u" from="b" to="hold" timeout="9s"/>"#;
+    let done = r#"<place name="b" components="arm"/><transition name="v" from="a" to="b" on="go.done"/><transition name="u" from="b" to="a" timeout="9s"/>"#;
     let file = robot(r#"safe="hold""#, &format!("{failed}{LATE}{done}"));
     only("W0275", "end waits for go.failed", &file);
     only("W0275", r#"did you mean on="go.done"?"#, &file);
+}
+
+#[test]
+fn the_done_of_another_component_of_the_place_was_meant() {
+    let both = |on: &str| {
+        robot(
+            r#"safe="hold""#,
+            &format!(
+                r#"{LATE}<transition name="end" from="a" to="over" on="go.done"/><place name="b" components="arm go"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="b" to="over" on="{on}"/><transition name="v" from="b" to="hold" on="go.done"/>"#
+            ),
+        )
+    };
+    only("W0277", r#"did you mean on="arm.done"?"#, &both("go.failed"));
+    let reading = super::reading(&both("arm.done"), None).0;
+    assert!(reading.findings.is_empty(), "{:?}", reading.findings);
+}
+
+#[test]
+fn a_sub_element_of_the_mission_in_the_system_is_no_clock() {
+    let file = with("").replace("</system>", "<check>always a</check></system>");
+    only("E0015", "write it directly in <mission>", &file);
+}
+
+#[test]
+fn a_missing_to_is_the_place_that_nothing_leads_to() {
+    let file = with(
+        r#"<place name="b" components="arm"/><transition name="t" from="a" on="go.failed"/><transition name="u" from="b" to="hold" on="arm.done"/>"#,
+    );
+    only("W0271", r#"did you mean to="b"? Otherwise write"#, &file);
+}
+
+#[test]
+fn a_component_that_is_together_with_several_of_a_set_does_not_belong_to_it() {
+    let file = with(
+        r#"<place name="b" components="arm go"/><place name="c" components="go third"/><exclusive components="arm third go"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="b" to="c" on="arm.done"/><transition name="v" from="c" to="hold" on="third.done"/>"#,
+    )
+    .replace("</system>", r#"<component name="third" kind="arm"/></system>"#);
+    only("E0207", "remove go from the exclusive set", &file);
+}
+
+#[test]
+fn a_place_that_is_no_transition_is_reachable() {
+    only("E0251", "a is a place: write reachable(a)", &with("<check>fires(a)</check>"));
 }

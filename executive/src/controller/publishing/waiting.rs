@@ -19,7 +19,12 @@ impl Controller {
     fn waiting_transition(&self, id: TransitionId) -> Option<WaitingTransition> {
         let (ledger, net) = (self.ledger(), self.plan().net());
         let transition = net.transition(id);
-        let marked = transition.inputs.iter().filter(|arc| ledger.state().tokens(arc.0) > 0);
+        // One that takes no tokens waits where it reads them.
+        let arcs = match transition.inputs.is_empty() {
+            true => &transition.reads,
+            false => &transition.inputs,
+        };
+        let marked = arcs.iter().filter(|arc| ledger.state().tokens(arc.0) > 0);
         let from: Vec<_> = marked.map(|arc| net.place(arc.0).to_owned()).collect();
         if from.is_empty() || ledger.state().enabled_since(id).is_some() {
             return None;

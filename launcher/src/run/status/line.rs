@@ -29,6 +29,8 @@ pub struct RunStatus {
     pub standing_clock: Option<String>,
     /// The marked places; empty without a mission, and while a firing is under way.
     pub places: Vec<String>,
+    /// What the mission asks of a person, or that one has paused it.
+    pub orders: Vec<String>,
     /// The tasks of the active components.
     pub tasks: Vec<TaskStatus>,
     /// Calls of user code that hang, each with its component: `tank in exec for 12.0 s`.
@@ -43,6 +45,7 @@ impl RunStatus {
     /// Returns whether there is anything to show but the time.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
+            && self.orders.is_empty()
             && self.standing_clock.is_none()
             && self.tasks.is_empty()
             && self.hanging_calls.is_empty()
@@ -58,6 +61,7 @@ impl RunStatus {
         }
         let clock = self.standing_clock.as_ref();
         parts.extend(clock.map(|clock| format!("time stands still, it follows {clock}")));
+        parts.extend(self.orders.iter().cloned());
         parts.extend(self.hanging_calls.iter().cloned());
         parts.extend(self.tasks.iter().map(format_task));
         parts.extend(self.fallen_rates.iter().take(MAX_RATES).map(|rate| {
@@ -104,6 +108,7 @@ mod tests {
         let status = RunStatus {
             elapsed_s: 12.34,
             standing_clock: Some("sim.clock".into()),
+            orders: vec!["paused by anna".into()],
             places: vec!["explore".into(), "watch".into()],
             hanging_calls: vec!["tank in exec for 12.0 s".into()],
             tasks: vec![task(Some(0.84), "84 % explored, 3.2 m to the goal")],
@@ -112,7 +117,7 @@ mod tests {
         };
         assert_eq!(
             status.to_line(),
-            "12.3 s | explore, watch | time stands still, it follows sim.clock | tank in exec for 12.0 s | explorer: exploring, 84 % \
+            "12.3 s | explore, watch | time stands still, it follows sim.clock | paused by anna | tank in exec for 12.0 s | explorer: exploring, 84 % \
              explored, 3.2 m to the goal | slow: laser.scan -> mapper.scan 3.1 Hz instead of 10.0 | 1 restart"
         );
     }

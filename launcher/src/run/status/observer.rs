@@ -2,6 +2,7 @@
 //! marking, outputs of type `Progress`, and on a terminal the statuses that the rates come from.
 //! Its links keep the newest value only, so no publisher waits for it.
 
+use std::collections::BTreeSet;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -10,8 +11,9 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use armor_inspect::words::format_duration;
 use armor_inspect::{MissionWatch, ObservedLink, SystemWatch, WakeCallback, WatchedValues};
-use armor_marking::{Marking, MarkingStage, MissionComponent, MissionComponentState};
+use armor_marking::{MarkedPlace, Marking, MarkingStage, MissionComponent, MissionComponentState};
 use armor_sdk::directory::Directory;
 use armor_sdk::messages::Progress;
 use armor_wire::codec;
@@ -41,6 +43,8 @@ pub struct StatusSources {
     pub clock: Option<String>,
     /// The outputs of type `Progress`, `component.progress`.
     pub progress_outputs: Vec<String>,
+    /// The outputs that publish a value only when it changes.
+    pub latched_outputs: BTreeSet<String>,
     /// Processes that were started again.
     pub restarts: Arc<AtomicU32>,
     /// The calls of components' code that hang.
@@ -161,6 +165,7 @@ impl Collector {
             standing_clock: self.find_standing_clock(),
             elapsed_s: self.sources.start.elapsed().as_secs_f64(),
             places: marking.as_deref().map(list_places).unwrap_or_default(),
+            orders: marking.as_deref().map(list_orders).unwrap_or_default(),
             tasks: self.list_tasks(marking.as_deref()),
             hanging_calls: self.sources.hanging_calls.describe_calls(),
             fallen_rates: self.fallen_rates.clone(),
@@ -184,7 +189,9 @@ impl Collector {
             let mut ends = [&edge.from, &edge.to].into_iter().filter_map(|end| end.split_once('.'));
             ends.all(|(component, _)| is_active(component, marking))
         };
+        let is_steady = |edge: &&ObservedLink| !self.sources.latched_outputs.contains(&edge.from);
         let up = picture.links.iter().filter(|edge| edge.connected && !edge.paused);
+        let up = up.filter(is_steady);
         let rates = up
             .filter(has_active_ends)
             .filter_map(|edge| Some((format!("{} -> {}", edge.from, edge.to), edge.rate_hz?)));
@@ -213,7 +220,25 @@ impl Collector {
 
 fn list_places(marking: &Marking) -> Vec<String> {
     let marked = marking.places.iter().filter(|place| place.tokens > 0);
-    marked.map(|place| place.place.clone()).collect()
+    let in_words = |place: &MarkedPlace| match place.tokens {
+        1 => place.place.clone(),
+        tokens => format!("{} ×{tokens}", place.place),
+    };
+    marked.map(in_words).collect()
+}
+
+/// Returns the questions to the operator, with the command that answers, and who has paused the mission.
+fn list_orders(marking: &Marking) -> Vec<String> {
+    let paused = marking.pause.iter().map(|pause| format!("paused by {}", pause.by));
+    let asked = marking.confirmations.iter().map(|asked| {
+        let left = asked.answer_by_at_s.filter(|_| !asked.put_off);
+        let left = left.map(|until_s| {
+            format!(", {} left", format_duration((until_s - marking.now_at_s).max(0.0)))
+        });
+        let name = &asked.transition;
+        format!("asks: {name}{} (armor mission confirm {name})", left.unwrap_or_default())
+    });
+    paused.chain(asked).collect()
 }
 
 /// Returns whether the mission lets the component run, so that its last progress is of now.

@@ -59,9 +59,9 @@ impl Launcher {
                 let id = find(component)?;
                 if self.plan.duties.iter().any(|duty| duty.role == ChildRole::Executive) {
                     return Err(format!(
-                        "a mission runs in this system, and decides when {component} is active; \
-                         `armor mission pause` freezes all components, `armor stop --all` ends \
-                         the system"
+                        "a mission runs in this system, and its components run as long as it \
+                         does: `armor mission pause` freezes them, `armor restart {component}` \
+                         starts one again, `armor stop --all` ends the system"
                     ));
                 }
                 let event = SupervisorEvent::Order(id, ChildOrder::Stop);

@@ -83,7 +83,12 @@ impl<'a> DataFields<'a> {
             within = ANY_NUMBER;
         }
         let source = variable.source.as_ref().and_then(|source| Name::of_data(&source.value));
-        if let ([None, None], Some(range)) = (ends, source.and_then(|it| self.find_range(&it))) {
+        // A domain that is wider than the field decides nothing.
+        if let Some(range) = source.and_then(|source| self.find_range(&source))
+            && within.0 <= range.0
+            && within.1 >= range.1
+            && within != range
+        {
             return measured_meaning(is, Some(range));
         }
         Meaning { is, within, domain, is_measured: variable.source.is_some() }

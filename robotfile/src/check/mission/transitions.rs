@@ -107,7 +107,8 @@ impl MissionNames<'_> {
         }
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let heard = needed.any(|arc| self.is_active_in(&reporter.value, &arc.place.value));
-        let takes = transition.arcs.iter().any(|arc| arc.kind != ArcKind::Put);
+        let takes =
+            transition.arcs.iter().any(|arc| matches!(arc.kind, ArcKind::Take | ArcKind::Read));
         let is_frozen = self.controlled.contains(reporter.value.as_str()) && !heard;
         // A missing or unknown place is a finding of its own.
         let are_known = transition
