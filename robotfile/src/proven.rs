@@ -61,7 +61,10 @@ impl Findings {
         merging::merge_stronger_claims(&mut proven);
         self.merge_preempted(&mut proven);
         merging::merge_tokens(&mut proven, configuration.mission.as_ref());
+        merging::merge_filling(&mut proven);
         self.merge_ties(&mut proven);
+        merging::merge_awaiting(&mut proven);
+        self.merge_only_fault(&mut proven);
         self.extend_new(proven);
     }
 

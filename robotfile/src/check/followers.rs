@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::code::Code;
+use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::model::{Port, System};
 use crate::source::{Location, Span};
@@ -56,6 +57,7 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
             || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
     explain_missing_output(findings);
+    explain_unused_done(findings);
     // Where from and to are exchanged, nothing leads to the place that is named as from.
     let exchanged: BTreeSet<_> = findings
         .iter()
@@ -80,7 +82,7 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     findings.merge_same(|first, other| {
         first.code == other.code
             && match first.code {
-                Code::GuardUnit => first.message == other.message,
+                Code::GuardUnit | Code::GuardConstant => first.message == other.message,
                 Code::ShorterThanPeriod => true,
                 _ => false,
             }
@@ -91,6 +93,30 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::UnknownComponent
             || finding.at.as_ref().is_none_or(|at| !inactive.contains(at.text()))
     });
+}
+
+/// Merges that the done of a component is not waited for with what it explains: a tie of two failures,
+/// a place that nothing leads to, a report that is waited for in its place.
+fn explain_unused_done(findings: &mut Findings) {
+    let done: Vec<_> = findings.iter().filter(|it| it.code == Code::DoneUnused).cloned().collect();
+    let [only] = &done[..] else { return };
+    let has = |code: Code| findings.iter().any(|finding| finding.code == code);
+    let has_other = has(Code::ReportNeverSent) || has(Code::NoInput);
+    let is_unreachable = has(Code::UnreachablePlace);
+    let is_failure_tie =
+        |finding: &Finding| finding.code == Code::Tie && finding.remedy.starts_with("was on=");
+    // The same of a sub-mission, found in the whole mission.
+    let is_same = |finding: &Finding| {
+        let place = |it: &Finding| it.at.as_ref().map(place_of);
+        finding.code == Code::GoalByFailure && place(finding) == place(only)
+    };
+    findings.retain(|finding| !is_failure_tie(finding) && !is_same(finding));
+    for place in findings.iter_mut().filter(|it| it.code == Code::UnreachablePlace) {
+        place.related.extend(only.at.clone().map(|at| (at, only.message.clone())));
+    }
+    if has_other || is_unreachable {
+        findings.retain(|finding| finding.code != Code::DoneUnused);
+    }
 }
 
 /// The only place that nothing leads to is probably where the only transition without an output was to

@@ -204,6 +204,7 @@ fn check_unused_done(mission: &Mission, unawaited: &BTreeSet<&str>, findings: &m
     if findings.iter().any(|it| it.code == Code::ImmediateExit) {
         return;
     }
+    let mut reported = BTreeSet::new();
     for transition in &mission.transitions {
         let Some(on) = transition.on.as_ref().filter(|on| on.event.value == "failed") else {
             continue;
@@ -226,12 +227,18 @@ fn check_unused_done(mission: &Mission, unawaited: &BTreeSet<&str>, findings: &m
         let names = place.components.iter().map(|it| it.value.as_str());
         let silent: Vec<_> =
             names.filter(|it| unawaited.contains(it) && *it != component).collect();
+        let mut active = place.components.iter().map(|it| it.value.as_str());
+        let waits_for_none = !active.any(|name| waits_for(place, name, "done"));
         let (meant, why) = match silent[..] {
             _ if is_missing && is_usual => (component, "its done".to_owned()),
-            [only] => (only, format!("the done of {only}")),
+            [only] if waits_for_none => (only, format!("the done of {only}")),
             _ => continue,
         };
         let name = &place.name.value;
+        // Of the transitions from one place, the first is enough.
+        if !reported.insert((name.as_str(), meant.to_owned())) {
+            continue;
+        }
         let message = format!(
             "{} waits in {name} for a failure of {component}, but no transition waits there for {why}",
             transition.name.value

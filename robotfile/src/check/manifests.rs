@@ -222,7 +222,11 @@ fn check_sources(
         let mut links = system.links.iter();
         system.unreadable.may_feed(name, id)
             || given.any(|it| it.name.value == id && !it.value.value.is_empty())
-            || links.any(|it| it.to.component.value == name && it.to.port.value == id)
+            || links.any(|it| {
+                // A component that does not exist may be this one, under its former name.
+                let to = it.to.component.value.as_str();
+                (to == name || system.component(to).is_none()) && it.to.port.value == id
+            })
     };
     for group in &manifest.needs_one_of {
         if group.is_empty() || group.iter().any(|id| is_given(id)) {

@@ -40,6 +40,13 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
     findings.merge_same(|first, other| {
         [first.code, other.code] == [Code::RateTooLow; 2] && place(first) == place(other)
     });
+    // And so is one time that a consumer states for several.
+    findings.merge_same(|first, other| {
+        let time = |finding: &Finding| finding.related.get(1).map(|(at, _)| at.span);
+        [first.code, other.code] == [Code::RateTooLow; 2]
+            && time(first).is_some()
+            && time(first) == time(other)
+    });
     if system.clock.is_none() {
         check_speeds(system, manifests, findings);
     }
@@ -75,7 +82,11 @@ fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Op
         remedy += &format!(", or {} a longer {}", consumer.name.value, input.stale_after);
     }
     let finding = Finding::new(Code::RateTooLow, &rate.at, message);
-    Some(finding.remedy(remedy).related(&link.to.at, "this input"))
+    let finding = finding.remedy(remedy).related(&link.to.at, "this input");
+    Some(match consumer.parameter(&input.stale_after) {
+        Some(given) => finding.related(&given.value.at, "this time"),
+        None => finding,
+    })
 }
 
 /// Returns how fast the system's time runs for its source, which is called by the host's clock; 1 for

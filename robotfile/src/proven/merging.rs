@@ -1,7 +1,7 @@
 //! Results of one fault: shown by the same firings, by firings that end alike, or by a check that
 //! asks for more than another one that fails.
 
-use super::awaited::read_claim;
+use super::awaited::{find_awaited, read_claim};
 use crate::claim::{Formula, Relation, Statement};
 use crate::code::Code;
 use crate::finding::{Finding, Severity};
@@ -121,6 +121,49 @@ fn find_awaited_formula(result: &Finding) -> Option<(u8, Formula)> {
     }
 }
 
+/// Merges the checks that cannot be decided, or that a place is bounded, with the place that fills
+/// without end.
+pub(super) fn merge_filling(proven: &mut Vec<Finding>) {
+    let Some(at) = proven.iter().position(|it| it.code == Code::FillsWithoutEnd) else { return };
+    let filling = proven.remove(at);
+    let place = filling.at.as_ref().map_or("", Location::text).to_owned();
+    let is_bound = |result: &Finding| {
+        let claim = result.at.as_ref().filter(|_| result.code == Code::CheckFails);
+        claim.and_then(read_claim).is_some_and(
+            |claim| matches!(claim.statement, Statement::Bounded(name, _) if name.as_str() == place),
+        )
+    };
+    let follows = |result: &Finding| result.code == Code::CheckUndecided || is_bound(result);
+    let (mut following, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(follows);
+    *proven = others;
+    let kept = match following.iter().position(is_bound) {
+        Some(at) => {
+            let mut bound = following.remove(at);
+            bound.remedy.clone_from(&filling.remedy);
+            bound.merge_place(filling);
+            bound
+        }
+        None => filling,
+    };
+    proven.push(following.into_iter().fold(kept, |mut kept, other| {
+        kept.merge_place(other);
+        kept
+    }));
+}
+
+/// Merges checks that wait for something into the first: what keeps the mission from its end makes most
+/// of them fail.
+pub(super) fn merge_awaiting(proven: &mut Vec<Finding>) {
+    let (awaiting, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|it| find_awaited(it).is_some());
+    *proven = others;
+    let mut awaiting = awaiting.into_iter();
+    let Some(mut first) = awaiting.next() else { return };
+    first.related.extend(label_checks(awaiting));
+    proven.push(first);
+}
+
 /// Merges what follows from a second token in a place, such as one from a second initial place, into
 /// one finding: the first error, or else the second token itself.
 pub(super) fn merge_tokens(proven: &mut Vec<Finding>, mission: Option<&Mission>) {
@@ -182,6 +225,26 @@ impl Findings {
             }
         }
     }
+
+    /// Merges checks that fail with the only warning about the mission: it is probably the reason, and
+    /// its remedy is the one to begin with.
+    pub(super) fn merge_only_fault(&mut self, proven: &mut [Finding]) {
+        let is_fault = |finding: &&Finding| finding.severity() != Severity::Note;
+        let mut faults = self.iter().filter(is_fault);
+        let (Some(cause), None) = (faults.next().cloned(), faults.next()) else { return };
+        let is_of_mission = cause.code.as_str().starts_with("W02");
+        let mut results = proven.iter_mut().filter(|it| it.severity() != Severity::Note);
+        let (Some(check), None) = (results.next(), results.next()) else { return };
+        if !is_of_mission || find_awaited(check).is_none() {
+            return;
+        }
+        check.remedy.clone_from(&cause.remedy);
+        check.related.extend(cause.at.clone().map(|at| (at, cause.message.clone())));
+        check.related.extend(cause.related.clone());
+        let span = |finding: &Finding| finding.at.as_ref().map(|at| at.span);
+        self.retain(|finding| finding.code != cause.code || span(finding) != span(&cause));
+    }
+
     /// Merges two transitions between which only the order decides with an error that the firing of
     /// one of them leads to: both lack the same condition. If a guard is known to be wrong, that is why
     /// they can fire together.

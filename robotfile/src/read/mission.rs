@@ -92,7 +92,12 @@ fn read_child(
             into!(transitions, read);
         }
         "check" => into!(checks, read_check(child, source, findings)),
-        "submission" => into!(submissions, read_submission(child, source, findings)),
+        "submission" => {
+            let read = read_submission(child, source, findings);
+            // The components of its places are not known.
+            mission.unreadable.in_start |= read.is_none();
+            into!(submissions, read);
+        }
         _ => layout::read(child, source, &mut mission.layout),
     }
 }

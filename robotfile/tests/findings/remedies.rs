@@ -238,17 +238,25 @@ fn a_failure_is_answered_with_the_done_that_nothing_waits_for() {
 
 #[test]
 fn the_done_of_another_component_of_the_place_was_meant() {
-    let both = |on: &str| {
-        robot(
-            r#"safe="hold""#,
-            &format!(
-                r#"{LATE}<transition name="end" from="a" to="over" on="go.done"/><place name="b" components="arm go"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="b" to="over" on="{on}"/><transition name="v" from="b" to="hold" on="go.done"/>"#
-            ),
-        )
+    let mut kinds = super::follow_ups::kinds();
+    let mut wheels = kinds["arm"].clone();
+    wheels.reports_done = false;
+    kinds.insert("wheels".into(), wheels);
+    let found = |on: &str| {
+        let both = r#"<place name="b" components="arm wheels"/><transition name="t" from="a" to="b" on="go.failed"/>"#;
+        let end = format!(r#"<transition name="u" from="b" to="over" on="{on}"/>"#);
+        let late = r#"<transition name="v" from="b" to="hold" timeout="9s"/>"#;
+        let file = robot(r#"safe="hold""#, &format!("{END}{LATE}{both}{end}{late}"));
+        let wheels = r#"<component name="wheels" kind="wheels"/></system>"#;
+        let file = file.replace("</system>", wheels);
+        let reading = super::reading(&file, Some(&kinds)).0;
+        let faults = reading.findings.without_notes();
+        faults.iter().map(|it| format!("{} {}", it.code.as_str(), it.remedy)).collect::<Vec<_>>()
     };
-    only("W0277", r#"did you mean on="arm.done"?"#, &both("go.failed"));
-    let reading = super::reading(&both("arm.done"), None).0;
-    assert!(reading.findings.is_empty(), "{:?}", reading.findings);
+    let wrong = found("wheels.failed");
+    assert!(wrong.len() == 1 && wrong[0].starts_with("W0277"), "{wrong:?}");
+    assert!(wrong[0].contains(r#"did you mean on="arm.done"?"#), "{wrong:?}");
+    assert_eq!(found("arm.done"), Vec::<String>::new());
 }
 
 #[test]
