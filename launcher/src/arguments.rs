@@ -47,7 +47,10 @@ pub fn default_registry() -> SocketAddr {
 
 /// Reads a time with its unit, such as `30s`.
 pub fn parse_duration(text: &str) -> Result<Duration, String> {
-    let seconds = quantity::seconds(text).map_err(|e| e.to_string())?;
+    let seconds = quantity::seconds(text).map_err(|error| match text.trim().parse::<f64>() {
+        Ok(number) => format!("a unit is missing: write {number}s, or {number}min"),
+        Err(_) => error.to_string(),
+    })?;
     Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
 }
 

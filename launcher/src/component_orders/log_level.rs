@@ -19,6 +19,8 @@ use crate::verb::Verb;
 
 /// Time within which the process must answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(3);
+/// Time within which the registry names a process that runs.
+const KNOWN_WITHIN: Duration = Duration::from_millis(300);
 /// Identifies the one request of the connection.
 const REQUEST: u64 = 1;
 
@@ -73,11 +75,14 @@ fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<Comm
     let LogArguments { component, filter, running } = arguments;
     let observed = select_system(running, "log")?;
     let process = find_commanded(component)?;
-    let found = observed.directory().find_process(process, ANSWER_WITHIN);
-    let entry = match found {
+    // A misspelt name is answered with those that there are; a process that is being started is
+    // waited for.
+    let entry = match observed.directory().find_process(process, KNOWN_WITHIN) {
         Ok(entry) => entry,
-        // A misspelt name is answered with those that there are.
-        Err(error) => return check_name(&observed, process).and(Err(error.into())),
+        Err(_) => {
+            check_name(&observed, process)?;
+            observed.directory().find_process(process, ANSWER_WITHIN)?
+        }
     };
     let (sender, answers) = mpsc::channel();
     let sink = move |event| {

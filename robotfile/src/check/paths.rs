@@ -11,6 +11,10 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::model::{Configuration, Parameter};
 use crate::source::Spanned;
+use crate::suggestion::suggest_similar;
+
+/// Entries of a folder that are compared with a name that is missing.
+const MAX_ENTRIES: usize = 512;
 
 /// A file or folder that a component requires.
 #[derive(Clone, Debug)]
@@ -45,8 +49,21 @@ impl NeededPath {
         let place = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let place =
             place.map_or("the current folder".into(), |folder| folder.display().to_string());
-        finding
-            .remedy(format!("it was expected in {place}: correct the path, or put the file there"))
+        let remedy = format!("it was expected in {place}: correct the path, or put the file there");
+        finding.remedy(match self.guess_name() {
+            Some(guess) => format!("{guess} Otherwise: {remedy}"),
+            None => remedy,
+        })
+    }
+
+    /// Returns a remedy that names a similar file of the folder.
+    fn guess_name(&self) -> Option<String> {
+        let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+        let names =
+            entries.take(MAX_ENTRIES).filter_map(|it| it.ok()?.file_name().into_string().ok());
+        let names: Vec<_> = names.collect();
+        suggest_similar(self.path.file_name()?.to_str()?, names.iter().map(String::as_str))
     }
 
     /// Tries to read it, and returns the finding if that fails. Only a file is opened: a device or a
@@ -112,4 +129,31 @@ pub fn needed_paths(configuration: &Configuration, manifests: &Manifests) -> Vec
         }
     }
     needed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::{Location, Source, Span};
+
+    #[test]
+    fn a_similar_file_of_the_folder_is_named() {
+        let folder = std::env::temp_dir().join(format!("armor-paths-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join("office.svg"), "").expect("a file");
+        let find = |name: &str| {
+            let source = Source::new("a.xml", name);
+            let at = Location::new(&source, Span::new(0, name.len()));
+            let (component, parameter) = ("world".to_owned(), "drawing".to_owned());
+            let written = Spanned::new(name.to_owned(), at);
+            let path = folder.join(name);
+            NeededPath { component, parameter, written, format: None, path }.find_fault()
+        };
+        let remedy = find("ofice.svg").expect("it is missing").remedy;
+        assert!(remedy.starts_with("did you mean office.svg? Otherwise: it was"), "{remedy}");
+        let remedy = find("cave.pgm").expect("it is missing").remedy;
+        assert!(remedy.starts_with("it was expected in"), "{remedy}");
+        assert!(find("office.svg").is_none());
+        let _ = std::fs::remove_dir_all(&folder);
+    }
 }
