@@ -13,6 +13,7 @@ use serde_json::json;
 use super::watch::check_name;
 use crate::arguments::{OutputFormat, RunningSystem, parse_name};
 use crate::exit::CommandEnding;
+use crate::inspect_cli::absence::list_absent;
 use crate::inspect_cli::select_system;
 use crate::print::{end_printing, print_line, print_notice};
 use crate::verb::Verb;
@@ -80,7 +81,10 @@ fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<Comm
     let entry = match observed.directory().find_process(process, KNOWN_WITHIN) {
         Ok(entry) => entry,
         Err(_) => {
-            check_name(&observed, process)?;
+            let absent = list_absent(running);
+            if !absent.iter().any(|absent| absent.component == process) {
+                check_name(&observed, process)?;
+            }
             observed.directory().find_process(process, ANSWER_WITHIN)?
         }
     };
