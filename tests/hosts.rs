@@ -4,6 +4,7 @@
 mod cable;
 mod executables;
 mod freezing;
+mod left_processes;
 mod resuming;
 
 use std::fs::{self, DirBuilder};

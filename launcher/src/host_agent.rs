@@ -34,8 +34,9 @@ use tokio::sync::mpsc;
 use crate::arguments::{KindFolders, OutputFormat, parse_name};
 use crate::daemon::serving::serve_until_signal;
 use crate::keys_cli::KeysDirectory;
+use crate::run::control_group::{ControlGroup, kill_left_groups};
 use crate::run::descriptors;
-use crate::run::group_killer::GroupKiller;
+use crate::run::group_killer::GroupKillers;
 use crate::verb::Verb;
 use executables::ExecutableStore;
 use process::{AgentProcess, ProcessKey};
@@ -47,6 +48,8 @@ use site::Site;
 const DESCRIPTORS: usize = 256;
 /// Requests that wait to be carried out.
 const MAX_REQUESTS: usize = 64;
+/// Period with which the group killers are looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// How long processes have to end when the agent ends.
 const GRACE: Duration = Duration::from_secs(5);
 
@@ -96,8 +99,17 @@ impl Verb for HostArguments {
             host: keys.host_name().to_owned(),
             from: self.from.clone(),
         };
+        let control_group = ControlGroup::make().ok();
+        let left = kill_left_groups();
+        if left > 0 {
+            tracing::warn!(
+                runs = left,
+                "processes that killed agents or runs have left were ended"
+            );
+        }
         let agent = Arc::new(Agent {
-            group_killer: Mutex::new(GroupKiller::start(&mark)?),
+            group_killers: Mutex::new(GroupKillers::start(&mark, control_group.as_ref())?),
+            control_group,
             mark,
             keys: keys.clone(),
             programs: Arc::new(programs),
@@ -115,6 +127,7 @@ impl Verb for HostArguments {
             tokio::select! {
                 ended = gate::serve(options, |_| report_ready()) => match ended? {},
                 () = take_orders(&agent, orders) => Ok(()),
+                () = agent.watch_group_killers() => Ok(()),
             }
         });
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
@@ -145,7 +158,9 @@ pub(crate) struct Agent {
     programs: Arc<ProgramFinder>,
     /// The mark of all its processes.
     mark: String,
-    group_killer: Mutex<GroupKiller>,
+    group_killers: Mutex<GroupKillers>,
+    /// None where this host allows no control groups.
+    control_group: Option<ControlGroup>,
     /// What it has for each system.
     sites: Mutex<HashMap<String, Arc<Site>>>,
     /// The last process of each component.
@@ -155,6 +170,16 @@ pub(crate) struct Agent {
 }
 
 impl Agent {
+    /// Replaces group killers that have ended.
+    async fn watch_group_killers(&self) {
+        loop {
+            tokio::time::sleep(LOOK_EVERY).await;
+            if self.group_killers.lock().replace_ended() > 0 {
+                tracing::warn!("a group killer has ended; there is a new one");
+            }
+        }
+    }
+
     async fn serve_order(self: Arc<Self>, order: RunOrder) {
         let RunOrder { start, launcher, address, mut channel } = order;
         let found = match self.prepare(&start, &launcher, &mut channel).await {

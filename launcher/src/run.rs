@@ -2,6 +2,7 @@
 
 pub mod arguments;
 mod component_link;
+pub mod control_group;
 pub mod descriptors;
 pub mod environment;
 pub mod given_up;
