@@ -165,6 +165,34 @@ impl Folder {
     }
 }
 
+/// Returns the running processes that a process has started.
+fn children_of(process: i32) -> Vec<i32> {
+    let processes = std::fs::read_dir("/proc").expect("/proc");
+    let pids = processes.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    pids.filter(|pid| parent(*pid) == Some(process)).collect()
+}
+
+/// Returns all children of a process that run `armor DAEMON`.
+pub fn daemons_of(process: i32, daemon: &str) -> Vec<i32> {
+    let is_it = |pid: &i32| command_of(*pid).get(1).is_some_and(|word| word == daemon);
+    children_of(process).into_iter().filter(is_it).collect()
+}
+
+/// Kills processes at the same time: they are stopped first, so that none sees the end of another.
+pub fn kill_together(processes: &[i32]) {
+    for signal in [Signal::STOP, Signal::KILL] {
+        processes.iter().for_each(|pid| send_signal(*pid, signal));
+    }
+}
+
+/// Whether `armor` can make control groups on this host.
+pub fn has_control_groups(folder: &Folder) -> bool {
+    let (_, out, err) = run_to_end(&mut folder.armor(&["doctor", "--format", "json"]));
+    let lines = out.lines().filter_map(|line| serde_json::from_str(line).ok());
+    let mut found = lines.filter(|one: &serde_json::Value| one["subject"] == "control group");
+    found.next().unwrap_or_else(|| panic!("no control group in {out} {err}"))["condition"] == "ok"
+}
+
 impl Run {
     /// Returns the launcher's process id.
     pub fn pid(&self) -> i32 {
@@ -200,9 +228,7 @@ impl Run {
 
     /// Returns the running processes that the launcher has started.
     pub fn children(&self) -> Vec<i32> {
-        let processes = std::fs::read_dir("/proc").expect("/proc");
-        let pids = processes.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
-        pids.filter(|pid| parent(*pid) == Some(self.pid())).collect()
+        children_of(self.pid())
     }
 
     /// Returns whether a process runs the program `armor` itself.
@@ -212,8 +238,12 @@ impl Run {
 
     /// Returns its child that runs `armor DAEMON`.
     pub fn daemon(&self, daemon: &str) -> Option<i32> {
-        let is_it = |pid: &i32| command_of(*pid).get(1).is_some_and(|word| word == daemon);
-        self.children().into_iter().find(is_it)
+        self.daemons(daemon).into_iter().next()
+    }
+
+    /// Returns all of its children that run `armor DAEMON`.
+    pub fn daemons(&self, daemon: &str) -> Vec<i32> {
+        daemons_of(self.pid(), daemon)
     }
 
     /// Waits for its registry and returns the address.

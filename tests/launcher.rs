@@ -5,7 +5,9 @@ use std::os::unix::fs::MetadataExt;
 
 use rustix::process::Signal;
 
-use crate::fixture::{Folder, Run, is_alive, run_to_end, send_signal, wait_for};
+use crate::fixture::{
+    Folder, Run, has_control_groups, is_alive, kill_together, run_to_end, send_signal, wait_for,
+};
 
 /// Leaves its process id and that of a child of its own, which ignores what a script can ignore.
 const FAMILY: &str = "trap '' TERM HUP INT; sleep 600 & echo $$ $! > \"$ARMOR_OUT/family\"; wait";
@@ -22,7 +24,7 @@ fn a_killed_launcher_leaves_nothing_behind() {
     });
     let mut all = run.children();
     all.extend(family);
-    assert!(all.len() >= 5, "registry, configd, group killer, the script and its child: {all:?}");
+    assert!(all.len() >= 6, "registry, configd, group killers, the script and its child: {all:?}");
     run.signal(Signal::KILL);
     assert_eq!(run.code(), None, "it ends by the signal");
     wait_for("the end of all", || all.iter().all(|pid| !is_alive(*pid)).then_some(()));
@@ -61,6 +63,104 @@ fn what_has_left_its_process_group_outlives_neither_its_component_nor_the_run() 
         assert_eq!(run.code(), expected, "{}", run.log());
         wait_for("its end", || (!is_alive(second)).then_some(()));
     }
+}
+
+/// Leaves a process that is in no group, session and variable of its component, and has no parent.
+const HIDER: &str = "setsid env -i /bin/sh -c 'sleep 600 & echo $! >> \"$0/left\"' \"$ARMOR_OUT\"; \
+                     echo here; exec sleep 600";
+
+/// The process with this number that a component has left.
+fn left_process(out: &std::path::Path, number: usize) -> i32 {
+    wait_for("a process that was left", || {
+        let text = std::fs::read_to_string(out.join("left")).ok()?;
+        text.lines().nth(number)?.parse::<i32>().ok()
+    })
+}
+
+#[test]
+fn what_hides_in_no_group_session_and_variable_outlives_neither_its_component_nor_the_run() {
+    let folder = Folder::new("hiders");
+    if !has_control_groups(&folder) {
+        return;
+    }
+    folder.script("hider", HIDER);
+    let file = folder.system("hiders", &["a hider"]);
+    for signal in [Signal::INT, Signal::KILL] {
+        let mut run = folder.run(&format!("out-{signal:?}"), &[&file]);
+        let first = left_process(run.out(), 0);
+        assert!(is_alive(first), "as long as its component runs");
+        let component =
+            wait_for("the component", || run.children().into_iter().find(|pid| !run.is_own(*pid)));
+        send_signal(component, Signal::KILL);
+        let second = left_process(run.out(), 1);
+        assert!(!is_alive(first), "its component has died");
+        assert!(is_alive(second));
+        run.signal(signal);
+        let expected = (signal == Signal::INT).then_some(130);
+        assert_eq!(run.code(), expected, "{}", run.log());
+        wait_for("its end", || (!is_alive(second)).then_some(()));
+    }
+}
+
+#[test]
+fn what_hides_ends_when_the_launcher_and_one_group_killer_are_killed_together() {
+    let folder = Folder::new("one-killer");
+    if !has_control_groups(&folder) {
+        return;
+    }
+    folder.script("hider", HIDER);
+    let mut run = folder.run("out", &[&folder.system("one-killer", &["a hider"])]);
+    let left = left_process(run.out(), 0);
+    let killers = run.daemons("group-killer");
+    let [killed, _] = killers[..] else { panic!("two group killers: {killers:?}") };
+    kill_together(&[killed, run.pid()]);
+    assert_eq!(run.code(), None, "it ends by the signal");
+    wait_for("its end", || (!is_alive(left)).then_some(()));
+}
+
+#[test]
+fn what_hides_from_a_launcher_that_was_killed_with_its_group_killers_ends_with_the_next_run() {
+    let folder = Folder::new("no-killer");
+    if !has_control_groups(&folder) {
+        return;
+    }
+    folder.script("hider", HIDER);
+    folder.script("here", "echo here; exec sleep 600");
+    let mut run = folder.run("out", &[&folder.system("no-killer", &["a hider"])]);
+    let left = left_process(run.out(), 0);
+    let mut all = run.daemons("group-killer");
+    assert_eq!(all.len(), 2, "{all:?}");
+    all.push(run.pid());
+    kill_together(&all);
+    assert_eq!(run.code(), None, "it ends by the signal");
+    // Any run of this user on this host may do it, also one of another test.
+    let mut next = folder.run("next", &[&folder.system("next", &["a here"])]);
+    wait_for("its end", || (!is_alive(left)).then_some(()));
+    next.wait_for_log("here", 1);
+    next.signal(Signal::INT);
+    assert_eq!(next.code(), Some(130), "{}", next.log());
+}
+
+#[test]
+fn a_group_killer_that_was_killed_is_replaced_and_knows_what_runs() {
+    let folder = Folder::new("new-killer");
+    folder.script("family", FAMILY);
+    let mut run = folder.run("out", &[&folder.system("new-killer", &["a family"])]);
+    let family = wait_for("the family", || {
+        let text = std::fs::read_to_string(run.out().join("family")).ok()?;
+        let pids: Vec<i32> = text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect();
+        (pids.len() == 2).then_some(pids)
+    });
+    let first = run.daemons("group-killer");
+    first.iter().for_each(|pid| send_signal(*pid, Signal::KILL));
+    wait_for("two others", || {
+        let now = run.daemons("group-killer");
+        (now.len() == 2 && !now.iter().any(|pid| first.contains(pid))).then_some(())
+    });
+    run.wait_for_log("there is a new one", 1);
+    run.signal(Signal::KILL);
+    assert_eq!(run.code(), None, "it ends by the signal");
+    wait_for("the end of all", || family.iter().all(|pid| !is_alive(*pid)).then_some(()));
 }
 
 #[test]

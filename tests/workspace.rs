@@ -62,7 +62,14 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     (
         "armor-operator-view",
-        &["armor-sdk", "armor-convert", "armor-files", "armor-grid", "armor-picture"],
+        &[
+            "armor-sdk",
+            "armor-convert",
+            "armor-files",
+            "armor-grid",
+            "armor-inspect",
+            "armor-picture",
+        ],
     ),
 ];
 /// Crates that every component may import.

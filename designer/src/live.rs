@@ -8,6 +8,7 @@
 
 mod blocks;
 mod firings;
+mod hosts;
 mod hover;
 mod inspect;
 mod log;

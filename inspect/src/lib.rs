@@ -6,6 +6,7 @@
 //! changes. [`launch`] runs a file. Start with `observation.rs`.
 
 mod following;
+mod hosts;
 pub mod launch;
 mod links;
 pub mod log;
@@ -23,6 +24,7 @@ mod watch;
 pub mod words;
 
 pub use following::{FollowError, FollowingTap, ProviderWatcher};
+pub use hosts::ObservedHost;
 pub use links::{Looks, ObservedLink, combine_links, pair_reports};
 pub use mission::{FiringHistory, MissionLook, MissionWatch};
 pub use observation::{

@@ -14,6 +14,7 @@ use armor_wire::registry::ComponentEntry;
 
 use crate::links::{Looks, ObservedLink, combine_links};
 use crate::observed::{CONFIGD, CONFIGURATION};
+use crate::run_control::HostReport;
 
 pub use process::{Condition, ObservedProcess};
 
@@ -42,6 +43,8 @@ pub struct SystemPicture {
     pub processes: BTreeMap<String, ObservedProcess>,
     /// Its links and what they have lost, as of the last [`SystemPicture::rebuild_links`].
     pub links: Vec<ObservedLink>,
+    /// The other hosts, as its launcher reports them; empty if it cannot be asked.
+    pub hosts: Vec<HostReport>,
     /// The time of this picture, since the beginning of the watch.
     pub now: Duration,
     asked: Option<Duration>,
@@ -60,6 +63,8 @@ pub enum SystemEvent {
     Answered(String, u64, Answer),
     /// The control connection to a process start failed or ended, and why.
     Closed(String, u64, String),
+    /// The launcher reports on the other hosts.
+    Hosts(Vec<HostReport>),
     /// Time passes.
     Tick,
 }
@@ -94,6 +99,11 @@ impl SystemPicture {
             }
             SystemEvent::Closed(name, instance, reason) => {
                 self.handle_closed(&name, instance, reason)
+            }
+            SystemEvent::Hosts(hosts) => {
+                let is_new = self.hosts != hosts;
+                self.hosts = hosts;
+                is_new
             }
             SystemEvent::Tick => self.handle_tick(&mut actions),
         };

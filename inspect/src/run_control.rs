@@ -70,6 +70,9 @@ pub struct HostReport {
     /// Why it is not, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
+    /// How long this has been so, in seconds.
+    #[serde(default)]
+    pub for_s: f64,
     /// Its wall clock minus that of the launcher's host, in seconds.
     #[serde(default)]
     pub clock_offset_s: Option<f64>,

@@ -8,6 +8,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use armor_sdk::control::{Command, ControlConnection, ControlEvent, Role};
@@ -15,7 +16,9 @@ use armor_sdk::directory::Directory;
 use armor_wire::registry::ComponentEntry;
 use parking_lot::Mutex;
 
-use crate::observation::{ObserverAction, SystemEvent, SystemPicture};
+use crate::observation::{ASK_EVERY, ObserverAction, SystemEvent, SystemPicture};
+use crate::run_control::{self, RunRequest};
+use crate::systems::RunRecord;
 use crate::wake::{WakeCallback, spawn_detached};
 
 /// Threads that connect in parallel, so that processes that hang do not delay the others.
@@ -30,6 +33,8 @@ const NOWHERE: &str = "127.0.0.1:1";
 pub struct SystemWatch {
     shared: Arc<SharedPicture>,
     directory: Directory,
+    /// None without a system.
+    inputs: Option<Sender<WatchInput>>,
 }
 
 struct SharedPicture {
@@ -93,7 +98,7 @@ impl SystemWatch {
             shown: None,
         };
         spawn_detached("look", move || looping.handle_inputs(&received))?;
-        Ok(Self { shared, directory })
+        Ok(Self { shared, directory, inputs: Some(inputs) })
     }
 
     /// Returns a watch that always shows `picture`, without a system: for tests of displays.
@@ -103,7 +108,33 @@ impl SystemWatch {
         let picture = Mutex::new(Arc::new(picture));
         let wake: WakeCallback = Arc::new(|| {});
         let shared = Arc::new(SharedPicture { picture, is_closing: AtomicBool::new(true), wake });
-        Self { shared, directory }
+        Self { shared, directory, inputs: None }
+    }
+
+    /// Asks the launcher of the system for its other hosts, again and again. A system that has none is not
+    /// asked.
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn follow_hosts(&self, record: &RunRecord) -> io::Result<()> {
+        let Some(inputs) = self.inputs.clone().filter(|_| record.place.is_some()) else {
+            return Ok(());
+        };
+        let (shared, record) = (Arc::downgrade(&self.shared), record.clone());
+        spawn_detached("look-hosts", move || {
+            while let Some(shared) = shared.upgrade()
+                && !shared.is_closing.load(Ordering::Relaxed)
+            {
+                drop(shared);
+                // A launcher that has died reports nothing.
+                let reply = run_control::request(&record, &RunRequest::List);
+                let hosts = reply.map(|reply| reply.hosts).unwrap_or_default();
+                if inputs.send(WatchInput::Event(SystemEvent::Hosts(hosts))).is_err() {
+                    return;
+                }
+                thread::sleep(ASK_EVERY);
+            }
+        })
     }
 
     /// Returns the present picture.

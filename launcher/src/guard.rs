@@ -3,7 +3,9 @@
 //! even an executable that knows nothing of Armor.
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -20,6 +22,7 @@ use thread_priority::{
 };
 
 use crate::arguments::OutputFormat;
+use crate::run::control_group;
 use crate::run::process::OWN_PROGRAM;
 use crate::verb::Verb;
 
@@ -28,6 +31,9 @@ use crate::verb::Verb;
 pub struct GuardArguments {
     /// Process id of the parent that must be alive.
     pub parent: i32,
+    /// The folder of the control group that it enters.
+    #[arg(long, value_name = "DIR")]
+    pub control_group: Option<PathBuf>,
     /// What it may use of the host.
     #[command(flatten)]
     pub resources: GuardedResources,
@@ -67,6 +73,14 @@ fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
         bail!("process {}, which started this one, has ended", guard.parent);
     }
     setpgid(None, None).context("making a process group")?;
+    // Before the limits: a process in real time may not change its group.
+    if let Some(group) = &guard.control_group
+        && let Err(error) = control_group::enter(group)
+    {
+        // The program is worth more than what it may leave.
+        let group = group.display();
+        let _ = writeln!(std::io::stderr(), "WARN {group} cannot be entered: {error}");
+    }
     guard.resources.limit_own()?;
     let (program, arguments) =
         guard.program.split_first().context("no program is given after `--`")?;
@@ -83,13 +97,16 @@ fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
 /// Returns the arguments that start `program` under the guard of process `parent`.
 pub fn list_arguments<'a>(
     parent: u32,
+    control_group: Option<&Path>,
     resources: &GuardedResources,
     program: &'a OsString,
     arguments: &'a [OsString],
 ) -> impl Iterator<Item = OsString> + 'a {
     let resources = resources.list_arguments();
+    let group = control_group.map(|path| ["--control-group".into(), path.into()]);
     ["guard".into(), parent.to_string().into()]
         .into_iter()
+        .chain(group.into_iter().flatten())
         .chain(resources.into_iter().map(OsString::from))
         .chain(["--".into(), program.clone()])
         .chain(arguments.iter().cloned())
@@ -202,8 +219,10 @@ mod tests {
             },
         ] {
             let (program, arguments) = ("p".into(), ["--nice".into(), "x".into()]);
-            let line = list_arguments(7, &resources, &program, &arguments);
+            let group = Path::new("/sys/fs/cgroup/a");
+            let line = list_arguments(7, Some(group), &resources, &program, &arguments);
             let guard = Line::try_parse_from(line).expect("it is understood").guard;
+            assert_eq!(guard.control_group.as_deref(), Some(group));
             assert_eq!((guard.parent, guard.resources), (7, resources));
             assert_eq!(guard.program, ["p", "--nice", "x"]);
         }

@@ -7,6 +7,7 @@
 
 mod executables;
 mod freezing;
+mod idle_systems;
 mod process;
 mod programs;
 mod reach;
@@ -17,7 +18,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_keys::HostKeys;
@@ -26,7 +27,7 @@ use armor_keys::run_channel::RunChannel;
 use armor_wire::gate::GATE_PORT;
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::name::is_name;
-use armor_wire::remote_process::{RemoteStart, Takeover};
+use armor_wire::remote_process::{ProcessEnd, RemoteEvent, RemoteStart, Takeover};
 use clap::Args;
 use parking_lot::Mutex;
 use tokio::sync::mpsc;
@@ -34,10 +35,12 @@ use tokio::sync::mpsc;
 use crate::arguments::{KindFolders, OutputFormat, parse_name};
 use crate::daemon::serving::serve_until_signal;
 use crate::keys_cli::KeysDirectory;
+use crate::run::control_group::{ControlGroup, kill_left_groups};
 use crate::run::descriptors;
-use crate::run::group_killer::GroupKiller;
+use crate::run::group_killer::GroupKillers;
 use crate::verb::Verb;
 use executables::ExecutableStore;
+use idle_systems::IdleSystems;
 use process::{AgentProcess, ProcessKey};
 use programs::ProgramFinder;
 use reach::AgentReach;
@@ -47,6 +50,10 @@ use site::Site;
 const DESCRIPTORS: usize = 256;
 /// Requests that wait to be carried out.
 const MAX_REQUESTS: usize = 64;
+/// Period with which the group killers are looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// Why a request is refused that no launcher sends.
+const NO_NAME: &str = "a name in the request is not one";
 /// How long processes have to end when the agent ends.
 const GRACE: Duration = Duration::from_secs(5);
 
@@ -96,8 +103,17 @@ impl Verb for HostArguments {
             host: keys.host_name().to_owned(),
             from: self.from.clone(),
         };
+        let control_group = ControlGroup::make().ok();
+        let left = kill_left_groups();
+        if left > 0 {
+            tracing::warn!(
+                runs = left,
+                "processes that killed agents or runs have left were ended"
+            );
+        }
         let agent = Arc::new(Agent {
-            group_killer: Mutex::new(GroupKiller::start(&mark)?),
+            group_killers: Mutex::new(GroupKillers::start(&mark, control_group.as_ref())?),
+            control_group,
             mark,
             keys: keys.clone(),
             programs: Arc::new(programs),
@@ -115,6 +131,7 @@ impl Verb for HostArguments {
             tokio::select! {
                 ended = gate::serve(options, |_| report_ready()) => match ended? {},
                 () = take_orders(&agent, orders) => Ok(()),
+                () = agent.watch_itself() => Ok(()),
             }
         });
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
@@ -145,7 +162,9 @@ pub(crate) struct Agent {
     programs: Arc<ProgramFinder>,
     /// The mark of all its processes.
     mark: String,
-    group_killer: Mutex<GroupKiller>,
+    group_killers: Mutex<GroupKillers>,
+    /// None where this host allows no control groups.
+    control_group: Option<ControlGroup>,
     /// What it has for each system.
     sites: Mutex<HashMap<String, Arc<Site>>>,
     /// The last process of each component.
@@ -155,8 +174,67 @@ pub(crate) struct Agent {
 }
 
 impl Agent {
+    /// Replaces group killers that have ended, and forgets systems of which nothing has run for long.
+    async fn watch_itself(&self) {
+        let mut idle = IdleSystems::default();
+        loop {
+            tokio::time::sleep(LOOK_EVERY).await;
+            if self.group_killers.lock().replace_ended() > 0 {
+                tracing::warn!("a group killer has ended; there is a new one");
+            }
+            let systems: Vec<_> = self.sites.lock().keys().cloned().collect();
+            let systems = systems.into_iter().map(|system| {
+                let is_used = self.runs_something_of(&system);
+                (system, is_used)
+            });
+            for system in idle.list_expired(systems, Instant::now()) {
+                let _no_start_meanwhile = self.starting.lock().await;
+                if !self.runs_something_of(&system) {
+                    self.forget_system(&system);
+                }
+            }
+        }
+    }
+
+    /// Whether a process of the system is alive, or a launcher is connected to what is known of one.
+    fn runs_something_of(&self, system: &str) -> bool {
+        let processes = self.processes.lock();
+        let mut of_system = processes.values().filter(|process| process.key.system == system);
+        of_system.any(|process| process.is_alive() || process.is_attached())
+    }
+
+    fn forget_system(&self, system: &str) {
+        self.processes.lock().retain(|key, _| key.system != system);
+        self.sites.lock().remove(system);
+    }
+
+    /// Ends what earlier runs of a system have left, and forgets it.
+    async fn end_system(&self, start: &RemoteStart) -> Result<(), Refusal> {
+        let _no_start_meanwhile = self.starting.lock().await;
+        self.refuse_second_launcher(start)?;
+        self.end_others(start, None).await;
+        self.forget_system(&start.system);
+        tracing::info!(system = %start.system, "its file does not name this host any more");
+        Ok(())
+    }
+
     async fn serve_order(self: Arc<Self>, order: RunOrder) {
         let RunOrder { start, launcher, address, mut channel } = order;
+        if start.takeover == Takeover::End {
+            let ended = match self.check_launcher(&start, &launcher) {
+                Ok(()) => self.end_system(&start).await,
+                refused => refused,
+            };
+            if let Err(refusal) = ended {
+                tracing::warn!(%launcher, system = %start.system, "refused: {refusal}");
+                return channel.refuse(refusal).await;
+            }
+            let (sender, mut events) = mpsc::channel(1);
+            let _ = sender.try_send(RemoteEvent::Ended { end: ProcessEnd::Code { code: 0 } });
+            drop(sender);
+            let _ = channel.serve(&mut events, |_| {}).await;
+            return;
+        }
         let found = match self.prepare(&start, &launcher, &mut channel).await {
             Ok(()) => self.find_or_start(&start, &launcher, address).await,
             Err(refusal) => Err(refusal),
@@ -177,6 +255,20 @@ impl Agent {
         }
     }
 
+    /// Checks whether this launcher may run systems here.
+    fn check_launcher(&self, start: &RemoteStart, launcher: &str) -> Result<(), Refusal> {
+        if launcher != self.arguments.from {
+            let from = &self.arguments.from;
+            let text =
+                format!("this agent runs components for systems of {from}, not of {launcher}");
+            return Err(Refusal::new(RefusalCode::Role, text));
+        }
+        if !is_name(&start.system) {
+            return Err(Refusal::new(RefusalCode::Malformed, NO_NAME));
+        }
+        Ok(())
+    }
+
     /// Checks whether the launcher may ask for this, and gets the executable if that is wanted.
     async fn prepare(
         self: &Arc<Self>,
@@ -184,15 +276,9 @@ impl Agent {
         launcher: &str,
         channel: &mut RunChannel,
     ) -> Result<(), Refusal> {
-        let refuse = |code, text: String| Err(Refusal::new(code, text));
-        if launcher != self.arguments.from {
-            let from = &self.arguments.from;
-            let text =
-                format!("this agent runs components for systems of {from}, not of {launcher}");
-            return refuse(RefusalCode::Role, text);
-        }
-        if [&start.system, &start.component, &start.kind].into_iter().any(|name| !is_name(name)) {
-            return refuse(RefusalCode::Malformed, "a name in the request is not one".into());
+        self.check_launcher(start, launcher)?;
+        if [&start.component, &start.kind].into_iter().any(|name| !is_name(name)) {
+            return Err(Refusal::new(RefusalCode::Malformed, NO_NAME));
         }
         if matches!(start.takeover, Takeover::Only { .. })
             || !self.programs.wants_executable(start).await?

@@ -2,12 +2,14 @@
 
 pub mod arguments;
 mod component_link;
+pub mod control_group;
 pub mod descriptors;
 pub mod environment;
 pub mod given_up;
 pub mod group_killer;
 mod hanging_calls;
 pub mod host_states;
+mod left_hosts;
 pub mod logs;
 mod other_hosts;
 pub mod output_feed;
@@ -38,7 +40,9 @@ use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 use arguments::RunArguments;
 use armor_inspect::systems::{self, RunFile, RunRecord};
+use armor_keys::HostKeys;
 use hanging_calls::HangingCalls;
+use left_hosts::LeftHosts;
 use logs::{EarlierLogs, RunLog};
 use other_hosts::OtherHosts;
 use plan::ProcessPlan;
@@ -86,6 +90,8 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
     let lease = PortLease::take(arguments.registry)?;
     let hosts = OtherHosts::find(configuration, arguments, &name)?;
+    let addresses = hosts.as_ref().map(OtherHosts::addresses).unwrap_or_default();
+    let left_hosts = LeftHosts::find(out.path(), &name, &addresses)?;
     let catalogue = &checked.catalogue;
     let (registry, folder) = (lease.address, out.path());
     let plan =
@@ -148,7 +154,10 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let resumes = arguments.resume;
     let identity = RunIdentity { system: name.clone(), time: arguments.time, resumes };
     let supervision = supervise::supervise(plan, identity, &log, restarts, hanging_calls);
-    let verdict = runtime.block_on(supervision);
+    let verdict = runtime.block_on(async {
+        left_hosts.release(|| Ok(HostKeys::read(&arguments.keys.path()?)?), &log);
+        supervision.await
+    });
     if let Some(observer) = observer {
         observer.finish();
     }

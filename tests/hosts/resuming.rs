@@ -69,6 +69,55 @@ fn a_run_that_is_resumed_moves_a_component_and_keeps_the_others() {
 }
 
 #[test]
+fn a_run_without_a_host_of_the_earlier_one_has_its_components_ended_there() {
+    let here = r#"host="arm""#;
+    let hosts = Hosts::with_file("hosts-dropped", |agent, _| write_system(agent, here, ""));
+    let with_host = fs::read_to_string(hosts.folder.path().join("robots.xml")).expect("it exists");
+    let line = format!("    <host name=\"arm\" at=\"127.0.0.1:{}\"/>\n", hosts.agent);
+    let without_host = with_host.replace(&line, "").replace(here, "");
+    assert!(!without_host.contains("\"arm\""), "{without_host}");
+    let mut agent = hosts.start_agent("robot");
+    let mut run = hosts.run(&[]);
+    let far = hosts.wait_for_component(&run, ("far", "arm"), &[]);
+    run.signal(Signal::KILL);
+    run.code();
+
+    hosts.folder.write("robots.xml", &without_host);
+    let mut run = hosts.run(&["--resume"]);
+    wait_for("the end of the old process", || (!is_alive(far)).then_some(()));
+    run.wait_for_log("arm is not in the file any more; it runs nothing of this system", 1);
+    let record = run.out().join("hosts.json");
+    wait_for("the end of the record", || (!record.exists()).then_some(()));
+    // It has forgotten the system, with the threads of its log.
+    let tasks = format!("/proc/{}/task", agent.pid());
+    wait_for("the end of the log's threads", || {
+        let names = fs::read_dir(&tasks)
+            .expect("it runs")
+            .filter_map(|task| fs::read_to_string(task.ok()?.path().join("comm")).ok());
+        names.into_iter().all(|name| !name.starts_with("log-")).then_some(())
+    });
+    run.signal(Signal::KILL);
+    run.code();
+
+    // The agent cannot be reached at first.
+    hosts.folder.write("robots.xml", &with_host);
+    let mut run = hosts.run(&["--resume"]);
+    hosts.wait_for_component(&run, ("far", "arm"), &[far]);
+    run.signal(Signal::KILL);
+    run.code();
+    agent.kill();
+    hosts.folder.write("robots.xml", &without_host);
+    let mut run = hosts.run(&["--resume"]);
+    run.wait_for_log("arm is not in the file any more, and may still run components", 1);
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), Some(130), "{}", run.log());
+    assert!(record.exists(), "the next run asks it");
+    let _agent = hosts.start_agent("robot");
+    let run = hosts.run(&["--resume"]);
+    run.wait_for_log("it runs nothing of this system", 2);
+}
+
+#[test]
 fn output_that_a_cut_keeps_from_the_launcher_is_counted_and_stays_with_the_agent() {
     let mut cable = None;
     let hosts = Hosts::with_file("hosts-missed", |agent, _| {

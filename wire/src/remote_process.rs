@@ -120,6 +120,9 @@ pub enum Takeover {
         /// Its number, from [`RemoteEvent::Running`].
         process: u64,
     },
+    /// Nothing is started or taken over: all that earlier runs of the system have left is ended.
+    /// [`RemoteEvent::Ended`] follows.
+    End,
 }
 
 /// From the launcher, on a connection whose component runs.

@@ -25,6 +25,9 @@ use crate::window::{ViewWindow, WindowEnd, WindowHooks};
 use port_list::{PORTS, all_inputs};
 use settings::{PARAMETERS, ViewSettings};
 
+#[cfg(test)]
+pub(crate) use panels::HostsReading;
+use panels::HostsWatch;
 pub(crate) use panels::make_panels;
 
 /// Either is set if there is a display.
@@ -57,6 +60,7 @@ pub struct OperatorView {
     failure: Arc<Mutex<Option<WindowEnd>>>,
     painter: Option<Painter>,
     pictured_s: f64,
+    hosts: Option<HostsWatch>,
 }
 
 impl Component for OperatorView {
@@ -89,6 +93,7 @@ impl Component for OperatorView {
             failure: Arc::default(),
             painter: None,
             pictured_s: f64::NEG_INFINITY,
+            hosts: None,
         })
     }
 
@@ -115,7 +120,10 @@ impl Component for OperatorView {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.open_screen()?,
+            Call::Started => {
+                self.open_screen()?;
+                self.hosts = HostsWatch::begin();
+            }
             Call::Stopping => {
                 self.close_screen()?;
                 return Ok(Outcome::CarryOn);
@@ -129,6 +137,12 @@ impl Component for OperatorView {
             // restarted.
             Some(WindowEnd::Panicked(panic)) => resume_unwind(panic),
             Some(WindowEnd::Closed) | None => {}
+        }
+        if let Some(hosts) = self.hosts.as_mut().and_then(HostsWatch::take_reading) {
+            self.console.lock().readings.store(hosts);
+            if let Some(window) = &self.window {
+                window.request_frame();
+            }
         }
         let now = read_clocks(self.started, &self.armor);
         let again = self.console.lock().orders.repeat_order(now.host_s);

@@ -1,5 +1,7 @@
 //! The drawing of the system with what runs in it: blocks by state, links by what they carry.
 
+use std::collections::BTreeMap;
+
 use armor_inspect::words::{describe_call, format_duration};
 use armor_inspect::{ObservedLink, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
@@ -9,22 +11,34 @@ use crate::canvas::CanvasColours;
 use crate::canvas::{Diagram, Mark, Wire};
 use crate::item::Item;
 
+/// The host of each component that the file places on another one.
+pub type FilePlaces = BTreeMap<String, String>;
+
 /// Updates the drawing with the observed state; `base` is the drawing without it, of the same
-/// blocks.
+/// blocks. A system of several hosts has `places`, or a launcher that reports on them.
 pub fn show(
     diagram: &mut Diagram<Item>,
     base: &Diagram<Item>,
     picture: &SystemPicture,
+    places: &FilePlaces,
     colours: &CanvasColours,
 ) {
+    let has_hosts = !places.is_empty() || !picture.hosts.is_empty();
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
         let Item::Component(name) = &plain.item else { continue };
         let process = picture.processes.get(name.as_str());
-        let (tone, word) = Tone::seen(process, picture, colours);
+        let seen_on = process.map(|process| &process.entry.host);
+        let host = seen_on.or(places.get(name.as_str())).filter(|_| has_hosts);
+        let cut = host.and_then(|host| picture.find_cut(host));
+        let (tone, word) = match cut {
+            Some(_) => Tone::cut_off(colours),
+            None => Tone::seen(process, picture, colours),
+        };
+        let word = host.map_or_else(|| word.to_owned(), |host| format!("{word} on {host}"));
         (node.look.tint, node.look.outline) = (tone.tint, tone.outline);
         (node.look.is_dim, node.mark) = (tone.is_dim, tone.mark);
         node.subtitle = if plain.subtitle.is_empty() {
-            word.to_owned()
+            word.clone()
         } else {
             format!("{word}, {}", plain.subtitle)
         };
@@ -35,6 +49,9 @@ pub fn show(
             Some(process) => of_process(process, picture),
             None => "No process of this name has been seen.".into(),
         };
+        if let Some(cut) = cut {
+            node.doc = format!("{} is {}\n{}", cut.host, cut.describe_link(), node.doc);
+        }
     }
     if picture.has_ended() {
         diagram.wires.clone_from(&base.wires);

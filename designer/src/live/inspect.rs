@@ -54,6 +54,10 @@ fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) 
             ui.weak(format!("for {}", format_duration(for_s)));
         }
     });
+    if let Some(cut) = picture.find_cut(&process.entry.host) {
+        let text = format!("{} is {}", cut.host, cut.describe_link());
+        ui.colored_label(colours.error, printable(ui, &text));
+    }
     if !process.problem.is_empty() && !picture.has_ended() {
         ui.colored_label(colours.warning, printable(ui, &process.problem));
     }

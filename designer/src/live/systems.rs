@@ -6,6 +6,7 @@ use armor_inspect::SystemPicture;
 use armor_inspect::systems::RunRecord;
 use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
 
+use super::hosts;
 use super::session::{Session, Standing, running};
 use super::tone::{self, Tone};
 use crate::canvas::CanvasColours;
@@ -39,6 +40,7 @@ impl Panel {
             Some(watched) => {
                 let picture = watched.watch.picture();
                 show_owner(ui, &workspace.live, workspace.project.path());
+                hosts::show(ui, &picture);
                 show_processes(ui, &picture, selected)
             }
             None => {

@@ -57,6 +57,18 @@ impl Tone {
         }
     }
 
+    /// Returns the look and the word of a component on a host that is cut off, whatever was last seen of
+    /// it.
+    pub fn cut_off(colours: &CanvasColours) -> (Self, &'static str) {
+        let tone = Self {
+            tint: Some(colours.error),
+            outline: Outline::Dashed,
+            is_dim: true,
+            mark: Mark::Error,
+        };
+        (tone, "cut off")
+    }
+
     /// For a process as it is seen, with its word. In a system that has ended no process counts as
     /// dead.
     pub fn seen(
@@ -100,8 +112,7 @@ mod tests {
     #[test]
     fn states_differ_also_without_their_colours() {
         for colours in [CanvasColours::DARK, CanvasColours::LIGHT] {
-            let shape = |condition| {
-                let tone = Tone::of(Some(condition), &colours);
+            let shape_of = |tone: Tone| {
                 (
                     tone.outline == Outline::Dashed,
                     tone.outline == Outline::Strong,
@@ -109,6 +120,7 @@ mod tests {
                     tone.mark,
                 )
             };
+            let shape = |condition| shape_of(Tone::of(Some(condition), &colours));
             let apart = [
                 Condition::Active,
                 Condition::Frozen,
@@ -116,7 +128,9 @@ mod tests {
                 Condition::Dead,
                 Condition::Restarting,
             ];
+            let cut_off = shape_of(Tone::cut_off(&colours).0);
             for (index, one) in apart.iter().enumerate() {
+                assert_ne!(shape(*one), cut_off, "{one:?}");
                 for other in &apart[index + 1..] {
                     assert_ne!(shape(*one), shape(*other), "{one:?} {other:?}");
                 }

@@ -84,6 +84,8 @@ pub struct LiveView {
     parameters: parameters::Panel,
     /// The places of the mission, its sub-missions put in.
     places: Vec<String>,
+    /// The hosts on which the file places components.
+    hosts: blocks::FilePlaces,
 }
 
 impl Default for LiveView {
@@ -108,6 +110,7 @@ impl LiveView {
             plots: plots::Plots::default(),
             parameters: parameters::Panel::default(),
             places: Vec::new(),
+            hosts: blocks::FilePlaces::new(),
         }
     }
 
@@ -121,6 +124,7 @@ impl LiveView {
             self.system.set(draw(&workspace.project).diagram);
             self.net.set(mission_net(workspace, &colours));
             self.places = places(workspace);
+            self.hosts = hosts(workspace);
         }
     }
 
@@ -133,7 +137,7 @@ impl LiveView {
             return;
         };
         let Sheet { diagram, base, .. } = &mut self.system;
-        blocks::show(diagram, base, &watched.watch.picture(), &colours);
+        blocks::show(diagram, base, &watched.watch.picture(), &self.hosts, &colours);
         let look = watched.mission.look();
         let Sheet { diagram, base, .. } = &mut self.net;
         match &look.marking {
@@ -220,6 +224,17 @@ impl LiveView {
             }
         }
     }
+}
+
+/// The components of the open files that run on another host.
+fn hosts(workspace: &Workspace) -> blocks::FilePlaces {
+    let configuration = workspace.project.configuration();
+    let components = configuration.into_iter().flat_map(|it| &it.system.components);
+    let placed = components.filter_map(|one| {
+        let host = one.host.as_ref()?;
+        Some((one.name.value.clone(), host.value.clone()))
+    });
+    placed.collect()
 }
 
 /// The places of the mission of the open files, its sub-missions put in.

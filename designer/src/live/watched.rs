@@ -55,6 +55,9 @@ impl Watched {
         }
         let watch = SystemWatch::begin(registry, TOOL, Arc::clone(wake))?;
         let mission = MissionWatch::begin(watch.directory(), Arc::clone(wake))?;
+        if let Some(record) = &record {
+            watch.follow_hosts(record)?;
+        }
         let record = record.map(RunRecord::resolved);
         Ok(Self { record, _tail: tail, ..Self::by(watch, mission, registry, wake)? })
     }

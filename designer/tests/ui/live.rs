@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use armor_inspect::log::LogLine;
+use armor_inspect::run_control::{HostLink, HostReport};
 use armor_inspect::{
     DEAD_AFTER, MissionLook, ParameterClient, SetReport, SystemEvent, SystemPicture,
 };
@@ -257,6 +258,42 @@ fn blocks_and_processes_say_their_states() {
             assert!(window.has(&label), "{label}");
         }
     }
+}
+
+/// The same on two hosts, one of which is cut off.
+fn cut_off() -> SystemPicture {
+    let mut picture = picture();
+    let mut handle = |event| drop(picture.handle_event(event, DEAD_AFTER));
+    let there = ComponentEntry { host: "far".into(), instance: 2, ..entry("arm") };
+    handle(SystemEvent::Registry(DirectoryChange::Appeared(there)));
+    handle(SystemEvent::Hosts(vec![HostReport {
+        host: "far".into(),
+        link: HostLink::CutOff,
+        reason: "it has fallen silent".into(),
+        for_s: 12.0,
+        clock_offset_s: Some(0.25),
+        clock_error_s: Some(0.001),
+    }]));
+    picture
+}
+
+#[test]
+fn a_host_that_is_cut_off_is_shown_with_its_clock_and_what_runs_there() {
+    let mut window = watching_a(cut_off(), marking(), None);
+    for label in [
+        "host far",
+        "cut off for 12.0 s (it has fallen silent)",
+        "its clock is 250.0 ms ahead of that of the launcher's host, ± 1.0 ms",
+        "host here",
+        "back, configd, eye, idle, lost, silent",
+        "component arm: cut off on far",
+        "component eye: active on here",
+    ] {
+        assert!(window.has(label), "{label}");
+    }
+    window.click("component arm: cut off on far");
+    assert!(window.has("far is cut off for 12.0 s (it has fallen silent)"));
+    assert!(!watching().has("component eye: active on here"), "one host is not worth a word");
 }
 
 #[test]

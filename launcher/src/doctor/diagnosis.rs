@@ -2,6 +2,7 @@
 
 use super::host::{HostFacts, ProcessLimit};
 use super::network::LoopbackFault;
+use crate::run::control_group::GroupObstacle;
 
 /// Descriptors of a system of 100 components, measured as about 5 each in the launcher, and as many
 /// links in a component with many.
@@ -100,7 +101,7 @@ pub fn diagnose(facts: &HostFacts) -> Vec<Diagnosis> {
         diagnose_shared_memory(facts.free_shared_memory),
         diagnose_clock(facts.clock_doubts.as_deref()),
         diagnose_realtime(facts.realtime),
-        diagnose_cgroup(facts.is_cgroup_delegated),
+        diagnose_control_group(facts.control_group),
         diagnose_display(facts.has_display),
     ];
     all.extend(diagnose_components(facts));
@@ -290,24 +291,25 @@ fn diagnose_realtime((current, _): ProcessLimit) -> Diagnosis {
     }
 }
 
-fn diagnose_cgroup(is_delegated: Option<bool>) -> Diagnosis {
+fn diagnose_control_group(obstacle: Option<GroupObstacle>) -> Diagnosis {
     const SUBJECT: &str = "control group";
-    match is_delegated {
-        Some(true) => Diagnosis::good(SUBJECT, "this user's own (cgroup v2)"),
-        Some(false) => Diagnosis::new(
-            SUBJECT,
-            HostCondition::Note,
-            "of another user (cgroup v2)",
-            "start in a group of its own: `systemd-run --user --scope -p Delegate=yes armor run …`",
-        ),
-        None => Diagnosis::new(
-            SUBJECT,
-            HostCondition::Note,
-            "cgroup v2 is not mounted, so processes that leave their group and clear their \
-             environment are not found",
-            "boot with `systemd.unified_cgroup_hierarchy=1` if components start such processes",
-        ),
-    }
+    let Some(obstacle) = obstacle else {
+        let found = "each process gets its own: nothing that it starts outlives it (cgroup v2)";
+        return Diagnosis::good(SUBJECT, found);
+    };
+    let found = format!(
+        "{obstacle}, so processes that a component starts can outlive it: those that leave their \
+         session and clear their environment"
+    );
+    let remedy = match obstacle {
+        GroupObstacle::NotMounted => "boot with `systemd.unified_cgroup_hierarchy=1`",
+        GroupObstacle::NotOwn => {
+            "start in a group of its own: `systemd-run --user --scope -p Delegate=yes armor run …`, \
+             or with `Delegate=yes` in the service of systemd"
+        }
+        GroupObstacle::OldKernel => "use Linux 5.14 or newer",
+    };
+    Diagnosis::new(SUBJECT, HostCondition::Note, found, remedy)
 }
 
 fn diagnose_display(has_display: bool) -> Diagnosis {
@@ -377,7 +379,7 @@ mod tests {
             loopback: None,
             name: ("robot".to_owned(), true),
             clock_doubts: None,
-            is_cgroup_delegated: Some(true),
+            control_group: None,
             kinds: 11,
             component_findings: Vec::new(),
             has_display: true,
@@ -399,7 +401,7 @@ mod tests {
     #[test]
     fn everything_that_is_wrong_has_a_remedy() {
         type Change = fn(&mut HostFacts);
-        let cases: [(&str, HostCondition, Change); 15] = [
+        let cases: [(&str, HostCondition, Change); 16] = [
             ("memory", HostCondition::Warning, |it| it.free_memory = Some(100 << 20)),
             ("descriptors", HostCondition::Fault, |it| it.descriptors = (Some(64), Some(64))),
             ("descriptors", HostCondition::Warning, |it| it.descriptors = (Some(256), Some(512))),
@@ -419,6 +421,9 @@ mod tests {
                 it.clock_doubts = Some("chronyc is missing".into());
             }),
             ("real time", HostCondition::Note, |it| it.realtime = (Some(0), Some(0))),
+            ("control group", HostCondition::Note, |it| {
+                it.control_group = Some(GroupObstacle::NotOwn);
+            }),
         ];
         for (subject, condition, change) in cases {
             let mut facts = healthy();

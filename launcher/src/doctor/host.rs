@@ -15,12 +15,11 @@ use rustix::process::{Resource, Rlimit, getrlimit};
 
 use super::network::{self, LoopbackFault};
 use crate::kinds::Catalogue;
+use crate::run::control_group::{ControlGroup, GroupObstacle};
 use crate::run::port::LAST_PORT;
 
 /// Longest wait for the resolver.
 const RESOLVE_WITHIN: Duration = Duration::from_secs(3);
-/// Where the unified hierarchy of control groups is mounted (cgroups(7)).
-const CGROUP_ROOT: &str = "/sys/fs/cgroup";
 
 /// A limit of the process: what is in force, and what it may be raised to. None is unlimited.
 pub type ProcessLimit = (Option<u64>, Option<u64>);
@@ -58,8 +57,8 @@ pub struct HostFacts {
     pub name: (String, bool),
     /// Why the clock may not be right; none if a time service is known to keep it.
     pub clock_doubts: Option<String>,
-    /// Whether this process's control group can be divided further; `None` without cgroup v2.
-    pub is_cgroup_delegated: Option<bool>,
+    /// Why a run has no control groups, if it has none.
+    pub control_group: Option<GroupObstacle>,
     /// Kinds of components, and what is wrong with the component directories.
     pub kinds: usize,
     /// What is wrong with them.
@@ -108,7 +107,7 @@ impl HostFacts {
             loopback: network::find_loopback_fault(),
             name: (name, is_resolved),
             clock_doubts: armor_executive::clock_doubts(),
-            is_cgroup_delegated: read_delegation(),
+            control_group: ControlGroup::make().err(),
             kinds: catalogue.kinds.len(),
             component_findings: catalogue.findings(None),
             has_display,
@@ -168,25 +167,6 @@ fn resolves(name: &str) -> bool {
     answers.recv_timeout(RESOLVE_WITHIN).unwrap_or(false)
 }
 
-/// Returns whether this process may divide its own control group (cgroups(7), "Delegation").
-fn read_delegation() -> Option<bool> {
-    let root = Path::new(CGROUP_ROOT);
-    if !root.join("cgroup.controllers").exists() {
-        return None;
-    }
-    let own = own_cgroup(&fs::read_to_string("/proc/self/cgroup").ok()?)?.to_owned();
-    let own = root.join(own.trim_start_matches('/'));
-    Some(
-        access(own.join("cgroup.procs"), Access::WRITE_OK).is_ok()
-            && access(&own, Access::WRITE_OK).is_ok(),
-    )
-}
-
-/// Returns the path of the process's group in the unified hierarchy.
-fn own_cgroup(text: &str) -> Option<&str> {
-    text.lines().find_map(|line| line.strip_prefix("0::"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -196,8 +176,6 @@ mod tests {
         let text = "MemTotal:       16384 kB\nMemAvailable:    2048 kB\n";
         assert_eq!(parse_free_memory(text), Some(2 << 20));
         assert_eq!(parse_free_memory("MemAvailable: many kB"), None);
-        assert_eq!(own_cgroup("1:name=systemd:/a\n0::/user.slice\n"), Some("/user.slice"));
-        assert_eq!(own_cgroup(""), None);
     }
 
     #[test]

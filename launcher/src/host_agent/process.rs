@@ -24,13 +24,16 @@ use super::programs::FoundProgram;
 use super::site::Site;
 use crate::guard::{self, GuardedResources};
 use crate::kinds::Origin;
+use crate::run::control_group::ProcessControlGroup;
 use crate::run::environment::select_variables;
 use crate::run::host_states::now_us;
 use crate::run::logs::{LogStream, RunLog};
 use crate::run::output_feed::open_feed;
-use crate::run::process::{OWN_PROGRAM, ProcessGroup, exit_of, find_cause, own_path};
+use crate::run::process::{
+    OWN_PROGRAM, ProcessGroup, exit_of, find_cause, kill_left_processes, own_path,
+};
 use crate::run::supervisor::{ChildExit, LogLevel};
-use crate::run::survivors::{self, kill_survivors};
+use crate::run::survivors;
 
 /// Events that wait for the connection to the launcher. Output beyond that is only in the log.
 const MAX_EVENTS: usize = 128;
@@ -106,7 +109,11 @@ pub(super) async fn start(
         Origin::Executable(path) => path.clone(),
     };
     let mark = format!("{}{}/{}/", agent.mark, key.system, key.component);
-    let mut child = spawn(&program, &arguments, &resources, list_variables(site, start, &mark))
+    let group = format!("{}:{}", key.system, key.component);
+    let control_group = agent.control_group.as_ref().and_then(|all| all.make_for(&group).ok());
+    let entered = control_group.as_ref().map(ProcessControlGroup::path);
+    let variables = list_variables(site, start, &mark);
+    let mut child = spawn(&program, &arguments, entered, &resources, variables)
         .map_err(|error| refuse(format!("a process cannot be started: {error:#}")))?;
     let pid = child.id().and_then(|pid| i32::try_from(pid).ok());
     let group = pid.and_then(rustix::process::Pid::from_raw).map(ProcessGroup::of);
@@ -114,7 +121,7 @@ pub(super) async fn start(
     else {
         return Err(refuse("the process has ended while it was started".into()));
     };
-    agent.group_killer.lock().add_group(group);
+    agent.group_killers.lock().add_group(group);
     let (sender, end) = watch::channel(None);
     let process = Arc::new(AgentProcess {
         log_path: site.folder.join("logs").join(format!("{}.log", key.component)),
@@ -147,7 +154,7 @@ pub(super) async fn start(
         Arc::clone(&process),
         child,
         program,
-        mark,
+        LeftBehind { mark, control_group },
         readers,
         sender,
     ));
@@ -365,13 +372,19 @@ impl FreezableProcess for AgentProcess {
     }
 }
 
+/// By what the processes are found that one has started.
+struct LeftBehind {
+    mark: String,
+    control_group: Option<ProcessControlGroup>,
+}
+
 /// Waits for the end of the process, and ends what it has started.
 async fn watch_end(
     agent: Arc<Agent>,
     process: Arc<AgentProcess>,
     mut child: Child,
     program: PathBuf,
-    mark: String,
+    left: LeftBehind,
     readers: [JoinHandle<()>; 2],
     end: watch::Sender<Option<ProcessEnd>>,
 ) {
@@ -385,7 +398,10 @@ async fn watch_end(
     // Not an end of its own, after which it might stay down.
     let exit = if process.state.lock().was_cut_off { ChildExit::CutOff } else { exit };
     process.group.kill();
-    let _ = tokio::task::spawn_blocking(move || kill_survivors(&mark)).await;
+    let killing = tokio::task::spawn_blocking(move || {
+        kill_left_processes(left.control_group.as_ref(), &left.mark);
+    });
+    let _ = killing.await;
     let last = async {
         for reader in readers {
             let _ = reader.await;
@@ -393,7 +409,7 @@ async fn watch_end(
     };
     let _ = tokio::time::timeout(super::GRACE, last).await;
     process.report(LogLevel::Info, exit.to_string());
-    agent.group_killer.lock().remove_group(process.group);
+    agent.group_killers.lock().remove_group(process.group);
     let _ = end.send(Some(match exit {
         ChildExit::Code(code) => ProcessEnd::Code { code },
         ChildExit::Signal(signal) => ProcessEnd::Signal { signal },
@@ -432,13 +448,20 @@ fn list_variables(site: &Site, start: &RemoteStart, mark: &str) -> Vec<(OsString
 fn spawn(
     program: &Path,
     arguments: &[OsString],
+    control_group: Option<&Path>,
     resources: &GuardedResources,
     variables: Vec<(OsString, OsString)>,
 ) -> std::io::Result<Child> {
     let program = program.as_os_str().to_owned();
     Command::new(OWN_PROGRAM)
         .arg0(own_path())
-        .args(guard::list_arguments(std::process::id(), resources, &program, arguments))
+        .args(guard::list_arguments(
+            std::process::id(),
+            control_group,
+            resources,
+            &program,
+            arguments,
+        ))
         .env_clear()
         .envs(variables)
         .stdin(Stdio::null())

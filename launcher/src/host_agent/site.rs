@@ -12,6 +12,7 @@ use armor_keys::connect::GateError;
 use armor_keys::routes::{Routes, listen_for_processes, serve_processes};
 use armor_socket::{FaultTable, HostPlace};
 use armor_wire::remote_process::{HostAddress, RemoteStart};
+use tokio::task::AbortHandle;
 
 use crate::arguments::OutputFormat;
 use crate::run::logs::{EarlierLogs, RunLog, Sinks};
@@ -20,10 +21,11 @@ use crate::run::status::StatusLine;
 /// What an agent has for one system.
 pub(super) struct Site {
     pub(super) log: RunLog,
-    _sinks: Sinks,
+    sinks: Option<Sinks>,
     pub(super) folder: PathBuf,
     pub(super) place: HostPlace,
     routes: Arc<Routes>,
+    router: AbortHandle,
 }
 
 impl Site {
@@ -55,9 +57,9 @@ impl Site {
                 tracing::warn!("a component's connection to another host: {error}");
             }
         };
-        tokio::spawn(serve_processes(Arc::clone(&routes), listener, report));
+        let serving = tokio::spawn(serve_processes(Arc::clone(&routes), listener, report));
         let place = HostPlace { host: keys.host_name().to_owned(), router };
-        Ok(Self { log, _sinks: sinks, folder, place, routes })
+        Ok(Self { log, sinks: Some(sinks), folder, place, routes, router: serving.abort_handle() })
     }
 
     /// Sets the gates of the other hosts, which may have changed since the last start of the system.
@@ -68,6 +70,15 @@ impl Site {
     /// Whether the system has a host of this name.
     pub(super) fn leads_to(&self, host: &str) -> bool {
         self.routes.leads_to(host)
+    }
+}
+
+impl Drop for Site {
+    fn drop(&mut self) {
+        self.router.abort();
+        if let Some(sinks) = self.sinks.take() {
+            sinks.end();
+        }
     }
 }
 

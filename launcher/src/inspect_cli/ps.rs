@@ -100,24 +100,13 @@ fn explain_cut(mut row: Vec<String>, hosts: &[HostReport], host: Option<&String>
 fn describe_cut(hosts: &[HostReport], host: &str) -> Option<String> {
     let report = hosts.iter().find(|report| report.host == host)?;
     let is_cut = report.link == HostLink::CutOff;
-    is_cut.then(|| format!("{host} is cut off ({})", report.reason))
+    is_cut.then(|| format!("{host} is {}", report.describe_link()))
 }
 
 /// A line about another host: whether it is connected, and its clock.
 fn describe_host(report: &HostReport) -> String {
-    let HostReport { host, link, reason, clock_offset_s, clock_error_s } = report;
-    let link = match link {
-        HostLink::Connected => "connected".to_owned(),
-        HostLink::CutOff => format!("cut off ({reason})"),
-        HostLink::Awaited if reason.is_empty() => "not connected yet".to_owned(),
-        HostLink::Awaited => format!("not connected yet ({reason})"),
-    };
-    let clock = clock_offset_s.zip(*clock_error_s).map(|(offset_s, error_s)| {
-        let side = if offset_s < 0.0 { "behind" } else { "ahead of" };
-        let (offset, error) = (format_short_time(offset_s.abs()), format_short_time(error_s));
-        format!("; its clock is {offset} {side} this one, ± {error}")
-    });
-    format!("{host}: {link}{}", clock.unwrap_or_default())
+    let clock = report.describe_clock().map(|clock| format!("; {clock}")).unwrap_or_default();
+    format!("{}: {}{clock}", report.host, report.describe_link())
 }
 
 fn has_several_hosts(sightings: &[Sighting]) -> bool {
@@ -228,26 +217,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_host_is_a_line_with_its_connection_and_its_clock() {
-        let report = |link, reason: &str, clock: Option<(f64, f64)>| HostReport {
+    fn a_component_on_a_host_that_is_cut_off_has_that_as_its_problem() {
+        let report = |link| HostReport {
             host: "arm".into(),
             link,
-            reason: reason.into(),
-            clock_offset_s: clock.map(|clock| clock.0),
-            clock_error_s: clock.map(|clock| clock.1),
+            reason: "it has fallen silent".into(),
+            for_s: 3.0,
+            clock_offset_s: Some(-0.25),
+            clock_error_s: Some(0.001),
         };
-        let connected = report(HostLink::Connected, "", Some((-0.25, 0.001)));
-        let line = describe_host(&connected);
-        assert!(line.starts_with("arm: connected; its clock is 250"), "{line}");
-        assert!(line.contains(" behind this one, ± 1"), "{line}");
-        let cut = report(HostLink::CutOff, "it has fallen silent", None);
-        assert_eq!(describe_host(&cut), "arm: cut off (it has fallen silent)");
-        let reports = [cut];
+        let reports = [report(HostLink::CutOff)];
+        let line = describe_host(&reports[0]);
+        assert!(
+            line.starts_with("arm: cut off for 3.0 s (it has fallen silent); its clock"),
+            "{line}"
+        );
         let why = describe_cut(&reports, "arm");
-        assert_eq!(why.as_deref(), Some("arm is cut off (it has fallen silent)"));
+        assert_eq!(why.as_deref(), Some("arm is cut off for 3.0 s (it has fallen silent)"));
         assert_eq!(describe_cut(&reports, "robot"), None);
-        assert_eq!(describe_cut(&[connected], "arm"), None);
-        let awaited = report(HostLink::Awaited, "no route", None);
-        assert_eq!(describe_host(&awaited), "arm: not connected yet (no route)");
+        assert_eq!(describe_cut(&[report(HostLink::Connected)], "arm"), None);
     }
 }

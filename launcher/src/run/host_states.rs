@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use armor_inspect::run_control::{HostLink, HostReport};
 use parking_lot::Mutex;
@@ -21,6 +21,8 @@ struct KnownHost {
     /// The components whose connections to its agent are there.
     connected: BTreeSet<String>,
     was_connected: bool,
+    /// The last change of its link, and when that was.
+    link: Option<(HostLink, Instant)>,
     /// Why it is not connected.
     reason: String,
     samples: VecDeque<ClockSample>,
@@ -54,7 +56,7 @@ pub fn now_us() -> u64 {
 impl HostStates {
     /// Adds a host that has not been heard of.
     pub fn add_host(&self, host: &str) {
-        self.0.lock().entry(host.to_owned()).or_default();
+        self.0.lock().entry(host.to_owned()).or_default().note_link();
     }
 
     /// The agent runs the component.
@@ -63,6 +65,7 @@ impl HostStates {
         let known = all.entry(host.to_owned()).or_default();
         known.connected.insert(component.to_owned());
         known.was_connected = true;
+        known.note_link();
     }
 
     /// The connection of the component has ended, and why the host cannot be reached.
@@ -71,6 +74,7 @@ impl HostStates {
         let known = all.entry(host.to_owned()).or_default();
         known.connected.remove(component);
         known.reason = reason.to_owned();
+        known.note_link();
     }
 
     /// The component has no connection any more because it has ended.
@@ -100,12 +104,24 @@ impl HostStates {
 }
 
 impl KnownHost {
-    fn describe(&self, host: &str) -> HostReport {
-        let link = match (self.connected.is_empty(), self.was_connected) {
+    fn judge_link(&self) -> HostLink {
+        match (self.connected.is_empty(), self.was_connected) {
             (false, _) => HostLink::Connected,
             (true, true) => HostLink::CutOff,
             (true, false) => HostLink::Awaited,
-        };
+        }
+    }
+
+    /// Notes when the link has changed.
+    fn note_link(&mut self) {
+        let link = self.judge_link();
+        if self.link.is_none_or(|(before, _)| before != link) {
+            self.link = Some((link, Instant::now()));
+        }
+    }
+
+    fn describe(&self, host: &str) -> HostReport {
+        let link = self.judge_link();
         let reason = match link {
             HostLink::Connected => String::new(),
             HostLink::CutOff | HostLink::Awaited => self.reason.clone(),
@@ -115,6 +131,7 @@ impl KnownHost {
             host: host.to_owned(),
             link,
             reason,
+            for_s: self.link.map_or(0.0, |(_, since)| since.elapsed().as_secs_f64()),
             clock_offset_s: best.map(|sample| sample.offset_s),
             clock_error_s: best.map(|sample| sample.round_trip_s / 2.0),
         }

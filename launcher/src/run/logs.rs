@@ -148,6 +148,12 @@ impl RunLog {
 }
 
 impl Sinks {
+    /// Has the remaining lines printed and written, and does not wait for it.
+    pub fn end(self) {
+        self.log.console.close();
+        self.log.files.close();
+    }
+
     /// Prints and writes the remaining lines, then ends; a blocked terminal is given up.
     pub fn close(self) {
         self.log.console.close();

@@ -113,6 +113,11 @@ impl OtherHosts {
         &self.place
     }
 
+    /// Their agents.
+    pub fn addresses(&self) -> Vec<HostAddress> {
+        self.hosts.iter().map(address_of).collect()
+    }
+
     /// What is known of them while the system runs.
     pub fn states(&self) -> HostStates {
         self.states.clone()

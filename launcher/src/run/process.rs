@@ -12,6 +12,7 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use tokio::process::{Child, Command};
 use tokio::task::JoinHandle;
 
+use super::control_group::{ControlGroup, ProcessControlGroup};
 use super::logs::{LogStream, RunLog};
 use super::supervisor::ChildExit;
 use super::survivors::kill_survivors;
@@ -46,6 +47,7 @@ pub struct ChildProcess {
     child: Child,
     readers: [JoinHandle<()>; 2],
     mark: String,
+    control_group: Option<ProcessControlGroup>,
     reports: Option<PipeWriter>,
     program: PathBuf,
 }
@@ -55,12 +57,14 @@ pub struct ChildProcess {
 pub struct ProcessGroup(Pid);
 
 impl ChildProcess {
-    /// Starts a process. Must be called on the main thread: the kernel kills the process when the
+    /// Starts a process, in a control group of its own if the run has one. Must be called on the main thread: the kernel kills the process when the
     /// thread that started it ends.
     ///
     /// # Errors
     /// If the guard cannot be started; an executable that cannot be started ends with code 1.
-    pub fn start(start: &ProcessStart, log: &RunLog) -> Result<Self> {
+    pub fn start(start: &ProcessStart, run: Option<&ControlGroup>, log: &RunLog) -> Result<Self> {
+        // Without one, the mark finds most of what it starts.
+        let control_group = run.and_then(|run| run.make_for(&start.name).ok());
         let program = start.program.clone().into_os_string();
         let (stdin, reports) = if start.takes_reports {
             let (reader, writer) = std::io::pipe().context("no pipe to a process")?;
@@ -74,6 +78,7 @@ impl ChildProcess {
             .arg0(own_path())
             .args(guard::list_arguments(
                 std::process::id(),
+                control_group.as_ref().map(ProcessControlGroup::path),
                 &start.resources,
                 &program,
                 &start.arguments,
@@ -97,7 +102,7 @@ impl ChildProcess {
             tokio::spawn(log.clone().read(name, LogStream::Err, err)),
         ];
         let (mark, program) = (start.mark.clone(), start.program.clone());
-        Ok(Self { pid, child, readers, mark, reports, program })
+        Ok(Self { pid, child, readers, mark, control_group, reports, program })
     }
 
     /// Takes the launcher's end of the pipe on which it reports to the process, if there is one.
@@ -122,8 +127,11 @@ impl ChildProcess {
         };
         // What it started itself must not outlive it.
         ProcessGroup(self.pid).kill();
-        let mark = self.mark;
-        let _ = tokio::task::spawn_blocking(move || kill_survivors(&mark)).await;
+        let (mark, control_group) = (self.mark, self.control_group);
+        let killing = tokio::task::spawn_blocking(move || {
+            kill_left_processes(control_group.as_ref(), &mark);
+        });
+        let _ = killing.await;
         (exit, self.readers)
     }
 }
@@ -150,6 +158,15 @@ impl ProcessGroup {
     pub fn kill(self) {
         let _ = kill_process_group(self.0, Signal::KILL);
     }
+}
+
+/// Kills what a process that has ended has started and left: all that is in its control group, if it
+/// has one, and what has its mark, such as a process that has entered another control group.
+pub fn kill_left_processes(control_group: Option<&ProcessControlGroup>, mark: &str) {
+    if let Some(control_group) = control_group {
+        control_group.kill();
+    }
+    kill_survivors(mark);
 }
 
 /// Returns whether a signal or a debugger has stopped the process.

@@ -19,9 +19,10 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, sleep_until};
 
 use super::component_link::ComponentLink;
+use super::control_group::{ControlGroup, kill_left_groups};
 use super::descriptors::has_free_descriptor;
 use super::given_up::GivenUpReports;
-use super::group_killer::GroupKiller;
+use super::group_killer::GroupKillers;
 use super::hanging_calls::HangingCalls;
 use super::logs::RunLog;
 use super::plan::{LAUNCHER, PlannedStart, ProcessPlan};
@@ -86,7 +87,9 @@ struct Launcher {
     resumes: bool,
     restarts: Arc<AtomicU32>,
     hanging_calls: HangingCalls,
-    group_killer: GroupKiller,
+    group_killers: GroupKillers,
+    /// None where this host allows no control groups.
+    control_group: Option<ControlGroup>,
     given_up: GivenUpReports,
     inputs: mpsc::Sender<LauncherInput>,
     /// Failed starts, which the supervisor gets after the current actions.
@@ -113,13 +116,15 @@ pub async fn supervise(
     let mut supervisor = Supervisor::new(plan.duties.clone());
     let mut signals = Signals::new()?;
     let (sender, mut inputs) = mpsc::channel(MAX_QUEUED);
+    let control_group = make_control_group(log);
     let mut launcher = Launcher {
         running: plan.duties.iter().map(|_| None).collect(),
         was_started: vec![false; plan.duties.len()],
         resumes: identity.resumes,
         restarts,
         hanging_calls,
-        group_killer: GroupKiller::start(&plan.mark)?,
+        group_killers: GroupKillers::start(&plan.mark, control_group.as_ref())?,
+        control_group,
         plan,
         given_up: GivenUpReports::default(),
         inputs: sender,
@@ -154,9 +159,10 @@ pub async fn supervise(
             actions.extend(supervisor.handle(event, now));
         }
         if let Some(verdict) = launcher.perform_actions(actions) {
-            launcher.group_killer.dismiss();
+            launcher.group_killers.dismiss();
             return Ok(verdict);
         }
+        launcher.replace_group_killers();
         if let Some(failed) = launcher.failed.pop_front() {
             event = Some(failed);
             continue;
@@ -181,7 +187,26 @@ pub async fn supervise(
     }
 }
 
+/// Makes the control group of the run, if this host allows one, and kills what launchers that have died
+/// have left in theirs.
+fn make_control_group(log: &RunLog) -> Option<ControlGroup> {
+    let control_group = ControlGroup::make().ok();
+    let left = kill_left_groups();
+    if left > 0 {
+        let text = format!("processes that {left} killed runs of this user have left were ended");
+        log.report(LAUNCHER, LogLevel::Warn, text);
+    }
+    control_group
+}
+
 impl Launcher {
+    fn replace_group_killers(&mut self) {
+        if self.group_killers.replace_ended() > 0 {
+            let text = "a group killer has ended; there is a new one";
+            self.log.report(LAUNCHER, LogLevel::Warn, text);
+        }
+    }
+
     fn perform_actions(&mut self, actions: Vec<SupervisorAction>) -> Option<RunVerdict> {
         for action in actions {
             match action {
@@ -227,14 +252,14 @@ impl Launcher {
                 return;
             }
         };
-        match ChildProcess::start(start, &self.log) {
+        match ChildProcess::start(start, self.control_group.as_ref(), &self.log) {
             Ok(mut process) => {
                 let group = process.group();
                 self.given_up.remove_component(&self.plan.duties[id].name);
                 if let Some(pipe) = process.take_reports() {
                     self.given_up.connect_executive(pipe);
                 }
-                self.group_killer.add_group(group);
+                self.group_killers.add_group(group);
                 let handle = ProcessHandle::Here(group);
                 self.running[id] = Some(RunningProcess { process: handle, link: None });
                 let inputs = self.inputs.clone();
@@ -333,7 +358,7 @@ impl Launcher {
                 if let Some(running) = self.running[id].take()
                     && let ProcessHandle::Here(group) = running.process
                 {
-                    self.group_killer.remove_group(group);
+                    self.group_killers.remove_group(group);
                 }
                 Some(SupervisorEvent::Exited(id, exit))
             }

@@ -2,6 +2,7 @@
 
 mod battery;
 mod goal;
+mod hosts;
 mod links;
 mod mapping;
 mod mission_buttons;
@@ -9,6 +10,10 @@ mod motion;
 mod progress;
 mod stick;
 mod stop;
+
+#[cfg(test)]
+pub(crate) use hosts::HostsReading;
+pub(super) use hosts::HostsWatch;
 
 use super::panel_kind::PanelKind;
 use crate::screen::SidePanel;
@@ -24,6 +29,7 @@ pub(super) const PANELS: &[PanelKind] = &[
     goal::PANEL,
     stick::PANEL,
     links::PANEL,
+    hosts::PANEL,
 ];
 
 /// Makes one panel of each kind.

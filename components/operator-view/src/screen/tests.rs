@@ -332,3 +332,30 @@ fn nothing_is_repainted_without_a_change() {
     let delay = window.output().viewport_output.values().map(|out| out.repaint_delay).min();
     assert_eq!(delay, Some(std::time::Duration::MAX));
 }
+
+#[test]
+fn a_host_that_is_cut_off_is_framed_and_named_with_its_clock_and_what_runs_there() {
+    use armor_inspect::run_control::{HostLink, HostReport};
+    use armor_inspect::{SystemEvent, SystemPicture};
+
+    let report = |host: &str, link| HostReport {
+        host: host.into(),
+        link,
+        reason: String::new(),
+        for_s: 7.0,
+        clock_offset_s: Some(-0.002),
+        clock_error_s: Some(0.001),
+    };
+    let mut picture = SystemPicture::default();
+    let reports = vec![report("arm", HostLink::CutOff), report("base", HostLink::Connected)];
+    picture.handle_event(SystemEvent::Hosts(reports), std::time::Duration::ZERO);
+    let mut shown = test_screen();
+    shown.console.readings.store(crate::ports::HostsReading::of(&picture));
+    let window = window_of(shown, Vec2::new(1000.0, 1400.0));
+    for label in ["! host arm", "cut off for 7.0 s", "host base", "connected"] {
+        assert!(window.query_by_label(label).is_some(), "{label}");
+    }
+    let clock = "its clock is 2.0 ms behind that of the launcher's host, ± 1.0 ms";
+    assert_eq!(window.query_all_by_label(clock).count(), 2);
+    assert!(self::window().query_by_label_contains("host").is_none(), "without other hosts");
+}

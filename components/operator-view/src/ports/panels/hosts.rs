@@ -1,0 +1,138 @@
+//! The hosts of a system of several: connected or cut off, their clocks, and what runs there.
+
+use std::sync::Arc;
+
+use armor_inspect::run_control::HostLink;
+use armor_inspect::systems::{list_running, record_directory};
+use armor_inspect::{ObservedHost, SystemPicture, SystemWatch};
+use eframe::egui::{Color32, RichText, Ui};
+
+use crate::console::Console;
+use crate::links::ClockTimes;
+use crate::orders::OperatorOrder;
+use crate::ports::panel_kind::PanelKind;
+use crate::screen::{SidePanel, colours};
+
+pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(HostsPanel) };
+
+/// The variable with the address of the registry, which the launcher sets.
+const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
+
+/// What is shown of each host.
+#[derive(Debug, Default)]
+pub(crate) struct HostsReading(Vec<HostRow>);
+
+#[derive(Debug)]
+struct HostRow {
+    name: String,
+    /// None for the host of the launcher.
+    link: Option<HostLink>,
+    /// Its connection, its clock and what runs there, in words.
+    texts: Vec<String>,
+}
+
+/// Watches the hosts of the system that this process belongs to.
+pub(crate) struct HostsWatch {
+    watch: SystemWatch,
+    shown: Arc<SystemPicture>,
+}
+
+impl HostsWatch {
+    /// Begins to watch them. There is nothing to watch in a system of one host, and on a host that is
+    /// not the launcher's, since only the launcher knows.
+    pub(crate) fn begin() -> Option<Self> {
+        let registry = std::env::var(REGISTRY_VARIABLE).ok()?;
+        let address = registry.parse().ok()?;
+        let running = list_running(&record_directory().ok()?).ok()?;
+        let record = running.into_iter().find(|record| record.registry == address)?;
+        record.place.as_ref()?;
+        let watch = SystemWatch::begin(&registry, "operator-view", Arc::new(|| {})).ok()?;
+        watch.follow_hosts(&record).ok()?;
+        Some(Self { watch, shown: Arc::default() })
+    }
+
+    /// Returns what is to be shown, if it has changed.
+    pub(crate) fn take_reading(&mut self) -> Option<HostsReading> {
+        let picture = self.watch.picture();
+        if Arc::ptr_eq(&picture, &self.shown) {
+            return None;
+        }
+        self.shown = picture;
+        Some(HostsReading::of(&self.shown))
+    }
+}
+
+impl HostsReading {
+    pub(crate) fn of(picture: &SystemPicture) -> Self {
+        Self(picture.list_hosts().iter().map(HostRow::of).collect())
+    }
+}
+
+impl HostRow {
+    fn of(host: &ObservedHost<'_>) -> Self {
+        let runs = (!host.processes.is_empty()).then(|| host.processes.join(", "));
+        let link = host.report.map(|report| report.describe_link());
+        let clock = host.report.and_then(|report| report.describe_clock());
+        Self {
+            name: host.name.into(),
+            link: host.report.map(|report| report.link),
+            texts: [link, clock, runs].into_iter().flatten().collect(),
+        }
+    }
+}
+
+struct HostsPanel;
+
+impl SidePanel for HostsPanel {
+    fn name(&self) -> &'static str {
+        "hosts"
+    }
+
+    fn is_visible(&self, console: &Console) -> bool {
+        console.readings.newest::<HostsReading>().is_some_and(|reading| !reading.0.is_empty())
+    }
+
+    fn show_contents(
+        &mut self,
+        ui: &mut Ui,
+        console: &Console,
+        _: ClockTimes,
+    ) -> Vec<OperatorOrder> {
+        let Some(reading) = console.readings.newest::<HostsReading>() else { return Vec::new() };
+        for row in &reading.0 {
+            show_host(ui, row);
+        }
+        Vec::new()
+    }
+}
+
+/// A host that is cut off is framed, and its line begins with a sign: no colour is needed to see it.
+fn show_host(ui: &mut Ui, row: &HostRow) {
+    let is_cut = row.link == Some(HostLink::CutOff);
+    let title = if is_cut { format!("! host {}", row.name) } else { format!("host {}", row.name) };
+    let ink = ink_of(row.link);
+    let show = |ui: &mut Ui| {
+        ui.colored_label(ink, RichText::new(title).strong());
+        for text in &row.texts {
+            ui.label(text);
+        }
+    };
+    if is_cut {
+        let frame = eframe::egui::Frame::group(ui.style()).stroke((2.0, ink));
+        frame.show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            show(ui);
+        });
+    } else {
+        show(ui);
+    }
+}
+
+fn ink_of(link: Option<HostLink>) -> Color32 {
+    match link {
+        Some(HostLink::CutOff) => colours::GONE,
+        Some(HostLink::Awaited) => colours::LATE,
+        Some(HostLink::Connected) => colours::GOOD,
+        None => colours::TEXT,
+    }
+}
