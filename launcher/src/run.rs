@@ -12,6 +12,7 @@ pub mod logs;
 mod other_hosts;
 pub mod output_feed;
 mod output_folder;
+mod own_run;
 mod plan;
 pub mod port;
 pub mod process;
@@ -41,6 +42,7 @@ use armor_inspect::systems::{self, RunFile, RunRecord};
 use hanging_calls::HangingCalls;
 use logs::{EarlierLogs, RunLog};
 use other_hosts::OtherHosts;
+use own_run::OwnRun;
 use plan::ProcessPlan;
 use port::PortLease;
 use status::{StatusLine, StatusObserver, StatusSources};
@@ -84,12 +86,14 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let out =
         output_folder::OutputFolder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
     let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
+    let own_run = OwnRun::begin(out.path(), arguments.resume)?;
     let lease = PortLease::take(arguments.registry)?;
-    let hosts = OtherHosts::find(configuration, arguments, &name)?;
+    let hosts = OtherHosts::find(configuration, arguments, &name, &own_run)?;
     let catalogue = &checked.catalogue;
     let (registry, folder) = (lease.address, out.path());
-    let plan =
+    let mut plan =
         ProcessPlan::new(configuration, catalogue, arguments, registry, folder, hosts.as_ref())?;
+    plan.set_variable(own_run.variable());
     descriptors::raise_limit(descriptors::count_needed(configuration, plan.duties.len()))?;
     let record = RunRecord {
         system: name.clone(),
