@@ -3,7 +3,9 @@
 use super::*;
 use crate::pose::{Point, Pose};
 use crate::scan::BeamReach;
-use crate::state::{StateHeader, encode_header};
+use crate::state::{StateHeader, encode_header, seal_records};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const RUN: &str = "00000000000000a1";
 
@@ -208,6 +210,36 @@ fn a_state_that_does_not_fit_is_refused_with_the_reason() {
     for (found, run) in [(None, RUN), (Some(&file[..]), "another run")] {
         assert!(matches!(judge_state(found, run, &config, &scan), Continuation::First));
     }
+}
+
+/// Whatever is in the file, with whatever sums: it is refused, or a map that can be continued.
+#[test]
+fn no_content_of_a_state_is_a_panic() {
+    let mut drive = Drive::new();
+    let file = mapped(&mut drive, 30);
+    let scan = drive.scan();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let (mut refused, mut continued) = (0, 0);
+    for _ in 0..400 {
+        let mut damaged = file.clone();
+        for _ in 0..1 + random.next_u64() % 3 {
+            let at = header().len() + random.next_u64() as usize % (file.len() - header().len());
+            damaged[at] = random.next_u64() as u8;
+        }
+        seal_records(&mut damaged);
+        match judge_state(Some(&damaged), RUN, &Config::default(), &scan) {
+            Continuation::Known(mut known) => {
+                continued += 1;
+                let place = known.slam.find_place(&mut known.search, drive.odometry, &scan);
+                known.slam.place_robot(place.unwrap_or_default(), drive.odometry, drive.stamp_s);
+                known.slam.add(drive.odometry, &scan);
+                let moved = drive.odometry * Pose::new(0.5, 0.0, 0.0);
+                known.slam.add(moved, &scan);
+            }
+            _ => refused += 1,
+        }
+    }
+    assert!(refused > 0 && continued > 0, "{refused} refused, {continued} continued");
 }
 
 #[test]

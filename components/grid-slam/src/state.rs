@@ -432,6 +432,21 @@ impl PayloadReader<'_> {
     }
 }
 
+/// Gives every record the sum of its bytes, as far as their lengths lead.
+#[cfg(test)]
+pub(crate) fn seal_records(bytes: &mut [u8]) {
+    let mut at = MAGIC.len();
+    while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk()) {
+        let end = at + 5 + u32::from_le_bytes(*length) as usize;
+        if end + 4 > bytes.len() {
+            return;
+        }
+        let sum = SUM.checksum(&bytes[at + 4..end]);
+        bytes[end..end + 4].copy_from_slice(&sum.to_le_bytes());
+        at = end + 4;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -15,6 +15,7 @@ use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 const RUN: &str = "00000000000000a1";
 /// As the component does, seconds of the log.
@@ -23,24 +24,26 @@ const WRITTEN_EVERY_S: f64 = 1.0;
 const DOWN_S: f64 = 1.5;
 
 /// What came out.
-struct Outcome {
+struct KilledRun {
     poses: ScanTrajectory,
     /// Scans after a kill until the robot was recognised, for each kill.
     searched: Vec<usize>,
     /// Bytes of the state at the end, and all that was written.
     len: usize,
     seconds: f64,
+    /// Time that it took to compose the batches, seconds.
+    composing_s: f64,
 }
 
 /// Maps a log, killed before these scans.
-fn mapped(scans: &[Recorded], kills: &BTreeSet<usize>) -> Outcome {
+fn mapped(scans: &[Recorded], kills: &BTreeSet<usize>) -> KilledRun {
     let config = config();
     let fit = StateFit::of(&config);
     let mut file = encode_header(&StateHeader { run: RUN.into(), epoch: String::new(), fit });
     let (mut slam, mut recorder) = (Slam::new(config), StateRecorder::default());
     let (mut numbers, mut searched) = (Vec::new(), Vec::new());
     let (mut written_s, mut dead_until_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-    let mut search = None;
+    let (mut search, mut composing) = (None, Duration::ZERO);
     for (index, Recorded { number, odometry, scan }) in scans.iter().enumerate() {
         if kills.contains(&index) {
             let known = judge_state(Some(&file), RUN, &config, scan);
@@ -69,14 +72,17 @@ fn mapped(scans: &[Recorded], kills: &BTreeSet<usize>) -> Outcome {
             recorder.scan_drawn(slam.travelled_m(), scan.clone());
         }
         if scan.stamp_s - written_s >= WRITTEN_EVERY_S {
+            let begun = Instant::now();
             file.extend(recorder.take_batch(&slam, *odometry));
+            composing += begun.elapsed();
             written_s = scan.stamp_s;
         }
     }
     let stamps = scans.iter().map(|one| one.scan.stamp_s);
     let seconds = stamps.clone().fold(f64::MIN, f64::max) - stamps.fold(f64::MAX, f64::min);
     let poses = numbers.into_iter().zip(slam.trajectory()).collect();
-    Outcome { poses, searched, len: file.len(), seconds }
+    let (len, composing_s) = (file.len(), composing.as_secs_f64());
+    KilledRun { poses, searched, len, seconds, composing_s }
 }
 
 /// Mean error of all relations, metres and degrees.
@@ -105,7 +111,7 @@ fn check(name: &str, count: usize, seed: u64) {
     println!(
         "{name:>13}, seed {seed}: {count} kills, {:.4} m {:.3} deg instead of {:.4} m {:.3} deg \
          ({:.3} and {:.3} of it) over {} of {} relations; scans until recognised: median {}, \
-         most {}; {:.2} MB written, {:.0} B/s of the log",
+         most {}; {:.2} MB written, {:.0} B/s of the log, in {:.3} s",
         with[0],
         with[1],
         without[0],
@@ -118,6 +124,7 @@ fn check(name: &str, count: usize, seed: u64) {
         searched.last().unwrap(),
         whole.len as f64 / 1e6,
         whole.len as f64 / whole.seconds,
+        whole.composing_s,
     );
     assert!(part.iter().all(|part| *part <= 1.1), "{name}: {part:?}");
 }
