@@ -15,6 +15,7 @@ mod hosts;
 mod keys;
 mod launcher;
 mod manifests;
+mod mapper_deaths;
 mod meeting;
 mod mission_start;
 mod missions;

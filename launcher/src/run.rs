@@ -14,6 +14,7 @@ pub mod logs;
 mod other_hosts;
 pub mod output_feed;
 mod output_folder;
+mod own_run;
 mod plan;
 pub mod port;
 pub mod process;
@@ -45,6 +46,7 @@ use hanging_calls::HangingCalls;
 use left_hosts::LeftHosts;
 use logs::{EarlierLogs, RunLog};
 use other_hosts::OtherHosts;
+use own_run::OwnRun;
 use plan::ProcessPlan;
 use port::PortLease;
 use status::{StatusLine, StatusObserver, StatusSources};
@@ -88,14 +90,16 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let out =
         output_folder::OutputFolder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
     let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
+    let own_run = OwnRun::begin(out.path(), arguments.resume)?;
     let lease = PortLease::take(arguments.registry)?;
-    let hosts = OtherHosts::find(configuration, arguments, &name)?;
+    let hosts = OtherHosts::find(configuration, arguments, &name, &own_run)?;
     let addresses = hosts.as_ref().map(OtherHosts::addresses).unwrap_or_default();
     let left_hosts = LeftHosts::find(out.path(), &name, &addresses)?;
     let catalogue = &checked.catalogue;
     let (registry, folder) = (lease.address, out.path());
-    let plan =
+    let mut plan =
         ProcessPlan::new(configuration, catalogue, arguments, registry, folder, hosts.as_ref())?;
+    plan.set_variable(own_run.variable());
     descriptors::raise_limit(descriptors::count_needed(configuration, plan.duties.len()))?;
     let record = RunRecord {
         system: name.clone(),

@@ -1,12 +1,16 @@
 //! Conversions between the standard messages and the geometry of `armor-grid`: `read_…` takes a
 //! message, `build_…` makes one.
 
+mod frame;
+
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
 use armor_sdk::messages::{
     MapMetaData, OccupancyGrid, Odometry, Path, Pose, Pose2D, PoseStamped,
     PoseWithCovarianceStamped,
 };
 use thiserror::Error;
+
+pub use frame::{FrameNews, FrameWatch, build_frame, read_epoch};
 
 /// An occupancy grid whose data do not fill it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

@@ -161,6 +161,18 @@ impl Driving {
         (self.path, self.manual) = (None, None);
     }
 
+    /// Forgets the path; the next step stands still unless a manual velocity is fresh.
+    pub fn forget_path(&mut self) {
+        self.path = None;
+    }
+
+    /// Forgets everything that lies in the map frame: its origin is another place.
+    pub fn forget_frame(&mut self) {
+        (self.path, self.map) = (None, None);
+        self.track.forget_map();
+        self.recovery = StuckRecovery::default();
+    }
+
     /// Decides at time `now_s` how to move. The robot rests if it is ordered to stand, if neither a
     /// path nor a manual velocity is fresh, or if it has no fresh scan.
     pub fn step(&mut self, now_s: f64) -> Velocity {

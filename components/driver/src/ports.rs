@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use armor_convert::{read_occupancy, read_odometry_pose, read_path, read_robot_pose};
+use armor_convert::{
+    FrameNews, FrameWatch, read_occupancy, read_odometry_pose, read_path, read_robot_pose,
+};
 use armor_grid::{Pose2, Thresholds};
 use armor_sdk::prelude::*;
 
@@ -85,7 +87,15 @@ pub struct Driver {
     armor: Armor,
     parameters: DriverParameters,
     driving: Driving,
+    frames: FrameWatch,
     pace: ProgressPace,
+}
+
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum DriverEvent {
+    /// the map frame has another origin: the robot stands until a path in it arrives
+    FrameChanged,
 }
 
 impl Component for Driver {
@@ -108,6 +118,8 @@ impl Component for Driver {
         ("progress", "what the robot is doing, and the rest of its path, once per second"),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = DriverEvent::DECLARED;
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<Path>("path")?;
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
@@ -120,7 +132,8 @@ impl Component for Driver {
         armor.provide::<Progress>("progress")?;
         let parameters = DriverParameters::request(&armor)?;
         let driving = Driving::new(parameters.settings());
-        Ok(Self { armor, parameters, driving, pace: ProgressPace::default() })
+        let (frames, pace) = (FrameWatch::default(), ProgressPace::default());
+        Ok(Self { armor, parameters, driving, frames, pace })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -130,9 +143,18 @@ impl Component for Driver {
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let now_s = self.armor.timestamp();
         match header.id() {
-            "path" => self.driving.path_seen(now_s, read_path(&data.decode()?)),
+            "path" => {
+                let path: Path = data.decode()?;
+                if self.frames.is_usable(&path.frame) {
+                    self.driving.path_seen(now_s, read_path(&path));
+                } else {
+                    // The robot must not continue an older path instead.
+                    self.driving.forget_path();
+                }
+            }
             "pose" => {
                 let pose: PoseWithCovarianceStamped = data.decode()?;
+                self.frame_seen(&pose.frame);
                 self.driving.pose_seen(pose.stamp, read_robot_pose(&pose));
             }
             "scan" => {
@@ -145,8 +167,9 @@ impl Component for Driver {
                 self.driving.odometry_seen(now_s, odometry.stamp, pose);
             }
             "map" => {
-                let map = read_occupancy(&data.decode()?, Thresholds::default())?;
-                self.driving.map_seen(map);
+                let map: OccupancyGrid = data.decode()?;
+                self.frame_seen(&map.frame);
+                self.driving.map_seen(read_occupancy(&map, Thresholds::default())?);
             }
             "manual" => {
                 let Twist { linear, angular } = data.decode()?;
@@ -177,7 +200,20 @@ impl Component for Driver {
         if let Some(progress) = self.pace.next_progress(now_s, phase.task(), describe) {
             self.armor.send_data("progress", &progress)?;
         }
-        Ok(Outcome::CarryOn)
+        let has_changed = self.frames.take_change();
+        Ok(if has_changed { DriverEvent::FrameChanged.into() } else { Outcome::CarryOn })
+    }
+}
+
+impl Driver {
+    /// Takes the frame of a pose or a map; what is known of another epoch is dropped.
+    fn frame_seen(&mut self, frame: &str) {
+        match self.frames.frame_seen(frame) {
+            FrameNews::Same => {}
+            // A path is sent again; one that came before may be of another epoch.
+            FrameNews::First => self.driving.forget_path(),
+            FrameNews::Changed => self.driving.forget_frame(),
+        }
     }
 }
 
@@ -201,7 +237,8 @@ fn as_scan(scan: &LaserScan, robot_from_laser: Pose2) -> DriverScan {
 mod tests {
     use std::time::Duration;
 
-    use armor_sdk::testing::{TestError, TestedComponent};
+    use armor_convert::build_path;
+    use armor_sdk::testing::{ReportKind, TestError, TestedComponent};
 
     use super::*;
 
@@ -240,6 +277,46 @@ mod tests {
         assert!(driver.last_output::<Twist>("velocity")?.linear.x > 0.0);
         driver.stop()?;
         assert_eq!(driver.last_output::<Twist>("velocity")?, Twist::default());
+        Ok(())
+    }
+
+    /// Sends what a robot at the origin sees, and a path ahead; returns the speed that follows.
+    fn follow(driver: &mut TestedComponent, pose: &str, path: &str) -> Result<f64, TestError> {
+        let stamp = driver.timestamp();
+        let odom = Odometry { stamp, ..Odometry::default() };
+        driver.send("odometry", &odom)?;
+        let (angle_min, angle_increment, range_max) = (-1.0, 0.1, 10.0);
+        let ranges = vec![9.0; 21].into();
+        let scan = LaserScan {
+            stamp,
+            angle_min,
+            angle_increment,
+            range_max,
+            ranges,
+            ..Default::default()
+        };
+        driver.send("scan", &scan)?;
+        let frame = pose.into();
+        let located = PoseWithCovarianceStamped { stamp, frame, ..Default::default() };
+        driver.send("pose", &located)?;
+        let poses = [0.0, 1.0, 2.0].map(|x_m| Pose2::new(x_m, 0.0, 0.0));
+        driver.send("path", &build_path(stamp, path, &poses))?;
+        driver.tick_after(TICK)?;
+        Ok(driver.last_output::<Twist>("velocity")?.linear.x)
+    }
+
+    #[test]
+    fn the_robot_stands_until_path_and_pose_are_of_one_epoch() -> Result<(), TestError> {
+        let mut driver = TestedComponent::build::<Driver>(&[])?;
+        driver.start()?;
+        follow(&mut driver, "map", "map")?;
+        assert!(follow(&mut driver, "map", "map")? > 0.0);
+        assert_eq!(follow(&mut driver, "map#3f2a", "map")?, 0.0, "the planner is still behind");
+        let changed = ReportKind::Event { name: "frame_changed".into(), value: 1.0 };
+        assert_eq!(driver.reports(), std::slice::from_ref(&changed));
+        follow(&mut driver, "map#3f2a", "map#3f2a")?;
+        assert!(follow(&mut driver, "map#3f2a", "map#3f2a")? > 0.0);
+        assert_eq!(driver.reports(), [changed], "it is reported once");
         Ok(())
     }
 

@@ -36,6 +36,11 @@ impl PoseTrack {
         self.settle_correction();
     }
 
+    /// Forgets how the odometry lies on the map.
+    pub(crate) fn forget_map(&mut self) {
+        (self.pending, self.map_from_odom) = (None, None);
+    }
+
     /// Returns the odometry pose at a moment: interpolated, or the newest if it is later.
     pub(crate) fn odom_from_robot_at(&self, stamp_s: f64) -> Option<Pose2> {
         let later = self.odometry.partition_point(|entry| entry.0 < stamp_s);

@@ -1,6 +1,6 @@
 //! The explorer as a component: maps and poses in, goals out.
 
-use armor_convert::{build_stamped_pose, read_occupancy, read_robot_pose};
+use armor_convert::{FrameNews, FrameWatch, build_stamped_pose, read_occupancy, read_robot_pose};
 use armor_grid::Thresholds;
 use armor_sdk::prelude::*;
 
@@ -36,11 +36,25 @@ pub struct Explorer {
     armor: Armor,
     parameters: ExplorerParameters,
     exploration: Exploration,
-    frame: String,
+    frames: FrameWatch,
     pace: ProgressPace,
 }
 
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum ExplorerEvent {
+    /// the map frame has another origin: exploration begins again on the new map
+    FrameChanged,
+}
+
 impl Explorer {
+    /// Takes the frame of a pose or a map; what is known of another epoch is dropped.
+    fn frame_seen(&mut self, frame: &str) {
+        if self.frames.frame_seen(frame) == FrameNews::Changed {
+            self.exploration = Exploration::new(self.parameters.settings());
+        }
+    }
+
     fn publish_progress(&mut self, now_s: f64, task: &str) -> Result<(), Fault> {
         let exploration = &self.exploration;
         let describe = || {
@@ -76,6 +90,8 @@ impl Component for Explorer {
         ("progress", "the explored share and the distance to the goal, once per second"),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = ExplorerEvent::DECLARED;
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<OccupancyGrid>("map")?;
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
@@ -83,8 +99,8 @@ impl Component for Explorer {
         armor.provide::<Progress>("progress")?;
         let parameters = ExplorerParameters::request(&armor)?;
         let exploration = Exploration::new(parameters.settings());
-        let (frame, pace) = ("map".into(), ProgressPace::default());
-        Ok(Self { armor, parameters, exploration, frame, pace })
+        let (frames, pace) = (FrameWatch::default(), ProgressPace::default());
+        Ok(Self { armor, parameters, exploration, frames, pace })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -95,10 +111,14 @@ impl Component for Explorer {
         match header.id() {
             "map" => {
                 let map: OccupancyGrid = data.decode()?;
+                self.frame_seen(&map.frame);
                 self.exploration.map_seen(read_occupancy(&map, Thresholds::SEEN)?);
-                self.frame = map.frame;
             }
-            "pose" => self.exploration.pose_seen(read_robot_pose(&data.decode()?)),
+            "pose" => {
+                let pose: PoseWithCovarianceStamped = data.decode()?;
+                self.frame_seen(&pose.frame);
+                self.exploration.pose_seen(read_robot_pose(&pose));
+            }
             _ => {}
         }
         Ok(())
@@ -113,6 +133,9 @@ impl Component for Explorer {
             self.publish_progress(now_s, "")?;
             return Ok(Outcome::CarryOn);
         }
+        if self.frames.take_change() {
+            return Ok(ExplorerEvent::FrameChanged.into());
+        }
         match self.exploration.step(now_s) {
             ExplorerDecision::Wait => self.publish_progress(now_s, "exploring")?,
             ExplorerDecision::Done => {
@@ -120,7 +143,8 @@ impl Component for Explorer {
                 return Ok(Outcome::Done);
             }
             ExplorerDecision::Goto(goal) => {
-                self.armor.send_data("goal", &build_stamped_pose(now_s, &self.frame, goal))?;
+                let frame = self.frames.frame().unwrap_or("map");
+                self.armor.send_data("goal", &build_stamped_pose(now_s, frame, goal))?;
                 self.publish_progress(now_s, "exploring")?;
             }
         }

@@ -74,6 +74,11 @@ pub struct Closing {
 }
 
 impl Closing {
+    /// Begins after this much travel, metres.
+    pub(crate) fn after(travelled_m: f64) -> Self {
+        Self { waiting: Vec::new(), looked_m: travelled_m }
+    }
+
     /// Looks where the newest keyframe has been before; gives the closures that are believed now.
     pub fn look_for_closures(
         &mut self,

@@ -166,6 +166,32 @@ impl ParticleFilter {
         self.effective = self.particles.len() as f64;
     }
 
+    /// Makes a filter that knows a map, as drawn from scans at their poses, and not yet where the
+    /// robot is on it.
+    pub(crate) fn restore<'a>(
+        config: Config,
+        scans: impl ExactSizeIterator<Item = (Pose, &'a [Beam])>,
+        travelled_m: f64,
+    ) -> Self {
+        let count = scans.len() as u64;
+        let mut filter = Self { travelled_m, count, ..Self::new(config) };
+        filter.redraw_map(scans);
+        filter
+    }
+
+    /// Sets where the robot is on a restored map, and the odometry of that moment.
+    pub(crate) fn set_robot(&mut self, robot: Pose, odometry: Pose, stamp_s: f64) {
+        self.followed = Some((robot, odometry));
+        // The odometry as it would have been at the last drawn scan, if it had erred nowhere since.
+        let odometry = odometry * (robot.inverse() * self.keyframe());
+        self.drawn = Some(DrawnScan { odometry, stamp_s });
+    }
+
+    /// The best particle's map.
+    pub(crate) fn grid(&self) -> &SurfaceGrid {
+        &self.particles[self.best].grid
+    }
+
     /// Finds the scan on the best particle's map: pose, covariance and support.
     fn follow_motion(&mut self, odometry: Pose, points: &[Point]) -> (Pose, Matrix3<f64>, f64) {
         let Some((from, last)) = self.followed else {

@@ -16,7 +16,7 @@ const MOST_STEPS: usize = 30;
 /// Steps smaller than this end it, metres and radians.
 const STILL: f64 = 1e-4;
 /// What was measured between two keyframes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseEdge {
     /// The keyframe it is measured from.
     pub from: usize,
@@ -45,6 +45,29 @@ impl PoseGraph {
     /// `map_from_keyframe` of all keyframes.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
+    }
+
+    /// What was measured between them, in the order in which it was added.
+    pub fn edges(&self) -> &[PoseEdge] {
+        &self.edges
+    }
+
+    /// Makes a graph of keyframes at `poses`; `None` if the edges do not lead from each keyframe to
+    /// the next, once, in their order.
+    pub fn from_parts(poses: Vec<Pose>, edges: Vec<PoseEdge>) -> Option<Self> {
+        let mut graph = Self { at: vec![Vec::new(); poses.len()], poses, ..Self::default() };
+        graph.chain.push(0);
+        for edge in edges {
+            if edge.from.max(edge.to) >= graph.poses.len() {
+                return None;
+            }
+            if !edge.is_closure {
+                let is_next = (edge.from + 1, edge.to) == (graph.chain.len(), graph.chain.len());
+                is_next.then(|| graph.chain.push(graph.edges.len()))?;
+            }
+            graph.add_edge(edge);
+        }
+        (graph.chain.len() == graph.poses.len()).then_some(graph)
     }
 
     /// Number of closures.

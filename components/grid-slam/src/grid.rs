@@ -114,6 +114,13 @@ impl SurfaceGrid {
         [point.x_m, point.y_m].map(|metres| floor(metres / self.resolution_m))
     }
 
+    /// Returns the first cell of the rectangle around all that is known, and the one after its last.
+    pub fn extent(&self) -> Option<([i32; 2], [i32; 2])> {
+        let cells = |tiles: i32| tiles * TILE_CELLS;
+        let high = [0, 1].map(|axis| cells(self.first[axis] + self.size[axis]));
+        (!self.tiles.is_empty()).then(|| (self.first.map(cells), high))
+    }
+
     /// Takes a picture of the rectangle around all that is known.
     pub fn snapshot(&self) -> GridSnapshot {
         let [width, height] = self.size.map(|tiles| (tiles * TILE_CELLS) as usize);

@@ -4,6 +4,7 @@
 pub mod agreement;
 pub mod closing;
 pub mod config;
+pub mod continuation;
 mod doubt;
 pub mod field;
 pub mod filter;
@@ -15,12 +16,16 @@ mod particle;
 mod ports;
 pub mod pose;
 pub mod prior;
+pub mod recognition;
+pub mod recorder;
 pub mod refine;
 pub mod scan;
 pub mod search;
 pub mod slam;
 pub mod snapshot;
 pub mod sparse;
+pub mod state;
+mod state_file;
 mod sweep;
 mod tile;
 

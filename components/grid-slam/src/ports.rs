@@ -1,20 +1,32 @@
 //! The mapper as a component: scans and odometry in, poses and the map out.
 
+use std::collections::VecDeque;
 use std::f64::consts::PI;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use armor_convert::build_frame;
 use armor_sdk::prelude::*;
 
 use crate::config::Config;
+use crate::continuation::{Continuation, KnownMap, RefusedState, draw_epoch, judge_state};
 use crate::filter::ScanEstimate;
 use crate::pairing::Pairing;
 use crate::pose::Pose as Pose2;
+use crate::recognition::{MOST_S, PlaceSearch};
+use crate::recorder::StateRecorder;
 use crate::scan::MapperScan;
 use crate::slam::Slam;
 use crate::snapshot::GridSnapshot;
+use crate::state::{StateFit, StateHeader, encode_header};
+use crate::state_file::{StateFile, read_state};
 
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
+/// Names the run to its processes. Without it there is no run whose frame could be continued.
+const RUN_VARIABLE: &str = "ARMOR_RUN";
+/// The state is written this often: it is never two seconds old.
+const STATE_PERIOD: Duration = Duration::from_secs(1);
 
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
@@ -61,6 +73,23 @@ struct GridSlamParameters {
     /// expected odometry error, as a share of the angle turned
     #[parameter(default = 0.08, range = 0.001..=1.0)]
     skid: f64,
+    /// the map is kept in a file: after its own death the mapper continues in the same frame
+    #[parameter(default = true)]
+    keep_state: bool,
+    /// folder of that file, within the run's folder
+    #[parameter(default = "states", written)]
+    state_folder: PathBuf,
+}
+
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum GridSlamEvent {
+    /// after a restart: where the robot is on the stored map is not known yet, no pose is published
+    Lost,
+    /// after a restart: the robot was recognised, the map is continued in the same frame
+    Continued,
+    /// after a restart: the stored map could not be continued, the frame has another origin
+    FrameChanged,
 }
 
 impl GridSlamParameters {
@@ -100,6 +129,23 @@ pub struct GridSlam {
     quiet: u32,
     stamp_s: f64,
     dropped: u64,
+    /// Frame of all that is published; `None` before the first scan.
+    frame: Option<String>,
+    /// Whether a frame was begun that no file knows of.
+    has_begun: bool,
+    /// The robot's place on a stored map is not known yet.
+    search: Option<PlaceSearch>,
+    state: Option<KeptState>,
+    events: VecDeque<GridSlamEvent>,
+}
+
+/// The state as far as it was written.
+struct KeptState {
+    file: StateFile,
+    recorder: StateRecorder,
+    written: Option<Instant>,
+    /// That of the last scan.
+    odometry: Pose2,
 }
 
 /// The trajectory is published at most once in this long for each of its poses, seconds: its cost
@@ -124,6 +170,8 @@ impl Component for GridSlam {
         ("particles", "where each hypothesis has the robot, at each scan"),
         ("diagnostics", "quality of the match and counts, once per scan"),
     ];
+
+    const EVENTS: &'static [DeclaredEvent] = GridSlamEvent::DECLARED;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<LaserScan>("scan")?;
@@ -150,12 +198,20 @@ impl Component for GridSlam {
             quiet: 0,
             stamp_s: 0.0,
             dropped: 0,
+            frame: None,
+            has_begun: false,
+            search: None,
+            state: None,
+            events: VecDeque::new(),
         })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
         self.parameters.set(name, value)?;
-        // All of them arrive before the first scan.
+        // All of them arrive before the first scan, but for those of a place of the mission: the
+        // map is then continued as after a restart, if it fits the new ones.
+        self.write_state(true);
+        (self.frame, self.search, self.state) = (None, None, None);
         self.slam = Slam::new(self.parameters.config());
         Ok(())
     }
@@ -172,7 +228,14 @@ impl Component for GridSlam {
         }
         while let Some((odometry, scan)) = self.pairing.next_pair() {
             let begun = Instant::now();
+            if self.frame.is_none() {
+                self.begin(&scan);
+            }
+            if self.search.is_some() && !self.find_place(odometry, &scan) {
+                continue;
+            }
             let estimate = self.slam.add(odometry, &scan);
+            self.record_scan(odometry, &estimate, &scan);
             self.is_new |= estimate.drawn;
             self.stamp_s = scan.stamp_s;
             self.publish_pose(scan.stamp_s, &estimate)?;
@@ -191,7 +254,11 @@ impl Component for GridSlam {
 
     /// Publishes what has changed. At the end of a log no scan follows, so it is the tick, not the
     /// scan, that checks; when scans stop, the last ones are published though they drew nothing.
-    fn exec(&mut self, _: Call) -> Result<Outcome, Fault> {
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        self.write_state(call == Call::Stopping);
+        if let Some(event) = self.events.pop_front() {
+            return Ok(event.into());
+        }
         self.quiet =
             if self.ticked == self.slam.scans() { self.quiet.saturating_add(1) } else { 0 };
         self.ticked = self.slam.scans();
@@ -203,6 +270,125 @@ impl Component for GridSlam {
 }
 
 impl GridSlam {
+    /// Decides in which frame to map, when the first scan is there.
+    fn begin(&mut self, scan: &MapperScan) {
+        let run = std::env::var(RUN_VARIABLE).unwrap_or_default();
+        if run.is_empty() || !self.parameters.keep_state {
+            let epoch = if self.has_begun { draw_epoch() } else { String::new() };
+            (self.frame, self.has_begun) = (Some(build_frame(MAP, &epoch)), true);
+            return;
+        }
+        let config = self.parameters.config();
+        let found = match read_state(&self.state_path()) {
+            Ok(file) => judge_state(file.as_deref(), &run, &config, scan),
+            Err(error) => Continuation::NewEpoch(RefusedState::Disk(error.to_string())),
+        };
+        match found {
+            Continuation::First => self.begin_frame(String::new()),
+            Continuation::Known(known) => self.continue_frame(*known),
+            Continuation::NewEpoch(refused) => self.begin_epoch(&refused),
+        }
+    }
+
+    fn continue_frame(&mut self, known: KnownMap) {
+        let KnownMap { slam, search, recorder, epoch, len } = known;
+        match StateFile::resume(&self.state_path(), len) {
+            Ok(file) => {
+                let odometry = Pose2::default();
+                self.state = Some(KeptState { file, recorder, written: None, odometry });
+            }
+            // The map is known all the same.
+            Err(error) => tracing::warn!("the state of the map is written no more: {error}"),
+        }
+        tracing::info!(
+            scans = slam.scans(),
+            "the map of before is continued: looking for the robot"
+        );
+        (self.slam, self.search) = (slam, Some(search));
+        self.frame = Some(build_frame(MAP, &epoch));
+        self.events.push_back(GridSlamEvent::Lost);
+    }
+
+    fn begin_epoch(&mut self, refused: &RefusedState) {
+        let epoch = draw_epoch();
+        tracing::warn!(
+            "the map of before is not continued: {refused}; the frame {MAP}#{epoch} begins here"
+        );
+        self.slam = Slam::new(self.parameters.config());
+        self.search = None;
+        self.events.push_back(GridSlamEvent::FrameChanged);
+        self.begin_frame(epoch);
+    }
+
+    /// Begins a frame whose origin is where the robot stands. That it was begun is on the disk
+    /// before any pose is published in it: otherwise the next start could take it for the first.
+    fn begin_frame(&mut self, epoch: String) {
+        let run = std::env::var(RUN_VARIABLE).unwrap_or_default();
+        let fit = StateFit::of(&self.parameters.config());
+        let header = StateHeader { run, epoch: epoch.clone(), fit };
+        let (recorder, odometry) = (StateRecorder::default(), Pose2::default());
+        let begun = StateFile::begin(&self.state_path(), &encode_header(&header));
+        self.state = match begun {
+            Ok(file) => Some(KeptState { file, recorder, written: None, odometry }),
+            Err(error) => {
+                tracing::warn!("the state of the map cannot be kept: {error}");
+                None
+            }
+        };
+        // A frame that the next start cannot know needs a name that it will not use again.
+        let is_marked = self.state.is_some() || !epoch.is_empty();
+        let epoch = if is_marked { epoch } else { draw_epoch() };
+        self.frame = Some(build_frame(MAP, &epoch));
+    }
+
+    /// Looks where the robot is on the stored map. Returns whether a scan may be added: the robot
+    /// was found, or is taken for being elsewhere.
+    fn find_place(&mut self, odometry: Pose2, scan: &MapperScan) -> bool {
+        let Some(search) = &mut self.search else { return true };
+        if let Some(robot) = self.slam.find_place(search, odometry, scan) {
+            self.slam.place_robot(robot, odometry, scan.stamp_s);
+            tracing::info!("the robot was recognised on the map of before");
+            (self.search, self.is_new) = (None, true);
+            self.events.push_back(GridSlamEvent::Continued);
+        } else if search.is_over(scan.stamp_s) {
+            self.begin_epoch(&RefusedState::Lost(MOST_S));
+        }
+        self.search.is_none()
+    }
+
+    fn record_scan(&mut self, odometry: Pose2, estimate: &ScanEstimate, scan: &MapperScan) {
+        let Some(state) = &mut self.state else { return };
+        state.odometry = odometry;
+        if estimate.drawn {
+            state.recorder.scan_drawn(self.slam.travelled_m(), scan.clone());
+        }
+        self.write_state(false);
+    }
+
+    /// Adds to the file what is new, if its period is over or nothing follows.
+    fn write_state(&mut self, is_last: bool) {
+        let Some(state) = &mut self.state else { return };
+        let is_due = state.written.is_none_or(|written| written.elapsed() >= STATE_PERIOD);
+        // A robot that is not recognised adds nothing.
+        if self.search.is_none() && (is_due || is_last) {
+            let batch = state.recorder.take_batch(&self.slam, state.odometry);
+            if !batch.is_empty() {
+                state.written = Some(Instant::now());
+            }
+            state.file.add_batch(batch);
+        }
+    }
+
+    fn state_path(&self) -> PathBuf {
+        let name = self.armor.provided_data("map").unwrap_or_default();
+        let name = name.trim_end_matches(".map");
+        self.parameters.state_folder.join(format!("{name}.state"))
+    }
+
+    fn frame(&self) -> String {
+        self.frame.clone().unwrap_or_else(|| MAP.into())
+    }
+
     /// The whole map with the trajectory when its period is over, else the tiles that changed.
     fn publish_map(&mut self, now_s: f64) -> Result<(), Fault> {
         let period_s = self.parameters.map_period_s.max(TRAJECTORY_S * self.slam.scans() as f64);
@@ -233,7 +419,7 @@ impl GridSlam {
     fn build_map(&self, snapshot: &GridSnapshot) -> OccupancyGrid {
         OccupancyGrid {
             stamp: self.stamp_s,
-            frame: MAP.into(),
+            frame: self.frame(),
             info: MapMetaData {
                 map_load_time: self.stamp_s,
                 resolution: snapshot.resolution_m as f32,
@@ -253,7 +439,7 @@ impl GridSlam {
     ) -> OccupancyGridUpdate {
         OccupancyGridUpdate {
             stamp: self.stamp_s,
-            frame: MAP.into(),
+            frame: self.frame(),
             x: corner[0] as i32,
             y: corner[1] as i32,
             width: size[0] as u32,
@@ -265,11 +451,11 @@ impl GridSlam {
     fn trajectory(&self) -> Path {
         let pose = |(stamp, pose): (f64, Pose2)| PoseStamped {
             stamp,
-            frame: MAP.into(),
+            frame: self.frame(),
             pose: Pose::planar(as_message(&pose)),
         };
         let poses = self.slam.trajectory().map(pose).collect();
-        Path { stamp: self.stamp_s, frame: MAP.into(), poses }
+        Path { stamp: self.stamp_s, frame: self.frame(), poses }
     }
 
     fn publish_diagnostics(
@@ -293,7 +479,7 @@ impl GridSlam {
 
     fn publish_particles(&self, stamp: f64) -> Result<(), Fault> {
         let poses = self.slam.particles().map(|pose| Pose::planar(as_message(&pose))).collect();
-        self.armor.send_data("particles", &PoseArray { stamp, frame: MAP.into(), poses })?;
+        self.armor.send_data("particles", &PoseArray { stamp, frame: self.frame(), poses })?;
         Ok(())
     }
 
@@ -307,9 +493,9 @@ impl GridSlam {
         let pose = Pose::planar(as_message(&estimate.pose));
         let pose = PoseWithCovariance { pose, covariance };
         self.armor
-            .send_data("pose", &PoseWithCovarianceStamped { stamp, frame: MAP.into(), pose })?;
+            .send_data("pose", &PoseWithCovarianceStamped { stamp, frame: self.frame(), pose })?;
         let pose = Pose::planar(as_message(&estimate.map_from_odom));
-        self.armor.send_data("correction", &PoseStamped { stamp, frame: MAP.into(), pose })?;
+        self.armor.send_data("correction", &PoseStamped { stamp, frame: self.frame(), pose })?;
         Ok(())
     }
 }

@@ -6,9 +6,11 @@ use crate::config::Config;
 use crate::filter::{ParticleFilter, ScanEstimate};
 use crate::graph::{PoseGraph, turn_covariance};
 use crate::particle::ScanStep;
-use crate::pose::Pose;
-use crate::scan::{MapperScan, thinned};
+use crate::pose::{Point, Pose};
+use crate::recognition::{PlaceSearch, SeenScan};
+use crate::scan::{Beam, MapperScan, thinned};
 use crate::snapshot::GridSnapshot;
+use crate::state::{SavedKeyframe, SavedState};
 use nalgebra::{Matrix3, Vector3};
 
 /// The accuracy that no scan match exceeds: metres and share of the distance, radians.
@@ -60,10 +62,55 @@ impl Slam {
         }
     }
 
+    /// Makes a mapper that knows a stored map, and not yet where the robot is on it: no scan may be
+    /// added before [`place_robot`](Self::place_robot). `None` if the state is not one of a map.
+    pub fn restore(config: Config, state: SavedState) -> Option<Self> {
+        let graph = PoseGraph::from_parts(state.poses, state.edges)?;
+        let read = |saved: &SavedKeyframe| {
+            let (beams, points) = read_scan(&config, &saved.scan);
+            Keyframe { travelled_m: saved.travelled_m, beams, points }
+        };
+        let mut keyframes: Vec<Keyframe> = state.keyframes.iter().map(read).collect();
+        let travelled_m = state.here?.travelled_m;
+        let scans = graph.poses().iter().zip(&keyframes);
+        let scans = scans.map(|(pose, keyframe)| (*pose, keyframe.beams.as_slice()));
+        let front = ParticleFilter::restore(config, scans, travelled_m);
+        let redrawn = keyframes.len();
+        let looked_m = keyframes.last()?.travelled_m;
+        if !config.loop_closing {
+            keyframes.clear();
+        }
+        Some(Self {
+            front,
+            keyframes,
+            graph,
+            closing: Closing::after(looked_m),
+            track: state.track,
+            redrawn,
+            ..Self::new(config)
+        })
+    }
+
+    /// Sets where the robot is on a restored map, and the odometry of that moment.
+    pub fn place_robot(&mut self, robot: Pose, odometry: Pose, stamp_s: f64) {
+        self.front.set_robot(robot, odometry, stamp_s);
+    }
+
+    /// Looks where the robot is on a restored map; `None` as long as that is not certain.
+    pub fn find_place(
+        &self,
+        search: &mut PlaceSearch,
+        odometry: Pose,
+        scan: &MapperScan,
+    ) -> Option<Pose> {
+        let (_, points) = read_scan(&self.config, scan);
+        let seen = SeenScan { stamp_s: scan.stamp_s, odometry, points: &points };
+        search.find_place(&self.config, self.front.grid(), &seen)
+    }
+
     /// Places a scan, taken at the odometry pose `odometry`, and draws it if it brings news.
     pub fn add(&mut self, odometry: Pose, scan: &MapperScan) -> ScanEstimate {
-        let beams = scan.beams(&self.config.robot_from_laser, self.config.reach);
-        let points = thinned(&beams, 2.0 * self.config.resolution_m);
+        let (beams, points) = read_scan(&self.config, scan);
         let mut estimate = self.front.add(odometry, scan.stamp_s, &beams, &points);
         if estimate.drawn {
             self.remember_keyframe();
@@ -91,6 +138,25 @@ impl Slam {
     /// Where each particle has the robot now: `map_from_robot`.
     pub fn particles(&self) -> impl Iterator<Item = Pose> + '_ {
         self.front.robots()
+    }
+
+    /// Every scan: its stamp, the keyframe before it or itself, and where it was seen from there.
+    pub(crate) fn track(&self) -> &[(f64, usize, Pose)] {
+        &self.track
+    }
+
+    pub(crate) fn graph(&self) -> &PoseGraph {
+        &self.graph
+    }
+
+    /// Where the robot was at the last scan: `map_from_robot`.
+    pub fn robot(&self) -> Pose {
+        self.front.robot()
+    }
+
+    /// Distance driven according to the odometry, metres.
+    pub fn travelled_m(&self) -> f64 {
+        self.front.travelled_m()
     }
 
     /// Number of scans so far.
@@ -156,6 +222,13 @@ impl Slam {
         self.front.redraw_map(scans.map(|(pose, k)| (*pose, k.beams.as_slice())));
         (self.moved_m, self.redrawn) = (0.0, self.keyframes.len());
     }
+}
+
+/// What a scan saw, in the robot's frame: its beams, and thinned points on surfaces.
+fn read_scan(config: &Config, scan: &MapperScan) -> (Vec<Beam>, Vec<Point>) {
+    let beams = scan.beams(&config.robot_from_laser, config.reach);
+    let points = thinned(&beams, 2.0 * config.resolution_m);
+    (beams, points)
 }
 
 /// The motion from one step to the next, and its covariance in the frame of the second.

@@ -1,6 +1,6 @@
 //! Homing as a component: poses in, goals out.
 
-use armor_convert::{build_stamped_pose, read_robot_pose};
+use armor_convert::{FrameNews, FrameWatch, build_stamped_pose, read_robot_pose};
 use armor_grid::Pose2;
 use armor_sdk::prelude::*;
 
@@ -34,7 +34,20 @@ pub struct Homing {
     armor: Armor,
     parameters: HomingParameters,
     homecoming: Homecoming,
+    frames: FrameWatch,
+    /// Whether it was reported, in this activation, that home is in another frame.
+    is_reported: bool,
     pace: ProgressPace,
+}
+
+/// The frame of home: the coordinates of the file belong to its first epoch.
+const FRAME: &str = "map";
+
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum HomingEvent {
+    /// the map frame has another origin: where home is in it is unknown, and no goal is sent
+    FrameChanged,
 }
 
 impl Homing {
@@ -61,13 +74,16 @@ impl Component for Homing {
         ("progress", "the straight distance to home, once per second"),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = HomingEvent::DECLARED;
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("goal")?;
         armor.provide::<Progress>("progress")?;
         let parameters = HomingParameters::request(&armor)?;
         let homecoming = parameters.homecoming();
-        Ok(Self { armor, parameters, homecoming, pace: ProgressPace::default() })
+        let (frames, pace) = (FrameWatch::default(), ProgressPace::default());
+        Ok(Self { armor, parameters, homecoming, frames, is_reported: false, pace })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -75,18 +91,34 @@ impl Component for Homing {
     }
 
     fn data_received(&mut self, _: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        self.homecoming.pose_seen(read_robot_pose(&data.decode()?));
+        let pose: PoseWithCovarianceStamped = data.decode()?;
+        if self.frames.frame_seen(&pose.frame) == FrameNews::Changed {
+            self.homecoming = self.parameters.homecoming();
+        }
+        if self.frames.is_usable(FRAME) {
+            self.homecoming.pose_seen(read_robot_pose(&pose));
+        }
         Ok(())
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         if call == Call::Started {
             self.homecoming = self.parameters.homecoming();
+            self.is_reported = false;
         }
         let now_s = self.armor.timestamp();
         if call == Call::Stopping {
             self.publish_progress(now_s, "")?;
             return Ok(Outcome::CarryOn);
+        }
+        if !self.frames.is_usable(FRAME) {
+            self.publish_progress(now_s, "home is in another map frame")?;
+            let is_reported = std::mem::replace(&mut self.is_reported, true);
+            return Ok(if is_reported {
+                Outcome::CarryOn
+            } else {
+                HomingEvent::FrameChanged.into()
+            });
         }
         match self.homecoming.step(now_s) {
             HomingStep::Home => {
@@ -94,7 +126,7 @@ impl Component for Homing {
                 Ok(Outcome::Done)
             }
             HomingStep::Goto(home) => {
-                self.armor.send_data("goal", &build_stamped_pose(now_s, "map", home))?;
+                self.armor.send_data("goal", &build_stamped_pose(now_s, FRAME, home))?;
                 self.publish_progress(now_s, "returning home")?;
                 Ok(Outcome::CarryOn)
             }
@@ -133,6 +165,26 @@ mod tests {
         assert_eq!(homing.reports(), [], "it may only be driving past");
         homing.tick_after(TICK * 10)?;
         assert_eq!(homing.reports(), [ReportKind::Done]);
+        Ok(())
+    }
+
+    #[test]
+    fn in_another_epoch_there_is_no_home() -> Result<(), TestError> {
+        let mut homing = TestedComponent::build::<Homing>(&[])?;
+        let changed = || ReportKind::Event { name: "frame_changed".into(), value: 1.0 };
+        // The origin of the new frame is where the robot stands, not home.
+        let seen = PoseWithCovarianceStamped { frame: "map#3f2a".into(), ..seen_at(0.0, 0.0) };
+        for activation in 0..2 {
+            homing.start()?;
+            homing.send("pose", &seen)?;
+            for _ in 0..10 {
+                homing.tick_after(TICK)?;
+            }
+            assert_eq!(homing.reports(), vec![changed(); activation + 1], "once in each");
+            homing.stop()?;
+        }
+        let goals = homing.outputs::<PoseStamped>("goal")?;
+        assert_eq!(goals.len(), 1, "one before the first pose, which planners refuse");
         Ok(())
     }
 }

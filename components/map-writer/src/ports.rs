@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use armor_convert::{read_odometry_pose, read_percent, read_pose, read_robot_pose};
+use armor_convert::{
+    FrameNews, FrameWatch, read_epoch, read_odometry_pose, read_percent, read_pose, read_robot_pose,
+};
 use armor_sdk::prelude::*;
 
 use crate::record::{MapRecord, MapSnapshot, RecordProgress};
@@ -22,8 +24,13 @@ struct MapWriterParameters {
 }
 
 impl MapWriterParameters {
-    fn record(&self) -> MapRecord {
-        MapRecord::new(self.directory.clone(), self.interval_s, self.patience_s)
+    /// What is recorded in a frame: a later epoch has a folder of its own.
+    fn record(&self, frame: &str) -> MapRecord {
+        let folder = match read_epoch(frame) {
+            "" => self.directory.clone(),
+            epoch => self.directory.join(format!("frame-{epoch}")),
+        };
+        MapRecord::new(folder, self.interval_s, self.patience_s)
     }
 }
 
@@ -32,6 +39,14 @@ pub struct MapWriter {
     armor: Armor,
     parameters: MapWriterParameters,
     record: MapRecord,
+    frames: FrameWatch,
+}
+
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum MapWriterEvent {
+    /// the map frame has another origin: what follows is written to a folder of its own
+    FrameChanged,
 }
 
 impl Component for MapWriter {
@@ -47,6 +62,8 @@ impl Component for MapWriter {
         ("truth", "where the robot really was: drawn for comparison, and in truth.csv"),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = MapWriterEvent::DECLARED;
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<OccupancyGrid>("map")?;
         armor.subscribe::<Optional<PoseWithCovarianceStamped>>("pose")?;
@@ -54,27 +71,35 @@ impl Component for MapWriter {
         armor.subscribe::<Optional<Count>>("end")?;
         armor.subscribe::<Optional<Odometry>>("truth")?;
         let parameters = MapWriterParameters::request(&armor)?;
-        let record = parameters.record();
-        Ok(Self { armor, parameters, record })
+        let (record, frames) = (parameters.record(""), FrameWatch::default());
+        Ok(Self { armor, parameters, record, frames })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
         self.parameters.set(name, value)?;
         // All of them arrive before any data.
-        self.record = self.parameters.record();
+        self.record = self.parameters.record(self.frames.frame().unwrap_or_default());
         Ok(())
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let now_s = self.armor.timestamp();
         match header.id() {
-            "map" => self.record.map_seen(now_s, read_snapshot(data.decode()?)?),
+            "map" => {
+                let map: OccupancyGrid = data.decode()?;
+                self.frame_seen(now_s, &map.frame)?;
+                self.record.map_seen(now_s, read_snapshot(map)?);
+            }
             "pose" => {
                 let pose: PoseWithCovarianceStamped = data.decode()?;
+                self.frame_seen(now_s, &pose.frame)?;
                 self.record.pose_seen(now_s, pose.stamp, read_robot_pose(&pose));
             }
             "trajectory" => {
                 let path: Path = data.decode()?;
+                if !self.frames.is_usable(&path.frame) {
+                    return Ok(());
+                }
                 let poses = path.poses.iter().map(|pose| (pose.stamp, read_pose(&pose.pose)));
                 self.record.correction_seen(now_s, path.stamp, poses);
             }
@@ -96,6 +121,9 @@ impl Component for MapWriter {
             return Ok(Outcome::CarryOn);
         }
         self.record.expect_corrections(self.armor.subscribed_data("trajectory").is_some());
+        if self.frames.take_change() {
+            return Ok(MapWriterEvent::FrameChanged.into());
+        }
         let progress = self.record.step(start_s)?;
         self.record.step_took(self.armor.timestamp() - start_s);
         Ok(match progress {
@@ -111,6 +139,60 @@ impl Component for MapWriter {
     }
 }
 
+impl MapWriter {
+    /// Takes the frame of a pose or a map: what is of another epoch than before gets a folder of its
+    /// own, and what was recorded before stays.
+    fn frame_seen(&mut self, now_s: f64, frame: &str) -> Result<(), Fault> {
+        let news = self.frames.frame_seen(frame);
+        if news == FrameNews::Changed {
+            self.record.write()?;
+        }
+        if news == FrameNews::Changed || (news == FrameNews::First && !read_epoch(frame).is_empty())
+        {
+            self.record = self.parameters.record(frame);
+            self.record.begin(now_s)?;
+        }
+        Ok(())
+    }
+}
+
 fn read_snapshot(map: OccupancyGrid) -> Result<MapSnapshot, Fault> {
     Ok(MapSnapshot { stamp_s: map.stamp, percent: read_percent(map)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::time::Duration;
+
+    use armor_sdk::testing::{ReportKind, TestError, TestedComponent};
+
+    use super::*;
+    use crate::files::tests::Scratch;
+
+    #[test]
+    fn each_epoch_has_a_folder_of_its_own() -> Result<(), TestError> {
+        let scratch = Scratch::new("epochs");
+        let folder = scratch.0.display().to_string();
+        let parameters = [("directory", folder.as_str()), ("interval", "0.1s")];
+        let mut writer = TestedComponent::build::<MapWriter>(&parameters)?;
+        writer.start()?;
+        let mut stamp = 0.0;
+        for frame in ["map", "map", "map#3f2a"] {
+            stamp += 1.0;
+            let frame = frame.into();
+            writer
+                .send("pose", &PoseWithCovarianceStamped { stamp, frame, ..Default::default() })?;
+            writer.tick_after(Duration::from_secs(1))?;
+        }
+        writer.stop()?;
+        let changed = ReportKind::Event { name: "frame_changed".into(), value: 1.0 };
+        assert_eq!(writer.reports(), [changed]);
+        let count_lines = |path: &str| {
+            fs::read_to_string(scratch.0.join(path)).map_or(0, |text| text.lines().count() - 1)
+        };
+        assert_eq!(count_lines("trajectory.csv"), 2);
+        assert_eq!(count_lines("frame-3f2a/trajectory.csv"), 1);
+        Ok(())
+    }
 }

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeSet;
 
+use armor_convert::FrameNews;
+
 use crate::links::{ClockTimes, Freshness, InputLink, SequenceNumber};
 use crate::orders::{OperatorOrder, OperatorOrders, RobotCommand};
 use crate::readings::Readings;
@@ -58,15 +60,34 @@ impl Console {
         }
     }
 
+    /// Takes the frame of a pose or a map: if it has another origin than before, the scene is
+    /// cleared and the goal deleted.
+    pub fn frame_seen(&mut self, frame: &str) {
+        match self.scene.frame_seen(frame) {
+            FrameNews::Same => {}
+            FrameNews::First => self.orders.set_frame(frame),
+            FrameNews::Changed => self.orders.change_frame(frame),
+        }
+    }
+
+    /// Returns whether data in `frame` belong on the map.
+    ///
+    /// # Errors
+    /// If they are of another epoch.
+    pub fn check_frame(&self, frame: &str) -> Result<(), SceneError> {
+        let is_usable = self.scene.frames.is_usable(frame);
+        if is_usable { Ok(()) } else { Err(SceneError::Frame { frame: frame.into() }) }
+    }
+
     /// Carries out an order of the operator, and returns the commands to send.
     pub fn handle_order(&mut self, order: OperatorOrder, now: ClockTimes) -> Vec<RobotCommand> {
         self.orders.handle_order(order, now.host_s)
     }
 
     /// Records the number of links that accepted a command.
-    pub fn record_sent(&mut self, command: RobotCommand, to: usize) {
+    pub fn record_sent(&mut self, command: &RobotCommand, to: usize) {
         let output = match command {
-            RobotCommand::Goal(_) => "goal",
+            RobotCommand::Goal { .. } => "goal",
             RobotCommand::Velocity { .. } => "velocity",
             RobotCommand::Stop(_) => "stop",
         };
@@ -130,14 +151,14 @@ mod tests {
     #[test]
     fn an_order_without_subscriber_gives_a_warning() {
         let mut console = Console::default();
-        console.record_sent(RobotCommand::Stop(true), 0);
+        console.record_sent(&RobotCommand::Stop(true), 0);
         // The zero velocity of the same moment is delivered, but STOP is not.
-        console.record_sent(RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 }, 1);
+        console.record_sent(&RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 }, 1);
         assert_eq!(
             console.delivery_warning().as_deref(),
             Some("no subscriber: no link accepts `stop`")
         );
-        console.record_sent(RobotCommand::Stop(true), 1);
+        console.record_sent(&RobotCommand::Stop(true), 1);
         assert_eq!(console.delivery_warning(), None);
     }
 

@@ -120,6 +120,11 @@ impl OccupancyMap {
         &self.layout
     }
 
+    /// Returns an empty map whose later blocks are newer than those of this one.
+    pub(crate) fn emptied(self) -> Self {
+        Self { revision: self.revision, ..Self::default() }
+    }
+
     /// Returns whether there is no map.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()

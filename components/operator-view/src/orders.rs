@@ -2,6 +2,7 @@
 //! goal is sent again until the robot reaches it; STOP stays active until it is released.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use armor_grid::{Pose2, wrap_angle};
 
@@ -27,6 +28,8 @@ pub enum OperatorOrder {
     },
     /// Delete the goal.
     Cancel,
+    /// Confirm that the map frame has another origin now.
+    Acknowledge,
     /// Drive by hand, as shares of the limits in -1..=1. Repeated while a key or the stick is held.
     Drive {
         /// Ahead.
@@ -45,10 +48,15 @@ pub enum OperatorOrder {
 }
 
 /// A command to the robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum RobotCommand {
     /// Where to drive.
-    Goal(Pose2),
+    Goal {
+        /// Its pose on the map.
+        place: Pose2,
+        /// The frame of that map.
+        frame: Arc<str>,
+    },
     /// How to drive.
     Velocity {
         /// Ahead, in m/s.
@@ -73,6 +81,8 @@ pub enum OperatorEvent {
     Arrived,
     /// The operator has begun to drive by hand.
     Driving,
+    /// The map frame has another origin.
+    FrameChanged,
     /// A button of the mission was pressed.
     Pressed(String),
 }
@@ -86,6 +96,7 @@ impl OperatorEvent {
             Self::Goal => "goal",
             Self::Arrived => "arrived",
             Self::Driving => "driving",
+            Self::FrameChanged => "frame_changed",
             Self::Pressed(name) => name,
         }
     }
@@ -109,11 +120,27 @@ impl Default for OrderLimits {
 }
 
 /// The active goal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OperatorGoal {
     /// Its pose on the map.
     pub place: Pose2,
+    frame: Arc<str>,
     has_heading: bool,
+}
+
+impl OperatorGoal {
+    fn to_command(&self) -> RobotCommand {
+        RobotCommand::Goal { place: self.place, frame: Arc::clone(&self.frame) }
+    }
+}
+
+/// Whether the map frame is the one that the operator knows.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+enum FrameKnowledge {
+    #[default]
+    Known,
+    /// It has changed, and the operator has not acknowledged it yet.
+    Changed,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,14 +158,36 @@ pub struct OperatorOrders {
     goal_sent_s: f64,
     hand: Option<Hand>,
     is_stopped: bool,
+    /// Frame of the goals to come; `None` before the first pose or map.
+    frame: Option<Arc<str>>,
+    knowledge: FrameKnowledge,
     pressed: Option<(String, f64)>,
     events: VecDeque<OperatorEvent>,
 }
 
 impl OperatorOrders {
     /// The goal, until the robot is there.
-    pub fn goal(&self) -> Option<OperatorGoal> {
-        self.goal
+    pub fn goal(&self) -> Option<&OperatorGoal> {
+        self.goal.as_ref()
+    }
+
+    /// Whether the map frame has changed and the operator has not acknowledged it yet.
+    pub fn is_frame_new(&self) -> bool {
+        self.knowledge == FrameKnowledge::Changed
+    }
+
+    /// Sets the frame of the goals to come.
+    pub fn set_frame(&mut self, frame: &str) {
+        self.frame = Some(frame.into());
+    }
+
+    /// Deletes the goal, since its map frame has another origin now. Further goals are refused
+    /// until the operator acknowledges: a click may still be meant for the map before.
+    pub fn change_frame(&mut self, frame: &str) {
+        self.set_frame(frame);
+        self.goal = None;
+        self.knowledge = FrameKnowledge::Changed;
+        self.report(OperatorEvent::FrameChanged);
     }
 
     /// Whether STOP is active.
@@ -161,10 +210,15 @@ impl OperatorOrders {
         match order {
             OperatorOrder::Goal { place, has_heading } => {
                 self.goal_sent_s = now_s;
-                self.set_goal(OperatorGoal { place, has_heading })
+                let frame = self.frame.clone().unwrap_or_else(|| "map".into());
+                self.set_goal(OperatorGoal { place, frame, has_heading })
             }
             OperatorOrder::Cancel => {
                 self.goal = None;
+                Vec::new()
+            }
+            OperatorOrder::Acknowledge => {
+                self.knowledge = FrameKnowledge::Known;
                 Vec::new()
             }
             OperatorOrder::Drive { forward, turn } => self.drive((forward, turn), now_s),
@@ -188,14 +242,14 @@ impl OperatorOrders {
 
     /// Returns the active goal if it is due to be sent again.
     pub fn repeat_order(&mut self, now_s: f64) -> Option<RobotCommand> {
-        let goal = self.goal.filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
+        let goal = self.goal.as_ref().filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
         self.goal_sent_s = now_s;
-        Some(RobotCommand::Goal(goal.place))
+        Some(goal.to_command())
     }
 
     /// Takes notice of where the robot is on the map.
     pub fn check_arrival(&mut self, robot: Pose2) {
-        let Some(OperatorGoal { place, has_heading }) = self.goal else { return };
+        let Some(&OperatorGoal { place, has_heading, .. }) = self.goal.as_ref() else { return };
         let is_near = robot.point().distance_m(place.point()) <= self.limits.tolerance_m;
         let off_rad = wrap_angle(robot.yaw_rad - place.yaw_rad).abs();
         if is_near && (!has_heading || off_rad <= HEADING_TOLERANCE_RAD) {
@@ -212,12 +266,16 @@ impl OperatorOrders {
     fn set_goal(&mut self, goal: OperatorGoal) -> Vec<RobotCommand> {
         let Pose2 { x_m, y_m, yaw_rad } = goal.place;
         // During STOP goals are refused: otherwise the release of STOP would start the robot.
-        if self.is_stopped || !(x_m.is_finite() && y_m.is_finite() && yaw_rad.is_finite()) {
+        if self.is_stopped
+            || self.is_frame_new()
+            || !(x_m.is_finite() && y_m.is_finite() && yaw_rad.is_finite())
+        {
             return Vec::new();
         }
+        let command = goal.to_command();
         self.goal = Some(goal);
         self.report(OperatorEvent::Goal);
-        vec![RobotCommand::Goal(goal.place)]
+        vec![command]
     }
 
     fn drive(&mut self, share: (f64, f64), now_s: f64) -> Vec<RobotCommand> {
@@ -320,9 +378,10 @@ mod tests {
     fn a_goal_is_sent_until_the_robot_reaches_it() {
         let mut orders = OperatorOrders::default();
         let place = Pose2::new(2.0, 0.0, 0.0);
-        assert_eq!(orders.handle_order(goal(2.0, false), 0.0), [RobotCommand::Goal(place)]);
+        let command = || RobotCommand::Goal { place, frame: "map".into() };
+        assert_eq!(orders.handle_order(goal(2.0, false), 0.0), [command()]);
         orders.check_arrival(Pose2::new(1.0, 0.0, 0.0));
-        assert_eq!(orders.repeat_order(9.0), Some(RobotCommand::Goal(place)));
+        assert_eq!(orders.repeat_order(9.0), Some(command()));
         orders.check_arrival(Pose2::new(1.8, 0.0, 3.0));
         assert_eq!(orders.repeat_order(9.0), None, "its heading was not asked for");
         assert_eq!(events(&mut orders), [OperatorEvent::Goal, OperatorEvent::Arrived]);
@@ -345,6 +404,28 @@ mod tests {
         assert_eq!(orders.pressed(), Some(&("home".to_owned(), 3.0)));
         assert_eq!(orders.take_event().map(|event| event.name().to_owned()), Some("home".into()));
         assert_eq!(orders.take_event(), None);
+    }
+
+    #[test]
+    fn after_a_change_of_the_frame_goals_wait_for_the_operator() {
+        let mut orders = OperatorOrders::default();
+        orders.set_frame("map");
+        orders.handle_order(goal(2.0, false), 0.0);
+        orders.change_frame("map#3f2a");
+        assert!(
+            orders.goal().is_none() && orders.repeat_order(9.0).is_none() && orders.is_frame_new()
+        );
+        assert_eq!(orders.handle_order(goal(2.0, false), 1.0), [], "a click on the map before");
+        let stop = orders.handle_order(OperatorOrder::Stop, 1.1);
+        assert_eq!(stop, [RobotCommand::Stop(true)], "STOP waits for nothing");
+        orders.handle_order(OperatorOrder::Release, 1.2);
+        orders.handle_order(OperatorOrder::Acknowledge, 1.3);
+        let commands = orders.handle_order(goal(2.0, false), 2.0);
+        assert!(
+            matches!(&commands[..], [RobotCommand::Goal { frame, .. }] if &**frame == "map#3f2a"),
+            "{commands:?}"
+        );
+        assert_eq!(events(&mut orders)[..2], [OperatorEvent::Goal, OperatorEvent::FrameChanged]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use armor_grid::Pose2;
+use armor_convert::build_stamped_pose;
 use armor_sdk::prelude::*;
 use parking_lot::Mutex;
 use rustix::process::{Signal, getpid, kill_process};
@@ -41,6 +41,8 @@ const EVENTS: &[DeclaredEvent] = &[
     DeclaredEvent::new("goal").doc("a goal was set"),
     DeclaredEvent::new("arrived").doc("the robot is at the goal"),
     DeclaredEvent::new("driving").doc("the operator has begun to drive by hand"),
+    DeclaredEvent::new("frame_changed")
+        .doc("the map frame has another origin: goal, tracks and path of before are removed"),
     DeclaredEvent::new("button").doc("a button of the mission was pressed").named_by("buttons"),
 ];
 
@@ -227,8 +229,8 @@ impl OperatorView {
     }
 
     fn send_and_record(&self, command: RobotCommand) -> Result<(), Fault> {
-        let to = send_command(&self.armor, command)?;
-        self.console.lock().record_sent(command, to);
+        let to = send_command(&self.armor, &command)?;
+        self.console.lock().record_sent(&command, to);
         Ok(())
     }
 
@@ -257,17 +259,15 @@ fn read_clocks(started: Instant, armor: &Armor) -> ClockTimes {
     ClockTimes { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
 }
 
-fn send_command(armor: &Armor, command: RobotCommand) -> Result<usize, Fault> {
+fn send_command(armor: &Armor, command: &RobotCommand) -> Result<usize, Fault> {
     let sent = match command {
-        RobotCommand::Goal(Pose2 { x_m, y_m, yaw_rad }) => {
-            let pose = Pose::planar(Pose2D { x: x_m, y: y_m, theta: yaw_rad });
-            let (stamp, frame) = (armor.timestamp(), "map".into());
-            armor.send_data("goal", &PoseStamped { stamp, frame, pose })?
+        RobotCommand::Goal { place, frame } => {
+            armor.send_data("goal", &build_stamped_pose(armor.timestamp(), frame, *place))?
         }
-        RobotCommand::Velocity { forward_mps, turn_radps } => {
+        &RobotCommand::Velocity { forward_mps, turn_radps } => {
             armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
         }
-        RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
+        &RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
     };
     Ok(sent.to)
 }

@@ -1,6 +1,7 @@
 //! The robot and its surroundings in the map frame: the scan at the robot's pose of its time, and
 //! odometry next to the corrected trajectory, so that drift is visible.
 
+use armor_convert::{FrameNews, FrameWatch};
 use armor_grid::{Point2, Pose2};
 
 use crate::map::{MapShapeError, OccupancyMap};
@@ -30,6 +31,12 @@ pub enum SceneError {
     /// A scan without angles.
     #[error("the scan's angles are not finite")]
     Angles,
+    /// Data of another epoch than the newest pose or map.
+    #[error("they are in the frame {frame}, and the robot is in another one")]
+    Frame {
+        /// Their frame.
+        frame: String,
+    },
 }
 
 /// A pose of the robot from localisation.
@@ -74,6 +81,8 @@ pub struct RobotScene {
     pub robot_from_laser: Pose2,
     /// Whether localisation is linked; otherwise only odometry gives the pose.
     pub is_localised: bool,
+    /// The frame of the map.
+    pub frames: FrameWatch,
     /// The map.
     pub map: OccupancyMap,
     /// Odometry, in its own frame.
@@ -99,6 +108,24 @@ pub struct RobotScene {
 }
 
 impl RobotScene {
+    /// Takes the frame of a pose or a map. If it has another origin than before, everything on the
+    /// map is removed, with the tracks.
+    pub fn frame_seen(&mut self, frame: &str) -> FrameNews {
+        let news = self.frames.frame_seen(frame);
+        if news == FrameNews::Changed {
+            *self = Self {
+                robot_from_laser: self.robot_from_laser,
+                is_localised: self.is_localised,
+                frames: self.frames.clone(),
+                photo: std::mem::take(&mut self.photo),
+                velocity: self.velocity,
+                map: std::mem::take(&mut self.map).emptied(),
+                ..Self::default()
+            };
+        }
+        news
+    }
+
     /// Returns the robot's pose at a time: from localisation, extrapolated by odometry.
     pub fn robot_at(&self, stamp_s: f64) -> Option<Pose2> {
         let moved = |from_s: f64| {

@@ -27,7 +27,7 @@ pub(crate) struct WindowHooks {
     /// What is shown.
     pub(crate) console: Arc<Mutex<Console>>,
     /// Sends a command to the robot, and returns the number of links that accepted it.
-    pub(crate) send: Box<dyn Fn(RobotCommand) -> usize + Send>,
+    pub(crate) send: Box<dyn Fn(&RobotCommand) -> usize + Send>,
     /// The panels next to the map.
     pub(crate) panels: Vec<Box<dyn SidePanel>>,
     /// Returns the time of both clocks.
@@ -55,8 +55,8 @@ impl WindowHooks {
         let lock = || self.console.lock();
         let (result, commands) = act(&mut lock(), now);
         for command in commands {
-            let to = (self.send)(command);
-            lock().record_sent(command, to);
+            let to = (self.send)(&command);
+            lock().record_sent(&command, to);
         }
         result
     }

@@ -1,6 +1,6 @@
 //! Patrol as a component: poses in, goals out, an event for each waypoint and lap.
 
-use armor_convert::{build_stamped_pose, read_robot_pose};
+use armor_convert::{FrameWatch, build_stamped_pose, read_robot_pose};
 use armor_grid::{Point2, Pose2};
 use armor_sdk::prelude::*;
 
@@ -42,13 +42,21 @@ enum PatrolEvent {
     Skipped(usize),
     /// a lap is over; its value is the number of laps so far
     Lap(u32),
+    /// the map frame has another origin: where the route is in it is unknown, and no goal is sent
+    FrameChanged,
 }
+
+/// The frame of the route: the coordinates of the file belong to its first epoch.
+const FRAME: &str = "map";
 
 /// Sends the robot along a route and reports its progress.
 pub struct Patrol {
     armor: Armor,
     parameters: PatrolParameters,
     rounds: Rounds,
+    frames: FrameWatch,
+    /// Whether it was reported, in this activation, that the route is in another frame.
+    is_reported: bool,
     pace: ProgressPace,
 }
 
@@ -103,7 +111,8 @@ impl Component for Patrol {
         armor.provide::<Progress>("progress")?;
         let parameters = PatrolParameters::request(&armor)?;
         let rounds = Rounds::new(Vec::new(), parameters.settings());
-        Ok(Self { armor, parameters, rounds, pace: ProgressPace::default() })
+        let (frames, pace) = (FrameWatch::default(), ProgressPace::default());
+        Ok(Self { armor, parameters, rounds, frames, is_reported: false, pace })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -111,7 +120,11 @@ impl Component for Patrol {
     }
 
     fn data_received(&mut self, _: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        self.rounds.robot_seen(read_robot_pose(&data.decode()?).point());
+        let pose: PoseWithCovarianceStamped = data.decode()?;
+        self.frames.frame_seen(&pose.frame);
+        if self.frames.is_usable(FRAME) {
+            self.rounds.robot_seen(read_robot_pose(&pose).point());
+        }
         Ok(())
     }
 
@@ -119,11 +132,21 @@ impl Component for Patrol {
         if call == Call::Started {
             let route = self.parameters.route.iter().map(|[x_m, y_m]| Point2::new(*x_m, *y_m));
             self.rounds = Rounds::new(route.collect(), self.parameters.settings());
+            self.is_reported = false;
         }
         let now_s = self.armor.timestamp();
         if call == Call::Stopping {
             self.end_progress(now_s)?;
             return Ok(Outcome::CarryOn);
+        }
+        if !self.frames.is_usable(FRAME) {
+            self.end_progress(now_s)?;
+            let is_reported = std::mem::replace(&mut self.is_reported, true);
+            return Ok(if is_reported {
+                Outcome::CarryOn
+            } else {
+                PatrolEvent::FrameChanged.into()
+            });
         }
         let step = self.rounds.step(now_s);
         if matches!(step, PatrolStep::Done | PatrolStep::Stuck) {
@@ -141,7 +164,7 @@ impl Component for Patrol {
                 Outcome::Failed("not one waypoint of a lap could be reached".into())
             }
             PatrolStep::Goto(Point2 { x_m, y_m }) => {
-                let goal = build_stamped_pose(now_s, "map", Pose2::new(x_m, y_m, 0.0));
+                let goal = build_stamped_pose(now_s, FRAME, Pose2::new(x_m, y_m, 0.0));
                 self.armor.send_data("goal", &goal)?;
                 Outcome::CarryOn
             }
@@ -182,6 +205,21 @@ mod tests {
         let expected =
             [event("waypoint", 1.0), event("waypoint", 2.0), event("lap", 1.0), ReportKind::Done];
         assert_eq!(patrol.reports(), expected);
+        Ok(())
+    }
+
+    #[test]
+    fn in_another_epoch_no_waypoint_is_driven_to() -> Result<(), TestError> {
+        let mut patrol = TestedComponent::build::<Patrol>(&[("route", "2,1 0,1")])?;
+        patrol.start()?;
+        let frame = "map#3f2a".into();
+        patrol.send("pose", &PoseWithCovarianceStamped { frame, ..Default::default() })?;
+        for _ in 0..40 {
+            patrol.tick_after(Duration::from_secs(1))?;
+        }
+        let changed = ReportKind::Event { name: "frame_changed".into(), value: 1.0 };
+        assert_eq!(patrol.reports(), [changed], "once, and nothing is given up");
+        assert!(patrol.last_output::<PoseStamped>("goal").is_err(), "no goal was sent");
         Ok(())
     }
 

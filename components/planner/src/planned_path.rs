@@ -51,6 +51,12 @@ impl PlannedPath {
         self.map.take()
     }
 
+    /// Drops the map and the path.
+    pub(crate) fn forget_map(&mut self) {
+        (self.map, self.costs) = (None, [None, None]);
+        self.forget_path();
+    }
+
     /// Drops the path, so that the next goal gets a new one.
     pub(crate) fn forget_path(&mut self) {
         self.poses.clear();

@@ -88,6 +88,13 @@ impl Planning {
         self.goals[rank as usize] = goal.is_finite().then_some((now_s, goal));
     }
 
+    /// Forgets everything that lies in the map frame: its origin is another place.
+    pub fn forget_frame(&mut self) {
+        self.forget_goals();
+        self.robot = None;
+        self.path.forget_map();
+    }
+
     /// Forgets all goals.
     pub fn forget_goals(&mut self) {
         self.goals = [None; 3];

@@ -1,6 +1,8 @@
 //! The planner as a component: map, pose and goals in, paths out.
 
-use armor_convert::{build_path, read_occupancy, read_pose, read_robot_pose};
+use armor_convert::{
+    FrameNews, FrameWatch, build_path, read_occupancy, read_pose, read_robot_pose,
+};
 use armor_grid::Thresholds;
 use armor_sdk::prelude::*;
 
@@ -38,7 +40,16 @@ pub struct Planner {
     armor: Armor,
     parameters: PlannerParameters,
     planning: Planning,
-    frame: String,
+    frames: FrameWatch,
+    /// Whether a goal of another epoch was refused since the last one of this epoch.
+    has_refused: bool,
+}
+
+/// What it reports to the mission.
+#[derive(Debug, Events)]
+enum PlannerEvent {
+    /// the map frame has another origin: goals and path of before are dropped
+    FrameChanged,
 }
 
 impl Component for Planner {
@@ -62,6 +73,8 @@ impl Component for Planner {
         ),
     ];
 
+    const EVENTS: &'static [DeclaredEvent] = PlannerEvent::DECLARED;
+
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<OccupancyGrid>("map")?;
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;
@@ -71,7 +84,8 @@ impl Component for Planner {
         armor.provide::<Path>("path")?;
         let parameters = PlannerParameters::request(&armor)?;
         let planning = Planning::new(parameters.settings());
-        Ok(Self { armor, parameters, planning, frame: "map".into() })
+        let frames = FrameWatch::default();
+        Ok(Self { armor, parameters, planning, frames, has_refused: false })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -82,12 +96,14 @@ impl Component for Planner {
         let rank = match header.id() {
             "map" => {
                 let map: OccupancyGrid = data.decode()?;
+                self.frame_seen(&map.frame);
                 self.planning.map_seen(read_occupancy(&map, Thresholds::default())?);
-                self.frame = map.frame;
                 return Ok(());
             }
             "pose" => {
-                self.planning.pose_seen(read_robot_pose(&data.decode()?));
+                let pose: PoseWithCovarianceStamped = data.decode()?;
+                self.frame_seen(&pose.frame);
+                self.planning.pose_seen(read_robot_pose(&pose));
                 return Ok(());
             }
             "goal" => Rank::Task,
@@ -95,6 +111,9 @@ impl Component for Planner {
             _ => Rank::Operator,
         };
         let goal: PoseStamped = data.decode()?;
+        if self.refuses(&goal.frame) {
+            return Ok(());
+        }
         self.planning.goal_seen(self.armor.timestamp(), rank, read_pose(&goal.pose));
         Ok(())
     }
@@ -107,8 +126,100 @@ impl Component for Planner {
         }
         let now_s = self.armor.timestamp();
         if let Some(poses) = self.planning.step(now_s) {
-            self.armor.send_data("path", &build_path(now_s, &self.frame, poses))?;
+            let frame = self.frames.frame().unwrap_or("map");
+            self.armor.send_data("path", &build_path(now_s, frame, poses))?;
         }
-        Ok(Outcome::CarryOn)
+        let has_changed = self.frames.take_change();
+        Ok(if has_changed { PlannerEvent::FrameChanged.into() } else { Outcome::CarryOn })
+    }
+}
+
+impl Planner {
+    /// Takes the frame of a pose or a map; what is known of another epoch is dropped.
+    fn frame_seen(&mut self, frame: &str) {
+        match self.frames.frame_seen(frame) {
+            FrameNews::Same => {}
+            // Goals are sent again; those that came before may be of another epoch.
+            FrameNews::First => self.planning.forget_goals(),
+            FrameNews::Changed => {
+                tracing::warn!(frame, "the map frame has another origin: the path is dropped");
+                self.planning.forget_frame();
+            }
+        }
+    }
+
+    /// Returns whether a goal is of another epoch than the newest pose or map. The first one is
+    /// logged: it is sent many times per second.
+    fn refuses(&mut self, frame: &str) -> bool {
+        let is_refused = !self.frames.is_usable(frame);
+        if is_refused && !self.has_refused {
+            let now = self.frames.frame().unwrap_or_default();
+            tracing::warn!("a goal in the frame {frame} is refused: the robot is in {now}");
+        }
+        self.has_refused = is_refused;
+        is_refused
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use armor_convert::build_stamped_pose;
+    use armor_grid::Pose2;
+    use armor_sdk::testing::{ReportKind, TestError, TestedComponent};
+
+    use super::*;
+
+    const TICK: Duration = Duration::from_millis(100);
+
+    fn send_map_and_pose(planner: &mut TestedComponent, frame: &str) -> Result<(), TestError> {
+        let (width, height, resolution) = (40, 40, 0.1);
+        let info = MapMetaData { width, height, resolution, ..MapMetaData::default() };
+        let data = vec![0; 1600].into();
+        let pose = build_stamped_pose(0.0, frame, Pose2::new(1.0, 1.0, 0.0)).pose;
+        let frame: String = frame.into();
+        let map = OccupancyGrid { frame: frame.clone(), info, data, ..OccupancyGrid::default() };
+        planner.send("map", &map)?;
+        let pose = PoseWithCovariance { pose, ..PoseWithCovariance::default() };
+        planner.send("pose", &PoseWithCovarianceStamped { stamp: 0.0, frame, pose })
+    }
+
+    fn send_goal(planner: &mut TestedComponent, frame: &str) -> Result<(), TestError> {
+        planner.send("goal", &build_stamped_pose(0.0, frame, Pose2::new(3.0, 3.0, 0.0)))?;
+        planner.tick_after(TICK)
+    }
+
+    #[test]
+    fn a_goal_of_another_epoch_gets_no_path() -> Result<(), TestError> {
+        let mut planner = TestedComponent::build::<Planner>(&[])?;
+        planner.start()?;
+        send_map_and_pose(&mut planner, "map")?;
+        send_goal(&mut planner, "map")?;
+        let path = planner.last_output::<Path>("path")?;
+        assert!(path.frame == "map" && path.poses.len() > 2, "{path:?}");
+        // The mapper begins a new frame; what sends the goal does not know it yet.
+        send_map_and_pose(&mut planner, "map#3f2a")?;
+        send_goal(&mut planner, "map")?;
+        let path = planner.last_output::<Path>("path")?;
+        assert_eq!((path.frame.as_str(), path.poses.len()), ("map#3f2a", 0), "the robot stops");
+        let changed = ReportKind::Event { name: "frame_changed".into(), value: 1.0 };
+        assert_eq!(planner.reports(), std::slice::from_ref(&changed));
+        send_goal(&mut planner, "map#3f2a")?;
+        assert!(planner.last_output::<Path>("path")?.poses.len() > 2);
+        assert_eq!(planner.reports(), [changed], "it is reported once");
+        Ok(())
+    }
+
+    #[test]
+    fn a_goal_that_came_before_the_first_pose_is_of_an_unknown_epoch() -> Result<(), TestError> {
+        let mut planner = TestedComponent::build::<Planner>(&[])?;
+        planner.start()?;
+        send_goal(&mut planner, "map")?;
+        send_map_and_pose(&mut planner, "map#3f2a")?;
+        planner.tick_after(TICK)?;
+        assert_eq!(planner.last_output::<Path>("path")?.poses, []);
+        assert_eq!(planner.reports(), [], "there was no frame before");
+        Ok(())
     }
 }

@@ -18,6 +18,7 @@ use armor_wire::remote_process::{
 
 use super::arguments::RunArguments;
 use super::host_states::HostStates;
+use super::own_run::OwnRun;
 use super::remote::RemotePlan;
 
 /// How many ports are tried for the router.
@@ -41,6 +42,7 @@ impl OtherHosts {
         configuration: &Configuration,
         arguments: &RunArguments,
         system: &str,
+        own_run: &OwnRun,
     ) -> Result<Option<Self>> {
         let file = &configuration.system;
         let used = |host: &&Host| {
@@ -85,6 +87,8 @@ impl OtherHosts {
         if arguments.headless {
             settings.push(VariableSetting { name: "ARMOR_HEADLESS".into(), value: "1".into() });
         }
+        let (name, value) = own_run.variable();
+        settings.push(VariableSetting { name: name.into(), value: value.into() });
         let start = RemoteStart {
             system: system.to_owned(),
             run: random_id(),

@@ -210,6 +210,16 @@ impl ProcessPlan {
         Ok(plan)
     }
 
+    /// Sets a variable in the environment of every process on this host.
+    pub fn set_variable(&mut self, (name, value): (&str, &str)) {
+        for start in &mut self.starts {
+            let PlannedStart::Here(start) = start else { continue };
+            // That of the shell is of another run.
+            start.environment.retain(|(known, _)| known != name);
+            start.environment.push((name.into(), value.into()));
+        }
+    }
+
     /// Returns the names of all processes that write to the log.
     pub fn names(&self) -> Vec<&str> {
         [LAUNCHER].into_iter().chain(self.duties.iter().map(|duty| duty.name.as_str())).collect()

@@ -13,6 +13,7 @@ use armor_plan::Plan;
 use armor_robotfile::Configuration;
 
 use super::arguments::RunArguments;
+use super::own_run;
 use super::supervisor::LogLevel;
 
 /// The executive's journal, in the folder of a run.
@@ -147,7 +148,7 @@ fn check_components(
 
 fn keep_unfinished(arguments: &RunArguments, out: &Path) -> Result<(LogLevel, String)> {
     let kept = make_kept_folder(out)?;
-    for old in [JOURNAL, JOURNAL_STATE, VERSIONS, LOGS] {
+    for old in [JOURNAL, JOURNAL_STATE, VERSIONS, LOGS, own_run::FILE, own_run::STATES] {
         match fs::rename(out.join(old), kept.join(old)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 let problem = || format!("{} cannot be kept in {}", old, kept.display());

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use armor_carmen_player::log::CarmenLog;
 use armor_executive::journal::verify_bytes;
+use armor_grid_slam::state::decode_state;
 use armor_keys::revoked::parse_revoked;
 use armor_keys::{CertificateFacts, KeyFile};
 use armor_petri::file::{self, NetFile, pnml, tina};
@@ -16,7 +17,7 @@ use armor_simulator::world::World;
 pub type FileDecoder = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const DECODERS: [FileDecoder; 7] = [
+pub const DECODERS: [FileDecoder; 8] = [
     ("guards", read_guard),
     ("pnml", read_pnml),
     ("tina", read_tina),
@@ -24,6 +25,7 @@ pub const DECODERS: [FileDecoder; 7] = [
     ("logs", read_log),
     ("journals", read_journal),
     ("keys", read_keys),
+    ("states", read_state),
 ];
 
 /// Separates the two files of one input.
@@ -113,6 +115,18 @@ pub fn read_log(bytes: &[u8]) {
     let tally = log.tally();
     assert!(log.has_ended() && tally.malformed == faults);
     assert!(tally.scans + tally.malformed + tally.unknown <= tally.lines);
+}
+
+/// The state of a mapper: what is read of it is whole, and what follows makes no difference.
+pub fn read_state(bytes: &[u8]) {
+    match decode_state(bytes) {
+        Ok(state) => {
+            assert!(state.len <= bytes.len() && state.poses.len() == state.keyframes.len());
+            let again = decode_state(&bytes[..state.len]).expect("the same state");
+            assert_eq!((again.len, again.track.len()), (state.len, state.track.len()));
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
 }
 
 /// A journal, and its state file after a zero byte.

@@ -4,6 +4,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 use armor_executive::journal;
+use armor_grid_slam::config::Config;
+use armor_grid_slam::pose::Pose as SlamPose;
+use armor_grid_slam::recorder::StateRecorder;
+use armor_grid_slam::scan::MapperScan;
+use armor_grid_slam::slam::Slam;
+use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
 use armor_keys::{Authority, KeyHolder, KeyPurpose, Validity};
 use armor_petri::file::{pnml, tina};
 
@@ -57,6 +63,7 @@ pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
         "logs" => text(&[LOG]),
         "journals" => vec![make_journal(folder)?],
         "keys" => make_keys()?,
+        "states" => vec![make_state()],
         _ => return Err(anyhow!("there is no decoder called {name}")),
     })
 }
@@ -76,6 +83,34 @@ fn make_journal(folder: &Path) -> Result<Vec<u8>> {
     let mut journal = std::fs::read(&path)?;
     journal.retain(|byte| *byte != SEPARATOR);
     Ok([&journal[..], &[SEPARATOR], &state].concat())
+}
+
+/// The state of a mapper after two scans.
+fn make_state() -> Vec<u8> {
+    let fit = StateFit::of(&Config::default());
+    let header = StateHeader { run: "00000000000000a1".into(), epoch: String::new(), fit };
+    let (mut bytes, mut slam) = (encode_header(&header), Slam::new(Config::default()));
+    let mut recorder = StateRecorder::default();
+    for step in 0..2 {
+        let odometry = SlamPose::new(0.3 * f64::from(step), 0.0, 0.0);
+        let (angle_min_rad, increment_rad, range_max_m) = (-1.5, 0.1, 20.0);
+        let ranges_m = (0..30).map(|beam| 2.0 + 0.1 * beam as f32).collect();
+        let stamp_s = f64::from(step);
+        let range_min_m = 0.05;
+        let scan = MapperScan {
+            stamp_s,
+            angle_min_rad,
+            increment_rad,
+            range_min_m,
+            range_max_m,
+            ranges_m,
+        };
+        if slam.add(odometry, &scan).drawn {
+            recorder.scan_drawn(slam.travelled_m(), scan);
+        }
+        bytes.extend(recorder.take_batch(&slam, odometry));
+    }
+    bytes
 }
 
 fn make_keys() -> Result<Vec<Vec<u8>>> {

@@ -106,3 +106,8 @@ fn any_journal_gets_an_answer() {
 fn any_key_gets_an_answer() {
     check("keys");
 }
+
+#[test]
+fn any_state_gets_an_answer() {
+    check("states");
+}

@@ -7,6 +7,7 @@
 // A test that cannot continue may panic.
 #![allow(clippy::unwrap_used)]
 
+mod killed;
 mod recorded;
 mod worse;
 

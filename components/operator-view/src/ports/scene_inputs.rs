@@ -40,7 +40,11 @@ impl ScreenInput for MapInput {
         };
         let cells: Vec<i8> = map.data.into();
         let stamp_s = map.stamp;
-        Ok(Box::new(move |console| Ok(console.scene.map.replace(stamp_s, layout, cells)?)))
+        let frame = map.frame;
+        Ok(Box::new(move |console| {
+            console.frame_seen(&frame);
+            Ok(console.scene.map.replace(stamp_s, layout, cells)?)
+        }))
     }
 }
 
@@ -59,7 +63,11 @@ impl ScreenInput for MapUpdatesInput {
         let size = [update.width as usize, update.height as usize];
         let (corner, cells) = ([column, row], update.data.into());
         let change = MapChange { stamp_s: update.stamp, corner, size, cells };
-        Ok(Box::new(move |console| Ok(console.scene.map.change(change)?)))
+        let frame = update.frame;
+        Ok(Box::new(move |console| {
+            console.check_frame(&frame)?;
+            Ok(console.scene.map.change(change)?)
+        }))
     }
 }
 
@@ -74,9 +82,12 @@ impl ScreenInput for PoseInput {
     fn read_message(pose: PoseWithCovarianceStamped) -> Result<ConsoleUpdate, SceneError> {
         let covariance = |row: usize, column: usize| pose.pose.covariance[row * 6 + column];
         let covariance_m2 = [covariance(0, 0), covariance(0, 1), covariance(1, 1)];
-        let (stamp_s, pose) = (pose.stamp, to_planar(&pose.pose.pose));
+        let (stamp_s, frame, pose) = (pose.stamp, pose.frame, to_planar(&pose.pose.pose));
         let located = LocatedPose { stamp_s, pose, covariance_m2 };
-        Ok(Box::new(move |console| console.scene.set_located(located)))
+        Ok(Box::new(move |console| {
+            console.frame_seen(&frame);
+            console.scene.set_located(located)
+        }))
     }
 }
 
@@ -142,6 +153,7 @@ impl ScreenInput for TrajectoryInput {
 
     fn read_message(path: Path) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
+            console.check_frame(&path.frame)?;
             console.scene.set_trajectory(path.stamp, list_poses(&path));
             Ok(())
         }))
@@ -158,6 +170,7 @@ impl ScreenInput for ParticlesInput {
 
     fn read_message(array: PoseArray) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
+            console.check_frame(&array.frame)?;
             console.scene.set_particles(array.poses.iter().map(to_planar));
             Ok(())
         }))
@@ -174,6 +187,7 @@ impl ScreenInput for PathInput {
 
     fn read_message(path: Path) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
+            console.check_frame(&path.frame)?;
             console.scene.set_path(list_poses(&path));
             Ok(())
         }))

@@ -3,7 +3,8 @@
 
 use armor_grid::{Point2, Pose2};
 use eframe::egui::{
-    Align2, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, vec2,
+    Align2, Color32, FontId, Frame, Margin, Painter, PointerButton, Pos2, Rect, Response, RichText,
+    Sense, Stroke, Ui, UiBuilder, vec2,
 };
 
 use super::camera::CameraImage;
@@ -22,6 +23,10 @@ const STROKE: f32 = 12.0;
 const WHEEL: f32 = 0.004;
 /// Length of the scale bar at most, in points.
 const BAR: f32 = 120.0;
+
+/// What the operator must know before the next goal.
+const FRAME_CHANGED: &str = "The map has a new origin: goal, path and tracks are removed. Places on \
+                             the map before mean nothing on this one.";
 
 /// The map area, and how it is looked at.
 pub(super) struct Area {
@@ -103,6 +108,9 @@ impl Area {
         }
         self.scale_bar(&painter, response.hover_pos());
         paint_warnings(&painter, &self.look, console, now);
+        if console.orders.is_frame_new() {
+            show_frame_banner(ui, rect, orders);
+        }
     }
 
     /// The look: wheel, moving, following, fitting.
@@ -203,6 +211,21 @@ impl Area {
         let font = FontId::proportional(12.0);
         painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, colours::TEXT);
     }
+}
+
+/// Shows across the top of the map that its frame has changed, until the operator acknowledges.
+fn show_frame_banner(ui: &mut Ui, area: Rect, orders: &mut Vec<OperatorOrder>) {
+    let at = area.shrink2(vec2(20.0, 10.0));
+    let mut banner = ui.new_child(UiBuilder::new().max_rect(at).id_salt("frame"));
+    let frame = Frame::new().fill(colours::STOP).inner_margin(Margin::same(8));
+    frame.corner_radius(4).show(&mut banner, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(FRAME_CHANGED).size(16.0).strong().color(Color32::WHITE));
+            if ui.button("Acknowledge").on_hover_text("goals are accepted again").clicked() {
+                orders.push(OperatorOrder::Acknowledge);
+            }
+        });
+    });
 }
 
 /// Returns a goal without a chosen heading: the robot keeps the heading of its approach.

@@ -194,7 +194,7 @@ fn the_stick_drives_while_it_is_held_and_not_during_stop() {
     button(&mut window, pad.center(), PointerButton::Primary, true);
     window.hover_at(up);
     window.run_steps(2);
-    let last = take_commands(&mut window).last().copied();
+    let last = take_commands(&mut window).pop();
     assert_eq!(last, Some(RobotCommand::Velocity { forward_mps: 0.5, turn_radps: 0.0 }));
     window.key_press(Key::Space);
     wait(&mut window, 0.1);
@@ -210,7 +210,7 @@ fn a_click_on_the_map_is_a_goal_and_a_right_click_deletes_it() {
     let mut window = window();
     stroke(&mut window, PointerButton::Primary, MIDDLE, MIDDLE);
     let commands = take_commands(&mut window);
-    let [RobotCommand::Goal(place)] = commands[..] else { panic!("{commands:?}") };
+    let [RobotCommand::Goal { place, .. }] = commands[..] else { panic!("{commands:?}") };
     assert!(place.point().distance_m(Default::default()) < 0.3, "{place:?}");
     let back = place.yaw_rad.abs() - std::f64::consts::PI;
     assert!(back.abs() < 0.5, "it comes from the right: {place:?}");
@@ -225,7 +225,7 @@ fn a_stroke_is_a_goal_with_a_heading_unless_esc_cancels_it() {
     let mut window = window();
     stroke(&mut window, PointerButton::Primary, MIDDLE, MIDDLE - Vec2::new(0.0, 80.0));
     let commands = take_commands(&mut window);
-    let [RobotCommand::Goal(place)] = commands[..] else { panic!("{commands:?}") };
+    let [RobotCommand::Goal { place, .. }] = commands[..] else { panic!("{commands:?}") };
     assert!((place.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 0.01, "upwards: {place:?}");
     window.key_press(Key::Escape);
     window.run_steps(1);
@@ -358,4 +358,39 @@ fn a_host_that_is_cut_off_is_framed_and_named_with_its_clock_and_what_runs_there
     let clock = "its clock is 2.0 ms behind that of the launcher's host, ± 1.0 ms";
     assert_eq!(window.query_all_by_label(clock).count(), 2);
     assert!(self::window().query_by_label_contains("host").is_none(), "without other hosts");
+}
+
+#[test]
+fn a_new_frame_is_shown_until_the_operator_acknowledges_it() {
+    let mut test_screen = test_screen();
+    test_screen.console.frame_seen("map");
+    let mut window = window_of(test_screen, SIZE);
+    stroke(&mut window, PointerButton::Primary, MIDDLE, MIDDLE);
+    assert_eq!(take_commands(&mut window).len(), 1);
+    window.get_by_label_contains("m away");
+    let console = &mut window.state_mut().console;
+    console.scene.set_path([Pose2::IDENTITY].into_iter());
+    console.scene.set_trajectory(1.0, [Pose2::IDENTITY].into_iter());
+    console.frame_seen("map#3f2a");
+    let scene = &console.scene;
+    assert!(
+        scene.map.is_empty() && scene.path.is_empty() && scene.trajectory_points().count() == 0
+    );
+    assert_eq!(scene.robot(), None, "its place on the new map is not known yet");
+    window.run_steps(2);
+    window.get_by_label_contains("The map has a new origin");
+    assert!(window.query_by_label_contains("m away").is_none());
+    let lower = MIDDLE + Vec2::new(0.0, 100.0);
+    stroke(&mut window, PointerButton::Primary, lower, lower);
+    assert_eq!(take_commands(&mut window), [], "this click may be meant for the map before");
+    window.get_by_label("Acknowledge").click();
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("The map has a new origin").is_none());
+    assert_eq!(take_commands(&mut window), [], "the click at the banner is no goal");
+    stroke(&mut window, PointerButton::Primary, lower, lower);
+    let commands = take_commands(&mut window);
+    let [RobotCommand::Goal { frame, .. }] = &commands[..] else { panic!("{commands:?}") };
+    assert_eq!(&**frame, "map#3f2a");
+    let expected = [OperatorEvent::Goal, OperatorEvent::FrameChanged, OperatorEvent::Goal];
+    assert_eq!(events(&mut window), expected);
 }
