@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use armor_files::save_private_file;
 
 /// The file with the number of the run, in its folder.
-pub const FILE: &str = "run";
+pub const FILE: &str = ".run";
 /// The folder in which components keep their state, next to it.
 pub const STATES: &str = "states";
 /// Names the run to its processes.
