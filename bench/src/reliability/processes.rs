@@ -79,8 +79,17 @@ mod tests {
         let after = monotonic_ns();
         let start = find_start(child.id()).expect("it runs");
         assert!(start + 20_000_000 >= before && start <= after, "{before} {start} {after}");
-        let own = list_children(std::process::id());
-        assert!(own.iter().any(|(pid, words)| *pid == child.id() && words[1] == "60"));
+        // The kernel lets `spawn` return a little before the new command line can be read.
+        let deadline = std::time::Instant::now() + std::time::Duration::from_secs(30);
+        let is_listed = || {
+            let own = list_children(std::process::id());
+            own.iter()
+                .any(|(pid, words)| *pid == child.id() && words.get(1).is_some_and(|it| it == "60"))
+        };
+        while !is_listed() {
+            assert!(std::time::Instant::now() < deadline, "{:?}", read_command(child.id()));
+            std::thread::yield_now();
+        }
         send_signal(child.id(), Signal::KILL).expect("a process");
         child.wait().expect("it ends");
         assert_eq!(find_start(child.id()), None);
