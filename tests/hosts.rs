@@ -1,6 +1,7 @@
 //! One system on two hosts: an agent runs the components of the second one. Both are on this machine;
 //! the names of the hosts keep them apart, so every connection between them goes through both gates.
 
+mod announcing;
 mod cable;
 mod executables;
 mod freezing;

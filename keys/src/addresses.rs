@@ -4,22 +4,27 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use armor_wire::gate::ANNOUNCED;
+use armor_wire::remote_process::HostAddress;
 use parking_lot::Mutex;
 use tokio::net::lookup_host;
 use tokio::time;
 
 use crate::connect::{GateError, LIMIT};
+use crate::discovery::find_agent;
 
 /// How long resolving a name, and reaching one of several addresses, may take: an address that is dead
 /// must not delay the next one for long, and one lost packet is repeated after a second.
 const EACH_WITHIN: Duration = Duration::from_millis(1500);
-/// Most addresses of one name that are tried.
+/// Most addresses of one name that are tried; strangers may announce any number.
 const MAX_RESOLVED: usize = 8;
 
 /// The addresses of one gate.
 pub(crate) struct GateAddresses {
     /// As the file writes them: names or addresses, each with a port.
     names: Vec<String>,
+    /// The host whose gate it is, if it may announce itself.
+    host: Option<String>,
     last: Mutex<Option<GatePlace>>,
 }
 
@@ -35,7 +40,12 @@ pub(crate) struct GatePlace {
 
 impl GateAddresses {
     pub(crate) fn new(names: Vec<String>) -> Self {
-        Self { names, last: Mutex::default() }
+        Self { names, host: None, last: Mutex::default() }
+    }
+
+    /// Those of the gate of a host.
+    pub(crate) fn of_host(gate: &HostAddress) -> Self {
+        Self { host: Some(gate.host.clone()), ..Self::new(gate.addresses.clone()) }
     }
 
     pub(crate) fn names(&self) -> &[String] {
@@ -56,19 +66,29 @@ impl GateAddresses {
     /// # Errors
     /// If it does not resolve.
     pub(crate) async fn resolve(&self, name: &str) -> Result<Vec<GatePlace>, GateError> {
-        let resolved = match time::timeout(EACH_WITHIN, lookup_host(name)).await {
-            Ok(Ok(addresses)) => Ok(addresses.take(MAX_RESOLVED).collect()),
-            Ok(Err(error)) => Err(error.to_string()),
-            Err(_) => Err(format!("its name was not resolved within {EACH_WITHIN:?}")),
+        let resolved = match &self.host {
+            Some(host) if name == ANNOUNCED => find_agent(host, EACH_WITHIN).await,
+            _ => look_up(name).await,
         };
-        let resolved = resolved.and_then(|addresses: Vec<_>| match addresses.is_empty() {
-            true => Err("its name has no address".into()),
-            false => Ok(addresses),
-        });
         match resolved {
-            Ok(addresses) => Ok(list_places(name, &addresses, self.names.len() == 1)),
+            Ok(mut addresses) => {
+                addresses.truncate(MAX_RESOLVED);
+                Ok(list_places(name, &addresses, self.names.len() == 1))
+            }
             Err(reason) => Err(GateError::Unreachable { gate: name.to_owned(), reason }),
         }
+    }
+}
+
+async fn look_up(name: &str) -> Result<Vec<SocketAddr>, String> {
+    let addresses: Vec<_> = match time::timeout(EACH_WITHIN, lookup_host(name)).await {
+        Ok(Ok(addresses)) => addresses.collect(),
+        Ok(Err(error)) => return Err(error.to_string()),
+        Err(_) => return Err(format!("its name was not resolved within {EACH_WITHIN:?}")),
+    };
+    match addresses.is_empty() {
+        true => Err("its name has no address".into()),
+        false => Ok(addresses),
     }
 }
 
@@ -77,7 +97,12 @@ fn list_places(name: &str, addresses: &[SocketAddr], is_alone: bool) -> Vec<Gate
     let is_only = addresses.len() == 1;
     let limit = if is_only && is_alone { LIMIT } else { EACH_WITHIN };
     let places = addresses.iter().map(|address| {
-        let label = if is_only { name.to_owned() } else { format!("{name} ({})", address.ip()) };
+        let label = match is_only {
+            // Where it is announced, it may have any port.
+            _ if name == ANNOUNCED => format!("{name} ({address})"),
+            true => name.to_owned(),
+            false => format!("{name} ({})", address.ip()),
+        };
         GatePlace { label, address: *address, limit }
     });
     places.collect()
@@ -117,6 +142,8 @@ mod tests {
         assert_eq!(list(&one, true), [(name(), LIMIT)]);
         assert_eq!(list(&one, false), [(name(), EACH_WITHIN)]);
         let both = ["arm.local:7410 (10.0.0.2)", "arm.local:7410 (fd00::2)"];
+        let announced = list_places(ANNOUNCED, &one, true);
+        assert_eq!(announced[0].label, "mdns (10.0.0.2:7410)");
         assert_eq!(list(&two, true), both.map(|label| (label.to_owned(), EACH_WITHIN)));
     }
 

@@ -144,7 +144,7 @@ impl GateClient {
     /// A client of the gate of another host of the system, with the key of this host.
     pub fn of_host(gate: &HostAddress, keys: HostKeys) -> Self {
         let key = KeySource::Host { keys, expected: gate.host.clone() };
-        Self { addresses: GateAddresses::new(gate.addresses.clone()), key }
+        Self { addresses: GateAddresses::of_host(gate), key }
     }
 
     /// The addresses at which the gate may listen.
@@ -420,7 +420,7 @@ impl GateClient {
         let config = Arc::new(client_config(&key).expect("its own key"));
         let key = Mutex::new(LoadedKey { facts: key.facts, config });
         let path = PathBuf::new();
-        let addresses = GateAddresses::new(gate.addresses.clone());
+        let addresses = GateAddresses::of_host(gate);
         Self { addresses, key: KeySource::Person { path, key } }
     }
 

@@ -10,6 +10,7 @@ pub mod authority;
 pub mod certificate;
 pub mod connect;
 mod dial;
+pub mod discovery;
 pub mod expiry;
 pub mod folder;
 mod frames;

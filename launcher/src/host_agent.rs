@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_keys::HostKeys;
+use armor_keys::discovery::Announcement;
 use armor_keys::gate::{self, GateLimits, GateOptions, RunOrder};
 use armor_keys::run_channel::RunChannel;
 use armor_wire::gate::GATE_PORT;
@@ -60,7 +61,8 @@ const GRACE: Duration = Duration::from_secs(5);
 /// Run components of systems that are started on another host.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  armor host --from robot          on the host that the file of robot's system names
+  armor host --from robot              on the host that the file of robot's system names
+  armor host --from robot --announce   and for at=mdns in the file, in place of an address
 
 The folder of keys holds the key of this host (`armor keys add NAME --role host`) and the list of
 revoked keys. NAME is the name of the host in the file.")]
@@ -71,6 +73,9 @@ pub struct HostArguments {
     /// Where it listens.
     #[arg(long, value_name = "ADDRESS:PORT", default_value_t = default_listen())]
     pub listen: SocketAddr,
+    /// Announce it on the local network by multicast DNS, for `at="mdns"` in the file.
+    #[arg(long)]
+    pub announce: bool,
     #[command(flatten)]
     pub directory: KeysDirectory,
     #[command(flatten)]
@@ -127,13 +132,19 @@ impl Verb for HostArguments {
         let (sender, orders) = mpsc::channel(MAX_REQUESTS);
         let reach = Arc::new(AgentReach::new(&agent));
         let options = GateOptions { listen, keys, reach, runs: Some(sender), limits };
+        let mut announcement = None;
+        let ready = |address| {
+            announcement = agent.announce(address);
+            report_ready();
+        };
         let ending = serve_until_signal(async {
             tokio::select! {
-                ended = gate::serve(options, |_| report_ready()) => match ended? {},
+                ended = gate::serve(options, ready) => match ended? {},
                 () = take_orders(&agent, orders) => Ok(()),
                 () = agent.watch_itself() => Ok(()),
             }
         });
+        drop(announcement);
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         runtime.context("the event loop cannot be started")?.block_on(agent.end_processes());
         Ok(ending?.into())
@@ -174,6 +185,20 @@ pub(crate) struct Agent {
 }
 
 impl Agent {
+    /// Announces it at `address`, if the arguments ask for that.
+    fn announce(&self, address: SocketAddr) -> Option<Announcement> {
+        if !self.arguments.announce {
+            return None;
+        }
+        match Announcement::start(self.keys.host_name(), address) {
+            Ok(announcement) => Some(announcement),
+            Err(error) => {
+                tracing::warn!("the agent cannot be announced on the network: {error}");
+                None
+            }
+        }
+    }
+
     /// Replaces group killers that have ended, and forgets systems of which nothing has run for long.
     async fn watch_itself(&self) {
         let mut idle = IdleSystems::default();

@@ -9,6 +9,8 @@ use crate::remote_process::RemoteStart;
 
 /// Port on which a gate listens by default.
 pub const GATE_PORT: u16 = 7410;
+/// In place of an address of a host's agent: where it announces itself by multicast DNS.
+pub const ANNOUNCED: &str = "mdns";
 
 /// From the client to the gate.
 #[expect(clippy::large_enum_variant, reason = "there is one for each connection")]

@@ -83,7 +83,7 @@ pub struct ProcessResources {
 pub struct HostAddress {
     /// The host's name in the file, and in its key.
     pub host: String,
-    /// Each `address:port`, to be tried in turn; the address may be a name.
+    /// Each `address:port`, to be tried in turn; the address may be a name. Or [`crate::gate::ANNOUNCED`].
     pub addresses: Vec<String>,
 }
 

@@ -3,7 +3,7 @@
 use std::net::{Ipv6Addr, SocketAddrV6};
 use std::sync::Arc;
 
-use armor_wire::gate::GATE_PORT;
+use armor_wire::gate::{ANNOUNCED, GATE_PORT};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::remote_process::CutOff;
 
@@ -99,18 +99,22 @@ fn parse_addresses(text: &str) -> Result<Vec<String>, String> {
     if addresses.is_empty() { parse_address("").map(|_| addresses) } else { Ok(addresses) }
 }
 
-/// Reads one of them: a name or an address, and a port, or the usual one.
+/// Reads one of them: a name or an address, and a port, or the usual one; or the word for wherever the
+/// agent announces itself.
 fn parse_address(text: &str) -> Result<String, String> {
     let wrong = || {
         format!(
-            "an address such as arm.local, 10.0.0.2:{GATE_PORT} or [fd00::2]:7410, or several with \
-             spaces between them"
+            "an address such as arm.local, 10.0.0.2:{GATE_PORT} or [fd00::2]:7410, or {ANNOUNCED} \
+             for where the agent announces itself, or several with spaces between them"
         )
     };
     let is_plain = |host: &str| {
         let is_part = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
         !host.is_empty() && host.chars().all(is_part)
     };
+    if text == ANNOUNCED {
+        return Ok(text.to_owned());
+    }
     if text.parse::<Ipv6Addr>().is_ok() {
         return Ok(format!("[{text}]:{GATE_PORT}"));
     }

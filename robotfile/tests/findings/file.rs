@@ -110,7 +110,13 @@ fn a_host_has_one_address_or_several() {
     let host = |at: &str| {
         system(&format!(r#"<host name="h" at="{at}"/><component name="a" kind="k" host="h"/>"#))
     };
-    for at in ["arm.local", " arm:1  10.0.0.2:7410\n[fd00::2]:7410 fd00::3 ", "arm arm:7410"] {
+    for at in [
+        "arm.local",
+        " arm:1  10.0.0.2:7410\n[fd00::2]:7410 fd00::3 ",
+        "arm arm:7410",
+        "mdns",
+        "10.0.0.2 mdns",
+    ] {
         none(&host(at));
     }
     let nine: Vec<_> = (0..9).map(|number| format!("10.0.0.{number}")).collect();
