@@ -21,7 +21,7 @@ const IDLE: Duration = Duration::from_secs(2);
 /// Does the jobs. Its registry serves all of them.
 pub struct Bench {
     registry: BackgroundRegistry,
-    window: Duration,
+    pub window: Duration,
     same_core: bool,
     runs: u32,
 }
@@ -54,6 +54,9 @@ impl Bench {
             BenchJob::Idle => self.measure_idle(side),
             BenchJob::Check => self.measure_check(side),
             BenchJob::Reaction { on_disk } => self.measure_reaction(side, on_disk),
+            BenchJob::Freshness { len, always, tcp } => {
+                self.measure_freshness(side, len, (always, tcp))
+            }
         }
     }
 
@@ -71,7 +74,7 @@ impl Bench {
         format!("{name}-{}", self.runs)
     }
 
-    fn start_component(
+    pub fn start_component(
         &self,
         core: usize,
         kind: &str,
@@ -86,7 +89,7 @@ impl Bench {
         RoleProcess::start(core, Contender::Armor, kind, &arguments)
     }
 
-    fn link_arguments(&self, input: &str, output: &str, how: &str) -> [String; 2] {
+    pub fn link_arguments(&self, input: &str, output: &str, how: &str) -> [String; 2] {
         let (component, output) = output.split_once('.').unwrap_or((output, "data"));
         ["--link".into(), format!("{input}={}.{output}{how}", self.name(component))]
     }

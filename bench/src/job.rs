@@ -5,6 +5,9 @@ pub const MIB: usize = 1 << 20;
 /// A small message; the size of a pose.
 pub const SMALL_LEN: usize = 100;
 
+/// Messages whose age is measured: a pose to a picture of a camera.
+const FRESHNESS_LENS: [usize; 5] = [1000, 60_000, 300_000, MIB, 8 * MIB];
+
 /// What is measured together.
 #[derive(Clone, Copy, Debug)]
 pub enum BenchJob {
@@ -25,6 +28,9 @@ pub enum BenchJob {
     /// From a component's report to the activation of the next one; with the journal on the disk,
     /// or in memory.
     Reaction { on_disk: bool },
+    /// The age of data at a subscriber that is slower than its publisher: always, or now and then;
+    /// over a Unix socket, or TCP. Takes minutes, so only `--only` measures it.
+    Freshness { len: usize, always: bool, tcp: bool },
 }
 
 impl BenchJob {
@@ -44,6 +50,14 @@ impl BenchJob {
         ])
     }
 
+    /// What is measured only if it is named.
+    pub fn all_long() -> impl Iterator<Item = Self> {
+        let ways = [(true, false), (false, false), (true, true), (false, true)];
+        ways.into_iter().flat_map(|(always, tcp)| {
+            FRESHNESS_LENS.map(|len| Self::Freshness { len, always, tcp })
+        })
+    }
+
     /// Its name for `--only`.
     pub fn part(self) -> &'static str {
         match self {
@@ -56,6 +70,7 @@ impl BenchJob {
             Self::Idle => "idle",
             Self::Check => "check",
             Self::Reaction { .. } => "reaction",
+            Self::Freshness { .. } => "freshness",
         }
     }
 }

@@ -5,6 +5,7 @@
 
 mod bench;
 mod figure;
+mod freshness;
 mod job;
 mod large_file;
 mod machine;

@@ -14,7 +14,8 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
   --rounds N        number of rounds; medians are printed (default 5)
   --secs S          how long one figure is measured (default 1)
   --only PART       lat, spin, flood, fan, paced, first, idle, check or reaction; may
-                    be repeated. Or nets: states and firings of Petri nets, and nothing else.
+                    be repeated. Also freshness, which takes 4 minutes a round.
+                    Or nets: states and firings of Petri nets, and nothing else.
                     Or, as root, faults in a system of several hosts, and nothing else:
                     hosts-kills, hosts-cuts, hosts-stops or soak
   --armor PATH      the program `armor` for these (default: next to this program)
@@ -50,7 +51,8 @@ pub struct BenchOptions {
 impl BenchOptions {
     /// The jobs of one round.
     pub fn jobs(&self) -> impl Iterator<Item = BenchJob> {
-        BenchJob::all().filter(|job| match self.only.is_empty() {
+        let long = BenchJob::all_long().filter(|_| !self.only.is_empty());
+        BenchJob::all().chain(long).filter(|job| match self.only.is_empty() {
             true => !self.same_core || job.part() == "lat",
             false => self.only.iter().any(|part| part == job.part()),
         })
@@ -100,9 +102,9 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             other => return Err(other.unexpected().into()),
         }
     }
-    if let Some(unknown) =
-        options.only.iter().find(|part| BenchJob::all().all(|job| job.part() != **part))
-    {
+    let has_part =
+        |part: &String| BenchJob::all().chain(BenchJob::all_long()).any(|job| job.part() == part);
+    if let Some(unknown) = options.only.iter().find(|part| !has_part(part)) {
         bail!("there is nothing called `{unknown}` to measure\n{USAGE}");
     }
     Ok(Some(options))

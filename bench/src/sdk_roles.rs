@@ -14,6 +14,7 @@ use anyhow::{Result, bail};
 use armor_sdk::prelude::*;
 use parking_lot::Mutex;
 
+use crate::freshness::{SlowSubscriber, TimedPublisher};
 use crate::readings::{
     MOST_ROUND_TRIPS, monotonic_ns, print_round_trips, publishing_time, watch_window,
 };
@@ -28,6 +29,8 @@ pub fn play_role(role: &str, arguments: impl Iterator<Item = OsString>) -> Resul
         "sink" => armor_sdk::run_with::<Sink>(arguments),
         "tick" => armor_sdk::run_with::<Tick>(arguments),
         "first" => armor_sdk::run_with::<First>(arguments),
+        "timed-publisher" => armor_sdk::run_with::<TimedPublisher>(arguments),
+        "slow-subscriber" => armor_sdk::run_with::<SlowSubscriber>(arguments),
         "turn" => armor_sdk::run_with::<TurnComponent>(arguments),
         _ => bail!("there is no role `{role}`"),
     };

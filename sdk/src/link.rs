@@ -1,5 +1,6 @@
 //! Links: an output's data, straight from the publisher's thread to the subscriber's socket.
 
+mod catch_up;
 pub(crate) mod inbox;
 pub(crate) mod input;
 pub(crate) mod input_reader;

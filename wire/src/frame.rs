@@ -38,12 +38,19 @@ pub enum FrameKind {
     Control = 8,
     /// Before the hello, from a gate: on whose behalf the connection acts.
     Preface = 9,
+    /// From a subscriber: which data are the newest?
+    Sync = 10,
+    /// The answer: nothing newer than what came before it has been published, but for the data
+    /// that follow at once if it says so ([`FLAG_FOLLOWS`]).
+    Synced = 11,
 }
 
 impl FrameKind {
     fn from_byte(byte: u8) -> Option<Self> {
-        use FrameKind::{Beat, Control, Data, Hello, Pause, Preface, Refusal, Resume, Welcome};
-        [Hello, Welcome, Refusal, Data, Beat, Pause, Resume, Control, Preface]
+        use FrameKind::{
+            Beat, Control, Data, Hello, Pause, Preface, Refusal, Resume, Sync, Synced, Welcome,
+        };
+        [Hello, Welcome, Refusal, Data, Beat, Pause, Resume, Control, Preface, Sync, Synced]
             .into_iter()
             .find(|kind| *kind as u8 == byte)
     }
@@ -55,13 +62,15 @@ impl FrameKind {
             Self::Preface => MAX_PREFACE_LEN,
             Self::Welcome | Self::Refusal | Self::Control => MAX_CONTROL_LEN,
             Self::Data => MAX_DATA_LEN + DATA_HEADER_LEN - PREFIX_LEN,
-            Self::Beat | Self::Pause | Self::Resume => 0,
+            Self::Beat | Self::Pause | Self::Resume | Self::Sync | Self::Synced => 0,
         }
     }
 }
 
 /// Flag of a data frame: its sequence number jumps on purpose; no data were lost before it.
 pub const FLAG_FRESH: u8 = 1;
+/// Flag of an answer to [`FrameKind::Sync`]: the next data are the newest.
+pub const FLAG_FOLLOWS: u8 = 1;
 
 /// Why bytes are not frames of this protocol. The connection must be closed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -163,7 +172,11 @@ fn read_prefix(bytes: [u8; PREFIX_LEN]) -> Result<(FrameKind, u8, usize), FrameE
     if len > kind.max_body_len() {
         return Err(FrameError::TooLong { kind, len });
     }
-    let known = if kind == FrameKind::Data { FLAG_FRESH } else { 0 };
+    let known = match kind {
+        FrameKind::Data => FLAG_FRESH,
+        FrameKind::Synced => FLAG_FOLLOWS,
+        _ => 0,
+    };
     if flags & !known != 0 || reserved != [0, 0] {
         return Err(FrameError::Malformed(kind));
     }
@@ -179,6 +192,11 @@ fn prefix(kind: FrameKind, flags: u8, body_len: usize) -> [u8; PREFIX_LEN] {
 /// A frame with an empty body.
 pub fn signal(kind: FrameKind) -> [u8; PREFIX_LEN] {
     prefix(kind, 0, 0)
+}
+
+/// The answer to [`FrameKind::Sync`]; whether the newest data follow it.
+pub fn synced(follows: bool) -> [u8; PREFIX_LEN] {
+    prefix(FrameKind::Synced, if follows { FLAG_FOLLOWS } else { 0 }, 0)
 }
 
 /// Appends a frame whose body is `value`.

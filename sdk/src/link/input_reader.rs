@@ -12,11 +12,15 @@ use std::time::{Duration, Instant};
 use armor_socket::{Stream, is_temporary};
 use armor_wire::backoff::Backoff;
 use armor_wire::config::InputSettings;
-use armor_wire::frame::{DataHeader, FrameKind, FrameReader};
+use armor_wire::frame::{
+    self, DataHeader, FLAG_FOLLOWS, Frame, FrameKind, FrameReader, PREFIX_LEN,
+};
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::schema;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use super::catch_up::{CatchUp, NewestFrame};
 use super::inbox::InboxItem;
 use super::input::InputPort;
 use crate::dial::{self, Dialled};
@@ -34,11 +38,28 @@ const GOOD_LINK: Duration = Duration::from_secs(2);
 /// is still active.
 const ROOM_LOOK: Duration = Duration::from_millis(100);
 
+/// A component that was busy for longer than this asks for the newest data if any have come
+/// meanwhile. The answer takes a tenth of it.
+const BUSY: Duration = Duration::from_millis(1);
+/// A publisher that sends nothing for this long does not run: the newest that has come is delivered.
+const ANSWER_WITHIN: Duration = Duration::from_millis(100);
+
 /// The last data that arrived.
 #[derive(Clone, Copy)]
 struct LastArrival {
     instance: u64,
     sequence: u64,
+}
+
+/// Header, how many are missing before it, and payload.
+type ArrivedData<'a> = (DataHeader, u64, &'a [u8]);
+
+/// How far one link has been read.
+struct ReadState<'a> {
+    last: &'a mut Option<LastArrival>,
+    /// No data have come on this link.
+    is_first: bool,
+    catch_up: CatchUp,
 }
 
 /// See the module.
@@ -135,12 +156,28 @@ impl InputReader {
         if let Err(error) = stream.set_read_timeout(None) {
             return error.to_string();
         }
-        let mut is_first = true;
+        let mut state = ReadState { last, is_first: true, catch_up: CatchUp::default() };
+        let wants_newest = self.settings.keep == Keep::Latest;
+        let mut newest: Option<NewestFrame> = None;
         loop {
-            if let Err(reason) = self.process_frames(reader, last, &mut is_first) {
+            let start = wants_newest.then(Instant::now);
+            if let Some(NewestFrame { header, lost, payload }) = newest.take() {
+                self.hand_over(&mut self.runtime.try_enter(), header, lost, &payload);
+            }
+            if let Err(reason) = self.process_frames(reader, &mut state) {
                 return reason;
             }
             self.runtime.after_release();
+            if start.is_some_and(|start| start.elapsed() > BUSY) {
+                match self.catch_up(stream, reader, &mut state) {
+                    Ok(None) => {}
+                    Ok(found) => {
+                        newest = found;
+                        continue;
+                    }
+                    Err(reason) => return reason,
+                }
+            }
             self.input.listening.store(true, Ordering::Relaxed);
             let received = receive_bytes(stream, reader, self.settings.wake, self.participant());
             self.input.listening.store(false, Ordering::Relaxed);
@@ -160,13 +197,85 @@ impl InputReader {
         }
     }
 
+    /// Reads what was published while the component was busy, and returns the newest of it.
+    fn catch_up(
+        &self,
+        stream: &Stream,
+        reader: &mut FrameReader,
+        state: &mut ReadState<'_>,
+    ) -> Result<Option<NewestFrame>, String> {
+        let mut newest: Option<NewestFrame> = None;
+        let mut has_asked = false;
+        loop {
+            match stream.try_receive(reader.space()) {
+                Ok(0) => return Ok(newest),
+                Ok(len) => {
+                    reader.filled(len);
+                    self.input.reads.increment();
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    // Nothing has come meanwhile: what has been delivered is the newest.
+                    let is_done = !has_asked || state.catch_up.is_done();
+                    if is_done || !wait_for_bytes(stream, ANSWER_WITHIN) {
+                        return Ok(newest);
+                    }
+                    continue;
+                }
+                Err(error) if is_temporary(&error) => continue,
+                Err(error) => return Err(error.to_string()),
+            }
+            if !has_asked {
+                if !matches!(stream.try_send(&frame::signal(FrameKind::Sync)), Ok(PREFIX_LEN)) {
+                    return Ok(newest);
+                }
+                state.catch_up.asked();
+                has_asked = true;
+            }
+            while let Some(frame) = reader.next_frame().map_err(|error| error.to_string())? {
+                let Some((header, lost, payload)) = self.take_data(&frame, state)? else {
+                    continue;
+                };
+                let mut buffer = match newest.take() {
+                    Some(older) => {
+                        self.input.dropped.fetch_add(1, Ordering::Relaxed);
+                        older.payload
+                    }
+                    None => Vec::new(),
+                };
+                buffer.clear();
+                buffer.extend_from_slice(payload);
+                newest = Some(NewestFrame { header, lost, payload: buffer });
+            }
+        }
+    }
+
+    /// The data in a frame, if there are any that have not come before.
+    fn take_data<'a>(
+        &self,
+        frame: &Frame<'a>,
+        state: &mut ReadState<'_>,
+    ) -> Result<Option<ArrivedData<'a>>, String> {
+        match frame.kind {
+            FrameKind::Beat => return Ok(None),
+            FrameKind::Synced => {
+                state.catch_up.answered(frame.flags & FLAG_FOLLOWS != 0);
+                return Ok(None);
+            }
+            _ => {}
+        }
+        let (header, payload) = frame.data().map_err(|error| error.to_string())?;
+        state.catch_up.received();
+        let is_first = std::mem::take(&mut state.is_first);
+        let lost = self.follow_sequence(state.last, &header, is_first);
+        Ok(lost.map(|lost| (header, lost, payload)))
+    }
+
     /// Hands over all whole frames that have been received, in one visit to the component if it is
     /// free.
     fn process_frames(
         &self,
         reader: &mut FrameReader,
-        last: &mut Option<LastArrival>,
-        is_first: &mut bool,
+        state: &mut ReadState<'_>,
     ) -> Result<(), String> {
         let mut entered = None;
         loop {
@@ -175,13 +284,7 @@ impl InputReader {
             let Some(frame) = reader.next_frame().map_err(|error| error.to_string())? else {
                 return Ok(());
             };
-            if frame.kind == FrameKind::Beat {
-                continue;
-            }
-            let (header, payload) = frame.data().map_err(|error| error.to_string())?;
-            let Some(lost) = self.follow_sequence(last, &header, std::mem::take(is_first)) else {
-                continue;
-            };
+            let Some((header, lost, payload)) = self.take_data(&frame, state)? else { continue };
             if is_superseded {
                 self.input.dropped.fetch_add(1, Ordering::Relaxed);
                 continue;
@@ -283,6 +386,13 @@ fn receive_bytes(
         }
     }
     stream.receive(reader.space())
+}
+
+/// Returns whether bytes, or the end, have come within `limit`.
+fn wait_for_bytes(stream: &Stream, limit: Duration) -> bool {
+    let mut fds = [PollFd::new(stream, PollFlags::IN)];
+    let limit = Timespec { tv_sec: 0, tv_nsec: i64::from(limit.subsec_nanos()) };
+    poll(&mut fds, Some(&limit)).is_ok_and(|ready| ready > 0)
 }
 
 #[cfg(test)]

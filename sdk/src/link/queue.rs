@@ -33,7 +33,7 @@ impl Chunk {
     }
 }
 
-/// The frames that wait on one link.
+/// The frames that wait on one link, each chunk with their number: 0 for an answer to the subscriber.
 pub(crate) struct LinkQueue {
     keep: Keep,
     chunks: VecDeque<(Chunk, u32)>,
@@ -137,7 +137,7 @@ impl LinkQueue {
         if !self.congested {
             return 0;
         }
-        let first = usize::from(self.written > 0 || self.starts_with_tail);
+        let first = self.count_kept_chunks();
         let mut dropped = 0;
         while self.chunks.len() > first + most {
             if let Some((chunk, frames)) = self.chunks.remove(first) {
@@ -146,6 +146,21 @@ impl LinkQueue {
             }
         }
         dropped
+    }
+
+    /// Puts an answer behind the frame that is partly written, before those that wait: `make` gets
+    /// whether there are any.
+    pub fn insert_answer(&mut self, make: impl FnOnce(bool) -> [u8; PREFIX_LEN]) {
+        let first = self.count_kept_chunks();
+        let answer = make(self.chunks.len() > first);
+        self.bytes += answer.len();
+        self.chunks.insert(first, (Chunk::Own(answer.to_vec()), 0));
+    }
+
+    /// The first chunks, which no policy drops: what is partly written, and answers behind it.
+    fn count_kept_chunks(&self) -> usize {
+        let begun = usize::from(self.written > 0 || self.starts_with_tail);
+        begun + self.chunks.iter().skip(begun).take_while(|(_, frames)| *frames == 0).count()
     }
 
     /// Gives bytes to `write` until all are written or it would block. Returns how many frames were
@@ -182,7 +197,7 @@ impl LinkQueue {
 
     /// Makes every chunk a single frame, so that single frames can be dropped.
     fn split_chunks(&mut self) {
-        if self.keep == Keep::All || self.chunks.iter().all(|(_, frames)| *frames == 1) {
+        if self.keep == Keep::All || self.chunks.iter().all(|(_, frames)| *frames <= 1) {
             return;
         }
         // Frames that are written completely are left out. `partial` bytes are written of the first
@@ -190,11 +205,11 @@ impl LinkQueue {
         let (mut written, mut partial) = (self.written, 0);
         let mut chunks = VecDeque::new();
         for (chunk, frames) in self.chunks.drain(..) {
-            if frames == 1 {
+            if frames <= 1 {
                 if std::mem::take(&mut written) > 0 {
                     partial = self.written;
                 }
-                chunks.push_back((chunk, 1));
+                chunks.push_back((chunk, frames));
                 continue;
             }
             let mut rest = chunk.bytes();
@@ -222,7 +237,9 @@ fn frame_len(bytes: &[u8]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FrameReader};
+    use armor_wire::frame::{
+        self, DATA_HEADER_LEN, DataHeader, FLAG_FOLLOWS, FrameKind, FrameReader,
+    };
     use proptest::prelude::*;
 
     use super::*;
@@ -242,6 +259,8 @@ mod tests {
         Shared(usize),
         /// The socket takes so many bytes, then blocks.
         Drain(usize),
+        /// The subscriber asks for the newest.
+        Ask,
     }
 
     fn steps() -> impl Strategy<Value = Vec<Step>> {
@@ -249,6 +268,7 @@ mod tests {
             4 => (0usize..300).prop_map(Step::Push),
             1 => (0usize..5000).prop_map(Step::Shared),
             2 => (0usize..3000).prop_map(Step::Drain),
+            1 => Just(Step::Ask),
         ];
         proptest::collection::vec(step, 1..80)
     }
@@ -256,6 +276,8 @@ mod tests {
     fn check(keep: Keep, steps: &[Step]) {
         let mut queue = LinkQueue::new(keep);
         let (mut out, mut next, mut dropped) = (Vec::new(), 0u64, 0u64);
+        // What was the newest at each question.
+        let mut asked = Vec::new();
         let mut drain = |queue: &mut LinkQueue, mut room: usize| {
             let taken = |bytes: &[u8]| {
                 let len = bytes.len().min(room);
@@ -276,11 +298,38 @@ mod tests {
                     next += 1;
                 }
                 Step::Drain(room) => dropped += drain(&mut queue, *room),
+                Step::Ask => {
+                    dropped += drain(&mut queue, 0);
+                    if queue.is_empty() {
+                        queue.push_tail(frame::synced(false).to_vec());
+                    } else {
+                        queue.insert_answer(frame::synced);
+                    }
+                    asked.push(next.checked_sub(1));
+                }
             }
         }
         dropped += drain(&mut queue, usize::MAX);
         assert_eq!((queue.is_empty(), queue.len(), queue.count_frames()), (true, 0, 0));
-        let sequences = sequences(&out);
+        let found = read_frames(&out);
+        let data =
+            |found: &Found| if let Found::Data(sequence) = found { Some(*sequence) } else { None };
+        let sequences: Vec<u64> = found.iter().filter_map(data).collect();
+        if keep == Keep::Latest {
+            let answers = found.iter().enumerate().filter_map(|(at, found)| match found {
+                Found::Answer { follows } => Some((at, *follows)),
+                Found::Data(_) => None,
+            });
+            let answers: Vec<_> = answers.collect();
+            assert_eq!(answers.len(), asked.len());
+            for ((at, follows), newest) in answers.into_iter().zip(asked) {
+                let given = match follows {
+                    true => found[at..].iter().find_map(data),
+                    false => found[..at].iter().rev().find_map(data),
+                };
+                assert!(given >= newest, "{given:?} is older than {newest:?}");
+            }
+        }
         assert!(sequences.is_sorted_by(|a, b| a < b), "in order, each once: {sequences:?}");
         assert_eq!(sequences.len() as u64 + dropped, next, "what is not out is counted");
         assert!(next == 0 || sequences.last() == Some(&(next - 1)), "the newest always arrives");
@@ -289,11 +338,19 @@ mod tests {
         }
     }
 
-    fn sequences(mut bytes: &[u8]) -> Vec<u64> {
+    enum Found {
+        Data(u64),
+        Answer { follows: bool },
+    }
+
+    fn read_frames(mut bytes: &[u8]) -> Vec<Found> {
         let (mut reader, mut found) = (FrameReader::new(), Vec::new());
         loop {
             while let Some(frame) = reader.next_frame().expect("whole frames") {
-                found.push(frame.data().expect("data").0.sequence);
+                found.push(match frame.kind {
+                    FrameKind::Synced => Found::Answer { follows: frame.flags == FLAG_FOLLOWS },
+                    _ => Found::Data(frame.data().expect("data").0.sequence),
+                });
             }
             if bytes.is_empty() {
                 return found;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use armor_socket::{Stream, is_temporary};
 use armor_wire::control::LinkStatus;
-use armor_wire::frame::{FLAG_FRESH, FrameKind, FrameReader};
+use armor_wire::frame::{self, FLAG_FRESH, FrameKind, FrameReader};
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 
@@ -122,6 +122,18 @@ impl OutgoingLink {
         self.queue.is_empty()
     }
 
+    /// Tells the subscriber which data are the newest: those that wait, or those that were sent.
+    fn answer_sync(&mut self) {
+        if !self.queue.is_empty() && !self.drain_queue() {
+            return self.queue.insert_answer(frame::synced);
+        }
+        let answer = frame::synced(false);
+        let written = self.write(&answer);
+        if written < answer.len() && !self.broken {
+            self.queue.push_tail(answer[written..].to_vec());
+        }
+    }
+
     pub fn status(&self) -> LinkStatus {
         LinkStatus {
             to: self.to.clone(),
@@ -155,6 +167,7 @@ impl OutgoingLink {
                     self.fresh |= self.paused;
                     self.paused = false;
                 }
+                Ok(Some(FrameKind::Sync)) => self.answer_sync(),
                 Ok(Some(_)) | Err(_) => {
                     let why = format!("`{}` sends what a subscriber does not send", self.to);
                     let peer = self.stream.peer_address().ok().map(|peer| peer.ip());

@@ -24,6 +24,8 @@ use crate::link::wire_out::OutgoingLink;
 use crate::participant::Participant;
 use crate::tap::TOOL_PREFIX;
 
+/// Most data that wait for a tool that asks for all: it may have stopped reading.
+const MOST_FOR_TOOL: u32 = 16;
 /// How long a handshake may take.
 const LIMIT: Duration = Duration::from_secs(2);
 /// Most unfinished handshakes; one more closes the oldest.
@@ -178,7 +180,12 @@ impl Handshakes {
         output.check_request(link, from)?;
         let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
-        let keep = if link.keep == (Keep::Last { count: 0 }) { Keep::Latest } else { link.keep };
+        let keep = match link.keep {
+            Keep::Last { count: 0 } => Keep::Latest,
+            // Only the file gives a component the right to make this one wait.
+            Keep::All if from.starts_with(TOOL_PREFIX) => Keep::Last { count: MOST_FOR_TOOL },
+            keep => keep,
+        };
         let added = OutgoingLink {
             stream: Arc::new(copy),
             to: from.into(),

@@ -138,6 +138,71 @@ fn every_policy_keeps_what_it_promises_and_counts_the_rest() {
     }
 }
 
+/// What a subscriber gets that is busy with the first of 20 messages until all are published.
+fn receive_after_a_pause(len: usize, how: &str) -> Vec<u64> {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "latest") + how;
+    let (open, gate) = channel();
+    let probe = system.run("sink", &[&link], Some(gate), |_, _| Ok(Outcome::CarryOn));
+    let (start, go) = channel::<()>();
+    let mut send = burst(20, 1, len);
+    let mut started = false;
+    system.run("source", &["--rate=500Hz"], None, move |armor, call| {
+        started |= go.try_recv().is_ok();
+        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+    });
+    linked(&system, "source", 1);
+    start.send(()).unwrap();
+    let mut values = vec![data(&probe).1];
+    system.until("source", |status| status.outputs[0].published == 20);
+    drop(open);
+    while values.last() != Some(&19) {
+        values.push(data(&probe).1);
+    }
+    let missing = 20 - values.len() as u64;
+    let status = system.until("sink", |status| status.inputs[0].received == values.len() as u64);
+    assert_eq!(status.inputs[0].lost + status.inputs[0].dropped, missing, "every one is counted");
+    values
+}
+
+#[test]
+fn a_subscriber_that_was_busy_goes_on_with_the_newest() {
+    for how in ["", ",transport=tcp"] {
+        for len in [100, 100_000, 300_000, 1 << 20, 6 << 20] {
+            // A publisher that gets no processor for long cannot say what is the newest.
+            let mut rounds = (0..5).map(|_| receive_after_a_pause(len, how));
+            let found = rounds.find(|values| *values == [0, 19]);
+            assert!(found.is_some(), "{len} bytes{how}: it never got the newest at once");
+        }
+    }
+}
+
+#[test]
+fn a_tool_that_asks_for_all_and_reads_nothing_delays_nobody() {
+    let mut system = System::start();
+    let link = system.link("in", "source", "out", "all");
+    let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
+    let (start, go) = channel::<()>();
+    let mut send = burst(300, 10, 200_000);
+    let mut started = false;
+    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
+        started |= go.try_recv().is_ok();
+        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+    });
+    let data_name = format!("{}.out", system.name("source"));
+    linked(&system, "source", 1);
+    let _tap = Tap::open(&system.directory, &data_name, Keep::All, DEADLINE).expect("a place");
+    linked(&system, "source", 2);
+    start.send(()).unwrap();
+    for expected in 0..300 {
+        assert_eq!(data(&probe).1, expected);
+    }
+    let status = system.status("source");
+    let of_tool = status.outputs[0].links.iter().find(|link| link.to.starts_with("tool-"));
+    let of_tool = of_tool.expect("it is still linked");
+    assert!(of_tool.keep == (Keep::Last { count: 16 }) && of_tool.dropped > 0, "{of_tool:?}");
+}
+
 #[test]
 fn a_stuck_subscriber_delays_no_other() {
     let mut system = System::start();

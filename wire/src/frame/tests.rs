@@ -88,14 +88,19 @@ fn what_is_not_ours_is_refused_by_the_prefix_alone() {
     };
     assert_eq!(first_error(b"GET / HT"), FrameError::UnknownKind(b'/'));
     assert_eq!(prefix(0, [0, 0, 0, 0]), FrameError::UnknownKind(0));
-    assert_eq!(prefix(0, [10, 0, 0, 0]), FrameError::UnknownKind(10));
+    assert_eq!(prefix(0, [12, 0, 0, 0]), FrameError::UnknownKind(12));
     for kind in [FrameKind::Hello, FrameKind::Control, FrameKind::Data, FrameKind::Beat] {
         let len = kind.max_body_len() + 1;
         let error = prefix(len as u32, [kind as u8, 0, 0, 0]);
         assert_eq!(error, FrameError::TooLong { kind, len });
     }
-    let flags =
-        [(FrameKind::Beat, 1, 0, 0), (FrameKind::Data, 2, 0, 0), (FrameKind::Data, 0, 1, 0)];
+    let flags = [
+        (FrameKind::Beat, 1, 0, 0),
+        (FrameKind::Data, 2, 0, 0),
+        (FrameKind::Data, 0, 1, 0),
+        (FrameKind::Sync, 1, 0, 0),
+        (FrameKind::Synced, 2, 0, 0),
+    ];
     for (kind, a, b, c) in flags {
         assert_eq!(prefix(0, [kind as u8, a, b, c]), FrameError::Malformed(kind));
     }
