@@ -69,7 +69,7 @@ on another host than the system, through ssh -D 1080 -R PORT:127.0.0.1:PORT:
 without configd, for trying a component by hand:
   --alone                 ask no configd
   --rate 10Hz             rate at which exec is called
-  --link INPUT=DATA[,keep=all][,wake=spin][,transport=tcp]
+  --link INPUT=DATA[,keep=all][,patience=1s][,wake=spin][,transport=tcp]
   --clock COMPONENT.OUTPUT  time follows this data
   --set PARAMETER=VALUE";
 
@@ -218,9 +218,19 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
     for part in parts {
         match part.split_once('=') {
             Some(("keep", keep)) => settings.keep = keep.parse()?,
+            Some(("patience", patience)) => {
+                let seconds = quantity::seconds(patience).map_err(|error| error.to_string())?;
+                let Keep::All { patience_ms } = &mut settings.keep else {
+                    return Err("patience=… comes after keep=all".into());
+                };
+                // Saturates, as the file's does.
+                *patience_ms = (seconds * 1e3).max(1.0) as u32;
+            }
             Some(("wake", wake)) => settings.wake = wake.parse()?,
             Some(("transport", transport)) => settings.transport = transport.parse()?,
-            _ => return Err(format!("`{part}` is none of keep=…, wake=…, transport=…")),
+            _ => {
+                return Err(format!("`{part}` is none of keep=…, patience=…, wake=…, transport=…"));
+            }
         }
     }
     Ok(settings)

@@ -5,6 +5,7 @@ pub(crate) mod inbox;
 pub(crate) mod input;
 pub(crate) mod input_reader;
 pub(crate) mod output;
+pub(crate) mod patience;
 pub(crate) mod publishing;
 pub(crate) mod queue;
 mod stream;

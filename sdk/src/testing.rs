@@ -205,7 +205,7 @@ impl TestedComponent {
             input.connect(InputSettings {
                 id: input.id.clone(),
                 data: format!("test.{}", input.id),
-                keep: Keep::All,
+                keep: Keep::ALL,
                 wake: Wake::Sleep,
                 transport: Transport::Auto,
             });

@@ -31,7 +31,7 @@ impl Observer {
             all.into_iter().find(|entry| entry.name == "configd")?.endpoint.parse().ok()
         });
         let (sender, states) = channel();
-        let mut tap = Tap::open(&directory, "configuration.state", Keep::All, DEADLINE)
+        let mut tap = Tap::open(&directory, "configuration.state", Keep::ALL, DEADLINE)
             .expect("the state is published");
         std::thread::spawn(move || {
             while let Ok(data) = tap.next(Duration::from_secs(1)) {

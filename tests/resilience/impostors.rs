@@ -46,7 +46,7 @@ fn read_frame(stream: &mut TcpStream) -> Option<(FrameKind, Vec<u8>)> {
 
 fn request(data: &str, instance: u64, schema: &str) -> Purpose {
     let (schema_hash, schema) = (schema::hash_text(schema), schema.to_owned());
-    let (keep, wake, data) = (Keep::All, Wake::Sleep, data.into());
+    let (keep, wake, data) = (Keep::ALL, Wake::Sleep, data.into());
     let link = LinkRequest { data, instance, schema, schema_hash, keep, wake, paused: false };
     Purpose::Link { link }
 }

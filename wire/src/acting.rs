@@ -160,7 +160,7 @@ impl NeedsRole for Purpose {
             // A component accepts connections too, and nothing forwards them to a person's computer.
             Self::Registry { entry: Some(_) } => None,
             // The publisher would wait for a subscriber that is slow on purpose, or spin for it.
-            Self::Link { link: LinkRequest { keep: Keep::All, .. } }
+            Self::Link { link: LinkRequest { keep: Keep::All { .. }, .. } }
             | Self::Link { link: LinkRequest { wake: Wake::Spin, .. } } => None,
             Self::Link { .. } => Some(KeyRole::Observer),
             // Every order is checked on its own: any key may bring the robot to rest.

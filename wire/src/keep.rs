@@ -10,6 +10,9 @@ use crate::Message;
 /// Largest `keep="n"`.
 pub const MAX_KEEP: u32 = 65_536;
 
+/// Between `all` and its patience, in the text of a status.
+const PATIENCE: &str = ", patience ";
+
 /// Which data a slow subscriber gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
 #[message(wire = "armor_wire")]
@@ -22,8 +25,12 @@ pub enum Keep {
         /// Most data that wait.
         count: u32,
     },
-    /// Everything; the sender waits, with a deadline.
-    All,
+    /// Everything; the sender waits.
+    All {
+        /// How long it waits for a subscriber that takes nothing, in milliseconds; then it ends the
+        /// link.
+        patience_ms: u32,
+    },
 }
 
 /// How the two ends of a link wait for each other.
@@ -38,6 +45,14 @@ pub enum Wake {
 }
 
 impl Keep {
+    /// Everything, with the patience of a link that states none.
+    pub const ALL: Self = Self::All { patience_ms: 10_000 };
+
+    /// Whether nothing is dropped.
+    pub fn is_all(self) -> bool {
+        matches!(self, Self::All { .. })
+    }
+
     /// Whether a link may be asked for this: the count of `Last` is within 1 and [`MAX_KEEP`].
     pub fn is_allowed(self) -> bool {
         !matches!(self, Self::Last { count } if !(1..=MAX_KEEP).contains(&count))
@@ -49,7 +64,12 @@ impl FromStr for Keep {
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "latest" => Ok(Self::Latest),
-            "all" => Ok(Self::All),
+            "all" => Ok(Self::ALL),
+            text if text.starts_with("all,") => text
+                .strip_prefix("all")
+                .and_then(|text| text.strip_prefix(PATIENCE)?.strip_suffix("ms")?.parse().ok())
+                .map(|patience_ms| Self::All { patience_ms })
+                .ok_or_else(|| format!("`{text}` has no patience")),
             number => number
                 .parse()
                 .ok()
@@ -65,7 +85,10 @@ impl fmt::Display for Keep {
         match self {
             Self::Latest => f.write_str("latest"),
             Self::Last { count } => write!(f, "{count}"),
-            Self::All => f.write_str("all"),
+            Self::All { patience_ms } if *self != Self::ALL => {
+                write!(f, "all{PATIENCE}{patience_ms}ms")
+            }
+            Self::All { .. } => f.write_str("all"),
         }
     }
 }
@@ -102,10 +125,10 @@ mod tests {
 
     #[test]
     fn keep_and_wake_are_written_as_they_are_read() {
-        for text in ["latest", "all", "1", "50", "65536"] {
+        for text in ["latest", "all", "all, patience 200ms", "1", "50", "65536"] {
             assert_eq!(text.parse::<Keep>().map(|keep| keep.to_string()), Ok(text.into()));
         }
-        for text in ["", "0", "-1", "65537", "Latest", "1.5"] {
+        for text in ["", "0", "-1", "65537", "Latest", "1.5", "all, 2ms", "all, patience -1ms"] {
             assert!(text.parse::<Keep>().is_err(), "{text}");
         }
         for text in ["sleep", "spin"] {

@@ -122,7 +122,7 @@ fn a_component_learns_how_it_runs_and_is_connected() {
         rate_hz: Some(10.0),
         controlled: false,
         inputs: vec![
-            input("scan", "player.scan", Keep::All, Wake::Sleep),
+            input("scan", "player.scan", Keep::ALL, Wake::Sleep),
             input("odometry", "player.odometry", Keep::Last { count: 50 }, Wake::Spin),
         ],
         watchdog_s: None,

@@ -290,7 +290,7 @@ fn wire(link: &Link, from: PortAt, to: PortAt) -> Wire<Item> {
         end: WireEnd::Plain,
         text: unusual_text,
         is_dashed: link.mode == LinkMode::Pull,
-        is_strong: link.keep == Keep::All,
+        is_strong: link.keep.is_all(),
         is_led: true,
         tint: None,
         mark: Mark::None,

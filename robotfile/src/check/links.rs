@@ -73,7 +73,7 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
 pub(super) fn check_circles(system: &System, findings: &mut Findings) {
     let names = system.components.iter().map(|component| component.name.value.as_str());
     let waiting =
-        system.links.iter().filter(|link| (link.keep, link.mode) == (Keep::All, LinkMode::Push));
+        system.links.iter().filter(|link| link.keep.is_all() && link.mode == LinkMode::Push);
     let edges = waiting
         .map(|link| (link.from.component.value.as_str(), link.to.component.value.as_str(), link));
     for circle in CheckGraph::new(names, edges).find_circles(MAX_CIRCLES) {
@@ -83,7 +83,7 @@ pub(super) fn check_circles(system: &System, findings: &mut Findings) {
     }
     for link in &system.links {
         let (from, to) = (&link.from.component, &link.to.component);
-        if from.value == to.value && (link.keep, link.mode) != (Keep::All, LinkMode::Push) {
+        if from.value == to.value && !(link.keep.is_all() && link.mode == LinkMode::Push) {
             let message = format!("{} receives what it publishes itself", from.value);
             let finding = Finding::new(Code::LinkToItself, &link.from.at, message);
             let remedy = "link an output of another component here, or remove the link";

@@ -1,6 +1,7 @@
 //! A configuration divided into the things that a user would name: each with its attributes, as
 //! values to compare and as text to show.
 
+use armor_wire::keep::Keep;
 use armor_wire::remote_process::CutOff;
 
 use super::Subject;
@@ -122,12 +123,32 @@ fn quoted_if_needed(text: &str) -> String {
     if is_bare { text.to_owned() } else { format!("\"{text}\"") }
 }
 
+/// What a link keeps, if it is not the usual one.
+fn keep_of(keep: Keep) -> String {
+    match keep {
+        Keep::Latest => String::new(),
+        Keep::All { .. } => "all".into(),
+        keep @ Keep::Last { .. } => keep.to_string(),
+    }
+}
+
+/// The patience of a link, if it is not the usual one.
+fn patience_of(keep: Keep) -> String {
+    match keep {
+        Keep::All { patience_ms } if keep != Keep::ALL => {
+            format!("{}s", f64::from(patience_ms) / 1e3)
+        }
+        _ => String::new(),
+    }
+}
+
 fn of_link(link: &Link) -> ComparedItem {
     let changed_from =
         |value: String, default: &str| if value == default { String::new() } else { value };
     let aspects = vec![
         plain_aspect("mode", if link.mode == LinkMode::Pull { "pull" } else { "" }),
-        plain_aspect("keep", changed_from(link.keep.to_string(), "latest")),
+        plain_aspect("keep", keep_of(link.keep)),
+        plain_aspect("patience", patience_of(link.keep)),
         plain_aspect("wake", changed_from(link.wake.to_string(), "sleep")),
         plain_aspect("transport", changed_from(link.transport.name().into(), "auto")),
         plain_aspect("history", changed_from(link.history.to_string(), "1")),

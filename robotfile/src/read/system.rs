@@ -197,6 +197,7 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let to = fields.required_dotted("to");
     let mode = fields.choice("mode", &[("push", LinkMode::Push), ("pull", LinkMode::Pull)]);
     let keep = fields.word_or("keep", &["latest", "all"], parse_keep);
+    let patience = fields.longer_than_nothing("patience");
     let wake = fields.word_or("wake", &["sleep", "spin"], str::parse);
     let transport = fields.choice("transport", &Transport::NAMED);
     let history = fields.count("history", 1);
@@ -220,12 +221,23 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
             "a link that pulls wakes no reader: remove wake, or make it push",
         );
     }
+    let mut keep = keep.map(|keep| keep.value).unwrap_or_default();
+    match (&mut keep, patience) {
+        (Keep::All { patience_ms }, Some(patience)) => {
+            *patience_ms = u32::try_from(patience.value.as_millis()).unwrap_or(u32::MAX).max(1);
+        }
+        (_, Some(_)) => fields.without_effect(
+            "patience",
+            "the sender waits for no consumer: write keep=\"all\", or remove patience",
+        ),
+        (_, None) => {}
+    }
     fields.finish(&[]);
     Some(Link {
         from: from?,
         to: to?,
         mode: mode.map(|mode| mode.value).unwrap_or_default(),
-        keep: keep.map(|keep| keep.value).unwrap_or_default(),
+        keep,
         wake: wake.map(|wake| wake.value).unwrap_or_default(),
         transport: transport.map(|transport| transport.value).unwrap_or_default(),
         history: history.map_or(1, |history| history.value),
@@ -262,8 +274,9 @@ fn parse_variables(text: &str) -> Result<Vec<String>, String> {
 }
 
 fn parse_keep(text: &str) -> Result<Keep, String> {
-    // A count is written without sign and leading zeros, as the schema has it.
-    let text = if text.starts_with(['+', '0']) { "" } else { text };
+    // A count is written without sign and leading zeros, as the schema has it, and the patience as
+    // an attribute of its own.
+    let text = if text.starts_with(['+', '0']) || text.contains(',') { "" } else { text };
     text.parse()
 }
 

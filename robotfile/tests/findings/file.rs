@@ -106,6 +106,20 @@ fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
 }
 
 #[test]
+fn patience_is_for_a_sender_that_waits() {
+    let link = |attributes: &str| {
+        let port = r#"<component name="a" kind="k"/><component name="b" kind="k"/>"#;
+        system(&format!(r#"{port}<link from="a.x" to="b.y" {attributes}/>"#))
+    };
+    none(&link(r#"keep="all" patience="0.5s""#));
+    one("W0027", &link(r#"[[patience]]="1s""#));
+    one("W0027", &link(r#"keep="10" [[patience]]="1s""#));
+    for wrong in ["0s", "1", "soon", "-1s"] {
+        one("E0019", &link(&format!(r#"keep="all" patience="[[{wrong}]]""#)));
+    }
+}
+
+#[test]
 fn a_host_has_one_address_or_several() {
     let host = |at: &str| {
         system(&format!(r#"<host name="h" at="{at}"/><component name="a" kind="k" host="h"/>"#))

@@ -44,7 +44,7 @@ impl Inbox {
 
     /// Whether a `keep="all"` reader should wait before it adds more.
     pub fn is_full(&self) -> bool {
-        self.keep == Keep::All && self.len >= ALL_LEN
+        self.keep.is_all() && self.len >= ALL_LEN
     }
 
     /// The arrival of the oldest.
@@ -59,7 +59,7 @@ impl Inbox {
         self.len += item.bytes.len().max(1);
         self.items.push_back(item);
         let most = match self.keep {
-            Keep::All => return 0,
+            Keep::All { .. } => return 0,
             Keep::Latest => 1,
             Keep::Last { count } => count as usize,
         };
@@ -138,7 +138,7 @@ mod tests {
     fn each_policy_keeps_the_newest_it_promises() {
         check(Keep::Latest, &[5]);
         check(Keep::Last { count: 3 }, &[3, 4, 5]);
-        check(Keep::All, &[0, 1, 2, 3, 4, 5]);
+        check(Keep::ALL, &[0, 1, 2, 3, 4, 5]);
     }
 
     #[test]
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn only_keep_all_is_ever_full() {
-        let mut all = Inbox::new(Keep::All);
+        let mut all = Inbox::new(Keep::ALL);
         let mut latest = Inbox::new(Keep::Latest);
         for inbox in [&mut all, &mut latest] {
             inbox.push(item(0, 2 << 20));

@@ -434,7 +434,7 @@ mod tests {
             Arc::new(Participant::new(identity, Declarations::default(), false).unwrap());
         participant.ports.add_input::<Flag>("in", true).unwrap();
         let input = participant.ports.inputs().remove(0);
-        let (keep, wake, transport) = (Keep::All, Wake::Sleep, Transport::Auto);
+        let (keep, wake, transport) = (Keep::ALL, Wake::Sleep, Transport::Auto);
         let (id, data) = ("in".into(), "source.out".into());
         input.connect(InputSettings { id, data, keep, wake, transport });
         participant.lifecycle.enter_state(RunState::Active, 0);

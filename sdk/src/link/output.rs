@@ -8,7 +8,6 @@ use armor_wire::codec::{self, EncodeError, MAX_DATA_LEN};
 use armor_wire::control::OutputStatus;
 use armor_wire::frame::DataHeader;
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
-use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
 use armor_wire::schema;
@@ -20,8 +19,6 @@ use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
 use crate::tap::TOOL_PREFIX;
 
-/// How long a `keep="all"` sender waits for a subscriber that takes nothing at all.
-const ALL_DEADLINE: Duration = Duration::from_secs(10);
 /// Most links of one output, and most of them to tools: each of them costs every message a system
 /// call. The links that a file asks for are far fewer, and tools cannot take their places.
 const MAX_LINKS: usize = 512;
@@ -174,13 +171,20 @@ impl OutputPort {
         &'a self,
         mut state: MutexGuard<'a, OutputState>,
     ) -> MutexGuard<'a, OutputState> {
-        let mut deadline = Instant::now() + ALL_DEADLINE;
         loop {
-            let before: usize = state.links.iter().map(|link| link.queue.len()).sum();
             for link in state.links.iter_mut().filter(|link| !link.queue.is_empty()) {
                 link.drain_queue();
             }
-            let after: usize = state.links.iter().map(|link| link.queue.len()).sum();
+            let now = Instant::now();
+            for link in state.links.iter_mut().filter(|link| is_over_full(link)) {
+                let Some(limit) = link.patience.end_at(now) else { continue };
+                tracing::error!(
+                    "`{}` has taken nothing of `{}` for {limit:?}; link closed",
+                    link.to,
+                    self.entry.data
+                );
+                link.break_off();
+            }
             let full: Vec<_> = state
                 .links
                 .iter()
@@ -188,19 +192,6 @@ impl OutputPort {
                 .map(|l| Arc::clone(&l.stream))
                 .collect();
             if full.is_empty() {
-                return state;
-            }
-            if after < before {
-                deadline = Instant::now() + ALL_DEADLINE;
-            } else if Instant::now() >= deadline {
-                for link in state.links.iter_mut().filter(|link| is_over_full(link)) {
-                    tracing::error!(
-                        "`{}` has taken nothing of `{}` for {ALL_DEADLINE:?}; link closed",
-                        link.to,
-                        self.entry.data
-                    );
-                    link.break_off();
-                }
                 return state;
             }
             // Without the lock, so that other threads can publish or close links meanwhile.
@@ -281,8 +272,5 @@ impl OutputPort {
 }
 
 fn is_over_full(link: &OutgoingLink) -> bool {
-    link.keep == Keep::All
-        && link.queue.is_congested()
-        && link.queue.len() > ALL_LEN
-        && !link.broken
+    link.keep.is_all() && link.queue.is_congested() && link.queue.len() > ALL_LEN && !link.broken
 }

@@ -83,7 +83,7 @@ impl LinkQueue {
     pub fn push(&mut self, frame: &[u8]) -> u64 {
         self.bytes += frame.len();
         // On a congested link each frame is a chunk of its own, so that it can be dropped alone.
-        let single = self.congested && self.keep != Keep::All;
+        let single = self.congested && !self.keep.is_all();
         if let Some((Chunk::Own(last), frames)) = self.chunks.back_mut()
             && !single
             // The last frame may exceed the limit, but not so far that the buffer is too long to be
@@ -130,7 +130,7 @@ impl LinkQueue {
     /// Drops the oldest frames beyond what the policy keeps; never one that is partly written.
     fn drop_oldest(&mut self) -> u64 {
         let most = match self.keep {
-            Keep::All => return 0,
+            Keep::All { .. } => return 0,
             Keep::Latest => 1,
             Keep::Last { count } => count as usize,
         };
@@ -197,7 +197,7 @@ impl LinkQueue {
 
     /// Makes every chunk a single frame, so that single frames can be dropped.
     fn split_chunks(&mut self) {
-        if self.keep == Keep::All || self.chunks.iter().all(|(_, frames)| *frames <= 1) {
+        if self.keep.is_all() || self.chunks.iter().all(|(_, frames)| *frames <= 1) {
             return;
         }
         // Frames that are written completely are left out. `partial` bytes are written of the first
@@ -333,7 +333,7 @@ mod tests {
         assert!(sequences.is_sorted_by(|a, b| a < b), "in order, each once: {sequences:?}");
         assert_eq!(sequences.len() as u64 + dropped, next, "what is not out is counted");
         assert!(next == 0 || sequences.last() == Some(&(next - 1)), "the newest always arrives");
-        if keep == Keep::All {
+        if keep.is_all() {
             assert_eq!(dropped, 0);
         }
     }
@@ -366,7 +366,7 @@ mod tests {
     proptest! {
         #[test]
         fn whatever_the_socket_takes_frames_stay_whole_and_every_drop_is_counted(steps in steps()) {
-            for keep in [Keep::All, Keep::Latest, Keep::Last { count: 3 }] {
+            for keep in [Keep::ALL, Keep::Latest, Keep::Last { count: 3 }] {
                 check(keep, &steps);
             }
         }

@@ -10,6 +10,7 @@ use armor_wire::frame::{self, FLAG_FRESH, FrameKind, FrameReader};
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 
+use super::patience::Patience;
 use super::queue::{GATHER_LEN, LinkQueue};
 use crate::faults::{PeerFault, PeerFaultLog};
 
@@ -33,6 +34,7 @@ pub(crate) struct OutgoingLink {
     pub last_call: u64,
     pub sent: u64,
     pub dropped: u64,
+    pub patience: Patience,
     /// Sequence of the last data given to this link.
     pub last_sequence: Option<u64>,
     pub broken: bool,
@@ -115,9 +117,13 @@ impl OutgoingLink {
     /// Writes what waits. Returns whether all of it is written.
     pub fn drain_queue(&mut self) -> bool {
         let stream = Arc::clone(&self.stream);
+        let before = self.queue.len();
         match self.queue.drain(|bytes| stream.try_send(bytes)) {
             Ok(dropped) => self.dropped += dropped,
             Err(_) => self.break_off(),
+        }
+        if self.queue.len() < before {
+            self.patience.restart();
         }
         self.queue.is_empty()
     }

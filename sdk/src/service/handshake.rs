@@ -19,6 +19,7 @@ use armor_wire::liveness::Liveness;
 use rustix::event::PollFd;
 
 use crate::faults::PeerFault;
+use crate::link::patience::Patience;
 use crate::link::queue::LinkQueue;
 use crate::link::wire_out::OutgoingLink;
 use crate::participant::Participant;
@@ -183,7 +184,9 @@ impl Handshakes {
         let keep = match link.keep {
             Keep::Last { count: 0 } => Keep::Latest,
             // Only the file gives a component the right to make this one wait.
-            Keep::All if from.starts_with(TOOL_PREFIX) => Keep::Last { count: MOST_FOR_TOOL },
+            Keep::All { .. } if from.starts_with(TOOL_PREFIX) => {
+                Keep::Last { count: MOST_FOR_TOOL }
+            }
             keep => keep,
         };
         let added = OutgoingLink {
@@ -200,6 +203,7 @@ impl Handshakes {
             last_call: 0,
             sent: 0,
             dropped: 0,
+            patience: Patience::of(keep),
             last_sequence: None,
             broken: false,
         };

@@ -191,7 +191,7 @@ fn a_tool_that_asks_for_all_and_reads_nothing_delays_nobody() {
     });
     let data_name = format!("{}.out", system.name("source"));
     linked(&system, "source", 1);
-    let _tap = Tap::open(&system.directory, &data_name, Keep::All, DEADLINE).expect("a place");
+    let _tap = Tap::open(&system.directory, &data_name, Keep::ALL, DEADLINE).expect("a place");
     linked(&system, "source", 2);
     start.send(()).unwrap();
     for expected in 0..300 {
@@ -201,6 +201,36 @@ fn a_tool_that_asks_for_all_and_reads_nothing_delays_nobody() {
     let of_tool = status.outputs[0].links.iter().find(|link| link.to.starts_with("tool-"));
     let of_tool = of_tool.expect("it is still linked");
     assert!(of_tool.keep == (Keep::Last { count: 16 }) && of_tool.dropped > 0, "{of_tool:?}");
+}
+
+#[test]
+fn a_sender_loses_its_patience_with_a_subscriber_that_takes_nothing() {
+    let mut system = System::start();
+    let (open, gate) = channel::<()>();
+    let stuck = format!("{},patience=0.2s", system.link("in", "source", "out", "all"));
+    let fast = system.link("in", "source", "out", "all");
+    let stuck_name = system.name("stuck");
+    let _stuck = system.run("stuck", &[&stuck], Some(gate), |_, _| Ok(Outcome::CarryOn));
+    let probe = system.run("quick", &[&fast], None, |_, _| Ok(Outcome::CarryOn));
+    let (start, go) = channel::<()>();
+    let mut send = burst(300, 10, 200_000);
+    let mut started = false;
+    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
+        started |= go.try_recv().is_ok();
+        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+    });
+    linked(&system, "source", 2);
+    let status = system.status("source");
+    let keep = |of: &str| {
+        let links = status.outputs[0].links.iter();
+        links.into_iter().find(|link| link.to == of).map(|link| link.keep)
+    };
+    assert_eq!(keep(&stuck_name), Some(Keep::All { patience_ms: 200 }));
+    start.send(()).unwrap();
+    for expected in 0..300 {
+        assert_eq!(data(&probe).1, expected);
+    }
+    drop(open);
 }
 
 #[test]

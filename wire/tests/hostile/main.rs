@@ -76,7 +76,7 @@ fn seeds() -> Vec<Vec<u8>> {
         inputs: vec![config::InputSettings {
             id: "scan".into(),
             data: "laser.scan".into(),
-            keep: Keep::All,
+            keep: Keep::ALL,
             wake: Wake::Sleep,
             transport: Transport::Tcp,
         }],

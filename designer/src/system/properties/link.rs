@@ -2,6 +2,7 @@
 
 use armor_robotfile::model::LinkMode;
 use armor_wire::keep::{Keep, Wake};
+use armor_wire::quantity;
 use eframe::egui::{self, ComboBox};
 
 use crate::commands::Command;
@@ -44,7 +45,7 @@ impl SystemView {
             let named = armor_robotfile::Item::Link { from, to };
             workspace.project.unread(named, attribute).map(str::to_owned)
         };
-        self.keep(ui, &item, link.keep, unread("keep"));
+        self.keep(ui, &item, link.keep, (unread("keep"), unread("patience")));
         let mode = if link.mode == LinkMode::Pull { "pull" } else { "push" };
         let wake = if link.wake == Wake::Spin { "spin" } else { "sleep" };
         let transport = link.transport.name();
@@ -98,14 +99,21 @@ impl SystemView {
         }
     }
 
-    fn keep(&mut self, ui: &mut egui::Ui, item: &Item, keep: Keep, unread: Option<String>) {
+    /// `unread`: what the file has for `keep` and `patience` that cannot be read.
+    fn keep(
+        &mut self,
+        ui: &mut egui::Ui,
+        item: &Item,
+        keep: Keep,
+        (unread, unread_patience): (Option<String>, Option<String>),
+    ) {
         ui.label("Keep").on_hover_text("What a slow consumer gets.");
         let field = Field::Attribute(*item, "keep");
         let last = |count: u32| format!("the newest {count}");
         let shown = match keep {
             Keep::Latest => "the newest".to_owned(),
             Keep::Last { count } => last(count),
-            Keep::All => "everything; the sender waits".to_owned(),
+            Keep::All { .. } => "everything; the sender waits".to_owned(),
         };
         let is_read = unread.is_none();
         let shown = unread.unwrap_or(shown);
@@ -115,7 +123,7 @@ impl SystemView {
             for (value, text, is_it) in [
                 (String::new(), "the newest".to_owned(), keep == Keep::Latest),
                 (counted.to_string(), last(counted), matches!(keep, Keep::Last { .. })),
-                ("all".into(), "everything; the sender waits".to_owned(), keep == Keep::All),
+                ("all".into(), "everything; the sender waits".to_owned(), keep.is_all()),
             ] {
                 if ui.selectable_label(is_it && is_read, text).clicked() {
                     self.drafts.set(field.clone(), value);
@@ -128,6 +136,24 @@ impl SystemView {
             let limit = armor_wire::keep::MAX_KEEP;
             let current = count.to_string();
             self.drafts.text(ui, &field, &current, form, &|text| whole(text, limit));
+        }
+        if let Keep::All { patience_ms } = keep {
+            ui.label("Patience").on_hover_text(
+                "How long the sender waits for a consumer that takes nothing; then the link ends.",
+            );
+            let field = Field::Attribute(*item, "patience");
+            let form = Form { name: "link patience", hint: "10s", width: 80.0, rows: 1 };
+            let written = match keep {
+                Keep::ALL => String::new(),
+                _ => format!("{}s", f64::from(patience_ms) / 1e3),
+            };
+            let patience = unread_patience.unwrap_or(written);
+            let check = |text: &str| match quantity::seconds(text) {
+                _ if text.is_empty() => Ok(()),
+                read => read.map(drop).map_err(|error| error.to_string()),
+            };
+            let response = self.drafts.text(ui, &field, &patience, form, &check);
+            self.focus(&response);
         }
     }
 
