@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use armor_socket::{PORTS, random_id};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, geteuid, kill_process};
 
 pub use program::{Dialogue, run_to_end};
 
@@ -162,6 +162,29 @@ impl Folder {
         command.stdout(Stdio::null()).stderr(Stdio::null());
         let child = command.spawn().expect("armor starts");
         Run { child, out }
+    }
+}
+
+impl Folder {
+    /// As [`Self::run`], with `out` on a disk of so many KiB, which only the run sees and which ends
+    /// with it; what it prints goes to `printed.log`. `None` if this user may not mount one.
+    pub fn run_on_small_disk(&self, out: &str, kib: u32, arguments: &[&str]) -> Option<Run> {
+        let unshare = if geteuid().is_root() { "-m" } else { "-rm" };
+        let mount = format!("mount -t tmpfs -o size={kib}k,mode=0700 small \"$0\"");
+        let out = self.0.join(out);
+        std::fs::create_dir_all(&out).expect("writable");
+        let tried = Command::new("unshare").args([unshare, "sh", "-c", &mount]).arg(&out).output();
+        if !tried.is_ok_and(|tried| tried.status.success()) {
+            return None;
+        }
+        let mut command = self.command_of(Path::new("unshare"));
+        command.args([unshare, "sh", "-c", &format!("{mount} && exec \"$@\"")]).arg(&out);
+        command.arg(env!("CARGO_BIN_EXE_armor")).args(["run", "--out"]).arg(&out).args(arguments);
+        let printed = std::fs::File::create(self.0.join("printed.log")).expect("writable");
+        let child = command.stdout(printed).stderr(Stdio::null()).spawn().expect("armor starts");
+        // The files as that process sees them.
+        let seen = format!("/proc/{}/root{}", child.id(), out.display());
+        Some(Run { child, out: seen.into() })
     }
 }
 

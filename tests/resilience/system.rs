@@ -71,6 +71,19 @@ impl Draft {
 
     /// Starts the system with further arguments of `armor run`.
     pub fn run_with(self, folder: Folder, arguments: &[&str]) -> System {
+        let file = self.write_file(&folder);
+        let run = folder.run("out", &[&[file.as_str()], arguments].concat());
+        System::observe(run, folder)
+    }
+
+    /// Starts the system with `out` on a disk of so many KiB; `None` if this user may not mount one.
+    pub fn run_on_small_disk(self, folder: Folder, kib: u32) -> Option<System> {
+        let file = self.write_file(&folder);
+        let run = folder.run_on_small_disk("out", kib, &[&file])?;
+        Some(System::observe(run, folder))
+    }
+
+    fn write_file(self, folder: &Folder) -> String {
         let Self { components, links, mission } = self;
         let text = format!(
             "<armor version='1'>\n<system name='probes'>\n{components}{links}</system>\n{mission}\n</armor>\n"
@@ -78,12 +91,7 @@ impl Draft {
         let file = folder.write("probes.xml", &text);
         std::fs::create_dir_all(folder.path().join("components")).expect("writable");
         symlink(probe(), folder.path().join("components/probe")).expect("a link to the probe");
-        let mut all = vec![file.to_str().expect("a path in UTF-8")];
-        all.extend(arguments);
-        let run = folder.run("out", &all);
-        let registry = run.registry();
-        let directory = Directory::observer(&SocketAddr::to_string(&registry), "test");
-        System { run, registry, directory, folder }
+        file.into_os_string().into_string().expect("a path in UTF-8")
     }
 }
 
@@ -106,6 +114,12 @@ pub struct System {
 }
 
 impl System {
+    fn observe(run: Run, folder: Folder) -> Self {
+        let registry = run.registry();
+        let directory = Directory::observer(&SocketAddr::to_string(&registry), "test");
+        Self { run, registry, directory, folder }
+    }
+
     /// Returns the trace of the probe `name` so far.
     pub fn trace(&self, name: &str) -> Trace {
         Trace::read(&self.folder.path().join(format!("{name}.trace")))

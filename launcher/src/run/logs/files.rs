@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -19,6 +19,8 @@ use super::{LogLevel, RunLog};
 const MAX_FILE_LEN: u64 = 32 << 20;
 /// Number of renamed files that are kept of each.
 const KEPT_FILES: u32 = 3;
+/// Bytes that are written at once.
+const WRITE_LEN: usize = 32 << 10;
 /// Most bytes of all renamed files of a run. The journal and the maps are on the same disk.
 const MAX_RENAMED_LEN: u64 = 1 << 30;
 
@@ -42,12 +44,18 @@ pub struct LogFiles {
 /// A file, or the one that could not be opened.
 struct Target {
     path: PathBuf,
-    file: Option<BufWriter<File>>,
-    /// Its length, with what is not flushed yet.
+    file: Option<File>,
+    /// Whole lines that are not written yet, and their number.
+    waiting: String,
+    waiting_lines: u64,
+    /// Its length, with what waits.
     len: u64,
     max_len: u64,
-    /// Its failure was reported; it is reported once.
-    reported: bool,
+    /// Lines that could not be written since the last one that could, and why.
+    lost: u64,
+    failure: Option<String>,
+    /// The failure was reported.
+    is_reported: bool,
 }
 
 impl LogFiles {
@@ -138,7 +146,9 @@ fn remove_oldest(directory: &Path, max_len: u64) -> Vec<String> {
 
 /// Creates a log in place of the one there.
 fn create_log(path: &Path) -> io::Result<File> {
-    open_own_file(path, OpenOptions::new().write(true).truncate(true))
+    let file = open_own_file(path, OpenOptions::new().append(true))?;
+    file.set_len(0)?;
+    Ok(file)
 }
 
 impl Target {
@@ -154,11 +164,21 @@ impl Target {
             EarlierLogs::Append => open_own_file(&path, OpenOptions::new().append(true))?,
         };
         let len = file.metadata()?.len();
-        Ok(Self { path, file: Some(BufWriter::new(file)), len, max_len, reported: false })
+        Ok(Self { file: Some(file), len, max_len, ..Self::unusable(path) })
     }
 
     fn unusable(path: PathBuf) -> Self {
-        Self { path, file: None, len: 0, max_len: MAX_FILE_LEN, reported: false }
+        Self {
+            path,
+            file: None,
+            waiting: String::new(),
+            waiting_lines: 0,
+            len: 0,
+            max_len: MAX_FILE_LEN,
+            lost: 0,
+            failure: None,
+            is_reported: false,
+        }
     }
 
     /// Writes a line. Returns whether the file was renamed before.
@@ -168,40 +188,78 @@ impl Target {
         if is_full {
             self.rotate();
         }
-        // An error stays in the file's state and shows at the flush.
-        if let Some(file) = &mut self.file {
-            let _ = writeln!(file, "{line}");
-            self.len += len;
+        self.waiting.push_str(line);
+        self.waiting.push('\n');
+        self.waiting_lines += 1;
+        self.len += len;
+        if self.waiting.len() >= WRITE_LEN {
+            self.write_waiting();
         }
         is_full
     }
 
+    /// Writes what waits, all of it or nothing: lines stay whole, and those that are lost are counted.
+    fn write_waiting(&mut self) {
+        let (waiting, lines) = (std::mem::take(&mut self.waiting), self.waiting_lines);
+        self.waiting_lines = 0;
+        if lines == 0 {
+            return;
+        }
+        let note = match (&self.failure, self.lost) {
+            (Some(failure), 1..) => format!("{} lines are lost: {failure}\n", self.lost),
+            _ => String::new(),
+        };
+        let before = self.len - waiting.len() as u64;
+        let written = match &mut self.file {
+            Some(file) => file.write_all(format!("{note}{waiting}").as_bytes()).inspect_err(|_| {
+                let _ = file.set_len(before);
+            }),
+            None => Err(io::Error::other("it could not be opened")),
+        };
+        match written {
+            Ok(()) => self.len += note.len() as u64,
+            Err(error) => {
+                self.len = before;
+                self.lost += lines;
+                self.failure = Some(error.to_string());
+                return;
+            }
+        }
+        if self.lost > 0 {
+            self.failure = None;
+        }
+    }
+
     /// Renames the file and begins another one. A file that cannot be renamed grows on.
     fn rotate(&mut self) {
-        if let Some(file) = &mut self.file {
-            let _ = file.flush();
-        }
+        self.write_waiting();
         for number in (1..KEPT_FILES).rev() {
             let _ = fs::rename(numbered(&self.path, number), numbered(&self.path, number + 1));
         }
         let begun =
             fs::rename(&self.path, numbered(&self.path, 1)).and_then(|()| create_log(&self.path));
         match begun {
-            Ok(file) => (self.file, self.len) = (Some(BufWriter::new(file)), 0),
+            Ok(file) => (self.file, self.len) = (Some(file), 0),
             Err(_) => self.max_len = u64::MAX,
         }
     }
 
+    /// Writes what waits, and reports when lines begin to be lost, and when they are written again.
     fn flush(&mut self, log: &RunLog) {
-        let failure = match &mut self.file {
-            Some(file) => file.flush().err().map(|error| error.to_string()),
-            None => Some("it could not be opened".into()),
-        };
-        if let Some(failure) = failure
-            && !std::mem::replace(&mut self.reported, true)
-        {
-            let text = format!("lines are lost: {}: {failure}", self.path.display());
-            log.report("launcher", LogLevel::Error, text);
+        self.write_waiting();
+        let path = self.path.display();
+        match &self.failure {
+            Some(failure) if !self.is_reported => {
+                let text = format!("lines are lost: {path}: {failure}");
+                log.report("launcher", LogLevel::Error, text);
+                self.is_reported = true;
+            }
+            None if self.lost > 0 => {
+                let text = format!("{path} is written again; {} lines are lost", self.lost);
+                log.report("launcher", LogLevel::Info, text);
+                (self.lost, self.is_reported) = (0, false);
+            }
+            _ => {}
         }
     }
 }
@@ -245,11 +303,34 @@ mod tests {
         for number in 0..11 {
             target.write(&format!("line {number:03}"));
         }
-        drop(target);
+        target.write_waiting();
         assert_eq!(read(&path), "line 010\n");
         assert_eq!(read(&numbered(&path, 1)), "line 008\nline 009\n");
         assert_eq!(read(&numbered(&path, 3)), "line 004\nline 005\n");
         assert!(!numbered(&path, 4).exists());
+    }
+
+    #[test]
+    fn lines_that_cannot_be_written_are_counted_and_the_others_stay_whole() {
+        let scratch = ScratchFolder::new("lost-lines");
+        let path = scratch.path().join("laser.log");
+        let mut target = Target::open(path.clone(), EarlierLogs::Replace, 1000).expect("a file");
+        target.write("first");
+        target.write_waiting();
+        // Cannot be written, as on a full disk.
+        let good = target.file.replace(File::open(&path).expect("readable"));
+        for line in ["second", "third", "fourth"] {
+            target.write(line);
+            target.write_waiting();
+        }
+        assert_eq!((target.lost, target.len), (3, 6));
+        target.file = good;
+        target.write("fifth");
+        target.write_waiting();
+        let text = read(&path);
+        assert!(text.starts_with("first\n3 lines are lost: "), "{text}");
+        assert!(text.ends_with("\nfifth\n") && target.failure.is_none(), "{text}");
+        assert_eq!(target.len, text.len() as u64);
     }
 
     #[test]
@@ -282,11 +363,15 @@ mod tests {
             (EarlierLogs::Append, "second"),
             (EarlierLogs::Append, "third"),
         ] {
-            Target::open(path.clone(), earlier, 1000).expect("a file").write(text);
+            let mut target = Target::open(path.clone(), earlier, 1000).expect("a file");
+            target.write(text);
+            target.write_waiting();
         }
         assert_eq!(read(&path), "first\nsecond\nthird\n");
         fs::write(numbered(&path, 1), "old").expect("writable");
-        Target::open(path.clone(), EarlierLogs::Replace, 1000).expect("a file").write("other");
+        let mut target = Target::open(path.clone(), EarlierLogs::Replace, 1000).expect("a file");
+        target.write("other");
+        target.write_waiting();
         assert_eq!(read(&path), "other\n");
         assert!(!numbered(&path, 1).exists());
     }
