@@ -22,6 +22,7 @@ mod missions;
 mod mutations;
 mod new_component;
 mod observers;
+mod operator_screen;
 mod operators;
 mod other_users;
 mod parameters;

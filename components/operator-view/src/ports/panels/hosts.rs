@@ -11,7 +11,7 @@ use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{SidePanel, colours};
+use crate::screen::{Palette, SidePanel};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(HostsPanel) };
 
@@ -110,7 +110,7 @@ impl SidePanel for HostsPanel {
 fn show_host(ui: &mut Ui, row: &HostRow) {
     let is_cut = row.link == Some(HostLink::CutOff);
     let title = if is_cut { format!("! host {}", row.name) } else { format!("host {}", row.name) };
-    let ink = ink_of(row.link);
+    let ink = ink_of(row.link, Palette::of(ui));
     let show = |ui: &mut Ui| {
         ui.colored_label(ink, RichText::new(title).strong());
         for text in &row.texts {
@@ -128,11 +128,11 @@ fn show_host(ui: &mut Ui, row: &HostRow) {
     }
 }
 
-fn ink_of(link: Option<HostLink>) -> Color32 {
+fn ink_of(link: Option<HostLink>, palette: &Palette) -> Color32 {
     match link {
-        Some(HostLink::CutOff) => colours::GONE,
-        Some(HostLink::Awaited) => colours::LATE,
-        Some(HostLink::Connected) => colours::GOOD,
-        None => colours::TEXT,
+        Some(HostLink::CutOff) => palette.gone,
+        Some(HostLink::Awaited) => palette.late,
+        Some(HostLink::Connected) => palette.good,
+        None => palette.text,
     }
 }
