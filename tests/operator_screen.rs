@@ -2,7 +2,7 @@
 //! and shows the next run of the same file. It is no process of any run: of these none is left.
 
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 
@@ -77,9 +77,13 @@ fn write_robot(folder: &Folder, component: &str, after: &str) {
     folder.write("rover.xml", &text);
 }
 
+/// The screen: a program of its own next to `armor`.
+fn program() -> PathBuf {
+    Path::new(env!("CARGO_BIN_EXE_armor")).with_file_name("armor-operator-view")
+}
+
 fn is_there() -> bool {
-    let there =
-        Path::new(env!("CARGO_BIN_EXE_armor")).with_file_name("armor-operator-view").exists();
+    let there = program().exists();
     assert!(there || std::env::var_os("CI").is_none(), "armor-operator-view is not built");
     if !there {
         println!("skipped: no armor-operator-view; cargo build -p armor-operator-view");
@@ -120,13 +124,25 @@ fn the_window_stays_with_the_reason_and_shows_the_next_run_of_the_file() {
     station.wait_for_line("shows rover", 2);
     let processes = run.children();
     assert!(processes.len() > 3, "{processes:?}");
+    // Its component is killed: it returns, and the run has not ended.
+    let is_view = |pid: &&i32| {
+        let command = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        command.starts_with(program().as_os_str().as_encoded_bytes())
+    };
+    let view = processes.iter().find(is_view).expect("the component of the screen");
+    send_signal(*view, Signal::KILL);
+    station.wait_for_line("shows rover", 3);
+    let ends =
+        station.lines.lock().expect("no panic").iter().filter(|it| it.contains("ended")).count();
+    assert_eq!(ends, 1, "only the run before");
+    let processes = run.children();
     run.signal(Signal::INT);
     assert_eq!(run.code(), Some(130), "{}", run.log());
     station.wait_for_line("has ended: it was interrupted", 1);
     none_is_left(&processes);
 
     let mut run = start(&folder);
-    station.wait_for_line("shows rover", 3);
+    station.wait_for_line("shows rover", 4);
     let processes = run.children();
     send_signal(run.pid(), Signal::KILL);
     assert_eq!(run.code(), None);
@@ -140,7 +156,7 @@ fn the_window_stays_with_the_reason_and_shows_the_next_run_of_the_file() {
     let text = std::fs::read_to_string(folder.path().join("rover.xml")).expect("the file");
     folder.write("rover.xml", &text.replace("initial='true'", "initial='true' components='arm'"));
     let mut run = start(&folder);
-    station.wait_for_line("shows rover", 4);
+    station.wait_for_line("shows rover", 5);
     assert_eq!(run.code(), Some(1), "{}", run.log());
     station.wait_for_line("has ended: the mission ended in its safe place: ", 1);
     station.wait_for_line("arm was given up after 5 starts", 1);
@@ -157,8 +173,7 @@ fn a_second_window_for_the_same_file_is_refused() {
     let folder = Folder::new("operator-screens");
     write_robot(&folder, "", "operator='true'");
     let first = Station::start(&folder, "rover.xml");
-    let program = Path::new(env!("CARGO_BIN_EXE_armor")).with_file_name("armor-operator-view");
-    let mut second = Command::new(program);
+    let mut second = Command::new(program());
     second.args(["--watch", "rover.xml", "--picture", "other.png"]).current_dir(folder.path());
     second.env("XDG_RUNTIME_DIR", folder.path().join("run"));
     let second = second.output().expect("it starts");

@@ -51,6 +51,9 @@ struct StationOptions {
 
 /// Runs the window if the command line asks for it.
 pub(super) fn run_if_wanted(arguments: &[String]) -> Option<ExitCode> {
+    if arguments.iter().any(|argument| argument == "--help") {
+        println!("{USAGE}\nor, as a component of a run:");
+    }
     if !arguments.iter().any(|argument| argument == "--watch") {
         return None;
     }
@@ -387,7 +390,8 @@ impl Station {
             if !self.is_newest(number) {
                 return;
             }
-            console.lose_system(system, &text, self.now());
+            let robot = console.robot_name.clone();
+            console.lose_system(&robot, &text, self.now());
             drop(console);
             self.request_frame();
         };

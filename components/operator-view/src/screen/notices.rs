@@ -12,7 +12,6 @@ use super::map_viewport::MapViewport;
 use crate::connection::SystemConnection;
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness};
-use crate::mission::format_clock;
 use crate::orders::OperatorOrder;
 
 /// What the operator must know before the next goal.
@@ -43,7 +42,8 @@ pub(super) fn show_notices(
     let mut column = ui.new_child(UiBuilder::new().max_rect(at).id_salt("notices"));
     let mut covered = Vec::new();
     covered.extend(show_connection(&mut column, palette, console, now));
-    if console.orders.is_stopped() {
+    // Whether the robot of a run that has ended stands is not known.
+    if console.orders.is_stopped() && !console.connection.is_lost() {
         covered.push(show_stopped(&mut column, orders));
     }
     if console.orders.is_frame_new() {
@@ -69,12 +69,15 @@ fn show_connection(
     now: ClockTimes,
 ) -> Option<Rect> {
     let SystemConnection::Lost { system, why } = &console.connection else { return None };
-    let ago = format_clock(now.host_s - console.lost_s);
+    let age = match ((now.host_s - console.lost_s) / 60.0) as u64 {
+        0 => "less than a minute".to_owned(),
+        minutes => format!("{minutes} min"),
+    };
     let (rect, ()) = show_banner(ui, palette.panel, |ui| {
         let title = format!("{system} has ended");
         ui.label(RichText::new(title).size(18.0).strong().color(palette.gone));
         ui.label(RichText::new(format!("{why}.")).size(16.0));
-        let age = format!("Map and readings are {ago} min old. Waiting for the next run.");
+        let age = format!("Map and readings are {age} old. Waiting for the next run.");
         ui.label(RichText::new(age).color(palette.late));
     });
     Some(rect)

@@ -545,12 +545,18 @@ fn a_system_that_has_ended_stays_on_the_screen_as_old_and_takes_no_orders() {
     window.run_steps(2);
     assert_eq!(take_commands(&mut window), [], "what is held is let go");
     window.key_up(Key::W);
+    window.state_mut().console.orders.handle_order(OperatorOrder::Stop, 1.0);
     wait(&mut window, 65.0);
-    for text in ["rover has ended", "the mission reached its goal.", "1:05 min old", "OLD"] {
+    assert!(!shows(&window, "STOPPED"), "whether the robot stands is not known");
+    window.state_mut().console.orders.handle_order(OperatorOrder::Release, 1.0);
+    for text in ["rover has ended", "the mission reached its goal.", "are 1 min old", "OLD"] {
         assert!(shows(&window, text), "{text}");
     }
     assert!(!window.state().console.scene.map.is_empty(), "the last map stays");
     assert!(!shows(&window, "nothing for"), "one reason is enough");
+    window.run_steps(3);
+    let delay = window.output().viewport_output.values().map(|out| out.repaint_delay).min();
+    assert!(delay > Some(std::time::Duration::from_secs(50)), "a frame a minute: {delay:?}");
     assert_eq!(click_at(&mut window, 0.0, -2.0), []);
     assert!(refusal(&window).contains("rover has ended"));
     window.key_press(Key::Space);

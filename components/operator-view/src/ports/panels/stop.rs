@@ -32,7 +32,7 @@ impl SidePanel for StopPanel {
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         let palette = Palette::of(ui);
-        let is_stopped = console.orders.is_stopped();
+        let is_stopped = console.orders.is_stopped() && !console.connection.is_lost();
         let text = RichText::new("STOP").size(30.0).strong().color(colours::ON_STOP);
         let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, palette.late);
         let button = Button::new(text).fill(colours::STOP).stroke(stroke);
