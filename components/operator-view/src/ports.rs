@@ -6,17 +6,18 @@ mod panel_kind;
 mod panels;
 mod port_list;
 mod relay;
+mod robot_commands;
 mod scene_inputs;
 mod settings;
 mod station;
 mod watch_messages;
 
 use std::panic::resume_unwind;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use armor_convert::build_stamped_pose;
 use armor_sdk::prelude::*;
 use parking_lot::Mutex;
 use rustix::process::{Signal, getpid, kill_process};
@@ -29,10 +30,10 @@ use crate::window::{ViewWindow, WindowEnd, WindowHooks};
 use mission_lookout::MissionLookout;
 use port_list::{PORTS, all_inputs};
 use relay::{Relay, ToWindowLinks};
+use robot_commands::send_command;
 use settings::{PARAMETERS, ViewSettings};
 use watch_messages::{LinkedInput, ToWindow, find_record};
 
-#[cfg(test)]
 pub(crate) use panels::HostsReading;
 use panels::HostsWatch;
 pub(crate) use panels::make_panels;
@@ -41,6 +42,8 @@ pub(crate) use panels::make_panels;
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
 /// Set by a run that wants no windows.
 const HEADLESS_VARIABLE: &str = "ARMOR_HEADLESS";
+/// The folder of the run.
+const OUT_VARIABLE: &str = "ARMOR_OUT";
 /// The variable with the address of the registry, which the launcher sets.
 const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
 /// The names are those of [`OperatorEvent`](crate::orders::OperatorEvent).
@@ -124,18 +127,10 @@ impl Component for OperatorView {
         let Some(input) = all_inputs().find(|input| input.id == header.id()) else {
             return Ok(());
         };
-        if self.relay.is_connected() {
-            self.relay.send(&ToWindow::Data {
-                input: input.id.into(),
-                instance: header.instance,
-                sequence: header.sequence,
-                stamp_s: header.stamp_s,
-                bytes: data.bytes().to_vec().into(),
-            });
-            // The window decodes them; here they are needed only for pictures.
-            if self.settings.picture.is_none() {
-                return Ok(());
-            }
+        let is_sent = self.relay.hand_over(header, data.bytes(), input.is_steady);
+        // The window decodes them; here they are needed only for pictures.
+        if is_sent && self.settings.picture.is_none() {
+            return Ok(());
         }
         let update = input.read(data);
         let now = read_clocks(self.started, &self.armor);
@@ -172,6 +167,7 @@ impl Component for OperatorView {
             Some(WindowEnd::Closed) | None => {}
         }
         if let Some(hosts) = self.hosts.as_mut().and_then(HostsWatch::take_reading) {
+            self.relay.send(&ToWindow::Hosts { hosts: hosts.hosts().to_vec() });
             self.console.lock().readings.store(hosts);
             if let Some(window) = &self.window {
                 window.request_frame();
@@ -271,6 +267,11 @@ impl OperatorView {
             if let Some(mission) = mission {
                 self.relay.send_mission(&mission);
             }
+            let hosts =
+                self.console.lock().readings.newest().map(HostsReading::hosts).map(<[_]>::to_vec);
+            if let Some(hosts) = hosts {
+                self.relay.send(&ToWindow::Hosts { hosts });
+            }
             self.console.lock().is_over = true;
             if let Some(window) = self.window.take() {
                 tracing::info!("a window that watches this system shows it from now on");
@@ -342,12 +343,34 @@ impl OperatorView {
         if let Some(mut painter) = self.painter.take() {
             warn_of(painter.finish_painting(console, now));
         }
+        if self.window.is_some() && self.settings.picture.is_none() {
+            self.save_last_picture(now);
+        }
         self.console.lock().is_over = true;
         if let Some(window) = self.window.take() {
             window.close();
         }
         self.relay.close();
         Ok(())
+    }
+
+    /// Saves what the window shows, which closes with the run.
+    fn save_last_picture(&self, now: ClockTimes) {
+        let Some(folder) = std::env::var_os(OUT_VARIABLE).filter(|folder| !folder.is_empty())
+        else {
+            return;
+        };
+        let path = PathBuf::from(folder).join(format!("{}-last.png", self.name()));
+        let mut painter = Painter::new(path.clone(), self.settings.size, 1.0, make_panels());
+        let console = self.console.lock().clone();
+        match painter.finish_painting(console, now) {
+            Ok(()) => tracing::info!(
+                "the window closes with the run; what it showed last is in {}, and \
+                 `armor-operator-view --watch FILE` is a window that stays",
+                path.display()
+            ),
+            error => warn_of(error),
+        }
     }
 
     fn send_and_record(&self, command: RobotCommand) -> Result<(), Fault> {
@@ -385,20 +408,6 @@ fn find_registry() -> Option<String> {
 
 fn read_clocks(started: Instant, armor: &Armor) -> ClockTimes {
     ClockTimes { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
-}
-
-fn send_command(armor: &Armor, command: &RobotCommand) -> Result<usize, Fault> {
-    let sent = match command {
-        RobotCommand::Goal { place, frame } => {
-            armor.send_data("goal", &build_stamped_pose(armor.timestamp(), frame, *place))?
-        }
-        &RobotCommand::Velocity { forward_mps, turn_radps } => {
-            armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
-        }
-        &RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
-        RobotCommand::Answer { .. } => return Ok(0),
-    };
-    Ok(sent.to)
 }
 
 #[cfg(test)]

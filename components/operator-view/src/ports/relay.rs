@@ -2,6 +2,7 @@
 //! comes back.
 
 use std::collections::VecDeque;
+use std::io;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use armor_sdk::prelude::*;
 use parking_lot::Mutex;
 
 use super::mission_lookout::MissionLookout;
-use super::send_command;
+use super::robot_commands::send_command;
 use super::watch_messages::{
     AskedQuestion, MessageWriter, ToComponent, ToWindow, find_record, read_message, socket_of,
 };
@@ -22,6 +23,13 @@ use crate::orders::RobotCommand;
 
 /// Time between two looks for a window.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// How long a window may take to answer.
+const ANSWER_WITHIN: Duration = Duration::from_millis(250);
+/// The inputs of the map and of its changes.
+const MAP: &str = "map";
+const MAP_CHANGES: &str = "map_updates";
+/// Most changes of the map that are kept for a window that connects later.
+const MAX_CHANGES: usize = 256;
 /// Most events that wait to be reported.
 const MAX_EVENTS: usize = 16;
 /// Names the run to its processes.
@@ -33,6 +41,9 @@ pub(super) struct Relay {
     hello: RelayHello,
     looked: Option<Instant>,
     link: Option<RelayLink>,
+    /// What a window that connects needs, as it may not be sent again: the newest data of inputs that
+    /// are not steady, and the changes of the map since it was published.
+    kept: Vec<KeptData>,
     events: Arc<Mutex<VecDeque<String>>>,
 }
 
@@ -44,6 +55,28 @@ struct RelayHello {
     run: String,
     launcher: u32,
     log: String,
+}
+
+/// Data as they arrived.
+#[derive(Clone)]
+struct KeptData {
+    input: String,
+    instance: u64,
+    sequence: u64,
+    stamp_s: f64,
+    bytes: Vec<u8>,
+}
+
+impl KeptData {
+    fn to_message(&self) -> ToWindow {
+        ToWindow::Data {
+            input: self.input.clone(),
+            instance: self.instance,
+            sequence: self.sequence,
+            stamp_s: self.stamp_s,
+            bytes: self.bytes.clone().into(),
+        }
+    }
 }
 
 struct RelayLink {
@@ -68,7 +101,7 @@ impl Relay {
             run: String::new(),
         });
         let hello = RelayHello { run, ..hello };
-        Self { sockets, hello, looked: None, link: None, events: Arc::default() }
+        Self { sockets, hello, looked: None, link: None, kept: Vec::new(), events: Arc::default() }
     }
 
     /// Returns whether a window is connected.
@@ -93,8 +126,10 @@ impl Relay {
             return false;
         };
         let begun = self.begin_link(stream, armor, lookout, links());
-        if let Err(error) = &begun {
-            tracing::warn!("the window that watches this system cannot be used: {error}");
+        if let Err(error) = &begun
+            && error.kind() != io::ErrorKind::ConnectionRefused
+        {
+            tracing::debug!("the window that watches this system cannot be used: {error}");
         }
         begun.is_ok()
     }
@@ -105,13 +140,16 @@ impl Relay {
         armor: &Armor,
         lookout: Option<&MissionLookout>,
         links: ToWindowLinks,
-    ) -> std::io::Result<()> {
+    ) -> io::Result<()> {
         let writer = MessageWriter::new(&stream)?;
         let RelayHello { system, robot, run, launcher, log } = self.hello.clone();
         let ToWindowLinks { component, links } = links;
         let system = if system.is_empty() { component.clone() } else { system };
         let robot = if robot.is_empty() { component.clone() } else { robot };
         writer.send(&ToWindow::Hello { component, system, robot, run, launcher, log, links })?;
+        if !is_welcome(&stream)? {
+            return Err(io::ErrorKind::ConnectionRefused.into());
+        }
         let is_open = Arc::new(AtomicBool::new(true));
         let reader = RelayReader {
             armor: armor.clone(),
@@ -124,8 +162,32 @@ impl Relay {
         std::thread::Builder::new()
             .name("watched".into())
             .spawn(move || reader.carry_out(stream))?;
+        self.kept.iter().try_for_each(|data| writer.send(&data.to_message()))?;
         self.link = Some(RelayLink { writer, is_open });
         Ok(())
+    }
+
+    /// Sends data to the window, if one is connected, and keeps what a later one needs. Returns
+    /// whether one is connected.
+    pub(super) fn hand_over(&mut self, header: &Header<'_>, bytes: &[u8], is_steady: bool) -> bool {
+        let is_connected = self.is_connected();
+        if is_steady && !is_connected {
+            return false;
+        }
+        let data = KeptData {
+            input: header.id().into(),
+            instance: header.instance,
+            sequence: header.sequence,
+            stamp_s: header.stamp_s,
+            bytes: bytes.into(),
+        };
+        if is_connected {
+            self.send(&data.to_message());
+        }
+        if !is_steady {
+            keep_data(&mut self.kept, data);
+        }
+        is_connected
     }
 
     /// Sends a message to the window, if one is connected.
@@ -167,6 +229,33 @@ impl Relay {
     }
 }
 
+/// Adds data to those that a later window needs.
+fn keep_data(kept: &mut Vec<KeptData>, data: KeptData) {
+    match data.input.as_str() {
+        MAP_CHANGES => {
+            if kept.iter().filter(|other| other.input == MAP_CHANGES).count() == MAX_CHANGES
+                && let Some(oldest) = kept.iter().position(|other| other.input == MAP_CHANGES)
+            {
+                kept.remove(oldest);
+            }
+        }
+        // Its changes so far are in it.
+        MAP => kept.retain(|other| other.input != MAP && other.input != MAP_CHANGES),
+        _ => kept.retain(|other| other.input != data.input),
+    }
+    kept.push(data);
+}
+
+/// Waits for the window's answer: one that hangs, or shows the system by another component, leaves the
+/// screen to this one.
+fn is_welcome(stream: &UnixStream) -> io::Result<bool> {
+    let mut stream = stream.try_clone()?;
+    stream.set_read_timeout(Some(ANSWER_WITHIN))?;
+    let answer = read_message::<ToComponent>(&mut stream)?;
+    stream.set_read_timeout(None)?;
+    Ok(matches!(answer, Some(ToComponent::Welcome { is_accepted: true })))
+}
+
 /// What the window gets of the component.
 pub(super) struct ToWindowLinks {
     pub(super) component: String,
@@ -205,6 +294,7 @@ impl RelayReader {
 
     fn handle_message(&mut self, message: ToComponent) {
         let command = match message {
+            ToComponent::Welcome { .. } => return,
             ToComponent::Goal { frame, x_m, y_m, yaw_rad } => {
                 RobotCommand::Goal { place: Pose2::new(x_m, y_m, yaw_rad), frame: frame.into() }
             }
@@ -241,5 +331,34 @@ impl RelayReader {
             }
             Err(fault) => tracing::error!("an order was not sent: {fault}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_later_window_gets_the_map_with_its_changes_and_the_newest_of_the_others() {
+        let mut kept = Vec::new();
+        let mut keep = |input: &str, sequence| {
+            let (input, bytes) = (input.to_owned(), Vec::new());
+            keep_data(&mut kept, KeptData { input, instance: 1, sequence, stamp_s: 0.0, bytes });
+            kept.iter().map(|data| (data.input.clone(), data.sequence)).collect::<Vec<_>>()
+        };
+        keep("map_updates", 0);
+        keep("map", 0);
+        keep("path", 0);
+        keep("map_updates", 1);
+        let all = keep("path", 1);
+        let named = |name: &str, sequence| (name.to_owned(), sequence);
+        assert_eq!(all, [named("map", 0), named("map_updates", 1), named("path", 1)]);
+        for sequence in 2..400 {
+            keep("map_updates", sequence);
+        }
+        let all = keep("path", 2);
+        assert_eq!(all.len(), 2 + MAX_CHANGES);
+        assert_eq!(all[1], named("map_updates", 144), "the newest changes");
+        assert_eq!(keep("map", 1), [named("path", 2), named("map", 1)]);
     }
 }

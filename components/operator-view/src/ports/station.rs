@@ -14,7 +14,7 @@ use armor_grid::Pose2;
 use armor_inspect::systems::{list_running, record_directory};
 use parking_lot::Mutex;
 
-use super::panels::make_panels;
+use super::panels::{HostsReading, make_panels};
 use super::port_list::all_inputs;
 use super::watch_messages::{
     MessageWriter, ToComponent, ToWindow, read_message, socket_of, subject_of,
@@ -128,6 +128,8 @@ fn listen(path: &Path, watched: &str) -> Result<UnixListener, String> {
 struct Station {
     console: Arc<Mutex<Console>>,
     writer: Arc<Mutex<Option<MessageWriter>>>,
+    /// The component by which the system is shown, and the number of its connection.
+    shown: Arc<Mutex<Option<(String, u64)>>>,
     /// Counts connections: one that has been replaced changes nothing any more.
     connections: Arc<AtomicU64>,
     /// The bits of the system time, in seconds.
@@ -149,6 +151,7 @@ impl Station {
         Self {
             console: Arc::new(Mutex::new(console)),
             writer: Arc::default(),
+            shown: Arc::default(),
             connections: Arc::default(),
             system_time: Arc::default(),
             run: Arc::default(),
@@ -226,9 +229,8 @@ impl Station {
 
     fn accept(&self, listener: &UnixListener) {
         for stream in listener.incoming().filter_map(Result::ok) {
-            let number = self.connections.fetch_add(1, Ordering::SeqCst) + 1;
             let station = self.clone();
-            let serve = move || station.serve(stream, number);
+            let serve = move || station.serve(stream);
             // Without a thread there is no connection; the screen tries it again.
             let _ = std::thread::Builder::new().name("screen".into()).spawn(serve);
         }
@@ -239,36 +241,48 @@ impl Station {
     }
 
     /// Shows what one screen sends, and then how its run has ended.
-    fn serve(&self, mut stream: UnixStream, number: u64) {
+    fn serve(&self, mut stream: UnixStream) {
         let Ok(writer) = MessageWriter::new(&stream) else { return };
+        let hello = read_message::<ToWindow>(&mut stream);
+        let Ok(Some(ToWindow::Hello { component, system, robot, run, launcher, log, links })) =
+            hello
+        else {
+            return;
+        };
+        let Some(number) = self.accept_component(&component) else {
+            let _ = writer.send(&ToComponent::Welcome { is_accepted: false });
+            return;
+        };
+        if writer.send(&ToComponent::Welcome { is_accepted: true }).is_err() {
+            return;
+        }
         if let Some(old) = self.writer.lock().replace(writer) {
             old.close();
         }
-        let mut run = None;
+        eprintln!("shows {system}, by its component {component}");
+        self.begin_run(&system, robot, &run, links);
         let why = loop {
+            self.request_frame();
             match read_message::<ToWindow>(&mut stream) {
-                Ok(Some(ToWindow::Hello {
-                    component,
-                    system,
-                    robot,
-                    run: id,
-                    launcher,
-                    log,
-                    links,
-                })) => {
-                    eprintln!("shows {system}, by its component {component}");
-                    self.begin_run(&system, robot, &id, links);
-                    run = Some((system, launcher, log));
-                }
                 Ok(Some(message)) => self.handle_message(message),
                 Ok(None) => break String::new(),
                 Err(error) => break error.to_string(),
             }
-            self.request_frame();
         };
-        if let Some((system, launcher, log)) = run {
-            self.end_run(number, &system, launcher, &log, &why);
+        self.shown.lock().take_if(|(_, shown)| *shown == number);
+        self.end_run(number, &system, launcher, &log, &why);
+    }
+
+    /// Returns the number of the connection of a component, unless another one shows the system: two
+    /// screens of a file must not take the window from each other.
+    fn accept_component(&self, component: &str) -> Option<u64> {
+        let mut shown = self.shown.lock();
+        if shown.as_ref().is_some_and(|(other, _)| other != component) {
+            return None;
         }
+        let number = self.connections.fetch_add(1, Ordering::SeqCst) + 1;
+        *shown = Some((component.to_owned(), number));
+        Some(number)
     }
 
     fn begin_run(
@@ -363,6 +377,9 @@ impl Station {
                 };
                 self.console.lock().set_mission(mission, now);
             }
+            ToWindow::Hosts { hosts } => {
+                self.console.lock().readings.store(HostsReading::of_shown(hosts));
+            }
             ToWindow::Answered { order, is_accepted, text } => {
                 self.console.lock().record_answer(&order, is_accepted, &text, now);
             }
@@ -427,10 +444,37 @@ fn is_running(launcher: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::orders::OperatorOrder;
 
     fn parse(arguments: &[&str]) -> Result<StationOptions, String> {
         let arguments: Vec<_> = arguments.iter().map(ToString::to_string).collect();
         parse_options(&arguments)
+    }
+
+    #[test]
+    fn it_shows_a_system_by_one_component_which_may_return() {
+        let station = Station::new("127.0.0.1:7411", false);
+        assert_eq!(station.accept_component("view"), Some(1));
+        assert_eq!(station.accept_component("second"), None);
+        assert_eq!(station.accept_component("view"), Some(2), "it was restarted");
+        station.shown.lock().take();
+        assert_eq!(station.accept_component("second"), Some(3));
+    }
+
+    #[test]
+    fn nothing_of_a_run_is_shown_as_that_of_the_next_one_but_stop_stays_in_the_same_run() {
+        let station = Station::new("127.0.0.1:7411", true);
+        let now = station.now();
+        station.begin_run("rover", "rover".into(), "run 1", Vec::new());
+        station.console.lock().handle_order(OperatorOrder::Stop, now);
+        station.console.lock().set_mission(MissionState::default(), now);
+        station.end_run(0, "rover", 0, "", "");
+        station.begin_run("rover", "rover".into(), "run 1", Vec::new());
+        assert!(station.console.lock().orders.is_stopped(), "only its component was restarted");
+        station.begin_run("rover", "rover".into(), "run 2", Vec::new());
+        let console = station.console.lock();
+        assert!(!console.orders.is_stopped() && console.mission.is_none() && console.is_light);
+        assert_eq!(console.connection, SystemConnection::Live { system: "rover".into() });
     }
 
     #[test]

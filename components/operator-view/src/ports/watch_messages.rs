@@ -74,6 +74,11 @@ pub(super) enum ToWindow {
         /// The time.
         system_s: f64,
     },
+    /// The hosts of a system on several.
+    Hosts {
+        /// Each of them.
+        hosts: Vec<ShownHost>,
+    },
     /// A command was sent to so many links.
     Sent {
         /// The output.
@@ -120,6 +125,28 @@ pub(super) struct AskedQuestion {
     pub(super) unanswered: String,
 }
 
+/// A host as it is shown.
+#[derive(Clone, Debug, Message)]
+pub(crate) struct ShownHost {
+    /// Its name.
+    pub(crate) name: String,
+    /// Whether its agent is connected; none for the launcher's host.
+    pub(crate) link: Option<ShownLink>,
+    /// Its connection, its clock and what runs there, in words.
+    pub(crate) texts: Vec<String>,
+}
+
+/// The connection to the agent of a host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
+pub(crate) enum ShownLink {
+    /// It has not been reached yet.
+    Awaited,
+    /// It is connected.
+    Connected,
+    /// It was connected.
+    CutOff,
+}
+
 /// A linked input.
 #[derive(Debug, Message)]
 pub(super) struct LinkedInput {
@@ -132,6 +159,11 @@ pub(super) struct LinkedInput {
 /// From the window to the component.
 #[derive(Debug, Message)]
 pub(super) enum ToComponent {
+    /// The answer to the hello.
+    Welcome {
+        /// Whether the window shows the system by this component. It shows one at a time.
+        is_accepted: bool,
+    },
     /// Drive there.
     Goal {
         /// The frame of the place.
