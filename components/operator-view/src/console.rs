@@ -129,8 +129,10 @@ impl Console {
             // What is held must be let go also where nothing can be ordered.
             return self.orders.handle_order(OperatorOrder::LetGo, now.host_s);
         }
-        if matches!(order, OperatorOrder::Goal { .. }) {
-            self.refusal = None;
+        match order {
+            OperatorOrder::Goal { .. } => self.refusal = None,
+            OperatorOrder::AcknowledgeAlerts => self.alerts.acknowledge_all(),
+            _ => {}
         }
         self.orders.handle_order(order, now.host_s)
     }
@@ -138,7 +140,10 @@ impl Console {
     /// Checks whether an order can be carried out.
     fn check_order(&self, order: &OperatorOrder) -> Result<(), String> {
         match order {
-            OperatorOrder::LetGo | OperatorOrder::Cancel | OperatorOrder::Acknowledge => Ok(()),
+            OperatorOrder::LetGo
+            | OperatorOrder::Cancel
+            | OperatorOrder::Acknowledge
+            | OperatorOrder::AcknowledgeAlerts => Ok(()),
             OperatorOrder::Goal { place, .. } => {
                 self.connection.check_orders()?;
                 self.check_goal(place.point())

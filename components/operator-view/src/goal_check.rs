@@ -4,6 +4,10 @@ use armor_grid::{Occupancy, Point2, Thresholds};
 
 use crate::map::OccupancyMap;
 
+/// Most cells that are searched for a connection, so that a click at a large map delays neither the
+/// window nor STOP; a goal beyond is for the planner to judge.
+const MAX_SEARCHED: usize = 2_000_000;
+
 /// Why there can be no goal at a place of the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GoalRefusal {
@@ -101,8 +105,10 @@ impl<'a> Grid<'a> {
         let mut is_seen = vec![false; width * height];
         let mut open = vec![from];
         is_seen[from[1] * width + from[0]] = true;
+        let mut searched = 0;
         while let Some([column, row]) = open.pop() {
-            if [column, row] == to {
+            searched += 1;
+            if [column, row] == to || searched > MAX_SEARCHED {
                 return true;
             }
             let neighbours = [

@@ -35,6 +35,8 @@ pub enum OperatorOrder {
     Cancel,
     /// Confirm that the map frame has another origin now.
     Acknowledge,
+    /// Mark all alerts as seen.
+    AcknowledgeAlerts,
     /// Drive by hand, as shares of the limits in -1..=1. Repeated while a key or the stick is held.
     Drive {
         /// Ahead.
@@ -246,6 +248,8 @@ impl OperatorOrders {
                 let frame = self.frame.clone().unwrap_or_else(|| "map".into());
                 self.set_goal(OperatorGoal { place, frame, has_heading })
             }
+            // The alerts are the console's.
+            OperatorOrder::AcknowledgeAlerts => Vec::new(),
             OperatorOrder::Cancel => {
                 self.goal = None;
                 Vec::new()

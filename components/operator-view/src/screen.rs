@@ -58,11 +58,12 @@ impl Screen {
         colours::choose_theme(ui.ctx(), console.is_light);
         console.watch_conditions(now);
         let mut orders = keys::read_keys(ui);
-        EdgePanel::top("strip").show(ui, |ui| {
-            strip::show_strip(ui, console, now, &mut orders);
-        });
+        // First, so that STOP has one place, whatever is opened or wrapped.
         EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
             self.panels.show_column(ui, console, now, &mut orders);
+        });
+        EdgePanel::top("strip").show(ui, |ui| {
+            strip::show_strip(ui, console, now, &mut orders);
         });
         EdgePanel::top("layers").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {

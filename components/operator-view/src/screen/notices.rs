@@ -9,6 +9,8 @@ use std::sync::Arc;
 
 use super::colours::{self, Palette, TOUCH};
 use super::map_viewport::MapViewport;
+use super::open_parts::{self, OpenPart};
+use super::strip;
 use crate::connection::SystemConnection;
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness};
@@ -48,6 +50,9 @@ pub(super) fn show_notices(
     }
     if console.orders.is_frame_new() {
         covered.push(show_frame_change(&mut column, orders));
+    }
+    if open_parts::is_open(column.ctx(), OpenPart::Alerts) {
+        covered.push(strip::show_alerts(&mut column, palette, console, now, orders));
     }
     if !console.connection.is_lost() {
         show_silence(&mut column, palette, console, now);

@@ -1,4 +1,5 @@
-//! The strip at the top: robot, connection, mission and its questions, battery, alerts, theme.
+//! The strip at the top: robot, connection, mission and its questions, battery, alerts, theme; and the
+//! list of alerts, which it opens over the map.
 
 use eframe::egui::{
     Align2, Color32, FontId, Frame, Grid, Margin, Rect, RichText, Role, ScrollArea, Sense, Stroke,
@@ -17,7 +18,10 @@ use crate::readings::BatteryReading;
 /// Size of the battery's gauge, in points.
 const GAUGE: [f32; 2] = [74.0, 22.0];
 
-/// Shows the strip, and below it the list of alerts if it is open.
+/// A narrower strip is without the name, in points.
+const NAMED_WIDTH: f32 = 480.0;
+
+/// Shows the strip.
 pub(super) fn show_strip(
     ui: &mut Ui,
     console: &mut Console,
@@ -27,7 +31,10 @@ pub(super) fn show_strip(
     let palette = Palette::of(ui);
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(&console.robot_name).size(18.0).strong());
+        // The title of a small window has the name.
+        if ui.available_width() >= NAMED_WIDTH {
+            ui.label(RichText::new(&console.robot_name).size(18.0).strong());
+        }
         show_connection(ui, palette, console);
         if let Some(mission) = &console.mission {
             ui.separator();
@@ -52,9 +59,6 @@ pub(super) fn show_strip(
             console.is_light = !console.is_light;
         }
     });
-    if open_parts::is_open(ui.ctx(), OpenPart::Alerts) {
-        show_alerts(ui, palette, console, now);
-    }
     ui.add_space(3.0);
 }
 
@@ -137,13 +141,20 @@ fn show_battery(ui: &mut Ui, palette: &Palette, battery: &BatteryReading) {
     painter.text(at, Align2::CENTER_CENTER, format!("{sign}{text}"), font, palette.text);
 }
 
-fn show_alerts(ui: &mut Ui, palette: &Palette, console: &mut Console, now: ClockTimes) {
-    let frame = Frame::group(ui.style()).inner_margin(Margin::same(6));
-    frame.show(ui, |ui| {
+/// Shows the list of alerts over the map, so that it moves nothing; returns its place.
+pub(super) fn show_alerts(
+    ui: &mut Ui,
+    palette: &Palette,
+    console: &Console,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
+) -> Rect {
+    let frame = Frame::new().fill(palette.panel).inner_margin(Margin::same(8)).corner_radius(4);
+    let shown = frame.show(ui, |ui| {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Alerts").size(16.0).strong());
             if ui.button("Acknowledge all").clicked() {
-                console.alerts.acknowledge_all();
+                orders.push(OperatorOrder::AcknowledgeAlerts);
             }
             ui.weak("Escape closes");
         });
@@ -166,6 +177,7 @@ fn show_alerts(ui: &mut Ui, palette: &Palette, console: &mut Console, now: Clock
             });
         });
     });
+    shown.response.rect
 }
 
 fn show_alert(ui: &mut Ui, colour: Color32, sign: &str, ago: &str, text: &str) {

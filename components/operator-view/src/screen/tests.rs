@@ -632,8 +632,10 @@ fn the_strip_shows_robot_mission_questions_and_battery() {
 fn alerts_are_listed_with_their_time_until_they_are_acknowledged_and_escape_closes_the_list() {
     let mut window = window();
     wait(&mut window, 10.0);
+    let place = window.get_by_label("STOP").rect();
     window.get_by_label_contains("2 alerts").click();
     window.run_steps(2);
+    assert_eq!(window.get_by_label("STOP").rect(), place, "it has one place");
     wait(&mut window, 5.0);
     assert!(shows(&window, "no data at scan") && shows(&window, "0:05 ago"));
     window.get_by_label("Acknowledge all").click();

@@ -61,7 +61,7 @@ fn describe_health(console: &Console, now: ClockTimes) -> (Freshness, String) {
     let silent = names_of(|link, now| link.freshness(now) == Freshness::Nothing);
     let count = console.links.len();
     match (gone.as_slice(), late.as_slice(), silent.as_slice()) {
-        ([], [], []) => (Freshness::Fresh, format!("all {count} links are fine")),
+        ([], [], []) => (Freshness::Fresh, format!("links: all {count} fine")),
         ([], [], silent) => {
             (Freshness::Nothing, format!("{count} links, no data yet: {}", list(silent)))
         }
