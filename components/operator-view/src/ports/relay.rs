@@ -16,7 +16,8 @@ use parking_lot::Mutex;
 use super::mission_lookout::MissionLookout;
 use super::robot_commands::send_command;
 use super::watch_messages::{
-    AskedQuestion, MessageWriter, ToComponent, ToWindow, find_record, read_message, socket_of,
+    AskedQuestion, MessageWriter, ToComponent, ToWindow, check_owner, find_record, read_message,
+    socket_of,
 };
 use crate::mission::MissionState;
 use crate::orders::RobotCommand;
@@ -141,6 +142,7 @@ impl Relay {
         lookout: Option<&MissionLookout>,
         links: ToWindowLinks,
     ) -> io::Result<()> {
+        check_owner(&stream)?;
         let writer = MessageWriter::new(&stream)?;
         let RelayHello { system, robot, run, launcher, log } = self.hello.clone();
         let ToWindowLinks { component, links } = links;

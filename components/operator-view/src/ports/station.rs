@@ -17,7 +17,7 @@ use parking_lot::Mutex;
 use super::panels::{HostsReading, make_panels};
 use super::port_list::all_inputs;
 use super::watch_messages::{
-    MessageWriter, ToComponent, ToWindow, read_message, socket_of, subject_of,
+    MessageWriter, ToComponent, ToWindow, check_owner, read_message, socket_of, subject_of,
 };
 use crate::connection::{SystemConnection, find_end};
 use crate::console::Console;
@@ -242,6 +242,10 @@ impl Station {
 
     /// Shows what one screen sends, and then how its run has ended.
     fn serve(&self, mut stream: UnixStream) {
+        if let Err(error) = check_owner(&stream) {
+            eprintln!("a connection is refused: {error}");
+            return;
+        }
         let Ok(writer) = MessageWriter::new(&stream) else { return };
         let hello = read_message::<ToWindow>(&mut stream);
         let Ok(Some(ToWindow::Hello { component, system, robot, run, launcher, log, links })) =

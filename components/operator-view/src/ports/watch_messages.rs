@@ -12,6 +12,8 @@ use armor_sdk::prelude::*;
 use armor_sdk::wire::limits::MAX_DATA_LEN;
 use armor_sdk::wire::{Message, codec};
 use parking_lot::Mutex;
+use rustix::net::sockopt::socket_peercred;
+use rustix::process::getuid;
 
 /// How long a write may take before the other end counts as stuck. A command is a few bytes, which
 /// the socket's buffer takes without a wait.
@@ -201,6 +203,19 @@ pub(super) enum ToComponent {
     },
 }
 
+/// Checks that the other end belongs to this user or to root, before a byte of it is read.
+///
+/// # Errors
+/// If it belongs to another user, or the kernel does not answer.
+pub(super) fn check_owner(stream: &UnixStream) -> io::Result<()> {
+    let (other, own) = (socket_peercred(stream)?.uid, getuid());
+    if other == own || other.is_root() {
+        Ok(())
+    } else {
+        Err(io::ErrorKind::PermissionDenied.into())
+    }
+}
+
 /// The writing half of a connection; clones share it.
 #[derive(Clone)]
 pub(super) struct MessageWriter(Arc<Mutex<UnixStream>>);
@@ -280,6 +295,7 @@ mod tests {
     #[test]
     fn a_message_arrives_whole_and_a_lie_about_its_length_ends_the_connection() {
         let (mut near, far) = UnixStream::pair().unwrap();
+        check_owner(&near).unwrap();
         let writer = MessageWriter::new(&far).unwrap();
         writer.send(&ToComponent::Stop { is_on: true }).unwrap();
         let read = read_message::<ToComponent>(&mut near).unwrap();
