@@ -39,7 +39,9 @@ fn lines(folder: &Folder, run: &Run, tool: &str) -> Vec<Value> {
 
 /// Returns the links by name, `FROM -> TO`.
 fn links(folder: &Folder, run: &Run) -> BTreeMap<String, Value> {
-    let all = lines(folder, run, "graph").into_iter();
+    // The screen observes the mission, as other tools do.
+    let is_drawn = |link: &Value| !link["to"].as_str().is_some_and(|to| to.starts_with("tool-"));
+    let all = lines(folder, run, "graph").into_iter().filter(is_drawn);
     let named = |link: Value| {
         let (from, to) = (link["from"].as_str()?, link["to"].as_str()?);
         Some((format!("{from} -> {to}"), link))

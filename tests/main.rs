@@ -23,6 +23,7 @@ mod missions;
 mod mutations;
 mod new_component;
 mod observers;
+mod operator_screen;
 mod operators;
 mod other_users;
 mod parameters;

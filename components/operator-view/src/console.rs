@@ -5,9 +5,15 @@ use std::collections::BTreeSet;
 
 use armor_convert::FrameNews;
 
+use armor_grid::Point2;
+
+use crate::alerts::AlertList;
+use crate::connection::SystemConnection;
+use crate::goal_check::check_goal;
 use crate::links::{ClockTimes, Freshness, InputLink, SequenceNumber};
+use crate::mission::MissionState;
 use crate::orders::{OperatorOrder, OperatorOrders, RobotCommand};
-use crate::readings::Readings;
+use crate::readings::{BatteryReading, Readings};
 use crate::scene::{RobotScene, SceneError};
 
 /// What the operator sees and has ordered.
@@ -29,6 +35,34 @@ pub struct Console {
     pub robot_radius_m: f64,
     /// Whether the screen should close.
     pub is_over: bool,
+    /// Name of the robot: that of its system.
+    pub robot_name: String,
+    /// What the screen is connected to.
+    pub connection: SystemConnection,
+    /// When the connection was lost, by the host's clock, in seconds.
+    pub lost_s: f64,
+    /// Whether the theme is the light one.
+    pub is_light: bool,
+    /// The state of the mission, if there is one.
+    pub mission: Option<MissionState>,
+    /// What has gone wrong.
+    pub alerts: AlertList,
+    /// The order that was refused last.
+    pub refusal: Option<OrderRefusal>,
+}
+
+/// How long a refusal is shown, in seconds.
+const REFUSAL_SHOWN_S: f64 = 6.0;
+
+/// An order that was refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OrderRefusal {
+    /// The place on the map, if it was a goal.
+    pub place: Option<Point2>,
+    /// The reason.
+    pub why: String,
+    /// When, by the host's clock, in seconds.
+    pub at_s: f64,
 }
 
 impl Console {
@@ -54,6 +88,11 @@ impl Console {
         if let Some(link) = self.links.iter_mut().find(|link| link.input == input) {
             link.record_arrival(now, stamp_s, number);
             link.problem = outcome.err().map(|error| error.to_string());
+        }
+        if input == "path"
+            && let Some(end) = self.scene.path.last()
+        {
+            self.orders.check_path(*end, now.host_s);
         }
         if let Some(robot) = self.scene.robot() {
             self.orders.check_arrival(robot);
@@ -81,15 +120,135 @@ impl Console {
 
     /// Carries out an order of the operator, and returns the commands to send.
     pub fn handle_order(&mut self, order: OperatorOrder, now: ClockTimes) -> Vec<RobotCommand> {
+        if let Err(why) = self.check_order(&order) {
+            let place = match &order {
+                OperatorOrder::Goal { place, .. } => Some(place.point()),
+                _ => None,
+            };
+            self.refusal = Some(OrderRefusal { place, why, at_s: now.host_s });
+            // What is held must be let go also where nothing can be ordered.
+            return self.orders.handle_order(OperatorOrder::LetGo, now.host_s);
+        }
+        match order {
+            OperatorOrder::Goal { .. } => self.refusal = None,
+            OperatorOrder::AcknowledgeAlerts => self.alerts.acknowledge_all(),
+            _ => {}
+        }
         self.orders.handle_order(order, now.host_s)
+    }
+
+    /// Checks whether an order can be carried out.
+    fn check_order(&self, order: &OperatorOrder) -> Result<(), String> {
+        match order {
+            OperatorOrder::LetGo
+            | OperatorOrder::Cancel
+            | OperatorOrder::Acknowledge
+            | OperatorOrder::AcknowledgeAlerts => Ok(()),
+            OperatorOrder::Goal { place, .. } => {
+                self.connection.check_orders()?;
+                self.check_goal(place.point())
+            }
+            _ => self.connection.check_orders(),
+        }
+    }
+
+    /// Checks a goal at the click.
+    fn check_goal(&self, place: Point2) -> Result<(), String> {
+        if self.orders.is_stopped() {
+            return Err("STOP is active: click Release first".into());
+        }
+        if self.orders.is_frame_new() {
+            return Err("the map has a new origin: click Acknowledge first".into());
+        }
+        if !self.is_linked("map") {
+            return Ok(());
+        }
+        if self.scene.map.is_empty() {
+            return Err("there is no map yet".into());
+        }
+        let robot = self.scene.robot().map(armor_grid::Pose2::point);
+        let checked = check_goal(&self.scene.map, robot, place, self.robot_radius_m);
+        checked.map_err(|refusal| refusal.to_string())
+    }
+
+    /// Returns the refusal to show: a recent one.
+    pub fn recent_refusal(&self, now: ClockTimes) -> Option<&OrderRefusal> {
+        self.refusal.as_ref().filter(|refusal| now.host_s - refusal.at_s < REFUSAL_SHOWN_S)
+    }
+
+    /// Returns what is wrong with the active goal: no path leads to it.
+    pub fn goal_problem(&self, now: ClockTimes) -> Option<String> {
+        if !self.is_linked("path") {
+            return None;
+        }
+        let time_s = self.orders.pathless_s(now.host_s)?;
+        Some(format!("no path to the goal for {time_s:.0} s: the planner finds none"))
+    }
+
+    /// Takes the state of the mission.
+    pub fn set_mission(&mut self, mission: MissionState, now: ClockTimes) {
+        let before = self.mission.replace(mission);
+        let Some(mission) = &self.mission else { return };
+        let is_new = before.is_none_or(|before| before.why != mission.why);
+        if is_new && !mission.why.is_empty() {
+            let text = format!("mission {}: {}, {}", mission.name, mission.stage, mission.why);
+            self.alerts.raise(text, now.host_s);
+        }
+    }
+
+    /// Records the executive's reply to an answer of the operator.
+    pub fn record_answer(&mut self, order: &str, is_accepted: bool, text: &str, now: ClockTimes) {
+        if !is_accepted {
+            self.alerts.raise(format!("{order} was refused: {text}"), now.host_s);
+        }
+    }
+
+    /// Keeps what is shown, as old: the system does not send any more.
+    pub fn lose_system(&mut self, system: &str, why: &str, now: ClockTimes) {
+        if !self.connection.is_lost() {
+            self.lost_s = now.host_s;
+            self.orders.handle_order(OperatorOrder::LetGo, now.host_s);
+        }
+        self.connection = SystemConnection::Lost { system: system.into(), why: why.into() };
+    }
+
+    /// Raises an alert for each thing that has gone wrong.
+    pub fn watch_conditions(&mut self, now: ClockTimes) {
+        let mut conditions = Vec::new();
+        match &self.connection {
+            SystemConnection::Lost { system, .. } => conditions.push(format!("{system} has ended")),
+            SystemConnection::Awaited { .. } => {}
+            SystemConnection::Part | SystemConnection::Live { .. } => {
+                let silent = self.list_silent(now);
+                let gone = silent.filter(|(_, how, _)| *how == Freshness::Gone);
+                conditions.extend(gone.map(|(link, ..)| format!("no data at {}", link.input)));
+                conditions.extend(self.delivery_warning());
+                if self.goal_problem(now).is_some() {
+                    conditions.push("no path to the goal".into());
+                }
+                if self.orders.is_frame_new() {
+                    conditions.push("the map has a new origin".into());
+                }
+                let battery = self.readings.newest::<BatteryReading>();
+                if battery.is_some_and(BatteryReading::is_low) {
+                    conditions.push("the battery is low".into());
+                }
+            }
+        }
+        self.alerts.update_conditions(conditions, now.host_s);
     }
 
     /// Records the number of links that accepted a command.
     pub fn record_sent(&mut self, command: &RobotCommand, to: usize) {
-        let output = match command {
-            RobotCommand::Goal { .. } => "goal",
-            RobotCommand::Velocity { .. } => "velocity",
-            RobotCommand::Stop(_) => "stop",
+        if let Some(output) = command.output() {
+            self.record_delivery(output, to);
+        }
+    }
+
+    /// Records the number of links that accepted a command on an output.
+    pub fn record_delivery(&mut self, output: &str, to: usize) {
+        let Some(output) = ["goal", "velocity", "stop"].into_iter().find(|it| *it == output) else {
+            return;
         };
         if to == 0 {
             self.unheard.insert(output);

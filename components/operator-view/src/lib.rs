@@ -3,9 +3,13 @@
 //! `screen` shows it with egui, in a `window` or as a `picture`; `ports` holds messages, parameters
 //! and panels.
 
+mod alerts;
+mod connection;
 mod console;
+mod goal_check;
 mod links;
 mod map;
+mod mission;
 mod orders;
 mod photo;
 mod picture;

@@ -130,6 +130,13 @@ impl OccupancyMap {
         self.cells.is_empty()
     }
 
+    /// Returns a cell: -1 unknown, 0 free … 100 occupied. What is not on the map is unknown.
+    pub fn cell(&self, column: usize, row: usize) -> i8 {
+        let is_inside = column < self.layout.width && row < self.layout.height;
+        let index = row.saturating_mul(self.layout.width).saturating_add(column);
+        self.cells.get(index).copied().filter(|_| is_inside).unwrap_or(-1)
+    }
+
     /// Takes a whole map, row-major: -1 unknown, 0 free … 100 occupied.
     ///
     /// # Errors

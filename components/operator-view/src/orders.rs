@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use armor_grid::{Pose2, wrap_angle};
+use armor_grid::{Point2, Pose2, wrap_angle};
 
 /// Period of the velocity while driving by hand, in seconds: ten commands within the half second
 /// after which a driver stops.
@@ -13,6 +13,11 @@ const DRIVE_PERIOD_S: f64 = 0.05;
 const REPEAT_S: f64 = 0.02;
 /// A goal with a heading is reached within this angle, in radians.
 const HEADING_TOLERANCE_RAD: f64 = 0.26;
+/// A goal without a path for this long is reported, in seconds.
+const PATH_WITHIN_S: f64 = 1.0;
+/// A path that ends within this distance of the goal leads to it, in metres: a planner may end it at
+/// the nearest cell.
+const PATH_END_M: f64 = 0.5;
 /// Most events that wait to be reported; a person causes fewer in a tick.
 const MAX_EVENTS: usize = 16;
 
@@ -30,6 +35,8 @@ pub enum OperatorOrder {
     Cancel,
     /// Confirm that the map frame has another origin now.
     Acknowledge,
+    /// Mark all alerts as seen.
+    AcknowledgeAlerts,
     /// Drive by hand, as shares of the limits in -1..=1. Repeated while a key or the stick is held.
     Drive {
         /// Ahead.
@@ -45,6 +52,13 @@ pub enum OperatorOrder {
     Release,
     /// A button of the mission: sent to the mission, not to the robot.
     Press(String),
+    /// Answer a question of the mission.
+    Answer {
+        /// The transition that asks.
+        transition: String,
+        /// Whether it may fire.
+        is_confirmed: bool,
+    },
 }
 
 /// A command to the robot.
@@ -66,6 +80,25 @@ pub enum RobotCommand {
     },
     /// Whether it must stand.
     Stop(bool),
+    /// To the executive: the answer to a question of the mission.
+    Answer {
+        /// The transition that asks.
+        transition: String,
+        /// Whether it may fire.
+        is_confirmed: bool,
+    },
+}
+
+impl RobotCommand {
+    /// Returns the output on which it is published, if it is.
+    pub fn output(&self) -> Option<&'static str> {
+        match self {
+            Self::Goal { .. } => Some("goal"),
+            Self::Velocity { .. } => Some("velocity"),
+            Self::Stop(_) => Some("stop"),
+            Self::Answer { .. } => None,
+        }
+    }
 }
 
 /// An event for the mission.
@@ -156,6 +189,8 @@ pub struct OperatorOrders {
     pub limits: OrderLimits,
     goal: Option<OperatorGoal>,
     goal_sent_s: f64,
+    /// Since when the goal has no path: since it was set, or since the last path to it.
+    pathless_s: f64,
     hand: Option<Hand>,
     is_stopped: bool,
     /// Frame of the goals to come; `None` before the first pose or map.
@@ -209,10 +244,12 @@ impl OperatorOrders {
     pub fn handle_order(&mut self, order: OperatorOrder, now_s: f64) -> Vec<RobotCommand> {
         match order {
             OperatorOrder::Goal { place, has_heading } => {
-                self.goal_sent_s = now_s;
+                (self.goal_sent_s, self.pathless_s) = (now_s, now_s);
                 let frame = self.frame.clone().unwrap_or_else(|| "map".into());
                 self.set_goal(OperatorGoal { place, frame, has_heading })
             }
+            // The alerts are the console's.
+            OperatorOrder::AcknowledgeAlerts => Vec::new(),
             OperatorOrder::Cancel => {
                 self.goal = None;
                 Vec::new()
@@ -237,6 +274,9 @@ impl OperatorOrders {
                 self.pressed = Some((name, now_s));
                 Vec::new()
             }
+            OperatorOrder::Answer { transition, is_confirmed } => {
+                vec![RobotCommand::Answer { transition, is_confirmed }]
+            }
         }
     }
 
@@ -245,6 +285,23 @@ impl OperatorOrders {
         let goal = self.goal.as_ref().filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
         self.goal_sent_s = now_s;
         Some(goal.to_command())
+    }
+
+    /// Takes notice of a path that ends at `end`.
+    pub fn check_path(&mut self, end: Point2, now_s: f64) {
+        let leads_there = |goal: &OperatorGoal| {
+            goal.place.point().distance_m(end) <= self.limits.tolerance_m.max(PATH_END_M)
+        };
+        if self.goal.as_ref().is_some_and(leads_there) {
+            self.pathless_s = now_s;
+        }
+    }
+
+    /// Returns for how long the goal has had no path, in seconds, if that is longer than a planner
+    /// needs.
+    pub fn pathless_s(&self, now_s: f64) -> Option<f64> {
+        self.goal.as_ref()?;
+        Some(now_s - self.pathless_s).filter(|time_s| *time_s >= PATH_WITHIN_S)
     }
 
     /// Takes notice of where the robot is on the map.
@@ -385,6 +442,19 @@ mod tests {
         orders.check_arrival(Pose2::new(1.8, 0.0, 3.0));
         assert_eq!(orders.repeat_order(9.0), None, "its heading was not asked for");
         assert_eq!(events(&mut orders), [OperatorEvent::Goal, OperatorEvent::Arrived]);
+    }
+
+    #[test]
+    fn a_goal_without_a_path_for_a_second_is_known() {
+        let mut orders = OperatorOrders::default();
+        orders.handle_order(goal(2.0, false), 5.0);
+        assert_eq!(orders.pathless_s(5.9), None);
+        orders.check_path(Point2::new(9.0, 0.0), 5.9);
+        assert_eq!(orders.pathless_s(7.0), Some(2.0), "that path leads to another goal");
+        orders.check_path(Point2::new(2.1, 0.0), 7.0);
+        assert_eq!(orders.pathless_s(7.5), None);
+        orders.handle_order(OperatorOrder::Cancel, 8.0);
+        assert_eq!(orders.pathless_s(99.0), None);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use eframe::egui::Context;
 
 use crate::console::Console;
 use crate::links::ClockTimes;
-use crate::screen::{CANVAS, Screen, SidePanel, apply_theme};
+use crate::screen::{Palette, Screen, SidePanel, apply_theme};
 
 /// Frames until sizes that depend on one another have settled.
 const FRAMES: usize = 3;
@@ -58,7 +58,7 @@ impl ScreenPicture {
         self.stage.settle(FRAMES, |ui| {
             self.screen.show_frame(ui, &mut console, now);
         });
-        self.stage.pixels(CANVAS).png()
+        self.stage.pixels(Palette::of_theme(console.is_light).canvas).png()
     }
 }
 

@@ -1,18 +1,23 @@
 //! The operator's screen as a component: data of the robot in, orders of the operator out.
 
 mod input;
+mod mission_lookout;
 mod panel_kind;
 mod panels;
 mod port_list;
+mod relay;
+mod robot_commands;
 mod scene_inputs;
 mod settings;
+mod station;
+mod watch_messages;
 
 use std::panic::resume_unwind;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use armor_convert::build_stamped_pose;
 use armor_sdk::prelude::*;
 use parking_lot::Mutex;
 use rustix::process::{Signal, getpid, kill_process};
@@ -22,10 +27,13 @@ use crate::links::{ClockTimes, InputLink, SequenceNumber};
 use crate::orders::{OperatorOrder, RobotCommand};
 use crate::picture::{Painter, ScreenPictureError};
 use crate::window::{ViewWindow, WindowEnd, WindowHooks};
+use mission_lookout::MissionLookout;
 use port_list::{PORTS, all_inputs};
+use relay::{Relay, ToWindowLinks};
+use robot_commands::send_command;
 use settings::{PARAMETERS, ViewSettings};
+use watch_messages::{LinkedInput, ToWindow, find_record};
 
-#[cfg(test)]
 pub(crate) use panels::HostsReading;
 use panels::HostsWatch;
 pub(crate) use panels::make_panels;
@@ -34,6 +42,10 @@ pub(crate) use panels::make_panels;
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
 /// Set by a run that wants no windows.
 const HEADLESS_VARIABLE: &str = "ARMOR_HEADLESS";
+/// The folder of the run.
+const OUT_VARIABLE: &str = "ARMOR_OUT";
+/// The variable with the address of the registry, which the launcher sets.
+const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
 /// The names are those of [`OperatorEvent`](crate::orders::OperatorEvent).
 const EVENTS: &[DeclaredEvent] = &[
     DeclaredEvent::new("stopped").doc("STOP was ordered"),
@@ -48,7 +60,9 @@ const EVENTS: &[DeclaredEvent] = &[
 
 /// Runs the program: a component like any, by its command line.
 pub fn run() -> ExitCode {
-    armor_sdk::run::<OperatorView>()
+    let arguments: Vec<String> =
+        std::env::args_os().skip(1).map(|it| it.to_string_lossy().into_owned()).collect();
+    station::run_if_wanted(&arguments).unwrap_or_else(armor_sdk::run::<OperatorView>)
 }
 
 /// Shows an operator what the robot sees and does, and takes orders.
@@ -63,6 +77,8 @@ pub struct OperatorView {
     painter: Option<Painter>,
     pictured_s: f64,
     hosts: Option<HostsWatch>,
+    mission: Option<MissionLookout>,
+    relay: Relay,
 }
 
 impl Component for OperatorView {
@@ -96,17 +112,26 @@ impl Component for OperatorView {
             painter: None,
             pictured_s: f64::NEG_INFINITY,
             hosts: None,
+            mission: None,
+            relay: Relay::new(find_registry().as_deref()),
         })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        self.settings.take_parameter(&mut self.console.lock(), name, value)
+        self.settings.take_parameter(&mut self.console.lock(), name, value)?;
+        self.relay.send(&self.compose_settings());
+        Ok(())
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let Some(input) = all_inputs().find(|input| input.id == header.id()) else {
             return Ok(());
         };
+        let is_sent = self.relay.hand_over(header, data.bytes(), input.is_steady);
+        // The window decodes them; here they are needed only for pictures.
+        if is_sent && self.settings.picture.is_none() {
+            return Ok(());
+        }
         let update = input.read(data);
         let now = read_clocks(self.started, &self.armor);
         let number = SequenceNumber { instance: header.instance, sequence: header.sequence };
@@ -123,6 +148,7 @@ impl Component for OperatorView {
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
             Call::Started => {
+                self.mission = find_registry().as_deref().and_then(MissionLookout::begin);
                 self.open_screen()?;
                 self.hosts = HostsWatch::begin();
             }
@@ -141,12 +167,15 @@ impl Component for OperatorView {
             Some(WindowEnd::Closed) | None => {}
         }
         if let Some(hosts) = self.hosts.as_mut().and_then(HostsWatch::take_reading) {
+            self.relay.send(&ToWindow::Hosts { hosts: hosts.hosts().to_vec() });
             self.console.lock().readings.store(hosts);
             if let Some(window) = &self.window {
                 window.request_frame();
             }
         }
         let now = read_clocks(self.started, &self.armor);
+        self.update_mission(now);
+        self.update_relay(now);
         let again = self.console.lock().orders.repeat_order(now.host_s);
         if let Some(command) = again {
             self.send_and_record(command)?;
@@ -155,7 +184,8 @@ impl Component for OperatorView {
             self.take_picture();
         }
         let event = self.console.lock().orders.take_event();
-        Ok(event.map_or(Outcome::CarryOn, |event| Outcome::event(event.name(), 1.0)))
+        let event = event.map(|event| event.name().to_owned()).or_else(|| self.relay.take_event());
+        Ok(event.map_or(Outcome::CarryOn, |event| Outcome::event(&event, 1.0)))
     }
 }
 
@@ -167,7 +197,15 @@ impl OperatorView {
         let mut console = self.console.lock();
         console.links = linked.collect();
         console.scene.is_localised = console.is_linked("pose");
+        let record = find_registry().as_deref().and_then(find_record);
+        let robot = record.and_then(|record| record.file_names.last().cloned());
+        console.robot_name = robot.unwrap_or_else(|| self.name());
         drop(console);
+        // A window that watches this system shows it; there is no second one.
+        let now = read_clocks(self.started, &self.armor);
+        if self.update_relay(now) {
+            return Ok(());
+        }
         let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
         if self.settings.window && !is_set(HEADLESS_VARIABLE) && self.window.is_none() {
             if !DISPLAYS.into_iter().any(is_set) {
@@ -175,12 +213,88 @@ impl OperatorView {
                            `window` to false to run without a window";
                 return Err(why.into());
             }
-            let name = self.armor.provided_data("stop").unwrap_or_default();
-            let title = format!("{} - Armor", name.trim_end_matches(".stop"));
+            let title = format!("{} - Armor", self.name());
             let size = self.settings.size.map(|side| side as f32);
             self.window = Some(ViewWindow::open(title, size, self.make_hooks())?);
         }
         Ok(())
+    }
+
+    /// Returns the name of this component.
+    fn name(&self) -> String {
+        let stop = self.armor.provided_data("stop").unwrap_or_default();
+        stop.trim_end_matches(".stop").to_owned()
+    }
+
+    /// Takes the state of the mission, and the executive's replies to answers.
+    fn update_mission(&mut self, now: ClockTimes) {
+        let Some(lookout) = &mut self.mission else { return };
+        let (change, results) = (lookout.take_change(now.host_s), lookout.take_results());
+        if change.is_none() && results.is_empty() {
+            return;
+        }
+        if let Some(mission) = change {
+            self.relay.send_mission(&mission);
+            self.console.lock().set_mission(mission, now);
+        }
+        for result in results {
+            let is_accepted = result.accepted == Some(true);
+            let (order, text) = (result.order, result.text);
+            self.console.lock().record_answer(&order, is_accepted, &text, now);
+            self.relay.send(&ToWindow::Answered { order, is_accepted, text });
+        }
+        if let Some(window) = &self.window {
+            window.request_frame();
+        }
+    }
+
+    /// Looks for a window that watches this system, and hands the screen over to it. Returns whether
+    /// there is one.
+    fn update_relay(&mut self, now: ClockTimes) -> bool {
+        let links = || ToWindowLinks {
+            component: self.name(),
+            links: all_inputs()
+                .filter_map(|input| {
+                    let data = self.armor.subscribed_data(input.id)?;
+                    Some(LinkedInput { input: input.id.into(), data })
+                })
+                .collect(),
+        };
+        let links = links();
+        if self.relay.look_for_window(&self.armor, self.mission.as_ref(), || links) {
+            self.relay.send(&self.compose_settings());
+            let mission = self.mission.as_ref().and_then(|lookout| lookout.state(now.host_s));
+            if let Some(mission) = mission {
+                self.relay.send_mission(&mission);
+            }
+            let hosts =
+                self.console.lock().readings.newest().map(HostsReading::hosts).map(<[_]>::to_vec);
+            if let Some(hosts) = hosts {
+                self.relay.send(&ToWindow::Hosts { hosts });
+            }
+            self.console.lock().is_over = true;
+            if let Some(window) = self.window.take() {
+                tracing::info!("a window that watches this system shows it from now on");
+                window.close();
+            }
+        }
+        self.relay.send(&ToWindow::Tick { system_s: now.system_s });
+        self.relay.is_connected()
+    }
+
+    /// Returns what a window that watches this system needs of the parameters.
+    fn compose_settings(&self) -> ToWindow {
+        let console = self.console.lock();
+        let (limits, laser) = (console.orders.limits, console.scene.robot_from_laser);
+        ToWindow::Settings {
+            speed_mps: limits.speed_mps,
+            turn_radps: limits.turn_radps,
+            tolerance_m: limits.tolerance_m,
+            robot_radius_m: console.robot_radius_m,
+            laser: vec![laser.x_m, laser.y_m, laser.yaw_rad],
+            buttons: console.buttons.clone(),
+            is_light: console.is_light,
+        }
     }
 
     /// Returns the hooks of the window. It sends commands itself, because an operator must not wait
@@ -188,10 +302,17 @@ impl OperatorView {
     fn make_hooks(&self) -> WindowHooks {
         let (armor, clock, started) = (self.armor.clone(), self.armor.clone(), self.started);
         let failure = Arc::clone(&self.failure);
+        let (console, answers) =
+            (Arc::clone(&self.console), self.mission.as_ref().map(MissionLookout::answers));
         WindowHooks {
             console: Arc::clone(&self.console),
             panels: make_panels(),
             send: Box::new(move |command| {
+                if let (RobotCommand::Answer { transition, is_confirmed }, Some(answers)) =
+                    (command, &answers)
+                {
+                    answers.give_answer(transition, *is_confirmed);
+                }
                 send_command(&armor, command).unwrap_or_else(|fault| {
                     tracing::error!("an order was not sent: {fault}");
                     0
@@ -200,6 +321,7 @@ impl OperatorView {
             now: Box::new(move || read_clocks(started, &clock)),
             gone: Box::new(move |gone| match gone {
                 // The same as Ctrl-C in a terminal: the component ends in order, with code 0.
+                WindowEnd::Closed if console.lock().is_over => {}
                 WindowEnd::Closed => {
                     let _ = kill_process(getpid(), Signal::TERM);
                 }
@@ -221,11 +343,34 @@ impl OperatorView {
         if let Some(mut painter) = self.painter.take() {
             warn_of(painter.finish_painting(console, now));
         }
+        if self.window.is_some() && self.settings.picture.is_none() {
+            self.save_last_picture(now);
+        }
         self.console.lock().is_over = true;
         if let Some(window) = self.window.take() {
             window.close();
         }
+        self.relay.close();
         Ok(())
+    }
+
+    /// Saves what the window shows, which closes with the run.
+    fn save_last_picture(&self, now: ClockTimes) {
+        let Some(folder) = std::env::var_os(OUT_VARIABLE).filter(|folder| !folder.is_empty())
+        else {
+            return;
+        };
+        let path = PathBuf::from(folder).join(format!("{}-last.png", self.name()));
+        let mut painter = Painter::new(path.clone(), self.settings.size, 1.0, make_panels());
+        let console = self.console.lock().clone();
+        match painter.finish_painting(console, now) {
+            Ok(()) => tracing::info!(
+                "the window closes with the run; what it showed last is in {}, and \
+                 `armor-operator-view --watch FILE` is a window that stays",
+                path.display()
+            ),
+            error => warn_of(error),
+        }
     }
 
     fn send_and_record(&self, command: RobotCommand) -> Result<(), Fault> {
@@ -255,21 +400,14 @@ fn warn_of(picture: Result<(), ScreenPictureError>) {
     }
 }
 
-fn read_clocks(started: Instant, armor: &Armor) -> ClockTimes {
-    ClockTimes { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
+/// Returns the address of the registry: that of the command line, or the one that the launcher has set.
+fn find_registry() -> Option<String> {
+    let given = std::env::args().skip_while(|argument| argument != "--registry").nth(1);
+    given.or_else(|| std::env::var(REGISTRY_VARIABLE).ok()).filter(|address| !address.is_empty())
 }
 
-fn send_command(armor: &Armor, command: &RobotCommand) -> Result<usize, Fault> {
-    let sent = match command {
-        RobotCommand::Goal { place, frame } => {
-            armor.send_data("goal", &build_stamped_pose(armor.timestamp(), frame, *place))?
-        }
-        &RobotCommand::Velocity { forward_mps, turn_radps } => {
-            armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
-        }
-        &RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
-    };
-    Ok(sent.to)
+fn read_clocks(started: Instant, armor: &Armor) -> ClockTimes {
+    ClockTimes { host_s: started.elapsed().as_secs_f64(), system_s: armor.timestamp() }
 }
 
 #[cfg(test)]

@@ -4,6 +4,27 @@ use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// At or below this share of its charge a battery is low.
+const LOW_CHARGE: f64 = 0.2;
+
+/// The newest state of the battery; `None` is not measured.
+#[derive(Clone, Debug)]
+pub struct BatteryReading {
+    /// 0 … 1.
+    pub charge: Option<f64>,
+    /// Its voltage.
+    pub volts: Option<f64>,
+    /// Whether it is being charged.
+    pub is_charging: bool,
+}
+
+impl BatteryReading {
+    /// Returns whether the operator must do something about it.
+    pub fn is_low(&self) -> bool {
+        !self.is_charging && self.charge.is_some_and(|charge| charge <= LOW_CHARGE)
+    }
+}
+
 /// Values by their type; a clone shares them.
 #[derive(Clone, Default)]
 pub struct Readings {

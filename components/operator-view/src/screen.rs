@@ -8,7 +8,10 @@ mod keys;
 mod layers;
 mod map_viewport;
 mod marks;
+mod notices;
+pub(crate) mod open_parts;
 mod panel;
+mod strip;
 mod tiles;
 
 use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
@@ -16,13 +19,15 @@ use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness, InputLink};
 use crate::orders::{OperatorOrder, RobotCommand};
+use open_parts::OpenPart;
 
-pub(crate) use colours::CANVAS;
-pub(crate) use colours::apply as apply_theme;
+pub(crate) use colours::{Palette, apply as apply_theme};
 pub(crate) use panel::{SidePanel, show_rows};
 
 /// Width of the column of panels next to the map, in points.
 const COLUMN_WIDTH: f32 = 288.0;
+/// A narrower map has the switches of its layers behind a button, in points.
+const SMALL_WIDTH: f32 = 480.0;
 /// Period at which ages are updated while steady data are missing, in seconds.
 const AGEING_S: f32 = 0.5;
 
@@ -50,20 +55,35 @@ impl Screen {
         console: &mut Console,
         now: ClockTimes,
     ) -> Vec<RobotCommand> {
+        colours::choose_theme(ui.ctx(), console.is_light);
+        console.watch_conditions(now);
         let mut orders = keys::read_keys(ui);
+        // First, so that STOP has one place, whatever is opened or wrapped.
         EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
             self.panels.show_column(ui, console, now, &mut orders);
         });
+        EdgePanel::top("strip").show(ui, |ui| {
+            strip::show_strip(ui, console, now, &mut orders);
+        });
         EdgePanel::top("layers").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
-                self.shown.show_switches(ui, console);
-                ui.separator();
+                // In a small window they would leave no room for the map.
+                let is_small = ui.available_width() < SMALL_WIDTH;
+                if is_small && ui.button("layers").clicked() {
+                    open_parts::toggle(ui.ctx(), OpenPart::Layers);
+                }
+                if !is_small || open_parts::is_open(ui.ctx(), OpenPart::Layers) {
+                    self.shown.show_switches(ui, console);
+                    ui.separator();
+                }
                 self.area.show_view_buttons(ui);
             });
         });
-        CentralPanel::default().frame(Frame::NONE.fill(CANVAS)).show(ui, |ui| {
-            self.area.show_map(ui, console, &self.shown, now, &mut orders);
-        });
+        CentralPanel::default()
+            .frame(Frame::NONE.fill(Palette::of_theme(console.is_light).canvas))
+            .show(ui, |ui| {
+                self.area.show_map(ui, console, &self.shown, now, &mut orders);
+            });
         let hand = keys::read_held_direction(ui).or(self.panels.held_direction());
         orders.push(match hand {
             Some((forward, turn)) => OperatorOrder::Drive { forward, turn },
@@ -71,6 +91,10 @@ impl Screen {
         });
         if hand.is_some() {
             ui.ctx().request_repaint_after(keys::PERIOD);
+        } else if console.connection.is_lost() {
+            // Only the minutes since then change.
+            let age_s = (now.host_s - console.lost_s).max(0.0) as f32;
+            ui.ctx().request_repaint_after_secs(60.1 - age_s % 60.0);
         } else if shows_ages(console, now) {
             ui.ctx().request_repaint_after_secs(AGEING_S);
         }
@@ -81,8 +105,14 @@ impl Screen {
 /// Returns whether the passing of time alone changes the screen.
 fn shows_ages(console: &Console, now: ClockTimes) -> bool {
     let ages = |link: &InputLink| link.is_steady && link.freshness(now) != Freshness::Nothing;
-    console.orders.pressed().is_some() || console.links.iter().any(ages)
+    console.orders.pressed().is_some()
+        || console.recent_refusal(now).is_some()
+        || console.orders.goal().is_some()
+        || console.mission.as_ref().is_some_and(|mission| mission.is_running)
+        || console.links.iter().any(ages)
 }
 
+#[cfg(test)]
+mod frame_cost;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
 //! What an input of the screen is: its port, and how its messages change the console.
 
 use armor_sdk::prelude::*;
+use armor_sdk::wire::codec;
 
 use crate::console::Console;
 use crate::scene::SceneError;
@@ -31,6 +32,7 @@ pub(super) struct ScreenPort {
     pub(super) is_steady: bool,
     subscribe: fn(&Armor) -> Result<(), Fault>,
     read: fn(&Data<'_>) -> Result<ConsoleUpdate, SceneError>,
+    read_bytes: fn(&[u8]) -> Result<ConsoleUpdate, SceneError>,
 }
 
 impl ScreenPort {
@@ -43,6 +45,10 @@ impl ScreenPort {
             subscribe: |armor| Ok(armor.subscribe::<Optional<I::Message>>(I::ID)?),
             read: |data| {
                 let message = data.decode().map_err(|e| SceneError::Bytes(e.to_string()))?;
+                I::read_message(message)
+            },
+            read_bytes: |bytes| {
+                let message = codec::decode(bytes).map_err(|e| SceneError::Bytes(e.to_string()))?;
                 I::read_message(message)
             },
         }
@@ -59,5 +65,13 @@ impl ScreenPort {
     /// If the bytes are no message of the input's type, or the message cannot be shown.
     pub(super) fn read(&self, data: &Data<'_>) -> Result<ConsoleUpdate, SceneError> {
         (self.read)(data)
+    }
+
+    /// As [`Self::read`], for the bytes that another process of the screen has received.
+    ///
+    /// # Errors
+    /// If they are no message of the input's type, or the message cannot be shown.
+    pub(super) fn read_bytes(&self, bytes: &[u8]) -> Result<ConsoleUpdate, SceneError> {
+        (self.read_bytes)(bytes)
     }
 }

@@ -11,7 +11,6 @@ mod progress;
 mod stick;
 mod stop;
 
-#[cfg(test)]
 pub(crate) use hosts::HostsReading;
 pub(super) use hosts::HostsWatch;
 

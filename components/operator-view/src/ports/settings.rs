@@ -33,6 +33,9 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .default("1")
         .range(0.5, 4.0)
         .doc("pixels of the picture for each point"),
+    Parameter::flag("light")
+        .default("false")
+        .doc("begins with the light theme, for sunlight; the screen has a button for it, too"),
     Parameter::text("buttons").default("").format(TextFormat::Names).doc(
         "words, such as `explore home`: a button each, which sends an event of that name to the \
          mission",
@@ -99,6 +102,7 @@ impl ViewSettings {
             "width" => self.size[0] = value.integer()?.unsigned_abs() as usize,
             "height" => self.size[1] = value.integer()?.unsigned_abs() as usize,
             "buttons" => console.buttons = parse_buttons(value.text()?)?,
+            "light" => console.is_light = value.flag()?,
             "scale" => self.scale = value.number()?,
             "speed" => limits.speed_mps = value.number()?,
             "turn" => limits.turn_radps = value.number()?,

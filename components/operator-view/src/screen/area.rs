@@ -3,18 +3,20 @@
 
 use armor_grid::{Point2, Pose2};
 use eframe::egui::{
-    Align2, Color32, FontId, Frame, Margin, Painter, PointerButton, Pos2, Rect, Response, RichText,
-    Sense, Stroke, Ui, UiBuilder, vec2,
+    Align2, Button, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke,
+    Ui, Vec2, vec2,
 };
 
 use super::camera::CameraImage;
-use super::colours;
+use super::colours::{Palette, TOUCH};
 use super::layers::{Layer, Layers};
 use super::map_viewport::{MapViewport, pose_of};
 use super::marks;
+use super::notices;
+use super::open_parts::{self, OpenPart};
 use super::tiles::Tiles;
 use crate::console::Console;
-use crate::links::{ClockTimes, Freshness};
+use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 
 /// Shorter strokes are clicks, in points.
@@ -24,9 +26,14 @@ const WHEEL: f32 = 0.004;
 /// Length of the scale bar at most, in points.
 const BAR: f32 = 120.0;
 
-/// What the operator must know before the next goal.
-const FRAME_CHANGED: &str = "The map has a new origin: goal, path and tracks are removed. Places on \
-                             the map before mean nothing on this one.";
+/// What keys and pointer do.
+const HELP: [&str; 5] = [
+    "click: goal; drag: goal with a heading.",
+    "right click or Esc: no goal; Esc closes first what is open.",
+    "wheel: zoom; right or middle drag: move the map.",
+    "image: drag it; click it for a large one.",
+    "W A S D or arrows: drive while held. Space: STOP.",
+];
 
 /// The map area, and how it is looked at.
 pub(super) struct Area {
@@ -39,13 +46,15 @@ pub(super) struct Area {
     fits: bool,
     /// Where a goal is being drawn from, on the screen and on the map, which may move meanwhile.
     stroke: Option<(Pos2, Point2)>,
+    /// What notices covered in the last frame.
+    covered: Vec<Rect>,
 }
 
 impl Default for Area {
     fn default() -> Self {
         let (look, tiles, camera) =
             (MapViewport::default(), Tiles::default(), CameraImage::default());
-        Self { look, tiles, camera, follows: false, fits: true, stroke: None }
+        Self { look, tiles, camera, follows: false, fits: true, stroke: None, covered: Vec::new() }
     }
 }
 
@@ -56,20 +65,40 @@ impl Area {
         self.look.centre
     }
 
+    /// The place of the map on the screen.
+    #[cfg(test)]
+    pub(super) fn place(&self) -> Rect {
+        self.look.rect
+    }
+
+    /// The place of a point of the map on the screen.
+    #[cfg(test)]
+    pub(super) fn on_screen(&self, point: Point2) -> Pos2 {
+        self.look.on_screen(point)
+    }
+
     /// How it is looked at.
     pub(super) fn show_view_buttons(&mut self, ui: &mut Ui) {
         let hint = "keeps the robot in the middle";
         if ui.checkbox(&mut self.follows, "follow").on_hover_text(hint).changed() {
             self.fits = false;
         }
-        if ui.button("fit").on_hover_text("shows all of the map").clicked() {
+        if ui
+            .add(Button::new("fit").min_size(Vec2::splat(TOUCH)))
+            .on_hover_text("shows all of the map")
+            .clicked()
+        {
             (self.fits, self.follows) = (true, false);
         }
-        let help = "click: goal. drag: goal with a heading.\n\
-                    right click or Esc: no goal.\n\
-                    wheel: zoom. right or middle drag: move the map.\n\
-                    W A S D or arrows: drive while held. Space: STOP.";
-        ui.label(RichText::new("?").strong()).on_hover_text(help);
+        let help = Button::new(RichText::new("?").strong()).min_size(Vec2::splat(TOUCH));
+        if ui.add(help).on_hover_text("keys and pointer").clicked() {
+            open_parts::toggle(ui.ctx(), OpenPart::Help);
+        }
+        if open_parts::is_open(ui.ctx(), OpenPart::Help) {
+            for line in HELP {
+                ui.label(line);
+            }
+        }
     }
 
     /// Shows the map and takes what is pointed at.
@@ -86,14 +115,15 @@ impl Area {
         let response = response.on_hover_cursor(eframe::egui::CursorIcon::Crosshair);
         self.look.rect = rect;
         self.update_view(ui, &response, console);
-        let camera =
-            CameraImage::find_place(rect, console).filter(|_| layers.is_shown(Layer::Camera));
-        // A click at the picture is not meant for the map under it.
-        let photo = camera.map(|place| {
-            let name = CameraImage::describe_trouble(console).unwrap_or_else(|| "image".into());
-            ui.interact(place, ui.scope_id().with("image"), Sense::click()).accessible_name(name)
-        });
-        let is_covered = photo.is_some_and(|photo| photo.contains_pointer());
+        let camera = layers
+            .is_shown(Layer::Camera)
+            .then(|| self.camera.find_place(ui, rect, console))
+            .flatten();
+        // A click at the picture or a notice is not meant for the map under it.
+        let covered = camera.iter().chain(&self.covered);
+        let pointer = ui.input(|input| input.pointer.interact_pos());
+        let is_covered =
+            pointer.is_some_and(|at| covered.into_iter().any(|place| place.contains(at)));
         let drawn = self.update_stroke(ui, &response, is_covered, console, orders);
         let painter = ui.painter_at(rect);
         if layers.is_shown(Layer::Map) && !console.scene.map.is_empty() {
@@ -102,15 +132,24 @@ impl Area {
         marks::paint_marks(&painter, &self.look, console, layers);
         if let Some(place) = drawn {
             marks::paint_goal(&painter, &self.look, place);
+            self.paint_heading(&painter, Palette::of(ui), place);
         }
         if let Some(place) = camera {
-            self.camera.paint_image(&painter, place, console);
+            self.camera.paint_image(&painter, Palette::of(ui), place, console);
         }
-        self.scale_bar(&painter, response.hover_pos());
-        paint_warnings(&painter, &self.look, console, now);
-        if console.orders.is_frame_new() {
-            show_frame_banner(ui, rect, orders);
-        }
+        self.scale_bar(&painter, Palette::of(ui), response.hover_pos());
+        self.covered = notices::show_notices(ui, &self.look, console, now, orders);
+    }
+
+    /// Shows the heading of the goal that is being drawn, in degrees.
+    fn paint_heading(&self, painter: &Painter, palette: &Palette, place: Pose2) {
+        let at = self.look.on_screen(place.point()) + vec2(0.0, 30.0);
+        let text = format!("heading {:.0}°", place.yaw_rad.to_degrees());
+        let font = FontId::proportional(15.0);
+        let galley = painter.layout_no_wrap(text, font, palette.text);
+        let rect = Align2::CENTER_TOP.anchor_size(at, galley.size() + vec2(12.0, 6.0));
+        painter.rect_filled(rect, 4.0, palette.panel);
+        painter.galley(rect.min + vec2(6.0, 3.0), galley, palette.text);
     }
 
     /// The look: wheel, moving, following, fitting.
@@ -174,8 +213,9 @@ impl Area {
             self.stroke = None;
         }
         let pointer = ui.input(|input| input.pointer.clone());
+        // Where the button was pressed: a fast stroke is one frame.
         if pointer.primary_pressed() && response.contains_pointer() && !is_covered {
-            self.stroke = pointer.interact_pos().map(|at| (at, self.look.on_map(at)));
+            self.stroke = pointer.press_origin().map(|at| (at, self.look.on_map(at)));
         }
         let ((from, point), to) = (self.stroke?, pointer.interact_pos()?);
         let place = pose_of(point, self.look.on_map(to));
@@ -190,14 +230,14 @@ impl Area {
         (is_drawn && self.stroke.is_some()).then_some(place)
     }
 
-    fn scale_bar(&self, painter: &Painter, pointer: Option<Pos2>) {
+    fn scale_bar(&self, painter: &Painter, palette: &Palette, pointer: Option<Pos2>) {
         let length_m = self.look.bar_m(BAR);
         let length = length_m as f32 * self.look.scale;
         let left = self.look.rect.left_bottom() + vec2(14.0, -16.0);
-        let stroke = Stroke::new(2.0, colours::TEXT);
+        let stroke = Stroke::new(2.0, palette.text);
         let back =
             Rect::from_min_max(left - vec2(8.0, 20.0), left + vec2(length.max(150.0) + 8.0, 10.0));
-        painter.rect_filled(back, 4.0, colours::CANVAS.gamma_multiply(0.85));
+        painter.rect_filled(back, 4.0, palette.panel);
         painter.line_segment([left, left + vec2(length, 0.0)], stroke);
         for end in [left, left + vec2(length, 0.0)] {
             painter.line_segment([end - vec2(0.0, 4.0), end + vec2(0.0, 4.0)], stroke);
@@ -208,24 +248,9 @@ impl Area {
             let point = self.look.on_map(at);
             text = format!("{text}   {:.2}, {:.2} m", point.x_m, point.y_m);
         }
-        let font = FontId::proportional(12.0);
-        painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, colours::TEXT);
+        let font = FontId::proportional(13.0);
+        painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, palette.text);
     }
-}
-
-/// Shows across the top of the map that its frame has changed, until the operator acknowledges.
-fn show_frame_banner(ui: &mut Ui, area: Rect, orders: &mut Vec<OperatorOrder>) {
-    let at = area.shrink2(vec2(20.0, 10.0));
-    let mut banner = ui.new_child(UiBuilder::new().max_rect(at).id_salt("frame"));
-    let frame = Frame::new().fill(colours::STOP).inner_margin(Margin::same(8));
-    frame.corner_radius(4).show(&mut banner, |ui| {
-        ui.horizontal_wrapped(|ui| {
-            ui.label(RichText::new(FRAME_CHANGED).size(16.0).strong().color(Color32::WHITE));
-            if ui.button("Acknowledge").on_hover_text("goals are accepted again").clicked() {
-                orders.push(OperatorOrder::Acknowledge);
-            }
-        });
-    });
 }
 
 /// Returns a goal without a chosen heading: the robot keeps the heading of its approach.
@@ -234,28 +259,4 @@ fn goal_of_click(point: Point2, console: &Console) -> OperatorOrder {
     let yaw_rad = robot.map_or(0.0, |robot| robot.point().bearing_rad(point));
     let place = Pose2::new(point.x_m, point.y_m, yaw_rad);
     OperatorOrder::Goal { place, has_heading: false }
-}
-
-/// Lists missing data at the top of the map, where they cannot be overlooked.
-fn paint_warnings(painter: &Painter, look: &MapViewport, console: &Console, now: ClockTimes) {
-    let mut top = look.rect.center_top() + vec2(0.0, 10.0);
-    for wanted in [Freshness::Gone, Freshness::Late] {
-        let silent: Vec<_> =
-            console.list_silent(now).filter(|(_, how, _)| *how == wanted).collect();
-        // The longest silence determines since when nothing is reliable.
-        let age_s = silent.iter().map(|(.., age_s)| *age_s).fold(0.0, f64::max);
-        let inputs: Vec<_> = silent.iter().map(|(link, ..)| link.input).collect();
-        if inputs.is_empty() {
-            continue;
-        }
-        let text = format!("nothing for {age_s:.1} s: {}", inputs.join(", "));
-        let font = FontId::proportional(16.0);
-        let width = look.rect.width() - 40.0;
-        let galley = painter.layout(text, font, colours::of(wanted), width);
-        let size = galley.size() + vec2(16.0, 6.0);
-        let rect = Rect::from_center_size(top + vec2(0.0, size.y / 2.0), size);
-        painter.rect_filled(rect, 4.0, colours::CANVAS);
-        painter.galley(rect.min + vec2(8.0, 3.0), galley, colours::TEXT);
-        top.y += size.y + 2.0;
-    }
 }

@@ -1,16 +1,19 @@
-//! The camera image, in a corner of the map.
+//! The camera image over the map: dragged to another place, large after a click.
 
 use eframe::egui::{
-    Align2, Color32, ColorImage, FontId, Painter, Pos2, Rect, Stroke, TextureHandle,
-    TextureOptions, pos2, vec2,
+    Align2, Color32, ColorImage, FontId, Painter, Pos2, Rect, Sense, Stroke, TextureHandle,
+    TextureOptions, Ui, Vec2, pos2, vec2,
 };
 
-use super::colours;
+use super::colours::Palette;
+use super::open_parts::{self, OpenPart};
 use crate::console::Console;
 use crate::scene::RobotScene;
 
 /// Widest image, in points, and as a share of the map's width.
 const WIDEST: (f32, f32) = (300.0, 0.3);
+/// Share of the map that a large image takes.
+const LARGE: f32 = 0.9;
 /// Away from the edges of the map, in points.
 const MARGIN: f32 = 10.0;
 
@@ -18,38 +21,65 @@ const MARGIN: f32 = 10.0;
 #[derive(Default)]
 pub(super) struct CameraImage {
     shown: Option<(u64, TextureHandle)>,
+    /// How far it was dragged from its corner.
+    moved: Vec2,
 }
 
 impl CameraImage {
-    /// Returns its place in `map`, if there is a camera.
-    pub(super) fn find_place(map: Rect, console: &Console) -> Option<Rect> {
+    /// Takes what is done with it, and returns its place in `map`, if there is a camera.
+    pub(super) fn find_place(&mut self, ui: &Ui, map: Rect, console: &Console) -> Option<Rect> {
         console.link("image")?;
         let [width, height] = match &console.scene.photo {
             (0, _) => [4.0, 3.0],
             (_, photo) => photo.size.map(|side| side as f32),
         };
-        let shown = WIDEST.0.min(map.width() * WIDEST.1);
-        let size = vec2(shown, (shown * height / width).min(map.height() * 0.6));
-        let top = pos2(map.right() - MARGIN - size.x, map.top() + MARGIN);
-        Some(Rect::from_min_size(top, size))
+        let is_large = open_parts::is_open(ui.ctx(), OpenPart::Image);
+        let (widest, highest) = if is_large {
+            (map.width() * LARGE, map.height() * LARGE)
+        } else {
+            (WIDEST.0.min(map.width() * WIDEST.1), map.height() * 0.6)
+        };
+        let shown = widest.min(highest * width / height);
+        let size = vec2(shown, shown * height / width);
+        let corner = pos2(map.right() - MARGIN - size.x, map.top() + MARGIN);
+        let area = Rect::from_min_max(map.min, (map.max - size).max(map.min));
+        let place = |moved: Vec2| Rect::from_min_size(area.clamp(corner + moved), size);
+        let name = Self::describe_trouble(console).unwrap_or_else(|| "image".into());
+        let id = ui.scope_id().with("image");
+        let response = ui.interact(place(self.moved), id, Sense::click_and_drag());
+        let response = response.accessible_name(name);
+        if response.dragged() {
+            // From where it is, which the edges of the map may limit.
+            self.moved = place(self.moved).min - corner + response.drag_delta();
+        }
+        if response.clicked() {
+            open_parts::toggle(ui.ctx(), OpenPart::Image);
+        }
+        Some(place(self.moved))
     }
 
     /// Paints the image there, or the reason why there is none.
-    pub(super) fn paint_image(&mut self, painter: &Painter, rect: Rect, console: &Console) {
-        painter.rect_filled(rect, 2.0, colours::CANVAS);
+    pub(super) fn paint_image(
+        &mut self,
+        painter: &Painter,
+        palette: &Palette,
+        rect: Rect,
+        console: &Console,
+    ) {
+        painter.rect_filled(rect, 2.0, palette.panel);
         if console.scene.photo.0 > 0 {
             let texture = self.load_texture(painter, &console.scene);
             let all = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
             painter.image(texture.id(), rect, all, Color32::WHITE);
         }
-        let stroke = Stroke::new(1.0, colours::WEAK);
+        let stroke = Stroke::new(1.0, palette.weak);
         painter.rect_stroke(rect, 2.0, stroke, eframe::egui::StrokeKind::Outside);
         if let Some(text) = Self::describe_trouble(console) {
             let font = FontId::proportional(13.0);
-            let galley = painter.layout(text, font, colours::LATE, rect.width() - 12.0);
+            let galley = painter.layout(text, font, palette.late, rect.width() - 12.0);
             let at = Align2::CENTER_CENTER.anchor_size(rect.center(), galley.size());
-            painter.rect_filled(at.expand(4.0), 2.0, colours::CANVAS.gamma_multiply(0.9));
-            painter.galley(at.min, galley, colours::LATE);
+            painter.rect_filled(at.expand(4.0), 2.0, palette.panel);
+            painter.galley(at.min, galley, palette.late);
         }
     }
 

@@ -1,9 +1,11 @@
-//! Driving by keys: W A S D or arrows drive while they are held, Space stops, Esc deletes the goal.
+//! Driving by keys: W A S D or arrows drive while they are held, Space stops, Esc closes what is open, or deletes the
+//! goal.
 
 use std::time::Duration;
 
 use eframe::egui::{Event, InputState, Key, Ui};
 
+use super::open_parts;
 use crate::orders::OperatorOrder;
 
 /// Longest time between frames while a key or the stick is held. Without frames nothing is sent,
@@ -26,15 +28,18 @@ const DRIVING: [(Key, f64, f64); 8] = [
 /// it, so that it never clicks Release, whatever has the focus.
 pub(super) fn read_keys(ui: &Ui) -> Vec<OperatorOrder> {
     let mut orders = Vec::new();
+    let mut escapes = false;
     let drives = ui.input_mut(|input| {
         if take_key(input, Key::Space) {
             orders.push(OperatorOrder::Stop);
         }
-        if take_key(input, Key::Escape) {
-            orders.push(OperatorOrder::Cancel);
-        }
+        escapes = take_key(input, Key::Escape);
         DRIVING.iter().any(|(key, ..)| input.key_down(*key))
     });
+    // It closes what is open; only then it is meant for the goal.
+    if escapes && !open_parts::close_last(ui.ctx()) {
+        orders.push(OperatorOrder::Cancel);
+    }
     if drives || !orders.is_empty() {
         // Arrows would move the focus through the buttons, and Enter then click one.
         ui.memory_mut(|memory| {

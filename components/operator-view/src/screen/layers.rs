@@ -2,7 +2,7 @@
 
 use eframe::egui::{Color32, RichText, Ui};
 
-use super::colours;
+use super::colours::{self, Palette};
 use crate::console::Console;
 
 /// The layers, in the order in which they are painted.
@@ -20,14 +20,14 @@ pub(super) enum Layer {
 
 /// Each with its name, its colour and the inputs that it comes from.
 const LAYERS: [(Layer, &str, Color32, &[&str]); 8] = [
-    (Layer::Map, "map", colours::TEXT, &["map", "map_updates"]),
+    (Layer::Map, "map", Color32::GRAY, &["map", "map_updates"]),
     (Layer::Scan, "scan", colours::SCAN, &["scan"]),
     (Layer::Trajectory, "trajectory", colours::TRAJECTORY, &["trajectory", "pose"]),
     (Layer::Odometry, "odometry", colours::ODOMETRY, &["odometry"]),
     (Layer::Truth, "truth", colours::TRUTH, &["truth"]),
     (Layer::Particles, "particles", colours::PARTICLES, &["particles"]),
     (Layer::Path, "path", colours::PATH, &["path"]),
-    (Layer::Camera, "camera", colours::TEXT, &["image"]),
+    (Layer::Camera, "camera", Color32::GRAY, &["image"]),
 ];
 
 /// What is switched off.
@@ -49,9 +49,7 @@ impl Layers {
                 continue;
             }
             let mut is_shown = self.is_shown(layer);
-            // Its colour on the dark panel is its colour on the bright map, but lighter.
-            let light = colour.lerp_to_gamma(Color32::WHITE, 0.45);
-            let text = RichText::new(name).color(light);
+            let text = RichText::new(name).color(Palette::of(ui).make_legible(colour));
             if ui.checkbox(&mut is_shown, text).changed() {
                 self.hidden.retain(|hidden| *hidden != layer);
                 if !is_shown {

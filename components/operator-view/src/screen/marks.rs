@@ -92,13 +92,22 @@ fn paint_dots(
 }
 
 fn paint_particles(painter: &Painter, look: &MapViewport, poses: &[Pose2]) {
+    // One mesh: as lines of their own they cost most of a frame.
+    let mut mesh = Mesh::default();
     for pose in poses {
         let at = look.on_screen(pose.point());
         if look.rect.contains(at) {
-            let ahead = at + direction(pose.yaw_rad) * 9.0;
-            painter.line_segment([at, ahead], Stroke::new(1.0, colours::PARTICLES));
+            let ahead = direction(pose.yaw_rad) * 9.0;
+            let aside = ahead.rot90() / 18.0;
+            let first = mesh.vertices.len() as u32;
+            for corner in [at - aside, at + aside, at + ahead + aside, at + ahead - aside] {
+                mesh.colored_vertex(corner, colours::PARTICLES);
+            }
+            mesh.add_triangle(first, first + 1, first + 2);
+            mesh.add_triangle(first, first + 2, first + 3);
         }
     }
+    painter.add(Shape::mesh(mesh));
     let points = poses.iter().map(|pose| pose.point());
     paint_dots(painter, look, points, 3.0, colours::PARTICLES);
 }

@@ -1,13 +1,17 @@
 //! The column of panels next to the map.
 
-use eframe::egui::{Grid, ScrollArea, Ui};
+use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 
+use super::colours::Palette;
 use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 
 /// Width of the first column of rows, in points, so that rows of different panels line up.
 const NAME_WIDTH: f32 = 84.0;
+
+/// Height of a row, in points.
+const ROW: f32 = 20.0;
 
 /// A part of the column. What it shows comes from the console; what it keeps between frames is its
 /// own.
@@ -68,6 +72,10 @@ impl PanelColumn {
         for panel in pinned {
             show_panel(panel.as_mut(), ui, console, now, orders);
         }
+        if console.connection.is_lost() {
+            let text = "old: the readings of the run that has ended";
+            ui.colored_label(Palette::of(ui).late, RichText::new(text).strong());
+        }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             for panel in scrolling {
                 show_panel(panel.as_mut(), ui, console, now, orders);
@@ -92,7 +100,7 @@ fn show_panel(
 
 /// Shows names and values in two columns.
 pub(crate) fn show_rows(ui: &mut Ui, id: &str, rows: Vec<(&str, String)>) {
-    Grid::new(id).num_columns(2).min_col_width(NAME_WIDTH).show(ui, |ui| {
+    Grid::new(id).num_columns(2).min_col_width(NAME_WIDTH).min_row_height(ROW).show(ui, |ui| {
         for (name, value) in rows {
             ui.weak(name);
             ui.label(value);

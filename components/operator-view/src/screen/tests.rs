@@ -5,9 +5,10 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::epaint::ClippedShape;
 use eframe::egui::{Event as Input, Key, Modifiers, PointerButton, Pos2, Shape, Vec2, pos2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::*;
+use crate::connection::SystemConnection;
 use crate::links::SequenceNumber;
 use crate::map::MapLayout;
 use crate::orders::OperatorEvent;
@@ -27,15 +28,18 @@ struct TestScreen {
 
 type ViewWindow = Harness<'static, TestScreen>;
 
+fn layout() -> MapLayout {
+    let corner = Pose2::new(-5.0, -5.0, 0.0);
+    MapLayout { corner, resolution_m: 0.1, width: 100, height: 100 }
+}
+
 /// A robot at (1, 0) on a map of 10 × 10 m around the origin, all inputs linked.
 fn test_screen() -> TestScreen {
     let mut console = Console { robot_radius_m: 0.2, ..Console::default() };
     for (input, is_steady) in [("map", false), ("pose", true), ("scan", true), ("image", true)] {
         console.links.push(InputLink::new(input, format!("robot.{input}"), is_steady));
     }
-    let corner = Pose2::new(-5.0, -5.0, 0.0);
-    let layout = MapLayout { corner, resolution_m: 0.1, width: 100, height: 100 };
-    console.scene.map.replace(1.0, layout, vec![0; 10_000]).unwrap();
+    console.scene.map.replace(1.0, layout(), vec![0; 10_000]).unwrap();
     let pose = Pose2::new(1.0, 0.0, 0.0);
     let covariance_m2 = [0.04, 0.0, 0.01];
     console.scene.set_located(LocatedPose { stamp_s: 1.0, pose, covariance_m2 }).unwrap();
@@ -63,6 +67,7 @@ fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
             },
             test_screen,
         );
+    apply_theme(&harness.ctx);
     harness.run_steps(3);
     harness
 }
@@ -107,7 +112,7 @@ fn stroke(window: &mut ViewWindow, with: PointerButton, from: Pos2, to: Pos2) {
 }
 
 /// The map is fitted: its middle is in the middle of the area.
-const MIDDLE: Pos2 = pos2(356.0, 365.0);
+const MIDDLE: Pos2 = pos2(356.0, 405.0);
 
 #[test]
 fn stop_is_sent_immediately_and_stays_until_release_is_clicked() {
@@ -263,6 +268,8 @@ fn only_linked_inputs_appear_and_missing_data_are_marked() {
     let mut window = window();
     window.get_by_role_and_label(Role::CheckBox, "scan");
     assert!(window.query_by_label("particles").is_none());
+    window.get_by_label_contains("no data yet: image").click();
+    window.run_steps(2);
     window.get_by_label("none yet");
     window.get_by_label("no image yet");
     wait(&mut window, 7.0);
@@ -319,7 +326,7 @@ fn on_a_small_screen_stop_and_release_are_visible() {
     window.run_steps(2);
     for name in ["STOP", "Release"] {
         let rect = window.get_by_label(name).rect();
-        assert!(rect.min.y > 0.0 && rect.max.y < 140.0 && rect.max.x <= 560.0, "{name}: {rect:?}");
+        assert!(rect.min.y > 0.0 && rect.max.y < 300.0 && rect.max.x <= 560.0, "{name}: {rect:?}");
     }
 }
 
@@ -352,9 +359,10 @@ fn a_host_that_is_cut_off_is_framed_and_named_with_its_clock_and_what_runs_there
     let mut shown = test_screen();
     shown.console.readings.store(crate::ports::HostsReading::of(&picture));
     let window = window_of(shown, Vec2::new(1000.0, 1400.0));
-    for label in ["! host arm", "cut off for 7.0 s", "host base", "connected"] {
+    for label in ["! host arm", "cut off for 7.0 s", "host base"] {
         assert!(window.query_by_label(label).is_some(), "{label}");
     }
+    assert_eq!(window.query_all_by_label("connected").count(), 2, "the host and the screen");
     let clock = "its clock is 2.0 ms behind that of the launcher's host, ± 1.0 ms";
     assert_eq!(window.query_all_by_label(clock).count(), 2);
     assert!(self::window().query_by_label_contains("host").is_none(), "without other hosts");
@@ -380,6 +388,9 @@ fn a_new_frame_is_shown_until_the_operator_acknowledges_it() {
     window.run_steps(2);
     window.get_by_label_contains("The map has a new origin");
     assert!(window.query_by_label_contains("m away").is_none());
+    let console = &mut window.state_mut().console;
+    console.scene.map.replace(2.0, layout(), vec![0; 10_000]).unwrap();
+    window.run_steps(2);
     let lower = MIDDLE + Vec2::new(0.0, 100.0);
     stroke(&mut window, PointerButton::Primary, lower, lower);
     assert_eq!(take_commands(&mut window), [], "this click may be meant for the map before");
@@ -393,4 +404,310 @@ fn a_new_frame_is_shown_until_the_operator_acknowledges_it() {
     assert_eq!(&**frame, "map#3f2a");
     let expected = [OperatorEvent::Goal, OperatorEvent::FrameChanged, OperatorEvent::Goal];
     assert_eq!(events(&mut window), expected);
+}
+
+/// Sets every cell of a map of 10 × 10 m by its place.
+fn set_cells(window: &mut ViewWindow, cell: impl Fn(f64, f64) -> i8) {
+    let place = |index: usize| (index as f64 + 0.5) * 0.1 - 5.0;
+    let cells = (0..10_000).map(|n| cell(place(n % 100), place(n / 100))).collect();
+    window.state_mut().console.scene.map.replace(2.0, layout(), cells).unwrap();
+    window.run_steps(2);
+}
+
+fn click_at(window: &mut ViewWindow, x_m: f64, y_m: f64) -> Vec<RobotCommand> {
+    let at = window.state().screen.area.on_screen(armor_grid::Point2::new(x_m, y_m));
+    stroke(window, PointerButton::Primary, at, at);
+    take_commands(window)
+}
+
+fn refusal(window: &ViewWindow) -> String {
+    let node = window.get_by_label_contains("refused: ");
+    node.accesskit_node().value().or(node.accesskit_node().label()).unwrap_or_default()
+}
+
+#[test]
+fn a_goal_that_cannot_be_reached_is_refused_at_the_click_with_its_reason() {
+    let mut window = window();
+    set_cells(&mut window, |x_m, y_m| match () {
+        () if x_m < -3.0 => -1,
+        // A closed room around (3, -3).
+        () if (x_m - 2.0).abs() < 0.1 || (x_m > 2.0 && (y_m + 2.0).abs() < 0.1) => 100,
+        () => 0,
+    });
+    for (x_m, y_m, why) in [
+        (-4.0, 0.0, "this place is unknown"),
+        (2.0, 0.0, "there is an obstacle"),
+        (3.0, -3.0, "obstacles enclose it"),
+        (-6.0, 0.0, "off the map"),
+    ] {
+        assert_eq!(click_at(&mut window, x_m, y_m), [], "{why}");
+        assert!(refusal(&window).contains(why), "{}", refusal(&window));
+        let at = window.state().screen.area.on_screen(armor_grid::Point2::new(x_m, y_m));
+        assert!(
+            painted_texts(&window)
+                .iter()
+                .any(|(text, place)| { text.contains(why) && place.distance(at) < 400.0 }),
+            "{why}: at the place of the click"
+        );
+    }
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    assert!(window.query_by_label_contains("refused: ").is_none(), "it was accepted");
+    assert_eq!(events(&mut window), [OperatorEvent::Goal]);
+}
+
+/// The texts that are painted, and where.
+fn painted_texts(window: &ViewWindow) -> Vec<(String, Pos2)> {
+    fn walk(shape: &Shape, texts: &mut Vec<(String, Pos2)>) {
+        match shape {
+            Shape::Text(text) => texts.push((text.galley.text().to_owned(), text.pos)),
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, texts)),
+            _ => {}
+        }
+    }
+    let mut texts = Vec::new();
+    window.output().shapes.iter().for_each(|shape| walk(&shape.shape, &mut texts));
+    texts
+}
+
+fn shows(window: &ViewWindow, text: &str) -> bool {
+    painted_texts(window).iter().any(|(painted, _)| painted.contains(text))
+}
+
+#[test]
+fn during_stop_and_before_a_map_a_goal_is_refused_with_the_reason() {
+    let mut window = window();
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    take_commands(&mut window);
+    assert_eq!(click_at(&mut window, 0.0, -2.0), []);
+    assert!(refusal(&window).contains("STOP is active"));
+    window.get_by_label("Release").click();
+    window.run_steps(2);
+    take_commands(&mut window);
+    wait(&mut window, 7.0);
+    assert!(!shows(&window, "STOP is active"), "it is shown for a while");
+    let map = std::mem::take(&mut window.state_mut().console.scene.map);
+    window.state_mut().console.scene.map = map.emptied();
+    window.run_steps(1);
+    assert!(shows(&window, "no map yet: waiting for robot.map"));
+    assert_eq!(click_at(&mut window, 0.0, -2.0), []);
+    assert!(refusal(&window).contains("there is no map yet"));
+}
+
+#[test]
+fn a_goal_without_a_path_for_a_second_is_reported_at_the_goal_and_in_the_panel() {
+    let mut test_screen = test_screen();
+    test_screen.console.links.push(InputLink::new("path", "planner.path".into(), false));
+    let mut window = window_of(test_screen, SIZE);
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    wait(&mut window, 0.5);
+    assert!(!shows(&window, "no path to the goal"));
+    wait(&mut window, 1.0);
+    window.get_by_label_contains("no path to the goal");
+    let count =
+        painted_texts(&window).iter().filter(|(text, _)| text.contains("no path to")).count();
+    assert_eq!(count, 2, "at the goal and in the panel");
+    let state = window.state_mut();
+    let goal = Pose2::new(0.0, -2.0, 0.0);
+    state.console.scene.set_path([Pose2::IDENTITY, goal].into_iter());
+    state.console.record_arrival("path", state.now, 1.0, FIRST, Ok(()));
+    window.run_steps(1);
+    assert!(!shows(&window, "no path to the goal"));
+    window.get_by_label_contains("1 alert");
+}
+
+#[test]
+fn stopped_is_a_banner_over_the_map_and_release_is_far_from_stop() {
+    let mut window = window();
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    let banner = window.get_by_label("STOPPED").rect();
+    let map = window.state().screen.area.place();
+    assert!(map.contains_rect(banner), "{banner:?}");
+    let (stop, release) =
+        (window.get_by_label("STOP").rect(), window.get_by_label("Release").rect());
+    assert!(map.contains_rect(release) && !map.intersects(stop));
+    assert!(release.distance_to_pos(stop.center()) > 150.0, "{stop:?} {release:?}");
+    assert!(
+        colours::contrast(colours::STOP, colours::RELEASE) > 1.0
+            && colours::STOP != colours::RELEASE
+    );
+}
+
+#[test]
+fn a_system_that_has_ended_stays_on_the_screen_as_old_and_takes_no_orders() {
+    let mut window = window();
+    window.key_down(Key::W);
+    window.run_steps(1);
+    take_commands(&mut window);
+    let now = window.state().now;
+    window.state_mut().console.lose_system("rover", "the mission reached its goal", now);
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window), [], "what is held is let go");
+    window.key_up(Key::W);
+    window.state_mut().console.orders.handle_order(OperatorOrder::Stop, 1.0);
+    wait(&mut window, 65.0);
+    assert!(!shows(&window, "STOPPED"), "whether the robot stands is not known");
+    window.state_mut().console.orders.handle_order(OperatorOrder::Release, 1.0);
+    for text in ["rover has ended", "the mission reached its goal.", "are 1 min old", "OLD"] {
+        assert!(shows(&window, text), "{text}");
+    }
+    assert!(!window.state().console.scene.map.is_empty(), "the last map stays");
+    assert!(!shows(&window, "nothing for"), "one reason is enough");
+    window.run_steps(3);
+    let delay = window.output().viewport_output.values().map(|out| out.repaint_delay).min();
+    assert!(delay > Some(std::time::Duration::from_secs(50)), "a frame a minute: {delay:?}");
+    assert_eq!(click_at(&mut window, 0.0, -2.0), []);
+    assert!(refusal(&window).contains("rover has ended"));
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window), []);
+    assert!(!window.state().console.orders.is_stopped());
+}
+
+#[test]
+fn before_a_system_the_screen_shows_what_it_waits_for() {
+    let mut test_screen = test_screen();
+    let what = "armor run rover.xml".to_owned();
+    test_screen.console =
+        Console { connection: SystemConnection::Awaited { what }, ..Console::default() };
+    let window = window_of(test_screen, SIZE);
+    assert!(shows(&window, "waiting for\narmor run rover.xml"));
+    assert!(shows(&window, "waiting for a system"));
+}
+
+#[test]
+fn the_heading_is_shown_while_it_is_drawn() {
+    let mut window = window();
+    window.hover_at(MIDDLE);
+    button(&mut window, MIDDLE, PointerButton::Primary, true);
+    window.hover_at(MIDDLE - Vec2::new(0.0, 60.0));
+    window.run_steps(2);
+    assert!(shows(&window, "heading 90°"));
+    button(&mut window, MIDDLE - Vec2::new(0.0, 60.0), PointerButton::Primary, false);
+    window.run_steps(1);
+    assert!(!shows(&window, "heading"));
+}
+
+#[test]
+fn the_strip_shows_robot_mission_questions_and_battery() {
+    use crate::mission::{MissionQuestion, MissionState};
+    use crate::readings::BatteryReading;
+
+    let mut test_screen = test_screen();
+    let question = MissionQuestion {
+        transition: "turn-back".into(),
+        answer_by_at_s: Some(80.0),
+        unanswered: "decline".into(),
+    };
+    test_screen.console.robot_name = "rover".into();
+    test_screen.console.mission = Some(MissionState {
+        name: "survey".into(),
+        stage: "playing".into(),
+        now_at_s: 61.0,
+        is_running: true,
+        places: vec!["explore".into(), "watch".into()],
+        questions: vec![question],
+        received_s: 1.0,
+        ..MissionState::default()
+    });
+    let charge = Some(0.15);
+    let battery = BatteryReading { charge, volts: None, is_charging: false };
+    test_screen.console.readings.store(battery);
+    let mut window = window_of(test_screen, SIZE);
+    wait(&mut window, 4.0);
+    for text in ["rover", "connected", "explore, watch", "survey 1:05"] {
+        window.get_by_label_contains(text);
+    }
+    window.get_by_label_contains("turn-back? (decline in 15 s)");
+    window.get_by_role_and_label(Role::ProgressIndicator, "battery 15 %");
+    window.get_by_label("Decline").click();
+    window.run_steps(2);
+    let transition = "turn-back".to_owned();
+    let answer = RobotCommand::Answer { transition, is_confirmed: false };
+    assert_eq!(take_commands(&mut window), [answer]);
+}
+
+#[test]
+fn alerts_are_listed_with_their_time_until_they_are_acknowledged_and_escape_closes_the_list() {
+    let mut window = window();
+    wait(&mut window, 10.0);
+    let place = window.get_by_label("STOP").rect();
+    window.get_by_label_contains("2 alerts").click();
+    window.run_steps(2);
+    assert_eq!(window.get_by_label("STOP").rect(), place, "it has one place");
+    wait(&mut window, 5.0);
+    assert!(shows(&window, "no data at scan") && shows(&window, "0:05 ago"));
+    window.get_by_label("Acknowledge all").click();
+    window.run_steps(2);
+    assert_eq!(window.state().console.alerts.count_new(), 0);
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!shows(&window, "no data at scan"), "closed");
+    assert!(window.state().console.orders.goal().is_some(), "it was meant for the list");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(window.state().console.orders.goal().is_none());
+}
+
+#[test]
+fn the_image_is_moved_by_dragging_and_large_after_a_click() {
+    let mut window = window();
+    let before = window.get_by_label("no image yet").rect();
+    let by = Vec2::new(-150.0, 120.0);
+    stroke(&mut window, PointerButton::Primary, before.center(), before.center() + by);
+    let moved = window.get_by_label("no image yet").rect();
+    assert!(moved.center().distance(before.center() + by) < 20.0, "{before:?} {moved:?}");
+    stroke(&mut window, PointerButton::Primary, moved.center(), moved.center());
+    window.run_steps(2);
+    let large = window.get_by_label("no image yet").rect();
+    assert!(large.width() > 1.8 * moved.width(), "{moved:?} {large:?}");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert_eq!(window.get_by_label("no image yet").rect(), moved);
+    assert_eq!(take_commands(&mut window), []);
+}
+
+#[test]
+fn the_theme_changes_by_a_button() {
+    let mut window = window();
+    window.get_by_label("light").click();
+    window.run_steps(3);
+    assert!(!window.ctx.global_style().visuals.dark_mode);
+    window.get_by_label("dark").click();
+    window.run_steps(3);
+    assert!(window.ctx.global_style().visuals.dark_mode);
+}
+
+#[test]
+fn what_is_touched_is_large_enough_and_no_text_is_small() {
+    let mut test_screen = test_screen();
+    test_screen.console.buttons = vec!["explore".into(), "home".into()];
+    test_screen.console.frame_seen("map");
+    let mut window = window_of(test_screen, Vec2::new(1000.0, 1400.0));
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    window.key_press(Key::Space);
+    window.get_by_label("alerts").click();
+    window.run_steps(3);
+    for role in [Role::Button, Role::CheckBox] {
+        for node in window.query_all_by_role(role) {
+            let (rect, name) = (node.rect(), node.accesskit_node().label().unwrap_or_default());
+            let least = colours::TOUCH - 0.01;
+            assert!(rect.height() >= least && rect.width() >= least, "{name}: {rect:?}");
+        }
+    }
+    fn check(shape: &Shape) {
+        match shape {
+            Shape::Text(text) => {
+                for section in &text.galley.job.sections {
+                    let size = section.format.font_id.size;
+                    assert!(size >= 11.0, "{size}: {}", text.galley.text());
+                }
+            }
+            Shape::Vec(shapes) => shapes.iter().for_each(check),
+            _ => {}
+        }
+    }
+    window.output().shapes.iter().for_each(|shape| check(&shape.shape));
 }

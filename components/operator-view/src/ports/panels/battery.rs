@@ -8,20 +8,12 @@ use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::input::{ConsoleUpdate, ScreenInput, ScreenPort};
 use crate::ports::panel_kind::PanelKind;
+use crate::readings::BatteryReading;
 use crate::scene::SceneError;
 use crate::screen::{SidePanel, show_rows};
 
 pub(super) const PANEL: PanelKind =
     PanelKind { inputs: &[ScreenPort::of::<BatteryInput>()], make: || Box::new(BatteryPanel) };
-
-/// The newest state of the battery; `None` is not measured.
-#[derive(Debug)]
-struct BatteryReading {
-    /// 0 … 1.
-    charge: Option<f64>,
-    volts: Option<f64>,
-    is_charging: bool,
-}
 
 struct BatteryInput;
 

@@ -6,7 +6,7 @@ use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::SidePanel;
+use crate::screen::{Palette, SidePanel};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(GoalPanel) };
 
@@ -18,16 +18,19 @@ impl SidePanel for GoalPanel {
     }
 
     fn is_visible(&self, console: &Console) -> bool {
-        console.orders.goal().is_some()
+        console.orders.goal().is_some() || console.refusal.is_some()
     }
 
     fn show_contents(
         &mut self,
         ui: &mut Ui,
         console: &Console,
-        _: ClockTimes,
+        now: ClockTimes,
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
+        if let Some(refusal) = console.recent_refusal(now) {
+            ui.colored_label(Palette::of(ui).gone, format!("refused: {}", refusal.why));
+        }
         let Some(goal) = console.orders.goal() else { return orders };
         ui.horizontal(|ui| {
             let place = goal.place;
@@ -35,10 +38,13 @@ impl SidePanel for GoalPanel {
             let distance_m = robot.map(|robot| robot.point().distance_m(place.point()));
             let away = distance_m.map_or(String::new(), |far_m| format!(", {far_m:.1} m away"));
             ui.label(format!("goal {:.2}, {:.2}{away}", place.x_m, place.y_m));
-            if ui.small_button("cancel").clicked() {
+            if ui.button("cancel").clicked() {
                 orders.push(OperatorOrder::Cancel);
             }
         });
+        if let Some(problem) = console.goal_problem(now) {
+            ui.colored_label(Palette::of(ui).gone, problem);
+        }
         orders
     }
 }

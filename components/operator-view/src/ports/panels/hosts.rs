@@ -11,7 +11,8 @@ use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{SidePanel, colours};
+use crate::ports::watch_messages::{ShownHost, ShownLink};
+use crate::screen::{Palette, SidePanel};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(HostsPanel) };
 
@@ -20,16 +21,7 @@ const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
 
 /// What is shown of each host.
 #[derive(Debug, Default)]
-pub(crate) struct HostsReading(Vec<HostRow>);
-
-#[derive(Debug)]
-struct HostRow {
-    name: String,
-    /// None for the host of the launcher.
-    link: Option<HostLink>,
-    /// Its connection, its clock and what runs there, in words.
-    texts: Vec<String>,
-}
+pub(crate) struct HostsReading(Vec<ShownHost>);
 
 /// Watches the hosts of the system that this process belongs to.
 pub(crate) struct HostsWatch {
@@ -64,20 +56,33 @@ impl HostsWatch {
 
 impl HostsReading {
     pub(crate) fn of(picture: &SystemPicture) -> Self {
-        Self(picture.list_hosts().iter().map(HostRow::of).collect())
+        Self(picture.list_hosts().iter().map(describe_host).collect())
+    }
+
+    /// Returns the reading that another process of the screen has sent.
+    pub(crate) fn of_shown(hosts: Vec<ShownHost>) -> Self {
+        Self(hosts)
+    }
+
+    /// Returns each host.
+    pub(crate) fn hosts(&self) -> &[ShownHost] {
+        &self.0
     }
 }
 
-impl HostRow {
-    fn of(host: &ObservedHost<'_>) -> Self {
-        let runs = (!host.processes.is_empty()).then(|| host.processes.join(", "));
-        let link = host.report.map(|report| report.describe_link());
-        let clock = host.report.and_then(|report| report.describe_clock());
-        Self {
-            name: host.name.into(),
-            link: host.report.map(|report| report.link),
-            texts: [link, clock, runs].into_iter().flatten().collect(),
-        }
+fn describe_host(host: &ObservedHost<'_>) -> ShownHost {
+    let runs = (!host.processes.is_empty()).then(|| host.processes.join(", "));
+    let link = host.report.map(|report| report.describe_link());
+    let clock = host.report.and_then(|report| report.describe_clock());
+    let shown = |link| match link {
+        HostLink::Awaited => ShownLink::Awaited,
+        HostLink::Connected => ShownLink::Connected,
+        HostLink::CutOff => ShownLink::CutOff,
+    };
+    ShownHost {
+        name: host.name.into(),
+        link: host.report.map(|report| shown(report.link)),
+        texts: [link, clock, runs].into_iter().flatten().collect(),
     }
 }
 
@@ -107,10 +112,10 @@ impl SidePanel for HostsPanel {
 }
 
 /// A host that is cut off is framed, and its line begins with a sign: no colour is needed to see it.
-fn show_host(ui: &mut Ui, row: &HostRow) {
-    let is_cut = row.link == Some(HostLink::CutOff);
+fn show_host(ui: &mut Ui, row: &ShownHost) {
+    let is_cut = row.link == Some(ShownLink::CutOff);
     let title = if is_cut { format!("! host {}", row.name) } else { format!("host {}", row.name) };
-    let ink = ink_of(row.link);
+    let ink = ink_of(row.link, Palette::of(ui));
     let show = |ui: &mut Ui| {
         ui.colored_label(ink, RichText::new(title).strong());
         for text in &row.texts {
@@ -128,11 +133,11 @@ fn show_host(ui: &mut Ui, row: &HostRow) {
     }
 }
 
-fn ink_of(link: Option<HostLink>) -> Color32 {
+fn ink_of(link: Option<ShownLink>, palette: &Palette) -> Color32 {
     match link {
-        Some(HostLink::CutOff) => colours::GONE,
-        Some(HostLink::Awaited) => colours::LATE,
-        Some(HostLink::Connected) => colours::GOOD,
-        None => colours::TEXT,
+        Some(ShownLink::CutOff) => palette.gone,
+        Some(ShownLink::Awaited) => palette.late,
+        Some(ShownLink::Connected) => palette.good,
+        None => palette.text,
     }
 }

@@ -30,6 +30,9 @@ impl ScreenInput for ProgressInput {
     }
 }
 
+/// Height of the bar, in points.
+const BAR_HEIGHT: f32 = 20.0;
+
 struct ProgressPanel;
 
 impl SidePanel for ProgressPanel {
@@ -50,7 +53,7 @@ impl SidePanel for ProgressPanel {
         let Some(progress) = console.readings.newest::<Progress>() else { return Vec::new() };
         ui.label(&progress.task);
         if let Some(fraction) = progress.known_fraction() {
-            ui.add(ProgressBar::new(fraction).show_percentage());
+            ui.add(ProgressBar::new(fraction).desired_height(BAR_HEIGHT).show_percentage());
         }
         if !progress.detail.is_empty() {
             ui.weak(&progress.detail);

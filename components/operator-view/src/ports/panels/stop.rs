@@ -1,12 +1,12 @@
 //! STOP, and its release.
 
-use eframe::egui::{Button, Color32, RichText, Stroke, Ui, vec2};
+use eframe::egui::{Button, RichText, Stroke, Ui, vec2};
 
 use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{SidePanel, colours};
+use crate::screen::{Palette, SidePanel, colours};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(StopPanel) };
 
@@ -31,28 +31,26 @@ impl SidePanel for StopPanel {
         _: ClockTimes,
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
-        let is_stopped = console.orders.is_stopped();
-        let text = RichText::new("STOP").size(30.0).strong().color(Color32::WHITE);
-        let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, colours::LATE);
+        let palette = Palette::of(ui);
+        let is_stopped = console.orders.is_stopped() && !console.connection.is_lost();
+        let text = RichText::new("STOP").size(30.0).strong().color(colours::ON_STOP);
+        let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, palette.late);
         let button = Button::new(text).fill(colours::STOP).stroke(stroke);
         let width = ui.available_width();
         let response = ui.add_sized(vec2(width, STOP_HEIGHT), button);
         if response.on_hover_text("stops the robot until Release is clicked (Space)").clicked() {
             orders.push(OperatorOrder::Stop);
         }
-        // Release has its own place, so that a second click at STOP never releases.
-        ui.horizontal(|ui| {
-            if is_stopped {
-                ui.colored_label(colours::LATE, RichText::new("STOPPED").strong());
-                if ui.button("Release").on_hover_text("the robot may drive again").clicked() {
-                    orders.push(OperatorOrder::Release);
-                }
-            } else {
-                ui.weak("Space stops, too");
-            }
-        });
+        // Release is over the map: a second click at STOP never releases.
+        if let Err(why) = console.connection.check_orders() {
+            ui.colored_label(palette.late, format!("reaches no robot: {why}"));
+        } else if is_stopped {
+            ui.colored_label(palette.late, RichText::new("Release is over the map").strong());
+        } else {
+            ui.weak("Space stops, too");
+        }
         if let Some(warning) = console.delivery_warning() {
-            ui.colored_label(colours::GONE, warning);
+            ui.colored_label(palette.gone, warning);
         }
         orders
     }

@@ -1,0 +1,190 @@
+//! What lies over the map for the operator to read: STOPPED, a system that has ended or has not been
+//! started, a missing map, missing data, and a goal that was refused or has no path.
+
+use eframe::egui::{
+    Align2, Button, Color32, FontId, Frame, Galley, Margin, Painter, Pos2, Rect, RichText, Ui,
+    UiBuilder, vec2,
+};
+use std::sync::Arc;
+
+use super::colours::{self, Palette, TOUCH};
+use super::map_viewport::MapViewport;
+use super::open_parts::{self, OpenPart};
+use super::strip;
+use crate::connection::SystemConnection;
+use crate::console::Console;
+use crate::links::{ClockTimes, Freshness};
+use crate::orders::OperatorOrder;
+
+/// What the operator must know before the next goal.
+const FRAME_CHANGED: &str = "The map has a new origin: goal, path and tracks are removed. Places on \
+                             the map before mean nothing on this one.";
+/// Over a picture of the past.
+const VEIL: f32 = 0.45;
+
+/// Shows all notices; returns the places that they cover, which a click at the map does not reach.
+pub(super) fn show_notices(
+    ui: &mut Ui,
+    look: &MapViewport,
+    console: &Console,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
+) -> Vec<Rect> {
+    let palette = Palette::of(ui);
+    let painter = ui.painter_at(look.rect);
+    if console.connection.is_lost() {
+        painter.rect_filled(look.rect, 0.0, palette.canvas.gamma_multiply(VEIL));
+        let font = FontId::proportional(56.0);
+        let middle = look.rect.center();
+        painter.text(middle, Align2::CENTER_CENTER, "OLD", font, palette.text.gamma_multiply(0.75));
+    }
+    paint_middle(&painter, palette, look, console);
+    paint_goal_notices(&painter, palette, look, console, now);
+    let at = look.rect.shrink2(vec2(16.0, 10.0));
+    let mut column = ui.new_child(UiBuilder::new().max_rect(at).id_salt("notices"));
+    let mut covered = Vec::new();
+    covered.extend(show_connection(&mut column, palette, console, now));
+    // Whether the robot of a run that has ended stands is not known.
+    if console.orders.is_stopped() && !console.connection.is_lost() {
+        covered.push(show_stopped(&mut column, orders));
+    }
+    if console.orders.is_frame_new() {
+        covered.push(show_frame_change(&mut column, orders));
+    }
+    if open_parts::is_open(column.ctx(), OpenPart::Alerts) {
+        covered.push(strip::show_alerts(&mut column, palette, console, now, orders));
+    }
+    if !console.connection.is_lost() {
+        show_silence(&mut column, palette, console, now);
+    }
+    covered
+}
+
+/// A notice across the map, with or without something to click.
+fn show_banner<R>(ui: &mut Ui, fill: Color32, show: impl FnOnce(&mut Ui) -> R) -> (Rect, R) {
+    let frame = Frame::new().fill(fill).inner_margin(Margin::same(8)).corner_radius(4);
+    let shown = frame.show(ui, |ui| ui.horizontal_wrapped(show).inner);
+    (shown.response.rect, shown.inner)
+}
+
+fn show_connection(
+    ui: &mut Ui,
+    palette: &Palette,
+    console: &Console,
+    now: ClockTimes,
+) -> Option<Rect> {
+    let SystemConnection::Lost { system, why } = &console.connection else { return None };
+    let age = match ((now.host_s - console.lost_s) / 60.0) as u64 {
+        0 => "less than a minute".to_owned(),
+        minutes => format!("{minutes} min"),
+    };
+    let (rect, ()) = show_banner(ui, palette.panel, |ui| {
+        let title = format!("{system} has ended");
+        ui.label(RichText::new(title).size(18.0).strong().color(palette.gone));
+        ui.label(RichText::new(format!("{why}.")).size(16.0));
+        let age = format!("Map and readings are {age} old. Waiting for the next run.");
+        ui.label(RichText::new(age).color(palette.late));
+    });
+    Some(rect)
+}
+
+/// STOPPED, with Release far from STOP, so that a second click at STOP never releases.
+fn show_stopped(ui: &mut Ui, orders: &mut Vec<OperatorOrder>) -> Rect {
+    show_banner(ui, colours::STOP, |ui| {
+        ui.label(RichText::new("STOPPED").size(26.0).strong().color(colours::ON_STOP));
+        ui.label(RichText::new("the robot stands").size(15.0).color(colours::ON_STOP));
+        let text = RichText::new("Release").size(18.0).strong().color(colours::ON_STOP);
+        let button = Button::new(text).fill(colours::RELEASE).min_size(vec2(120.0, TOUCH));
+        if ui.add(button).on_hover_text("the robot may drive again").clicked() {
+            orders.push(OperatorOrder::Release);
+        }
+    })
+    .0
+}
+
+/// The map frame has changed, until the operator acknowledges.
+fn show_frame_change(ui: &mut Ui, orders: &mut Vec<OperatorOrder>) -> Rect {
+    show_banner(ui, colours::STOP, |ui| {
+        ui.label(RichText::new(FRAME_CHANGED).size(16.0).strong().color(colours::ON_STOP));
+        if ui.button("Acknowledge").on_hover_text("goals are accepted again").clicked() {
+            orders.push(OperatorOrder::Acknowledge);
+        }
+    })
+    .0
+}
+
+/// Lists missing data at the top of the map, where they cannot be overlooked.
+fn show_silence(ui: &mut Ui, palette: &Palette, console: &Console, now: ClockTimes) {
+    for wanted in [Freshness::Gone, Freshness::Late] {
+        let silent: Vec<_> =
+            console.list_silent(now).filter(|(_, how, _)| *how == wanted).collect();
+        // The longest silence determines since when nothing is reliable.
+        let age_s = silent.iter().map(|(.., age_s)| *age_s).fold(0.0, f64::max);
+        let inputs: Vec<_> = silent.iter().map(|(link, ..)| link.input).collect();
+        if inputs.is_empty() {
+            continue;
+        }
+        let text = format!("nothing for {age_s:.1} s: {}", inputs.join(", "));
+        show_banner(ui, palette.panel, |ui| {
+            ui.label(RichText::new(text).size(16.0).color(palette.of_freshness(wanted)));
+        });
+    }
+}
+
+/// What is waited for, instead of an empty map.
+fn paint_middle(painter: &Painter, palette: &Palette, look: &MapViewport, console: &Console) {
+    let text = match &console.connection {
+        SystemConnection::Awaited { what } => {
+            format!("no system yet: waiting for\n{what}")
+        }
+        SystemConnection::Lost { .. } => return,
+        _ if !console.scene.map.is_empty() => return,
+        _ => match console.link("map") {
+            Some(link) => format!("no map yet: waiting for {}", link.data),
+            None if console.links.is_empty() => "no input is linked".into(),
+            None => return,
+        },
+    };
+    let font = FontId::proportional(20.0);
+    let galley = painter.layout(text, font, palette.text, look.rect.width() - 40.0);
+    paint_box(painter, palette, look.rect.center(), Align2::CENTER_CENTER, galley);
+}
+
+fn paint_box(painter: &Painter, palette: &Palette, at: Pos2, anchor: Align2, galley: Arc<Galley>) {
+    let rect = anchor.anchor_size(at, galley.size() + vec2(16.0, 10.0));
+    // It stays on the map, wherever the place is.
+    let area = painter.clip_rect().shrink(4.0);
+    let low = (rect.min - area.min).min(vec2(0.0, 0.0));
+    let high = (rect.max - area.max).max(vec2(0.0, 0.0));
+    let rect = rect.translate(-low - high);
+    painter.rect_filled(rect, 4.0, palette.panel);
+    painter.galley(rect.min + vec2(8.0, 5.0), galley, palette.text);
+}
+
+/// The reason why a goal was refused, at the place of the click, and a goal without a path.
+fn paint_goal_notices(
+    painter: &Painter,
+    palette: &Palette,
+    look: &MapViewport,
+    console: &Console,
+    now: ClockTimes,
+) {
+    let paint = |place, text: String, colour: Color32| {
+        let at = look.on_screen(place);
+        painter.circle_stroke(at, 8.0, (2.5, colour));
+        for direction in [vec2(1.0, 1.0), vec2(1.0, -1.0)] {
+            let arm = direction * 5.0;
+            painter.line_segment([at - arm, at + arm], (2.5, colour));
+        }
+        let galley = painter.layout(text, FontId::proportional(15.0), colour, 320.0);
+        paint_box(painter, palette, at + vec2(14.0, -12.0), Align2::LEFT_BOTTOM, galley);
+    };
+    if let Some(refusal) = console.recent_refusal(now)
+        && let Some(place) = refusal.place
+    {
+        paint(place, format!("no goal here: {}", refusal.why), palette.gone);
+    }
+    if let (Some(goal), Some(problem)) = (console.orders.goal(), console.goal_problem(now)) {
+        paint(goal.place.point(), problem, palette.gone);
+    }
+}

@@ -1,0 +1,188 @@
+//! The strip at the top: robot, connection, mission and its questions, battery, alerts, theme; and the
+//! list of alerts, which it opens over the map.
+
+use eframe::egui::{
+    Align2, Color32, FontId, Frame, Grid, Margin, Rect, RichText, Role, ScrollArea, Sense, Stroke,
+    StrokeKind, Ui, WidgetInfo, vec2,
+};
+
+use super::colours::Palette;
+use super::open_parts::{self, OpenPart};
+use crate::connection::SystemConnection;
+use crate::console::Console;
+use crate::links::ClockTimes;
+use crate::mission::{MissionState, format_clock};
+use crate::orders::OperatorOrder;
+use crate::readings::BatteryReading;
+
+/// Size of the battery's gauge, in points.
+const GAUGE: [f32; 2] = [74.0, 22.0];
+
+/// A narrower strip is without the name, in points.
+const NAMED_WIDTH: f32 = 480.0;
+
+/// Shows the strip.
+pub(super) fn show_strip(
+    ui: &mut Ui,
+    console: &mut Console,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
+) {
+    let palette = Palette::of(ui);
+    ui.add_space(3.0);
+    ui.horizontal_wrapped(|ui| {
+        // The title of a small window has the name.
+        if ui.available_width() >= NAMED_WIDTH {
+            ui.label(RichText::new(&console.robot_name).size(18.0).strong());
+        }
+        show_connection(ui, palette, console);
+        if let Some(mission) = &console.mission {
+            ui.separator();
+            show_mission(ui, palette, mission, now, orders);
+        }
+        if let Some(battery) = console.readings.newest::<BatteryReading>() {
+            ui.separator();
+            show_battery(ui, palette, battery);
+        }
+        ui.separator();
+        let count = console.alerts.count_new();
+        let text = match count {
+            0 => RichText::new("alerts"),
+            1 => RichText::new("! 1 alert").strong().color(palette.gone),
+            count => RichText::new(format!("! {count} alerts")).strong().color(palette.gone),
+        };
+        if ui.button(text).on_hover_text("what has gone wrong, with its time").clicked() {
+            open_parts::toggle(ui.ctx(), OpenPart::Alerts);
+        }
+        let theme = if console.is_light { "dark" } else { "light" };
+        if ui.button(theme).on_hover_text("the other theme: light is for sunlight").clicked() {
+            console.is_light = !console.is_light;
+        }
+    });
+    ui.add_space(3.0);
+}
+
+fn show_connection(ui: &mut Ui, palette: &Palette, console: &Console) {
+    let (colour, text) = match &console.connection {
+        SystemConnection::Part | SystemConnection::Live { .. } => (palette.good, "connected"),
+        SystemConnection::Awaited { .. } => (palette.late, "waiting for a system"),
+        SystemConnection::Lost { .. } => (palette.gone, "! ended"),
+    };
+    ui.colored_label(colour, text);
+}
+
+fn show_mission(
+    ui: &mut Ui,
+    palette: &Palette,
+    mission: &MissionState,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
+) {
+    let places = if mission.places.is_empty() { "-".into() } else { mission.places.join(", ") };
+    ui.label(RichText::new(places).size(16.0).strong())
+        .on_hover_text(format!("the marked places of the mission {}", mission.name));
+    let stage = if mission.stage == "playing" { "" } else { mission.stage.as_str() };
+    let clock = format_clock(mission.now_at_s(now));
+    ui.weak(format!("{} {clock} {stage}", mission.name));
+    for question in &mission.questions {
+        show_question(ui, palette, mission, question, now, orders);
+    }
+}
+
+fn show_question(
+    ui: &mut Ui,
+    palette: &Palette,
+    mission: &MissionState,
+    question: &crate::mission::MissionQuestion,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
+) {
+    let left = question.answer_by_at_s.map(|by_s| {
+        let left_s = (by_s - mission.now_at_s(now)).max(0.0);
+        format!(" ({} in {left_s:.0} s)", question.unanswered)
+    });
+    let text = format!("{}?{}", question.transition, left.unwrap_or_default());
+    ui.colored_label(palette.late, RichText::new(text).strong());
+    for (name, is_confirmed) in [("Confirm", true), ("Decline", false)] {
+        if ui.button(name).on_hover_text("answers the mission's question").clicked() {
+            let transition = question.transition.clone();
+            orders.push(OperatorOrder::Answer { transition, is_confirmed });
+        }
+    }
+}
+
+/// A gauge: its length is the charge, and the number is in it.
+fn show_battery(ui: &mut Ui, palette: &Palette, battery: &BatteryReading) {
+    let (rect, response) = ui.allocate_exact_size(GAUGE.into(), Sense::hover());
+    let charge = battery.charge.map(|charge| charge.clamp(0.0, 1.0));
+    let text = match charge {
+        Some(charge) => {
+            format!("{:.0} %{}", 100.0 * charge, if battery.is_charging { " +" } else { "" })
+        }
+        None => "battery ?".into(),
+    };
+    let response = response.on_hover_text(format!("battery {text}"));
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::ProgressIndicator, true, format!("battery {text}"))
+    });
+    let painter = ui.painter();
+    let edge = if battery.is_low() { palette.gone } else { palette.weak };
+    let body = rect.shrink(1.0).with_max_x(rect.max.x - 5.0);
+    painter.rect_filled(body, 3.0, palette.button);
+    let mut filled = body;
+    filled.set_width(body.width() * charge.unwrap_or(0.0) as f32);
+    painter.rect_filled(filled, 3.0, palette.filled);
+    painter.rect_stroke(body, 3.0, Stroke::new(1.5, edge), StrokeKind::Inside);
+    let pole = Rect::from_center_size(body.right_center() + vec2(2.5, 0.0), vec2(4.0, 8.0));
+    painter.rect_filled(pole, 1.0, edge);
+    let sign = if battery.is_low() { "! " } else { "" };
+    let at = body.center();
+    let font = FontId::proportional(13.0);
+    painter.text(at, Align2::CENTER_CENTER, format!("{sign}{text}"), font, palette.text);
+}
+
+/// Shows the list of alerts over the map, so that it moves nothing; returns its place.
+pub(super) fn show_alerts(
+    ui: &mut Ui,
+    palette: &Palette,
+    console: &Console,
+    now: ClockTimes,
+    orders: &mut Vec<OperatorOrder>,
+) -> Rect {
+    let frame = Frame::new().fill(palette.panel).inner_margin(Margin::same(8)).corner_radius(4);
+    let shown = frame.show(ui, |ui| {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Alerts").size(16.0).strong());
+            if ui.button("Acknowledge all").clicked() {
+                orders.push(OperatorOrder::AcknowledgeAlerts);
+            }
+            ui.weak("Escape closes");
+        });
+        if console.alerts.newest_first().next().is_none() {
+            ui.weak("none so far");
+        }
+        ScrollArea::vertical().max_height(180.0).show(ui, |ui| {
+            Grid::new("alerts").num_columns(3).min_row_height(20.0).show(ui, |ui| {
+                for alert in console.alerts.newest_first() {
+                    let colour = if alert.is_acknowledged { palette.weak } else { palette.gone };
+                    let sign = if alert.is_acknowledged { "seen" } else { "new" };
+                    show_alert(
+                        ui,
+                        colour,
+                        sign,
+                        &format_clock(now.host_s - alert.since_s),
+                        &alert.text,
+                    );
+                }
+            });
+        });
+    });
+    shown.response.rect
+}
+
+fn show_alert(ui: &mut Ui, colour: Color32, sign: &str, ago: &str, text: &str) {
+    ui.colored_label(colour, sign);
+    ui.weak(format!("{ago} ago"));
+    ui.colored_label(colour, text);
+    ui.end_row();
+}
