@@ -9,6 +9,7 @@ mod cut_short;
 mod dates;
 mod ending;
 mod endless;
+mod entrances;
 mod exclusive;
 mod exits;
 mod feedback;
@@ -186,7 +187,7 @@ fn by_itself(
         transition::check(mission, period, findings);
         order::check(mission, findings);
         twice::advise_identical(mission, findings);
-        twice::check_entrances(mission, findings);
+        entrances::check(mission, findings);
         endless::check(mission, findings);
     }
 }

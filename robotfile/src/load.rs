@@ -1,6 +1,7 @@
 //! A file and those that it names → one [`Configuration`]. [`read`] is pure: the caller brings the
 //! bytes; [`load`] brings them from the disk.
 
+mod similar_files;
 mod submissions;
 
 use std::collections::BTreeMap;
@@ -56,7 +57,9 @@ pub fn read(path: &Path, loader: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>) -
 
 /// Reads the file at `path` from the disk.
 pub fn load(path: &Path) -> Reading {
-    read(path, &mut read_bytes)
+    let mut reading = read(path, &mut read_bytes);
+    similar_files::suggest_files(&mut reading.findings);
+    reading
 }
 
 /// Returns the bytes of a file, at most one more than the limit, so that a giant or endless file

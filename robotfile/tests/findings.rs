@@ -6,6 +6,7 @@ mod follow_ups;
 mod manifests;
 mod mission_slips;
 mod missions;
+mod one_cause;
 mod one_mistake;
 mod remedies;
 mod submissions;
