@@ -36,10 +36,13 @@ fn everything() -> Value {
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
         "reports_done": false, "needs_rate": true, "needs_one_of": [["buttons"]],
+        "value_effects": [{"parameter": "radius", "effect": "idle", "value": "1m"},
+                          {"parameter": "interval", "effect": "paces", "output": "out"}],
         "inputs": [input], "outputs": [port("out")],
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
              "maximum": 2, "doc": "of the wheel", "live": true},
+            {"name": "interval", "type": "number", "unit": "s", "default": "1s"},
             {"name": "side", "type": "choice", "choices": ["left", "right"]},
             {"name": "buttons", "type": "text", "format": "names"},
             {"name": "report", "type": "path", "default": "", "written": true},

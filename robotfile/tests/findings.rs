@@ -12,6 +12,7 @@ mod remedies;
 mod submissions;
 mod systems;
 mod together;
+mod value_effects;
 mod waiting;
 
 use std::path::Path;

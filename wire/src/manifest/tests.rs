@@ -147,6 +147,7 @@ fn the_json_form_comes_back_as_it_was() {
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
         inputs: vec![port],
         outputs: vec![],
         parameters: vec![parameter(ParameterType::Number, "m")],
