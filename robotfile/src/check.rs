@@ -222,6 +222,7 @@ fn without_errors(
             goals::check(mission, &whole, is_main, &unawaited, findings);
         }
     }
+    value_effects::merge_by_timeout(findings);
     reach::drop_explained(configuration, findings);
     // Nothing is active in a place that is never reached, which is a finding already.
     if is_reached

@@ -427,7 +427,13 @@ impl ParameterManifest {
                 format!("`{text}` has a unit, but this parameter has none{remedy}")
             })?;
             if given.dimension != wanted.dimension {
-                return Err(format!("`{text}` is not in {} or a multiple of it", self.unit));
+                let meant = match (given.name, wanted.dimension) {
+                    ("m", Dimension::Time) => {
+                        format!(": m is metres; did you mean {}min?", quantity.number)
+                    }
+                    _ => String::new(),
+                };
+                return Err(format!("`{text}` is not in {} or a multiple of it{meant}", self.unit));
             }
         }
         let received = match (own, quantity.unit) {

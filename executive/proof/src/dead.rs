@@ -67,46 +67,6 @@ impl Proof<'_> {
         }
     }
 
-    fn never_in_time(&self, source: TransitionId) -> Finding {
-        let name = self.plan.net().transition(source).name.as_str();
-        let preempting = self.find_preempting(source);
-        let (first, remedy) = match preempting.as_slice() {
-            [] => (
-                "something else".to_owned(),
-                "compare its times with those of the transitions that leave its places before"
-                    .to_owned(),
-            ),
-            [only] => ((*only).to_owned(), self.advise_preempting(only, name)),
-            some => (
-                some.join(" or "),
-                format!("compare its times with those of {}", some.join(" and ")),
-            ),
-        };
-        let message = format!("{name} never fires in time: {first} always fires before it");
-        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message).by_times();
-        let related = preempting.iter().map(|first| self.at_transition(first));
-        related.fold(finding, |finding, at| finding.related(at, "this one")).remedy(remedy)
-    }
-
-    /// The transitions that take a token of its places while it waits.
-    fn find_preempting(&self, source: TransitionId) -> Vec<&str> {
-        let Some(classes) = self.timed_if_small() else { return Vec::new() };
-        let net = self.plan.net();
-        let needed = || net.transition(source).inputs.iter().chain(&net.transition(source).reads);
-        let takes = |id: TransitionId| {
-            let inputs = &self.net.transition(id).inputs;
-            inputs.iter().any(|(place, _)| needed().any(|(needed, _)| needed == place))
-        };
-        let has_tokens = |class: &u32| {
-            let marking = classes.marking(*class);
-            needed().all(|(place, count)| marking[place.index()] >= *count)
-        };
-        let waiting = (0..classes.classes() as u32).filter(has_tokens);
-        let firings = waiting.flat_map(|class| classes.successors(class)).map(|firing| firing.0);
-        let names: BTreeSet<_> = firings.filter(|id| takes(*id)).map(|id| self.name(id)).collect();
-        names.into_iter().filter(|name| !name.is_empty()).take(MOST_NAMED).collect()
-    }
-
     /// Whether a transition has its tokens in some run, but never until its time has come. The
     /// examination of times leaves out that a person declines a question which fires without an
     /// answer: what competes with such a question may fire then.

@@ -4,12 +4,10 @@ use std::collections::BTreeSet;
 
 use armor_petri::analysis::ExplorationEnd;
 use armor_petri::analysis::boundedness::PumpingSequence;
-use armor_petri::analysis::classes::StateClasses;
 use armor_petri::analysis::components::find_components;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
 use armor_petri::{NetTransition, PlaceId};
-use armor_robotfile::mission::Autonomy;
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
@@ -87,56 +85,6 @@ impl Proof<'_> {
         };
         let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message);
         Some(finding.remedy(remedy))
-    }
-
-    /// A goal that would be reached but for the times: along the shortest path to it, the first
-    /// transition that cannot fire, and those that fire in its place.
-    fn goal_preempted(&self, goal: PlaceId, classes: &StateClasses) -> Option<Finding> {
-        let space = &self.exploration.space;
-        let path = Witness::of(space, space.find(|marking| marking[goal.index()] > 0)?).path;
-        let mut class = 0;
-        for (number, next) in path.iter().enumerate() {
-            let after = classes.successors(class).iter().find(|firing| firing.0 == *next);
-            if let Some((_, after)) = after {
-                class = *after;
-                continue;
-            }
-            let mut firings = classes.successors(class).iter().map(|firing| firing.0);
-            let first = firings.find(|id| !self.name(*id).is_empty())?;
-            let (first, next) = (self.name(first), self.name(*next));
-            let when = match &path[..number] {
-                [] => String::new(),
-                before => format!("{}, ", self.after_firings(before)),
-            };
-            let message = format!(
-                "{} never comes in time: {when}{first} always fires before {next} can",
-                self.net.place(goal)
-            );
-            let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message)
-                .related(self.at_transition(first), "this one fires first")
-                .remedy(self.advise_preempting(first, next));
-            return Some(if first == next {
-                finding
-            } else {
-                finding.related(self.at_transition(next), "this one never fires in time")
-            });
-        }
-        None
-    }
-
-    /// What to do about a transition that always fires before another one.
-    pub(super) fn advise_preempting(&self, first: &str, next: &str) -> String {
-        let mut written = self.mission.transitions.iter();
-        let waits_for_nothing = written.find(|it| it.name.value == first).is_some_and(|it| {
-            it.on.is_none() && it.interval.is_none() && it.autonomy == Autonomy::Auto
-        });
-        match waits_for_nothing {
-            true => format!(
-                "write what {first} waits for: on=\"…\", after=\"…\", or operator=\"true\" if the \
-                 operator fires it"
-            ),
-            false => format!("compare the times of {first} and {next}"),
-        }
     }
 
     /// What to do about a goal that nothing leads to.
@@ -288,8 +236,10 @@ impl Proof<'_> {
         let after = self.after_firings(&seen.path);
         let finding = if stands_still {
             let message = format!("{after} the mission stands still, with a token in {held}");
-            Finding::new(Code::Standstill, at, message)
-                .remedy("add a transition that leads on, or make it the goal or the safe place")
+            let read = self.advise_read(&seen.path).unwrap_or_default();
+            Finding::new(Code::Standstill, at, message).remedy(format!(
+                "add a transition that leads on, or make it the goal or the safe place{read}"
+            ))
         } else {
             let message = format!("{after} neither goal nor safe place can be reached any more");
             Finding::new(Code::GoalLost, at, format!("{message}; tokens are in {held}"))
@@ -358,11 +308,14 @@ impl Proof<'_> {
             self.net.place(place),
             self.net.place(second),
         );
-        let finding = Finding::new(Code::MarkedTogether, self.at(place), message);
+        let finding = Finding::new(Code::MarkedTogether, self.at(place), message)
+            .trace(self.trace_of(&seen.path, &[]))
+            .related(self.at(second), "together with this one");
+        let fork = self.find_fork(&seen.path).map(|name| self.at_transition(name));
+        let label = "this one put a token into each of the places that it leads to";
         Some(
-            finding
-                .trace(self.trace_of(&seen.path, &[]))
-                .related(self.at(second), "together with this one")
+            fork.into_iter()
+                .fold(finding, |finding, at| finding.related(at, label))
                 .remedy("let one transition leave the one place and enter the other"),
         )
     }

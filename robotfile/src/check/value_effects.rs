@@ -26,6 +26,23 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     }
 }
 
+/// Leaves out a value that is too long for a timeout if the timeout is known to be too short, and makes
+/// one finding of several that are too long for one timeout.
+pub(super) fn merge_by_timeout(findings: &mut Findings) {
+    let timeout = |finding: &Finding| match finding.code {
+        Code::ValueTooLate => finding.related.first().map(|(at, _)| at.clone()),
+        _ => None,
+    };
+    let short = findings.iter().filter(|finding| finding.code == Code::TimeTooShort);
+    let short: Vec<_> = short.filter_map(|finding| finding.at.clone()).collect();
+    findings.retain(|finding| {
+        timeout(finding).is_none_or(|at| !short.iter().any(|short| short.is_at(&at)))
+    });
+    findings.merge_same(|first, other| {
+        timeout(first).zip(timeout(other)).is_some_and(|(first, other)| first.is_at(&other))
+    });
+}
+
 /// A parameter of a component whose value may have an effect.
 struct GivenValue<'a> {
     component: &'a Component,

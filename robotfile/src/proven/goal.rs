@@ -189,8 +189,9 @@ pub(super) fn explain_by_exclusion(proven: &mut Vec<Finding>) {
     if let Some(first) = together.first() {
         never.remedy = format!("{}, or do not declare the components exclusive", first.remedy);
     }
+    let more = together.first().map(|first| first.related.clone()).unwrap_or_default();
     let labels = together.into_iter().filter_map(|it| Some((it.at?, it.message)));
-    never.related.extend(labels);
+    never.related.extend(labels.chain(more));
     proven.push(never);
 }
 

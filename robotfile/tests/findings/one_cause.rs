@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use armor_robotfile::{Colours, check, load, read};
+use armor_robotfile::{Colours, Reading, check, load, load_copy, read};
 
 use super::follow_ups::{END, LATE, only, robot};
 use super::{found_in, mission, none, one};
@@ -152,4 +152,50 @@ fn the_file_that_was_probably_meant_is_named() {
         let shown = load(&path).findings.render(Colours::No);
         assert!(shown.contains("inner.xml? The path is relative"), "{named}\n{shown}");
     }
+}
+
+#[test]
+fn a_number_in_quotation_marks_is_to_be_written_without() {
+    let file = robot(
+        r#"safe="hold""#,
+        &format!(
+            r#"{END}{LATE}<transition name="weak" from="a" to="hold" when="power.state.voltage &lt; '3V'"/>"#
+        ),
+    );
+    only("E0233", "write 3V without quotation marks", &file);
+}
+
+#[test]
+fn a_copy_of_a_file_has_the_sub_missions_of_the_original() {
+    let folder = tempfile::tempdir().unwrap();
+    let inner = INNER.replace("name=\"in\"", "name=\"in\" system=\"main.xml\"");
+    std::fs::write(
+        folder.path().join("inner.xml"),
+        format!("<armor version=\"1\">{inner}</armor>"),
+    )
+    .unwrap();
+    let copy = folder.path().join("backup.xml");
+    let main = main_with(r#"<submission ref="inner.xml" in="b" out="c"/>"#);
+    std::fs::write(&copy, main).unwrap();
+    let read = |reading: Reading| {
+        let codes = reading.findings.iter().map(|it| it.code.as_str());
+        codes.collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(read(load(&copy)), "E0025");
+    assert_eq!(read(load_copy(&copy)), "");
+}
+
+#[test]
+fn a_variable_that_follows_the_wrong_field_is_one_finding() {
+    let file = |field: &str| {
+        robot(
+            r#"safe="hold""#,
+            &format!(
+                r#"<variable name="level" source="power.state.{field}" min="0" max="1"/>{END}{LATE}<transition name="weak" from="a" to="hold" when="level &lt; 30%" priority="1"/><transition name="low" from="a" to="hold" when="level &lt; 20%" priority="2"/>"#
+            ),
+        )
+    };
+    let (_, shown) = found_in(&file("level"));
+    assert!(!shown.contains("E0234"), "{shown}");
+    only("E0234", "is another field meant in the source of level?", &file("voltage"));
 }

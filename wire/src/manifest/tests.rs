@@ -96,6 +96,13 @@ fn ranges_are_in_si_and_inclusive() {
 }
 
 #[test]
+fn metres_for_minutes_are_recognised() {
+    let time = parameter(ParameterType::Number, "s");
+    assert!(time.parse("30m").is_err_and(|why| why.ends_with("did you mean 30min?")));
+    assert!(time.parse("30kg").is_err_and(|why| why.ends_with("a multiple of it")));
+}
+
+#[test]
 fn a_ratio_is_received_in_its_own_unit() {
     let range = Some((0.0, 100.0));
     let (minimum, maximum) = range.unzip();

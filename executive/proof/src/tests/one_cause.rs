@@ -161,3 +161,25 @@ fn a_guard_that_is_constant_hides_the_tie_of_its_own_transition_alone() {
     expect(&mission(BOTH, &ties("n &lt;= 2")), &["W0218"], "the same report and their guards");
     expect(&mission(BOTH, &ties("n &lt;= 3")), &["W0236", "W0218"], "the same report and their");
 }
+
+#[test]
+fn a_token_that_was_taken_instead_of_read_is_one_finding() {
+    let sample = |arc: &str| {
+        let content = format!(
+            r#"{OUT}{HOME}{LATE}<place name="seen"/><transition name="sample" to="seen" on="back.failed">{arc}</transition><check>eventually home or hold</check>"#
+        );
+        mission(BOTH, &content).replace(
+            LATE,
+            &format!("{LATE}<transition name=\"early\" from=\"a\" to=\"hold\" timeout=\"60s\"/>"),
+        )
+    };
+    expect(&sample(r#"<arc from="b"/>"#), &["E0252"], "write <read place=\"b\"/> in it instead");
+}
+
+#[test]
+fn two_exclusive_components_that_are_together_name_the_fork() {
+    let file = format!(
+        r#"<mission {BOTH}><place name="a" initial="true"/><place name="b" components="go"/><place name="c" components="back"/><place name="home"/><place name="hold"/><exclusive components="go back"/><transition name="both" from="a" to="b c" timeout="1s"/><transition name="in" from="b" to="home" on="go.done"/><transition name="late" from="b" to="hold" timeout="60s"/><transition name="lost" from="c" to="hold" timeout="60s"/></mission>"#
+    );
+    expect(&file, &["E0241"], "this one put a token into each of the places");
+}
