@@ -1,4 +1,5 @@
-//! Timeouts that end before a component of their place was called even once.
+//! Timeouts that end before a component of their place was called even once, or before the operator's
+//! time for an answer is over.
 
 use std::time::Duration;
 
@@ -25,9 +26,11 @@ pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings)
             finding.code == Code::TimeTooShort
                 && finding.at.as_ref().is_some_and(|at| at.is_at(&interval.at))
         });
-        let Some((component, period)) = find_slowest(place, system).filter(|_| !is_known) else {
+        if is_known {
             continue;
-        };
+        }
+        findings.extend(find_cut_question(transition, latest, place, mission));
+        let Some((component, period)) = find_slowest(place, system) else { continue };
         if latest < period {
             let (name, text) = (&transition.name.value, interval.at.text());
             let message = format!(
@@ -38,6 +41,35 @@ pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings)
             findings.push(finding.remedy("write a longer time: is the unit right?"));
         }
     }
+}
+
+/// A question that the operator may answer for longer than its place is marked.
+fn find_cut_question(
+    timeout: &Transition,
+    latest: Duration,
+    place: &Place,
+    mission: &Mission,
+) -> Option<Finding> {
+    let name = &place.name.value;
+    let asks = |it: &Transition| match it.autonomy {
+        Autonomy::Confirm { within: Some(within), .. } => latest < within,
+        _ => false,
+    };
+    let mut questions = mission.transitions.iter().filter(|it| asks(it));
+    let question = questions.find(|it| it.inputs().any(|arc| arc.place.value == *name))?;
+    let interval = timeout.interval.as_ref()?;
+    let (late, asked) = (&timeout.name.value, &question.name.value);
+    let message = format!(
+        "`{}` is too short: {late} leaves {name} before the time for the answer about {asked} is over",
+        interval.at.text()
+    );
+    let finding = Finding::new(Code::TimeTooShort, &interval.at, message);
+    let at = question.autonomy_at.as_ref().unwrap_or(&question.name.at);
+    Some(
+        finding
+            .related(at, "this question")
+            .remedy("write a longer time here, or a shorter answer-within=\"…\" there"),
+    )
 }
 
 fn is_timeout(transition: &Transition) -> bool {

@@ -80,3 +80,19 @@ fn a_timeout_leaves_a_component_time_for_one_call() {
     // The timeout is wrong, and not the time of the component.
     only("W0264", "late leaves a before p is called", &short(&given("stay", "1s")));
 }
+
+#[test]
+fn a_question_may_be_answered_until_its_time_is_over() {
+    let file = |time: &str| {
+        let ask = r#"<transition name="ask" from="q" to="a" autonomy="confirm" answer-within="60s" unanswered="decline"/>"#;
+        let content = format!(
+            r#"<place name="q"/>{ask}<transition name="accept" from="q" to="over" timeout="{time}"/></mission>"#
+        );
+        patrol("", "", "1min")
+            .replace(r#"from="b" to="over""#, r#"from="b" to="q""#)
+            .replace("</mission>", &content)
+    };
+    nothing(&file("75s"));
+    nothing(&file("60s"));
+    only("W0264", "before the time for the answer about ask is over", &file("15s"));
+}
