@@ -42,10 +42,10 @@ fn everything() -> Value {
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
              "maximum": 2, "doc": "of the wheel", "live": true},
-            {"name": "interval", "type": "number", "unit": "s", "default": "1s"},
             {"name": "side", "type": "choice", "choices": ["left", "right"]},
             {"name": "buttons", "type": "text", "format": "names"},
             {"name": "report", "type": "path", "default": "", "written": true},
+            {"name": "interval", "type": "number", "unit": "s", "default": "1s"},
         ],
         "events": [
             {"name": "worn", "doc": "the tread is gone", "value": "number", "unit": "m"},
@@ -98,11 +98,12 @@ fn the_schema_and_the_program_accept_the_same() {
         let (by_schema, by_program) = (schema.check(changed), accepted(changed));
         let verdicts = format!("{what}: schema {by_schema:?}, program {by_program:?}\n{changed:#}");
         // The program is stricter than the schema here: an age is a time, a default must be within its range, a unit
-        // belongs to a number, and the parameter that names events must exist.
+        // belongs to a number, and what names events or has a value with an effect must exist.
         assert!(by_schema.is_ok() || by_program.is_err(), "only the program takes it: {verdicts}");
         let deeper = [
             "stale_after",
             "needs_one_of",
+            "value_effects",
             "default",
             "schema",
             "type",
@@ -113,6 +114,9 @@ fn the_schema_and_the_program_accept_the_same() {
             "/events/0/value",
             "named_by",
             "/parameters/2",
+            "without /parameters",
+            "without /outputs",
+            "/outputs is",
             "/parameters is",
         ];
         let same = by_schema.is_ok() == by_program.is_ok();
