@@ -36,6 +36,8 @@ fn everything() -> Value {
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
         "reports_done": false, "needs_rate": true, "needs_one_of": [["buttons"]],
+        "value_effects": [{"parameter": "radius", "effect": "idle", "value": "1m"},
+                          {"parameter": "interval", "effect": "paces", "output": "out"}],
         "inputs": [input], "outputs": [port("out")],
         "parameters": [
             {"name": "radius", "type": "number", "unit": "m", "default": "0.1m", "minimum": 0.01,
@@ -43,6 +45,7 @@ fn everything() -> Value {
             {"name": "side", "type": "choice", "choices": ["left", "right"]},
             {"name": "buttons", "type": "text", "format": "names"},
             {"name": "report", "type": "path", "default": "", "written": true},
+            {"name": "interval", "type": "number", "unit": "s", "default": "1s"},
         ],
         "events": [
             {"name": "worn", "doc": "the tread is gone", "value": "number", "unit": "m"},
@@ -95,11 +98,12 @@ fn the_schema_and_the_program_accept_the_same() {
         let (by_schema, by_program) = (schema.check(changed), accepted(changed));
         let verdicts = format!("{what}: schema {by_schema:?}, program {by_program:?}\n{changed:#}");
         // The program is stricter than the schema here: an age is a time, a default must be within its range, a unit
-        // belongs to a number, and the parameter that names events must exist.
+        // belongs to a number, and what names events or has a value with an effect must exist.
         assert!(by_schema.is_ok() || by_program.is_err(), "only the program takes it: {verdicts}");
         let deeper = [
             "stale_after",
             "needs_one_of",
+            "value_effects",
             "default",
             "schema",
             "type",
@@ -110,6 +114,9 @@ fn the_schema_and_the_program_accept_the_same() {
             "/events/0/value",
             "named_by",
             "/parameters/2",
+            "without /parameters",
+            "without /outputs",
+            "/outputs is",
             "/parameters is",
         ];
         let same = by_schema.is_ok() == by_program.is_ok();

@@ -82,6 +82,7 @@ fn make_manifest(kind: String) -> Manifest {
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
         inputs: (0..INPUTS).map(|n| port("in", n)).collect(),
         outputs: (0..INPUTS).map(|n| port("out", n)).collect(),
         parameters: vec![parameter("speed", "m/s"), parameter("turn", "deg")],

@@ -58,6 +58,9 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
 pub fn parse_data_name(text: &str) -> Result<String, String> {
     match split_data(text) {
         Some(_) => Ok(text.into()),
+        None if is_name(text) => Err(format!(
+            "write COMPONENT.OUTPUT: {text} is only one of the two; `armor data list` shows all outputs"
+        )),
         None => {
             Err("write COMPONENT.OUTPUT; `armor graph` and `armor describe` show outputs".into())
         }

@@ -9,6 +9,7 @@ mod cut_short;
 mod dates;
 mod ending;
 mod endless;
+mod entrances;
 mod exclusive;
 mod exits;
 mod feedback;
@@ -28,11 +29,13 @@ mod ports;
 mod rates;
 mod reach;
 mod reports;
+mod short_times;
 mod starved;
 mod system;
 mod transition;
 mod twice;
 mod unused;
+mod value_effects;
 
 use std::collections::BTreeSet;
 
@@ -82,6 +85,7 @@ pub fn check(
                 unused::check(configuration, manifests, &mut found);
                 crossed::check(&configuration.system, manifests, &mut found);
                 rates::check(&configuration.system, manifests, &mut found);
+                value_effects::check(configuration, manifests, &mut found);
             }
             without_errors(configuration, manifests, &mut found);
         }
@@ -186,7 +190,7 @@ fn by_itself(
         transition::check(mission, period, findings);
         order::check(mission, findings);
         twice::advise_identical(mission, findings);
-        twice::check_entrances(mission, findings);
+        entrances::check(mission, findings);
         endless::check(mission, findings);
     }
 }
@@ -209,6 +213,7 @@ fn without_errors(
     let mut is_reached = true;
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
+        short_times::check(mission, &configuration.system, findings);
         let is_main = configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
         ending::check(mission, is_main, findings);
         // With its sub-missions it may be larger than a mission may be, which is a finding then.
@@ -217,6 +222,7 @@ fn without_errors(
             goals::check(mission, &whole, is_main, &unawaited, findings);
         }
     }
+    value_effects::merge_by_timeout(findings);
     reach::drop_explained(configuration, findings);
     // Nothing is active in a place that is never reached, which is a finding already.
     if is_reached

@@ -145,6 +145,7 @@ codes! {
         CrossedLink = "W0140", "a link from another output than the one with the input's name";
         SpeedUnfollowed = "W0141", "time that runs faster in one component than in all others";
         RateTooLow = "W0142", "a rate that is too low for what takes the data";
+        ValueIdle = "W0143", "a value with which a component does nothing";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -192,6 +193,7 @@ codes! {
         GoalExchanged = "W0276", "a goal that seems exchanged with the safe place";
         DoneUnused = "W0277", "a place that waits for a failure and not for the end";
         StaysThere = "N0278", "a token that no transition takes";
+        ValueTooLate = "W0279", "a value with which a component is done too late, or never";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";

@@ -33,7 +33,7 @@ pub enum Subject {
     Exclusive,
     /// A transition.
     Transition,
-    /// A mission put into this one; its name is its file.
+    /// A mission put into this one; its name is its file, with `(2)` if it is included again.
     Submission,
 }
 

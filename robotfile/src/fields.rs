@@ -356,7 +356,8 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         for name in std::mem::take(&mut self.missing) {
             let message = format!("<{}> has no attribute {name}", element.name);
             let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
-            self.report(finding.remedy(format!("write {name}=\"…\"")));
+            let example = if name == "version" { "1" } else { "…" };
+            self.report(finding.remedy(format!("write {name}=\"{example}\"")));
         }
         let (guessed, unclear): (Vec<_>, Vec<_>) =
             strangers.into_iter().partition(|stranger| guess_known(stranger).is_some());

@@ -152,7 +152,7 @@ fn join_mission(whole: &mut Mission, inner: &Mission, by: &Submission, name: &st
 }
 
 /// Whether there is always one token: then its goal is marked alone.
-fn is_state_machine(mission: &Mission) -> bool {
+pub(crate) fn is_state_machine(mission: &Mission) -> bool {
     let tokens: u32 = mission.places.iter().map(|place| place.initial).sum();
     let moves = |transition: &Transition| {
         let count = |kind| transition.arcs.iter().filter(|arc| arc.kind == kind).count();

@@ -57,7 +57,7 @@ pub use features::Feature;
 pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
 pub use format::format;
-pub use load::{Reading, load, read, read_bytes};
+pub use load::{Reading, load, load_copy, read, read_bytes};
 pub use mission::Mission;
 pub use model::{Configuration, System};
 pub use overrides::Override;

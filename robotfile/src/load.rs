@@ -1,6 +1,7 @@
 //! A file and those that it names → one [`Configuration`]. [`read`] is pure: the caller brings the
 //! bytes; [`load`] brings them from the disk.
 
+mod similar_files;
 mod submissions;
 
 use std::collections::BTreeMap;
@@ -43,8 +44,16 @@ impl Reading {
 /// Reads the file at `path`, the system file and the sub-missions that it may name, taking their
 /// bytes from `loader`. It checks each file separately; [`crate::check`] checks the whole.
 pub fn read(path: &Path, loader: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>) -> Reading {
-    let mut files =
-        FileReader { loader, findings: Findings::default(), asked: Vec::new(), is_partial: false };
+    read_as(path, loader, false)
+}
+
+fn read_as(
+    path: &Path,
+    loader: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+    is_copy: bool,
+) -> Reading {
+    let (findings, asked) = (Findings::default(), Vec::new());
+    let mut files = FileReader { loader, findings, asked, is_partial: false, is_copy };
     let configuration = files.configuration(path);
     Reading {
         configuration,
@@ -56,7 +65,15 @@ pub fn read(path: &Path, loader: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>) -
 
 /// Reads the file at `path` from the disk.
 pub fn load(path: &Path) -> Reading {
-    read(path, &mut read_bytes)
+    let mut reading = read(path, &mut read_bytes);
+    similar_files::suggest_files(&mut reading.findings);
+    reading
+}
+
+/// Reads a file that may be a copy, such as a backup, of the one that its sub-missions name as their
+/// system.
+pub fn load_copy(path: &Path) -> Reading {
+    read_as(path, &mut read_bytes, true)
 }
 
 /// Returns the bytes of a file, at most one more than the limit, so that a giant or endless file
@@ -82,6 +99,8 @@ struct FileReader<'a> {
     findings: Findings,
     asked: Vec<PathBuf>,
     is_partial: bool,
+    /// Whether the file may have another name than its sub-missions know.
+    is_copy: bool,
 }
 
 impl FileReader<'_> {

@@ -63,6 +63,24 @@ impl Mission {
         !transition.arcs.is_empty() && arcs.all(|arc| arc.kind == ArcKind::Put) && !is_exit
     }
 
+    /// Whether the transition would be an emergency exit if the safe place were named that is
+    /// probably meant: no other is named, or one that the mission leads on from. That is a finding.
+    pub(crate) fn is_meant_exit(&self, transition: &Transition) -> bool {
+        let is_named = self.safe.as_ref().is_some_and(|safe| !self.leads_on_from(&safe.value));
+        let end = self.find_unnamed_end().filter(|_| !is_named);
+        transition.class == Class::Safety
+            && end.is_some_and(|end| {
+                transition.outputs().all(|arc| arc.place.value == end.name.value)
+            })
+    }
+
+    /// Whether a transition or a sub-mission takes the token from the place.
+    pub(crate) fn leads_on_from(&self, place: &str) -> bool {
+        let mut inputs = self.transitions.iter().flat_map(|it| it.inputs());
+        let mut entered = self.submissions.iter().filter_map(|inner| inner.enter.as_ref());
+        inputs.any(|arc| arc.place.value == place) || entered.any(|enter| enter.value == place)
+    }
+
     /// Returns the first place without components that no transition leaves and that is not the goal:
     /// in a mission without a safe place, probably the one that was meant.
     pub(crate) fn find_unnamed_end(&self) -> Option<&Place> {

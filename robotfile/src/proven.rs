@@ -30,7 +30,7 @@ impl Findings {
         if !causes.is_empty() {
             proven.retain(|result| result.code != Code::NeverFires);
         }
-        if causes.iter().any(|cause| cause.code == Code::NoOutput) {
+        if causes.iter().any(|cause| matches!(cause.code, Code::NoOutput | Code::Tie)) {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
         let is_fault = |result: &Finding| result.severity() != Severity::Note;
@@ -38,8 +38,15 @@ impl Findings {
         if self.iter().any(is_fault) || proven.iter().any(is_other) {
             proven.retain(|result| !result.is_by_times);
         }
+        // A period leaves the proof more to follow.
+        if self.iter().any(|finding| finding.code == Code::ShorterThanPeriod) {
+            proven.retain(|result| result.code != Code::CheckUndecided);
+        }
         if let Some(mission) = &configuration.mission {
             self.explain_by_missing_end(&mut proven, mission);
+            self.explain_by_inner_end(&mut proven, mission);
+            self.explain_by_exchange(&mut proven);
+            self.explain_by_early_end(&mut proven);
             self.explain_by_unset(&mut proven, mission);
             goal::merge_after_goal(&mut proven, mission);
             causes::explain_after_safe(&mut proven, mission);
@@ -56,16 +63,22 @@ impl Findings {
             }
         }
         self.drop_ties_of_dead(&proven);
+        causes::explain_never_fired(&mut proven);
         merging::merge_witnesses(&mut proven);
         merging::merge_last_firings(&mut proven);
         merging::merge_stronger_claims(&mut proven);
         self.merge_preempted(&mut proven);
         merging::merge_tokens(&mut proven, configuration.mission.as_ref());
         merging::merge_filling(&mut proven);
-        self.merge_ties(&mut proven);
+        self.merge_unreached(&mut proven);
+        self.merge_ties(&mut proven, configuration.mission.as_ref());
         merging::merge_awaiting(&mut proven);
         self.merge_only_fault(&mut proven);
         self.extend_new(proven);
+        // A token that stays somewhere may follow from whatever else is wrong.
+        if self.iter().any(is_fault) {
+            self.retain(|finding| finding.code != Code::StaysThere);
+        }
     }
 
     /// Leaves out that only the order decides between two transitions of which one never fires.
@@ -82,10 +95,11 @@ impl Findings {
     /// that tokens stay there. A check that fails because it waits for that place is an error, so it
     /// is kept, with this reason.
     fn explain_by_missing_end(&mut self, proven: &mut Vec<Finding>, mission: &Mission) {
-        let Some(cause) = self.iter().find(|finding| finding.code == Code::NoSafePlace).cloned()
-        else {
-            return;
+        let is_own = |finding: &&Finding| {
+            finding.code == Code::NoSafePlace
+                && finding.at.as_ref().is_some_and(|at| at.is_at(&mission.at))
         };
+        let Some(cause) = self.iter().find(is_own).cloned() else { return };
         let Some(end) = mission.find_unnamed_end() else { return };
         proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         let is_end = |at: &Location| at.span == end.name.at.span;
@@ -115,19 +129,8 @@ impl Findings {
     ) {
         let goal = configuration.mission.as_ref().and_then(|mission| mission.goal.as_ref());
         let goal = goal.map_or("", |goal| goal.value.as_str());
-        // One that leads to the goal, and whose reason is known, explains why it is not reached.
-        let leads_to_goal = |at: &Location| {
-            let mission = configuration.mission.as_ref();
-            let written = mission.iter().flat_map(|it| &it.transitions);
-            let mut written = written.filter(|it| it.name.at.span == at.span);
-            written.any(|it| it.outputs().any(|arc| arc.place.value == goal))
-        };
-        let dead = proven.iter().filter(|it| {
-            it.code == Code::NeverFires
-                && !it.related.is_empty()
-                && it.at.as_ref().is_some_and(leads_to_goal)
-        });
-        let dead: Vec<_> = dead.cloned().collect();
+        let whole = configuration.flattened().ok().flatten();
+        let dead = goal::find_dead_before(proven, whole.as_ref(), goal);
         let unset = configuration.mission.as_ref().map(|it| self.find_unset(proven, it));
         let unset = unset.unwrap_or_default();
         let known = [causes, &unset, &dead].into_iter().find(|it| !it.is_empty());
@@ -150,7 +153,12 @@ impl Findings {
             });
             for result in proven.iter_mut().filter(|it| it.code == Code::GoalNeverReached) {
                 result.related.push((at.clone(), cause.message.clone()));
+                result.related.extend(cause.related.clone());
                 result.remedy.clone_from(&cause.remedy);
+            }
+            goal::merge_checks_of(proven, at);
+            if cause.code == Code::UnreachablePlace {
+                merging::merge_token_faults(proven);
             }
         } else if let Some(mission) = &configuration.mission {
             goal::explain_by_submission(proven, mission);

@@ -2,6 +2,7 @@
 //! found in the same pass. The strict reader (`xml.rs`) has refused the file and reported why; this
 //! module reports nothing, and the result is never run or written.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::code::Code;
@@ -169,6 +170,49 @@ impl<'a> RecoveryReader<'a> {
             None => self.root = Some(element),
         }
     }
+}
+
+/// Returns the tag at the start of `text` if a quote in it is not closed: its length, and the bytes
+/// of the value whose quote is missing. The next quote of the file, which seems to close it, is in
+/// another tag: behind a `<` on another line, or directly after a `>`.
+pub(crate) fn find_open_quote(text: &str) -> Option<(usize, Range<usize>)> {
+    let is_tag = text.as_bytes().get(1).is_some_and(u8::is_ascii_alphabetic);
+    if !text.starts_with('<') || !is_tag {
+        return None;
+    }
+    let (mut quote, mut is_next_line, mut values) = (None, false, Vec::new());
+    for (at, byte) in text.bytes().enumerate().skip(1) {
+        match (byte, quote) {
+            (b'<', Some((_, start))) if is_next_line || text[..at].ends_with('>') => {
+                let after = text.as_bytes().get(at + 1)?;
+                if !(after.is_ascii_alphabetic() || matches!(after, b'/' | b'!' | b'?')) {
+                    return None;
+                }
+                let last = &text[start..at];
+                let last = last[..last.find(['\n', '\r', '>']).unwrap_or(last.len())].len();
+                let last = text[start..start + last].trim_end_matches([' ', '/']).len();
+                values.push(start..start + last);
+                let line = &text[..text[start..].find('\n').map_or(at, |n| start + n)];
+                let len = line[start..].find('>').map_or(line.len(), |n| start + n + 1);
+                // A value that ends like the begin of the next attribute has swallowed that.
+                let is_cut = |value: &Range<usize>| {
+                    let name = text[value.clone()].strip_suffix('=');
+                    name.is_some_and(|it| it.contains(char::is_whitespace))
+                };
+                let open = values.iter().position(is_cut).unwrap_or(values.len() - 1);
+                return Some((len, values.swap_remove(open)));
+            }
+            (b'<', _) | (b'>', None) => return None,
+            (b'\n', Some(_)) => is_next_line = true,
+            (b'"' | b'\'', None) => (quote, is_next_line) = (Some((byte, at + 1)), false),
+            (byte, Some((open, start))) if byte == open => {
+                values.push(start..at);
+                quote = None;
+            }
+            _ => {}
+        }
+    }
+    None
 }
 
 /// Bytes of the tag at the start of `text`: to its `>` outside of quotes; to the first `>` if a

@@ -100,6 +100,18 @@ pub struct Location {
 }
 
 impl Location {
+    /// Whether the other one lies in this one.
+    pub(crate) fn contains(&self, other: &Self) -> bool {
+        self.source.path() == other.source.path()
+            && self.span.start() <= other.span.start()
+            && other.span.end() <= self.span.end()
+    }
+
+    /// Whether both are the same piece of the same file.
+    pub(crate) fn is_at(&self, other: &Self) -> bool {
+        self.span == other.span && self.source.path() == other.source.path()
+    }
+
     /// Creates the location of the bytes `span` of `source`, clamped to the source.
     pub fn new(source: &Arc<Source>, span: Span) -> Self {
         let text = source.text();

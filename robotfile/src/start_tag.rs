@@ -125,12 +125,22 @@ impl<'a> TagReader<'a> {
 
     /// Returns the span of the value, after its `=` and inside its quotes.
     fn read_quoted(&mut self) -> Result<Span, &'static str> {
+        const TYPOGRAPHIC: [char; 8] = [
+            '\u{201c}', '\u{201d}', '\u{201e}', '\u{201f}', '\u{2018}', '\u{2019}', '\u{ab}',
+            '\u{bb}',
+        ];
         self.skip_space();
         if !self.rest().starts_with('=') {
             return Err("this attribute has no value");
         }
         self.at += 1;
         self.skip_space();
+        if self.rest().starts_with(TYPOGRAPHIC) {
+            return Err(
+                "the quotation marks of this attribute are typographic: XML has the straight \" \
+                 and ' alone",
+            );
+        }
         let quote = self.rest().chars().next().filter(|c| matches!(c, '"' | '\''));
         let quote = quote.ok_or("the value of this attribute is not in quotes")?;
         self.at += 1;
@@ -205,7 +215,9 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
         let window = raw.len().min(start + 16);
         let len = raw.as_bytes()[start..window].iter().position(|b| *b == b';').map(|len| len + 1);
         let character = len.and_then(|len| parse_reference(&raw[start + 1..start + len - 1]));
-        let len = len.unwrap_or(1);
+        // Both characters of && are one mistake.
+        let is_and = raw[start..].starts_with("&&");
+        let len = len.unwrap_or(1 + usize::from(is_and));
         match character {
             Some(c) => out.push(c),
             None => {
@@ -219,7 +231,11 @@ pub(crate) fn unescape(at: &Location, findings: &mut Findings) -> String {
                     let digits = digits.strip_suffix(';').unwrap_or_default();
                     !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix))
                 };
-                findings.push(if is_number(here.text()) {
+                findings.push(if is_and {
+                    let finding =
+                        Finding::new(Code::UnknownEntity, &here, "&& is not allowed in XML");
+                    finding.remedy("write and: guards and checks have the words and, or, not")
+                } else if is_number(here.text()) {
                     let message = format!("{} is not a character that XML allows", here.text());
                     Finding::new(Code::BadCharacter, &here, message).remedy("remove it")
                 } else {

@@ -10,6 +10,7 @@ use quick_xml::reader::Reader;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::recover::find_open_quote;
 use crate::source::{Location, Source, Span};
 use crate::start_tag::{TagReader, literal_less_len, unescape};
 use crate::suggestion::suggest_similar;
@@ -166,6 +167,15 @@ impl<'a> Builder<'a> {
                 reader = tolerant_reader(&text[base..]);
                 continue;
             }
+            if let Some((len, value)) = find_open_quote(&text[start..]) {
+                let value = Span::new(start + value.start, start + value.end);
+                if !self.add_open_quote(Span::new(start, start + len), value) {
+                    return None;
+                }
+                base = start + len;
+                reader = tolerant_reader(&text[base..]);
+                continue;
+            }
             let event = reader.read_event();
             let span = Span::new(start, base + position(reader.buffer_position()));
             match event {
@@ -228,6 +238,28 @@ impl<'a> Builder<'a> {
                 return false;
             }
             Event::Eof => {}
+        }
+        true
+    }
+
+    /// Adds a tag in which the quotes of a value are not closed.
+    fn add_open_quote(&mut self, tag: Span, value: Span) -> bool {
+        if !self.count_piece(tag) {
+            return false;
+        }
+        let at = Span::new(value.start() - 1, value.end());
+        let message = "the quotes of this attribute's value are not closed";
+        let finding = self.finding(Code::Malformed, at, message);
+        let quote = &self.source.text()[at.start()..value.start()];
+        self.report_malformed(
+            finding.remedy(format!("write a second {quote} where the value ends")),
+        );
+        self.sound = false;
+        let text = self.source.slice(tag);
+        let element = TagReader::new(self.source, tag).read(&mut Findings::default()).element;
+        self.open.push(element);
+        if text.ends_with("/>") || self.open.len() >= MAX_DEPTH {
+            self.close_element();
         }
         true
     }

@@ -106,7 +106,7 @@ fn every_part_of_the_format_reaches_the_model() {
     assert_eq!(open, Interval { earliest: Duration::from_secs(2), latest: None });
     assert_eq!(transition("recall").autonomy, Autonomy::Operator);
     let confirm =
-        Autonomy::Confirm { within: Some(Duration::from_secs(30)), fire_unanswered: false };
+        Autonomy::Confirm { within: Some(Duration::from_secs(4)), fire_unanswered: false };
     assert_eq!(transition("asked").autonomy, confirm);
     let arcs: Vec<_> = transition("repair")
         .arcs

@@ -6,11 +6,13 @@ mod follow_ups;
 mod manifests;
 mod mission_slips;
 mod missions;
+mod one_cause;
 mod one_mistake;
 mod remedies;
 mod submissions;
 mod systems;
 mod together;
+mod value_effects;
 mod waiting;
 
 use std::path::Path;

@@ -27,6 +27,7 @@ fn manifests() -> Manifests {
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
         inputs: vec![],
         outputs: vec![
             port("state", STATE),

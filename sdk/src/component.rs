@@ -3,6 +3,7 @@
 use crate::armor::Armor;
 use crate::call::{Call, Fault, Outcome};
 use crate::data::{Data, Header};
+use crate::effect::ParameterEffect;
 use crate::event::DeclaredEvent;
 use crate::parameter::{Parameter, Value};
 
@@ -41,6 +42,11 @@ pub trait Component: Sized + Send + 'static {
     /// with the name of the parameter that states the age, `("path", "timeout")`. `armor check` warns
     /// of a producer whose rate is too low for that.
     const STALE_AFTER: &'static [(&'static str, &'static str)] = &[];
+
+    /// Values of parameters, allowed by their ranges, that decide whether, and when, it does what it is
+    /// for: `("laps", ParameterEffect::NeverDone("0"))`. `armor check` warns where such a value makes
+    /// a mission wait in vain.
+    const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] = &[];
 
     /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware
     /// or files: `exec` does, at [`Call::Started`].

@@ -65,6 +65,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
     let (inputs, outputs) = (inputs.collect(), outputs.collect());
     let needs_one_of =
         C::NEEDS_ONE_OF.iter().map(|group| group.iter().map(|id| (*id).to_owned()).collect());
+    let value_effects = C::VALUE_EFFECTS.iter().map(|(name, effect)| effect.manifest(name));
     let Declarations { parameters, events, reports_done } = list_declarations::<C>();
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
@@ -77,6 +78,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         reports_done,
         needs_rate: C::NEEDS_RATE,
         needs_one_of: needs_one_of.collect(),
+        value_effects: value_effects.collect(),
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));

@@ -48,6 +48,7 @@ mod counter;
 mod data;
 mod describe;
 mod dial;
+mod effect;
 mod event;
 mod faults;
 mod following;
@@ -94,6 +95,7 @@ pub use component::Component;
 pub use data::{Data, DataError, Header};
 pub use describe::manifest_of;
 pub use dial::ConnectError;
+pub use effect::ParameterEffect;
 pub use event::{DeclaredEvent, Events};
 pub use following::time_link;
 pub use launch::{run, run_with};
@@ -109,6 +111,6 @@ pub mod prelude {
     pub use crate::messages::*;
     pub use crate::{
         Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, Header, Latched,
-        Message, Optional, Outcome, Parameter, Parameters, Value,
+        Message, Optional, Outcome, Parameter, ParameterEffect, Parameters, Value,
     };
 }

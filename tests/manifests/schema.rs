@@ -43,6 +43,7 @@ impl Schema {
             ("outputs", "port"),
             ("parameters", "parameter"),
             ("events", "event"),
+            ("value_effects", "value_effect"),
         ] {
             let items = manifest[list].as_array().into_iter().flatten();
             used.extend(items.flat_map(|item| names(of, item)));

@@ -50,6 +50,9 @@ pub struct Manifest {
     /// Groups of inputs and parameters: of each, one must be fed or given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub needs_one_of: Vec<Vec<String>>,
+    /// Values of its parameters that decide whether, and when, it does what it is for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub value_effects: Vec<ValueEffect>,
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
@@ -57,6 +60,36 @@ pub struct Manifest {
 
 fn true_by_default() -> bool {
     true
+}
+
+/// The effect of a parameter's value that its range allows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValueEffect {
+    /// The parameter.
+    pub parameter: String,
+    /// What the value causes.
+    pub effect: EffectKind,
+    /// The value, written as in a file; empty where every value has the effect.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub value: String,
+    /// The output that is concerned, if one is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub output: String,
+}
+
+/// What a parameter's value causes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EffectKind {
+    /// With this value the component does nothing.
+    Idle,
+    /// With this value it is never done.
+    NeverDone,
+    /// It is done after this time at the earliest.
+    DelaysDone,
+    /// The output is sent after this time, each time.
+    Paces,
 }
 
 /// An input or an output.
@@ -394,7 +427,13 @@ impl ParameterManifest {
                 format!("`{text}` has a unit, but this parameter has none{remedy}")
             })?;
             if given.dimension != wanted.dimension {
-                return Err(format!("`{text}` is not in {} or a multiple of it", self.unit));
+                let meant = match (given.name, wanted.dimension) {
+                    ("m", Dimension::Time) => {
+                        format!(": m is metres; did you mean {}min?", quantity.number)
+                    }
+                    _ => String::new(),
+                };
+                return Err(format!("`{text}` is not in {} or a multiple of it{meant}", self.unit));
             }
         }
         let received = match (own, quantity.unit) {

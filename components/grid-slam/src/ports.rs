@@ -158,6 +158,8 @@ impl Component for GridSlam {
     const KIND: &'static str = "grid-slam";
     const SUMMARY: &'static str = "Maps and localises from scans and odometry: a particle filter on occupancy grids, and a pose graph that closes loops.";
     const REPORTS_DONE: bool = false;
+    const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] =
+        &[("map_period", ParameterEffect::Paces("map"))];
     const PARAMETERS: &'static [Parameter] = GridSlamParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "what the laser sees"),

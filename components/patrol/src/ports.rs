@@ -104,6 +104,8 @@ impl Component for Patrol {
     ];
 
     const EVENTS: &'static [DeclaredEvent] = PatrolEvent::DECLARED;
+    const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] =
+        &[("laps", ParameterEffect::NeverDone("0")), ("stay", ParameterEffect::DelaysDone)];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;

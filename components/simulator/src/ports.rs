@@ -45,6 +45,8 @@ impl Component for Simulator {
     const REPORTS_DONE: bool = false;
     const STALE_AFTER: &'static [(&'static str, &'static str)] = &[("velocity", "command_timeout")];
     const NEEDS_RATE: bool = true;
+    const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] =
+        &[("speed", ParameterEffect::Idle("0")), ("max_speed", ParameterEffect::Idle("0m/s"))];
     const PARAMETERS: &'static [Parameter] = SimulatorParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left in the frame laser; inf: nothing in range, NaN: lost"),

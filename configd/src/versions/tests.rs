@@ -253,6 +253,7 @@ fn live_manifests() -> Manifests {
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],

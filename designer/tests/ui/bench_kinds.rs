@@ -61,6 +61,7 @@ fn kind(
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
     }
 }
 

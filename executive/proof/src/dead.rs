@@ -38,7 +38,7 @@ impl Proof<'_> {
             }
             if !is_in(&dead) {
                 if timed.as_ref().is_some_and(is_in) && self.is_always_too_late(source) {
-                    findings.push(self.never_in_time(&arcs.name));
+                    findings.push(self.never_in_time(source));
                 }
                 continue;
             }
@@ -65,13 +65,6 @@ impl Proof<'_> {
                 }))
             }));
         }
-    }
-
-    fn never_in_time(&self, name: &str) -> Finding {
-        let message = format!("{name} never fires in time: something else always fires before it");
-        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message).by_times();
-        finding
-            .remedy("compare its times with those of the transitions that leave its places before")
     }
 
     /// Whether a transition has its tokens in some run, but never until its time has come. The

@@ -58,8 +58,12 @@ impl Proof<'_> {
         let name = self.net.place(goal);
         let (message, remedy) = if self.most_in(goal) > 0 {
             let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
-            if self.timed_if_small()?.nearest(&at_goal).is_some() {
+            let classes = self.timed_if_small()?;
+            if classes.nearest(&at_goal).is_some() {
                 return None;
+            }
+            if let Some(never) = self.goal_preempted(goal, classes) {
+                return Some(never);
             }
             let message = format!(
                 "{name} never comes in time: something else always fires before what leads there"
@@ -232,8 +236,10 @@ impl Proof<'_> {
         let after = self.after_firings(&seen.path);
         let finding = if stands_still {
             let message = format!("{after} the mission stands still, with a token in {held}");
-            Finding::new(Code::Standstill, at, message)
-                .remedy("add a transition that leads on, or make it the goal or the safe place")
+            let read = self.advise_read(&seen.path).unwrap_or_default();
+            Finding::new(Code::Standstill, at, message).remedy(format!(
+                "add a transition that leads on, or make it the goal or the safe place{read}"
+            ))
         } else {
             let message = format!("{after} neither goal nor safe place can be reached any more");
             Finding::new(Code::GoalLost, at, format!("{message}; tokens are in {held}"))
@@ -302,11 +308,14 @@ impl Proof<'_> {
             self.net.place(place),
             self.net.place(second),
         );
-        let finding = Finding::new(Code::MarkedTogether, self.at(place), message);
+        let finding = Finding::new(Code::MarkedTogether, self.at(place), message)
+            .trace(self.trace_of(&seen.path, &[]))
+            .related(self.at(second), "together with this one");
+        let fork = self.find_fork(&seen.path).map(|name| self.at_transition(name));
+        let label = "this one put a token into each of the places that it leads to";
         Some(
-            finding
-                .trace(self.trace_of(&seen.path, &[]))
-                .related(self.at(second), "together with this one")
+            fork.into_iter()
+                .fold(finding, |finding, at| finding.related(at, label))
                 .remedy("let one transition leave the one place and enter the other"),
         )
     }

@@ -12,6 +12,7 @@ mod explained;
 mod follow_ups;
 mod forgotten;
 mod large;
+mod one_cause;
 mod outcomes;
 mod random;
 mod variables;

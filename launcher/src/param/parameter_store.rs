@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, anyhow, bail};
 use armor_configd::{ConfigdAction, ConfigdEvent, Notice, VersionRules, Versions, write};
 use armor_plan::PLAYED;
-use armor_robotfile::{Colours, Findings};
+use armor_robotfile::{Code, Colours, Findings, Reading};
 use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Differences, ParameterList, Questions, SetOutcome,
 };
@@ -52,8 +52,8 @@ impl ParameterStore {
 
     /// Returns the changes from one file to another.
     pub fn between(old: &Path, new: &Path, kinds: &KindFolders) -> Result<Differences> {
-        let mut alone = FileParameters::open(old, &[new], kinds)?;
-        let reading = armor_robotfile::load(new);
+        let mut alone = FileParameters::open_copy(old, &[new], kinds)?;
+        let reading = armor_robotfile::load_copy(new);
         for action in alone.versions.handle(ConfigdEvent::Read(Box::new(reading))) {
             if let ConfigdAction::Tell(Notice::Refused { findings, .. }) = action {
                 return Err(report_invalid(new, &findings));
@@ -111,7 +111,20 @@ const OWN_PEER: PeerId = PeerId(1);
 impl FileParameters {
     /// Reads the file; `others` are files whose folders may hold kinds too.
     fn open(file: &Path, others: &[&Path], kinds: &KindFolders) -> Result<Self> {
-        let reading = armor_robotfile::load(file);
+        Self::of_reading(armor_robotfile::load(file), file, others, kinds)
+    }
+
+    /// The same of a file that may be a copy under another name.
+    fn open_copy(file: &Path, others: &[&Path], kinds: &KindFolders) -> Result<Self> {
+        Self::of_reading(armor_robotfile::load_copy(file), file, others, kinds)
+    }
+
+    fn of_reading(
+        reading: Reading,
+        file: &Path,
+        others: &[&Path],
+        kinds: &KindFolders,
+    ) -> Result<Self> {
         let files: Vec<_> =
             reading.files.iter().map(AsRef::as_ref).chain(others.iter().copied()).collect();
         let catalogue = Catalogue::gather(&kinds.directories, files)?;
@@ -168,5 +181,9 @@ impl Questions for FileParameters {
 }
 
 fn report_invalid(file: &Path, findings: &Findings) -> anyhow::Error {
-    anyhow!("{} is not valid:\n{}", file.display(), findings.render(Colours::No).trim_end())
+    let shown = findings.render(Colours::No);
+    match findings.iter().any(|finding| finding.code == Code::Unreadable) {
+        true => anyhow!("the file cannot be read:\n{}", shown.trim_end()),
+        false => anyhow!("{} is not valid:\n{}", file.display(), shown.trim_end()),
+    }
 }

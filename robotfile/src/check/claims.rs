@@ -137,6 +137,8 @@ struct ClaimNames<'a> {
     unreadable: &'a UnreadableParts,
     /// Whether a place names a component that does not exist, which may be any of them.
     is_component_unknown: bool,
+    /// Whether the file of a sub-mission could not be read, so that its names are not known.
+    has_unread: bool,
 }
 
 impl<'a> ClaimNames<'a> {
@@ -159,6 +161,10 @@ impl<'a> ClaimNames<'a> {
             components: active.map(|name| name.value.as_str()).collect(),
             unreadable: &configuration.system.unreadable,
             is_component_unknown,
+            has_unread: configuration
+                .missions()
+                .flat_map(|mission| &mission.submissions)
+                .any(|inner| !configuration.included.contains_key(&inner.path)),
         }
     }
 
@@ -192,7 +198,8 @@ impl<'a> ClaimNames<'a> {
                     || self.mission.unreadable.in_start
             }
         };
-        if known.contains(own) || is_doubtful {
+        let is_of_unread = self.has_unread && (own.contains('.') || sort == Sort::Component);
+        if known.contains(own) || is_doubtful || is_of_unread {
             return;
         }
         let message = match sort {

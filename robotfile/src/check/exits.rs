@@ -7,7 +7,7 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::Guard;
-use crate::mission::{ArcKind, Autonomy, Mission, Place, Transition};
+use crate::mission::{ArcKind, Autonomy, Class, Mission, Place, Transition};
 
 /// `active_places` are the places with components.
 pub(super) fn check(
@@ -36,6 +36,9 @@ pub(super) fn check(
         .filter(|variable| variable.counts().is_some())
         .map(|variable| variable.name.value.as_str())
         .collect();
+    for transition in mission.transitions.iter().filter(|it| is_immediate_emergency(mission, it)) {
+        findings.push(report_emergency(transition));
+    }
     for transition in &mission.transitions {
         let [arc] = &transition.inputs().collect::<Vec<_>>()[..] else { continue };
         let place = arc.place.value.as_str();
@@ -56,6 +59,28 @@ pub(super) fn check(
             findings.push(report_decided(transition, &when.value, place, other));
         }
     }
+}
+
+/// Returns whether an emergency exit waits for nothing. One without any place is a finding already.
+fn is_immediate_emergency(mission: &Mission, transition: &Transition) -> bool {
+    let mut arcs = transition.arcs.iter();
+    transition.class == Class::Safety
+        && !transition.arcs.is_empty()
+        && arcs.all(|arc| arc.kind == ArcKind::Put)
+        && !has_moment(transition)
+        && transition.when.is_none()
+        && !mission.lacks_input(transition)
+}
+
+fn report_emergency(transition: &Transition) -> Finding {
+    let message = format!(
+        "{} fires as soon as the mission begins: it takes a token from no place, and waits for nothing",
+        transition.name.value
+    );
+    let remedy = "write operator=\"true\" if the operator fires it, or on=\"…\" or when=\"…\" for what \
+                  it waits for";
+    let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+    finding.remedy(remedy).stops_transition()
 }
 
 /// Returns whether anything but a guard determines when the transition fires.

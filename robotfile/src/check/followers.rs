@@ -56,6 +56,7 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::NeverFires
             || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
+    explain_wrong_field(findings);
     explain_missing_output(findings);
     explain_unused_done(findings);
     // Where from and to are exchanged, nothing leads to the place that is named as from.
@@ -116,6 +117,32 @@ fn explain_unused_done(findings: &mut Findings) {
     }
     if has_other || is_unreachable {
         findings.retain(|finding| finding.code != Code::DoneUnused);
+    }
+}
+
+/// Guards that compare a variable with values of another quantity, and a domain that does not fit its
+/// field either: the variable probably follows the wrong field.
+fn explain_wrong_field(findings: &mut Findings) {
+    let name_in = |finding: &Finding| {
+        if finding.code != Code::GuardUnit {
+            return None;
+        }
+        let of_guard = finding.message.strip_prefix('`').and_then(|it| it.split_once("` is a "));
+        let of_domain = finding.message.split_once(" has no unit, but ").map(|(_, it)| it);
+        let of_domain = of_domain.filter(|it| !it.starts_with('`'));
+        let of_domain = of_domain.and_then(|it| it.split(' ').next());
+        let name = of_guard.map(|(name, _)| name).or(of_domain);
+        name.map(ToOwned::to_owned)
+    };
+    findings
+        .merge_same(|first, other| name_in(first).is_some() && name_in(first) == name_in(other));
+    for finding in findings.iter_mut().filter(|finding| !finding.related.is_empty()) {
+        if let Some(name) = name_in(finding) {
+            finding.remedy = format!(
+                "is another field meant in the source of {name}? What it is compared with does not \
+                 fit this one"
+            );
+        }
     }
 }
 

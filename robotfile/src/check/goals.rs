@@ -4,11 +4,12 @@
 use std::collections::BTreeSet;
 
 use crate::check::manifests::Manifests;
+use crate::check::names::listed;
 use crate::check::reach::{find_reached, find_reached_without_failures};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{ArcKind, Mission, Place, Transition};
+use crate::mission::{ArcKind, Class, Mission, Place, Transition};
 use crate::model::{Component, Configuration};
 
 /// Returns the components that report that they are done, although no transition waits for it.
@@ -43,6 +44,7 @@ pub(super) fn check(
 ) {
     check_unused_done(mission, unawaited, findings);
     check_exchanged(mission, findings);
+    check_safe_left(mission, findings);
     check_failures(mission, whole, findings);
     if is_main {
         check_left_tokens(mission, findings);
@@ -157,16 +159,22 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         mission.transitions.iter().filter(shares).count() > 1
     };
     let is_exit = |transition: &Transition| {
+        let is_emergency =
+            transition.class == Class::Safety && transition.inputs().next().is_none();
         let is_timeout = transition.on.is_none()
             && transition.when.is_none()
             && transition.not_before.is_none()
             && transition.interval.as_ref().is_some_and(|it| !it.value.earliest.is_zero());
-        (is_timeout && has_others(transition)) || transition.is_on_failure()
+        is_emergency || (is_timeout && has_others(transition)) || transition.is_on_failure()
     };
     // A transition that is the only one from its place belongs to what leads to that place.
     let is_after_done = |transition: &Transition| {
         let mut before = transition.inputs().flat_map(|arc| entering(&arc.place.value));
-        is_by(transition, "done") || (!has_others(transition) && before.any(|it| is_by(it, "done")))
+        let mut left = mission.submissions.iter().filter_map(|inner| inner.leave.as_ref());
+        let is_after_inner =
+            left.any(|leave| transition.inputs().any(|arc| arc.place.value == leave.value));
+        let is_after = is_after_inner || before.any(|it| is_by(it, "done"));
+        is_by(transition, "done") || (!has_others(transition) && is_after)
     };
     let mut to_goal = entering(&goal.value).peekable();
     if to_goal.peek().is_none() || !to_goal.all(is_exit) {
@@ -185,6 +193,38 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
                 .related(&done.at, "this transition"),
         );
     }
+}
+
+/// The mission leads on from its safe place, where it is over, and another place without a way out,
+/// to which an emergency or a timeout leads, seems to be meant.
+fn check_safe_left(mission: &Mission, findings: &mut Findings) {
+    let (Some(safe), Some(end)) = (&mission.safe, mission.find_unnamed_end()) else { return };
+    let name = &end.name.value;
+    let is_exit = |it: &Transition| {
+        let is_timeout = it.on.is_none() && it.interval.is_some();
+        leads_to(it, name) && (it.class == Class::Safety || is_timeout || it.is_on_failure())
+    };
+    let takes = |it: &&Transition| it.inputs().any(|arc| arc.place.value == safe.value);
+    let leaving: Vec<_> = mission.transitions.iter().filter(takes).collect();
+    let Some((last, others)) = leaving.split_last() else { return };
+    if !mission.transitions.iter().any(is_exit) {
+        return;
+    }
+    let others: Vec<_> = others.iter().map(|it| it.name.value.as_str()).collect();
+    let (names, verb) = match others.as_slice() {
+        [] => (last.name.value.clone(), "never fires: it leads"),
+        _ => {
+            let names = format!("{} and {}", listed(others.into_iter()), last.name.value);
+            (names, "never fire: they lead")
+        }
+    };
+    let message = format!(
+        "{names} {verb} on from {safe}, the safe place, and the mission is over when {safe} is marked",
+        safe = safe.value
+    );
+    let finding = Finding::new(Code::NeverFires, &safe.at, message).stops_transition();
+    let finding = finding.related(&end.name.at, "nothing leads on from this place");
+    findings.push(finding.remedy(format!("did you mean safe=\"{name}\"?")));
 }
 
 /// A place waits for the failure of a component and not for its end, although other places with it

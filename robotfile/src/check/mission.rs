@@ -11,6 +11,7 @@ use crate::check::{exclusive, twice};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::flatten::is_state_machine;
 use crate::mission::{Exclusive, Mission, Place, Submission, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
@@ -46,6 +47,29 @@ pub(super) fn check(
         };
         findings.push(finding.remedy(remedy));
     }
+    for inner in configuration.included.values().filter(|it| it.safe.is_none()) {
+        findings.extend(find_standing_end(inner));
+    }
+}
+
+/// Finds a place in which a sub-mission without a safe place stands still. If it has one token, no
+/// other of its places is marked then, so the mission that includes it never continues.
+fn find_standing_end(inner: &Mission) -> Option<Finding> {
+    inner.goal.as_ref()?;
+    let end = inner.find_unnamed_end().filter(|_| is_state_machine(inner))?;
+    let name = &end.name.value;
+    let failures = inner.places.iter().filter_map(|place| place.on_failure.as_ref());
+    let moved = inner.transitions.iter().flat_map(|it| it.outputs()).map(|arc| &arc.place);
+    moved.chain(failures).find(|place| place.value == *name)?;
+    let message = format!(
+        "this mission has no safe place: once {name} is marked, it stands still, and the mission \
+         that includes it does not continue"
+    );
+    let finding = Finding::new(Code::NoSafePlace, &inner.at, message).remedy(format!(
+        "write safe=\"{name}\" to end both missions in their safe places; or add a transition that \
+         leads on from {name}"
+    ));
+    Some(finding.related(&end.name.at, "this place"))
 }
 
 /// Returns the components that no mission may control, with what forbids it.

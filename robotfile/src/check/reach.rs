@@ -99,7 +99,7 @@ fn find_initial_after<'a>(mission: &'a Mission, places: &BTreeSet<&str>) -> Opti
 
 /// What to write into a sub-mission that was probably to leave to the place.
 fn advise_submission(mission: &Mission, place: &str) -> Option<String> {
-    mission.submissions.iter().find_map(|submission| {
+    mission.submissions.iter().enumerate().find_map(|(number, submission)| {
         let file = &submission.file.value;
         let enter = &submission.enter.as_ref()?.value;
         let Some(leave) = &submission.leave else {
@@ -107,7 +107,11 @@ fn advise_submission(mission: &Mission, place: &str) -> Option<String> {
                 "add a transition to it; or write out=\"{place}\" if {file} is to leave to it"
             ));
         };
-        if enter == &leave.value {
+        let mut before = mission.submissions[..number].iter();
+        let is_same = |other: &Submission| {
+            other.leave.as_ref().is_some_and(|other| other.value == leave.value)
+        };
+        if enter == &leave.value || before.any(is_same) {
             return Some(format!("write out=\"{place}\" if {file} is to leave to it"));
         }
         (enter == place).then(|| {

@@ -56,7 +56,10 @@ pub(super) fn check(
         shorter_than_period(transition, period, findings);
         too_short(transition, findings);
         report_latest_of_operator(transition, findings);
-        if mission.lacks_input(transition) && !transition.is_doubtful {
+        if mission.lacks_input(transition)
+            && !transition.is_doubtful
+            && !mission.is_meant_exit(transition)
+        {
             report_missing_input(transition, findings);
         }
         let is_active = |place: &str| safe_places.contains_key(place);

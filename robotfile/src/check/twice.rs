@@ -37,35 +37,6 @@ pub(super) fn submissions_once(mission: &Mission, findings: &mut Findings) {
     }
 }
 
-/// A sub-mission begins as soon as its place is marked. A transition from that place with a guard
-/// competes with that; one that waits for anything never fires, which the proof finds.
-pub(super) fn check_entrances(mission: &Mission, findings: &mut Findings) {
-    for submission in &mission.submissions {
-        let Some(enter) = &submission.enter else { continue };
-        let competes = |transition: &&Transition| {
-            transition.when.is_some()
-                && transition.on.is_none()
-                && transition.interval.is_none()
-                && transition.priority == 0
-                && transition.inputs().any(|arc| arc.place.value == enter.value)
-        };
-        for transition in mission.transitions.iter().filter(competes) {
-            let message = format!(
-                "{} takes the token from {}, and so does {}, which begins as soon as {} is marked: \
-                 only their order decides",
-                transition.name.value, enter.value, submission.file.value, enter.value
-            );
-            let finding = Finding::new(Code::Tie, &transition.name.at, message);
-            let remedy = format!(
-                "let it start from another place than the in=\"{}\" of the sub-mission, or write \
-                 priority=\"1\" on it",
-                enter.value
-            );
-            findings.push(finding.remedy(remedy).related(&enter.at, "the sub-mission begins here"));
-        }
-    }
-}
-
 /// Of two transitions that can fire at the same moment and differ only in their names, one is to be
 /// removed.
 pub(super) fn advise_identical(mission: &Mission, findings: &mut Findings) {

@@ -1,6 +1,8 @@
 //! A configuration divided into the things that a user would name: each with its attributes, as
 //! values to compare and as text to show.
 
+use std::collections::BTreeMap;
+
 use armor_wire::keep::Keep;
 use armor_wire::remote_process::CutOff;
 
@@ -179,12 +181,23 @@ fn of_mission(mission: &Mission) -> Vec<ComparedItem> {
         items.push(ComparedItem::new(Subject::Exclusive, names.join(" "), Vec::new()));
     }
     items.extend(mission.transitions.iter().map(of_transition));
-    for submission in &mission.submissions {
+    items.extend(of_submissions(mission));
+    items
+}
+
+/// A file may be included several times: the second time has `(2)` in its name.
+fn of_submissions(mission: &Mission) -> Vec<ComparedItem> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    let items = mission.submissions.iter().map(|submission| {
+        let file = submission.file.value.as_str();
+        let count = counts.entry(file).or_default();
+        *count += 1;
+        let name = if *count == 1 { file.to_owned() } else { format!("{file} ({count})") };
         let ports =
             vec![text_aspect("in", &submission.enter), text_aspect("out", &submission.leave)];
-        items.push(ComparedItem::new(Subject::Submission, &*submission.file.value, ports));
-    }
-    items
+        ComparedItem::new(Subject::Submission, name, ports)
+    });
+    items.collect()
 }
 
 fn of_variable(variable: &Variable) -> ComparedItem {

@@ -23,7 +23,10 @@ const FILE: &str = r#"<armor version="1">
 </armor>"#;
 
 fn configuration(text: &str) -> Configuration {
-    let reading = read(Path::new("a.xml"), &mut |_| Ok(text.into()));
+    let reading = read(Path::new("a.xml"), &mut |path| match path == Path::new("a.xml") {
+        true => Ok(text.into()),
+        false => Ok("<armor version='1'><mission goal='g'/></armor>".into()),
+    });
     reading.configuration.unwrap_or_else(|| panic!("{:?}", reading.findings))
 }
 
@@ -37,6 +40,20 @@ fn check(edits: &[(&str, &str)], expected: &[&str]) {
     let found = differences(&configuration(FILE), &configuration(&changed));
     let found: Vec<_> = found.iter().map(ToString::to_string).collect();
     assert_eq!(found, expected);
+}
+
+#[test]
+fn a_submission_that_is_included_twice_has_not_changed() {
+    let twice = FILE.replace(
+        "  </mission>",
+        r#"<submission ref="dock.xml" in="map" out="end"/><submission ref="dock.xml" in="end" out="map"/></mission>"#,
+    );
+    let read = |text: &str| configuration(&text.replace("dock.xml", "./dock.xml"));
+    assert!(differences(&read(&twice), &read(&twice)).is_empty());
+    let moved = twice.replace(r#"in="end" out="map""#, r#"in="end" out="late""#);
+    let found = differences(&read(&twice), &read(&moved));
+    let found: Vec<_> = found.iter().map(ToString::to_string).collect();
+    assert_eq!(found, ["submission ./dock.xml (2): out map → late"]);
 }
 
 #[test]

@@ -132,8 +132,14 @@ impl GuardJudge<'_> {
             Type::Text(_) => "a text",
         };
         let message = format!("a number is expected, but `{}` is {noun}", self.text_of(node));
-        let remedy = "numbers are compared with < <= > >=, the others with == and !=";
-        self.report_problem(Code::GuardType, node, message, remedy);
+        let bare = self.text_of(node).trim_matches(['\'', '"']).trim();
+        let remedy = match is {
+            Type::Text(_) if armor_wire::quantity::parse(bare).is_ok() => {
+                format!("write {bare} without quotation marks")
+            }
+            _ => "numbers are compared with < <= > >=, the others with == and !=".to_owned(),
+        };
+        self.report_problem(Code::GuardType, node, message, &remedy);
         Measure::Any
     }
 

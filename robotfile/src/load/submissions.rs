@@ -82,7 +82,7 @@ impl FileReader<'_> {
                           keep its mission in a file without <system>";
             self.findings.push(finding.remedy(remedy));
         }
-        if let Some(other) = &mission.system {
+        if let Some(other) = mission.system.as_ref().filter(|_| !self.is_copy) {
             self.same_system(&next.file, other, of_system);
         }
         Some((source, mission))

@@ -4,6 +4,7 @@
 
 use super::awaited::find_awaited;
 use super::merging;
+use crate::claim::Statement;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -58,6 +59,96 @@ impl Findings {
             self.retain(|finding| finding.code != Code::NothingSets);
             proven.extend(explain_first(checks, cause));
         }
+    }
+}
+
+impl Findings {
+    /// Explains what a sub-mission without a safe place does, which stands still in one of its places.
+    pub(super) fn explain_by_inner_end(&mut self, proven: &mut Vec<Finding>, mission: &Mission) {
+        let is_inner = |finding: &&Finding| {
+            finding.code == Code::NoSafePlace
+                && !finding.at.as_ref().is_some_and(|at| at.is_at(&mission.at))
+        };
+        let Some(cause) = self.iter().find(is_inner).cloned() else { return };
+        let end = cause.related.first().map(|(at, _)| format!(".{}", at.text()));
+        let is_there = |result: &Finding| {
+            end.as_ref().is_some_and(|end| {
+                let mut words = result.message.split([' ', ',', ';']);
+                words.any(|word| word.ends_with(end))
+            })
+        };
+        let (following, others): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(|result| {
+                let stands = matches!(result.code, Code::Standstill | Code::GoalLost);
+                (stands || find_awaited(result).is_some()) && is_there(result)
+            });
+        *proven = others;
+        let checks = following.into_iter().filter(|it| it.code == Code::CheckFails);
+        let first = explain_first(checks.collect(), cause.clone());
+        if first.is_some() {
+            let at = cause.at.as_ref();
+            self.retain(|finding| {
+                finding.code != Code::NoSafePlace
+                    || !finding.at.as_ref().zip(at).is_some_and(|(one, other)| one.is_at(other))
+            });
+        }
+        proven.extend(first);
+    }
+
+    /// Explains checks that fail by a goal and a safe place that seem exchanged.
+    pub(super) fn explain_by_exchange(&mut self, proven: &mut Vec<Finding>) {
+        let is_check = |result: &Finding| result.code == Code::CheckFails;
+        self.explain_by(Code::GoalExchanged, proven, is_check);
+    }
+
+    /// Explains checks that fail, and transitions that never fire, by a transition that marks the goal
+    /// while components still work.
+    pub(super) fn explain_by_early_end(&mut self, proven: &mut Vec<Finding>) {
+        if self.iter().any(|finding| finding.code == Code::EndsTooSoon) {
+            proven.retain(|result| result.code != Code::NeverFires);
+        }
+        self.explain_by(Code::EndsTooSoon, proven, |result| find_awaited(result).is_some());
+    }
+
+    /// Explains results by the first finding of a code.
+    fn explain_by(
+        &mut self,
+        code: Code,
+        proven: &mut Vec<Finding>,
+        follows: impl Fn(&Finding) -> bool,
+    ) {
+        let Some(cause) = self.iter().find(|finding| finding.code == code).cloned() else { return };
+        let (following, others): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(|result| follows(result));
+        *proven = others;
+        if let Some(first) = explain_first(following, cause) {
+            self.retain(|finding| finding.code != code);
+            proven.push(first);
+        }
+    }
+}
+
+/// Explains checks that a transition fires by the finding that it never fires.
+pub(super) fn explain_never_fired(proven: &mut Vec<Finding>) {
+    let mut at = 0;
+    while at < proven.len() {
+        let Some(Statement::Fires(name)) = find_awaited(&proven[at]).map(|it| it.statement) else {
+            at += 1;
+            continue;
+        };
+        let begin = format!("{} never fires", name.as_str());
+        let is_dead = |it: &Finding| it.code == Code::NeverFires && it.message.starts_with(&begin);
+        let Some(dead) = proven.iter().position(is_dead) else {
+            at += 1;
+            continue;
+        };
+        let dead = proven.remove(dead);
+        at -= usize::from(at >= proven.len() || find_awaited(&proven[at]).is_none());
+        let check = &mut proven[at];
+        check.remedy = dead.remedy;
+        check.related.extend(dead.at.map(|at| (at, dead.message)));
+        check.related.extend(dead.related);
+        at += 1;
     }
 }
 

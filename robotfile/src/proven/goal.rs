@@ -1,5 +1,7 @@
 //! What follows from the place that is the goal: where it is marked, the mission is over.
 
+use std::collections::BTreeSet;
+
 use super::awaited::find_awaited;
 use super::merging;
 use crate::code::Code;
@@ -116,11 +118,68 @@ pub(super) fn merge_over_at_start(proven: &mut Vec<Finding>) {
     proven.push(kept);
 }
 
+/// Returns the transitions that never fire, for a known reason, and that lead to the goal: those that
+/// lead directly to it, or else those that other transitions follow. `whole` is the mission with its
+/// sub-missions.
+pub(super) fn find_dead_before(
+    proven: &[Finding],
+    whole: Option<&Mission>,
+    goal: &str,
+) -> Vec<Finding> {
+    let Some(whole) = whole else { return Vec::new() };
+    let is_known = |it: &&Finding| it.code == Code::NeverFires && !it.related.is_empty();
+    let of_places = |places: &BTreeSet<&str>| -> Vec<Finding> {
+        let leads = |at: &Location| {
+            let mut written = whole.transitions.iter().filter(|it| it.name.at.is_at(at));
+            written.any(|it| it.outputs().any(|arc| places.contains(&*arc.place.value)))
+        };
+        let dead = proven.iter().filter(is_known);
+        dead.filter(|it| it.at.as_ref().is_some_and(leads)).cloned().collect()
+    };
+    let mut places = BTreeSet::from([goal]);
+    let direct = of_places(&places);
+    if !direct.is_empty() {
+        return direct;
+    }
+    loop {
+        let leading = whole
+            .transitions
+            .iter()
+            .filter(|it| it.outputs().any(|arc| places.contains(&*arc.place.value)));
+        let before: BTreeSet<_> =
+            leading.flat_map(Transition::inputs).map(|arc| arc.place.value.as_str()).collect();
+        let count = places.len();
+        places.extend(before);
+        if places.len() == count {
+            return of_places(&places);
+        }
+    }
+}
+
+/// Merges the checks of the file of a cause, a sub-mission, that wait for something, with the goal
+/// that is never reached because of it.
+pub(super) fn merge_checks_of(proven: &mut Vec<Finding>, cause: &Location) {
+    let is_of_cause = |result: &Finding| {
+        let path = result.at.as_ref().map(|at| at.source.path());
+        find_awaited(result).is_some() && path == Some(cause.source.path())
+    };
+    let Some(at) = proven.iter().position(|it| it.code == Code::GoalNeverReached) else { return };
+    let mut never = proven.remove(at);
+    let (checks, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|result| is_of_cause(result));
+    *proven = others;
+    never.related.extend(merging::label_checks(checks.into_iter()));
+    proven.push(never);
+}
+
 /// Merges places of exclusive components that are marked together with a goal that is never reached
 /// because one of them waits for the other.
 pub(super) fn explain_by_exclusion(proven: &mut Vec<Finding>) {
+    // An emergency exit hides that the mission stands still there.
+    let are_together = proven.iter().any(|result| result.code == Code::MarkedTogether);
     let waits = |result: &Finding| {
-        result.code == Code::GoalNeverReached && result.message.ends_with(ONE_WAITS)
+        result.code == Code::GoalNeverReached
+            && (are_together || result.message.ends_with(ONE_WAITS))
     };
     let Some(at) = proven.iter().position(waits) else { return };
     let mut never = proven.remove(at);
@@ -130,8 +189,9 @@ pub(super) fn explain_by_exclusion(proven: &mut Vec<Finding>) {
     if let Some(first) = together.first() {
         never.remedy = format!("{}, or do not declare the components exclusive", first.remedy);
     }
+    let more = together.first().map(|first| first.related.clone()).unwrap_or_default();
     let labels = together.into_iter().filter_map(|it| Some((it.at?, it.message)));
-    never.related.extend(labels);
+    never.related.extend(labels.chain(more));
     proven.push(never);
 }
 

@@ -204,6 +204,32 @@ pub(super) fn merge_tokens(proven: &mut Vec<Finding>, mission: Option<&Mission>)
     proven.push(first);
 }
 
+/// Whether the transition that is named at `at` has a guard in which one of the locations lies.
+fn has_guard_in(mission: Option<&Mission>, at: &Location, inner: &[Location]) -> bool {
+    let mut transitions = mission.iter().flat_map(|mission| &mission.transitions);
+    let written = transitions.find(|it| it.name.at.is_at(at));
+    written
+        .and_then(|it| it.when.as_ref())
+        .is_some_and(|when| inner.iter().any(|constant| when.at.contains(constant)))
+}
+
+/// Merges the errors that tokens cause with a goal that is never reached because they went elsewhere.
+pub(super) fn merge_token_faults(proven: &mut Vec<Finding>) {
+    let (following, mut others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(is_token_fault);
+    match others.iter_mut().find(|result| result.code == Code::GoalNeverReached) {
+        Some(never) => following.into_iter().for_each(|other| never.merge_place(other)),
+        None => others.extend(following),
+    }
+    *proven = others;
+}
+
+fn is_token_fault(result: &Finding) -> bool {
+    let code = result.code;
+    has_too_many_tokens(result)
+        || matches!(code, Code::ValueOutside | Code::CheckFails | Code::FillsWithoutEnd)
+}
+
 impl Findings {
     /// Merges a transition that never fires, because another one always fires first, with too many
     /// tokens that the firing of that other one leads to: it lacks a condition or a place.
@@ -245,13 +271,39 @@ impl Findings {
         self.retain(|finding| finding.code != cause.code || span(finding) != span(&cause));
     }
 
+    /// Merges the errors that tokens cause with the only place that no transition leads to: they were
+    /// probably to go there.
+    pub(super) fn merge_unreached(&mut self, proven: &mut Vec<Finding>) {
+        let mut unreached = self.iter().filter(|finding| finding.code == Code::UnreachablePlace);
+        let (Some(cause), None) = (unreached.next().cloned(), unreached.next()) else { return };
+        let (mut following, others): (Vec<_>, Vec<_>) =
+            std::mem::take(proven).into_iter().partition(is_token_fault);
+        *proven = others;
+        following.sort_by_key(Finding::severity);
+        let mut following = following.into_iter();
+        let Some(mut first) = following.next() else { return };
+        if first.severity() != Severity::Error {
+            proven.push(first);
+            proven.extend(following);
+            return;
+        }
+        first.remedy.clone_from(&cause.remedy);
+        first.merge_place(cause);
+        following.for_each(|other| first.merge_place(other));
+        self.retain(|finding| finding.code != Code::UnreachablePlace);
+        proven.push(first);
+    }
+
     /// Merges two transitions between which only the order decides with an error that the firing of
     /// one of them leads to: both lack the same condition. If a guard is known to be wrong, that is why
     /// they can fire together.
-    pub(super) fn merge_ties(&mut self, proven: &mut Vec<Finding>) {
-        if self.iter().any(|finding| finding.code == Code::GuardConstant) {
-            proven.retain(|result| result.code != Code::Tie);
-        }
+    pub(super) fn merge_ties(&mut self, proven: &mut Vec<Finding>, mission: Option<&Mission>) {
+        let constant = self.iter().filter(|finding| finding.code == Code::GuardConstant);
+        let constant: Vec<_> = constant.filter_map(|finding| finding.at.clone()).collect();
+        proven.retain(|result| {
+            let mut ends = result.at.iter().chain(result.related.iter().map(|(at, _)| at));
+            result.code != Code::Tie || !ends.any(|at| has_guard_in(mission, at, &constant))
+        });
         let (mut ties, mut errors): (Vec<_>, Vec<_>) =
             std::mem::take(proven).into_iter().partition(|result| result.code == Code::Tie);
         let from_file = ties.len();

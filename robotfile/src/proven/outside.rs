@@ -1,6 +1,7 @@
 //! A firing that would take a variable out of its domain: it does not happen, and the mission goes to
 //! its safe place. What the proof shows after it, and guards that the domain decides, follow from it.
 
+use super::awaited::find_awaited;
 use super::merging;
 use crate::claim::Claim;
 use crate::code::Code;
@@ -20,8 +21,11 @@ impl Findings {
             return;
         };
         let mut cause = proven.remove(first);
-        let (after, others): (Vec<_>, Vec<_>) =
-            std::mem::take(proven).into_iter().partition(is_after_outside);
+        // What no sequence of firings contains may come after a firing that does not happen.
+        let is_never = |it: &Finding| it.trace.is_none() && find_awaited(it).is_some();
+        let (after, others): (Vec<_>, Vec<_>) = std::mem::take(proven)
+            .into_iter()
+            .partition(|result| is_after_outside(result) || is_never(result));
         *proven = others;
         let checks = after.into_iter().filter(|result| result.code == Code::CheckFails);
         cause.related.extend(merging::label_checks(checks));
@@ -87,7 +91,7 @@ fn depends_on(result: &Finding, variable: &str, mission: &Mission) -> bool {
 /// Returns the variable that is set by the text at this location.
 fn find_variable<'a>(mission: &'a Mission, at: &Location) -> Option<&'a str> {
     let mut sets = mission.transitions.iter().flat_map(|transition| &transition.sets);
-    let set = sets.find(|set| contains(&set.value.at, at))?;
+    let set = sets.find(|set| set.value.at.contains(at))?;
     Some(&set.variable.value)
 }
 
@@ -97,18 +101,12 @@ fn compares(mission: &Mission, at: &Location, variable: &str) -> bool {
     let in_check = mission
         .checks
         .iter()
-        .any(|check| contains(&check.at, at) && Claim::parse(&check.value).is_ok_and(names_it));
+        .any(|check| check.at.contains(at) && Claim::parse(&check.value).is_ok_and(names_it));
     let mut guards = mission.transitions.iter().flat_map(|transition| &transition.when);
     in_check
         || guards.any(|when| {
-            contains(&when.at, at)
+            when.at.contains(at)
                 && Guard::parse(&when.value)
                     .is_ok_and(|guard| guard.names().iter().any(|name| name.as_str() == variable))
         })
-}
-
-fn contains(outer: &Location, inner: &Location) -> bool {
-    outer.source.path() == inner.source.path()
-        && outer.span.start() <= inner.span.start()
-        && inner.span.end() <= outer.span.end()
 }

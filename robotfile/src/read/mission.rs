@@ -48,7 +48,11 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         read_child(&mut mission, child, source, findings);
     }
     for child in element.elements() {
-        if UnreadableParts::is_misspelt(child, "place") {
+        // An unknown element with a name may be a place under another noun, such as <state>.
+        let is_unknown = !CHILDREN.contains(&child.name.as_str())
+            && !child.name.contains(':')
+            && child.attribute("name").is_some();
+        if is_unknown || UnreadableParts::is_misspelt(child, "place") {
             mission.unreadable.add_element(child);
             (mission.unreadable.in_start, mission.unreadable.in_moves) = (true, true);
         }

@@ -225,6 +225,7 @@ fn kind(name: &str) -> Manifest {
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),

@@ -70,6 +70,9 @@ pub fn explain_unknown(name: &str) -> String {
 /// Returns what to write instead of `text`, in which `unit` follows the number and is no unit.
 pub fn advise_unit(text: &str, unit: &str, expected: Option<Dimension>) -> String {
     let number = text.strip_suffix(unit).unwrap_or(text).trim_end();
+    if let Some(advice) = advise_milli(number, unit, expected) {
+        return advice;
+    }
     if let Some(meant) = find_similar(unit, expected) {
         return format!("did you mean {number}{}?", meant.name);
     }
@@ -92,6 +95,15 @@ pub fn advise_unit(text: &str, unit: &str, expected: Option<Dimension>) -> Strin
         }
         None => format!("known are {}", list_units()),
     }
+}
+
+/// Of a unit with the prefix milli that is not known, such as `mHz`, what each prefix would mean.
+fn advise_milli(number: &str, unit: &str, expected: Option<Dimension>) -> Option<String> {
+    let base = unit.strip_prefix('m').filter(|base| Unit::named(base).is_some())?;
+    let mega = find_similar(unit, expected).filter(|mega| mega.name.starts_with('M'))?;
+    let milli = number.trim().parse::<f64>().ok()? / 1000.0;
+    let mega = mega.name;
+    Some(format!("did you mean {number}{base}, {milli}{base} (m is milli) or {number}{mega}?"))
 }
 
 impl QuantityError {
@@ -121,6 +133,12 @@ fn list_units() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_prefix_milli_is_not_taken_for_mega_alone() {
+        let advice = advise_unit("5mHz", "mHz", Some(Dimension::Frequency));
+        assert_eq!(advice, "did you mean 5Hz, 0.005Hz (m is milli) or 5MHz?");
+    }
 
     #[test]
     fn an_unknown_unit_is_explained() {

@@ -96,6 +96,13 @@ fn ranges_are_in_si_and_inclusive() {
 }
 
 #[test]
+fn metres_for_minutes_are_recognised() {
+    let time = parameter(ParameterType::Number, "s");
+    assert!(time.parse("30m").is_err_and(|why| why.ends_with("did you mean 30min?")));
+    assert!(time.parse("30kg").is_err_and(|why| why.ends_with("a multiple of it")));
+}
+
+#[test]
 fn a_ratio_is_received_in_its_own_unit() {
     let range = Some((0.0, 100.0));
     let (minimum, maximum) = range.unzip();
@@ -147,6 +154,7 @@ fn the_json_form_comes_back_as_it_was() {
         reports_done: true,
         needs_rate: false,
         needs_one_of: Vec::new(),
+        value_effects: Vec::new(),
         inputs: vec![port],
         outputs: vec![],
         parameters: vec![parameter(ParameterType::Number, "m")],

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use super::{
-    EventManifest, EventValue, MANIFEST_VERSION, Manifest, ParameterManifest, ParameterType,
-    PortManifest,
+    EffectKind, EventManifest, EventValue, MANIFEST_VERSION, Manifest, ParameterManifest,
+    ParameterType, PortManifest,
 };
 use crate::name::is_name;
 use crate::quantity::{self, QuantityError, Unit};
@@ -106,6 +106,7 @@ impl Manifest {
         }
         self.check_ages(&mut found);
         self.check_groups(&mut found);
+        self.check_effects(&mut found);
         found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
         found.extend(self.listed_events().iter().flat_map(EventManifest::list_faults));
         self.check_named_by(&mut found);
@@ -154,6 +155,38 @@ impl Manifest {
             let subject = format!("the kind {}", self.kind);
             let problem = format!("it needs one of several, and `{id}` is no input or parameter");
             Faults { subject, found: &mut *found }.add("needs_one_of", problem, "name one");
+        }
+    }
+
+    /// Of a value with an effect: a parameter of which it is a value, or that is a time, and an output.
+    fn check_effects(&self, found: &mut Vec<ManifestFault>) {
+        for effect in &self.value_effects {
+            let subject = format!("the parameter {}", effect.parameter);
+            let mut faults = Faults { subject, found: &mut *found };
+            let named = self.parameters.iter().find(|it| it.name == effect.parameter);
+            let Some(parameter) = named else {
+                let problem = "its value has an effect, and there is no such parameter";
+                faults.add("value_effects", problem, "name a parameter");
+                continue;
+            };
+            let is_of_value = matches!(effect.effect, EffectKind::Idle | EffectKind::NeverDone);
+            let is_time = Unit::named(&parameter.unit)
+                .is_some_and(|unit| unit.dimension == quantity::Dimension::Time);
+            let is_output = self.outputs.iter().any(|output| output.id == effect.output);
+            if is_of_value && parameter.parse(&effect.value).is_err() {
+                let problem = format!("`{}` has an effect, and is no value of it", effect.value);
+                faults.add("value_effects", problem, "write a value that it may have");
+            } else if !is_of_value && (!is_time || !effect.value.is_empty()) {
+                let problem = "its value has an effect as a time, and it is none";
+                faults.add(
+                    "value_effects",
+                    problem,
+                    "name a parameter with a unit of time, and no value",
+                );
+            } else if (effect.effect == EffectKind::Paces) != is_output {
+                let problem = format!("`{}` is not the output that it paces", effect.output);
+                faults.add("value_effects", problem, "name an output with the effect paces alone");
+            }
         }
     }
 
@@ -345,6 +378,7 @@ impl EventManifest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::manifest::ValueEffect;
     use crate::text_format::TextFormat;
 
     type Fault = fn(&mut Manifest);
@@ -389,11 +423,17 @@ mod tests {
             reports_done: true,
             needs_rate: false,
             needs_one_of: Vec::new(),
+            value_effects: Vec::new(),
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
             events: Some(vec![lap]),
         }
+    }
+
+    fn effect(parameter: &str, effect: EffectKind, value: &str, output: &str) -> ValueEffect {
+        let (parameter, value, output) = (parameter.into(), value.into(), output.into());
+        ValueEffect { parameter, effect, value, output }
     }
 
     /// Its only event.
@@ -408,7 +448,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 31] = [
+        let faults: [(&str, Fault); 34] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -455,6 +495,15 @@ mod tests {
             }),
             ("`sound` is no input or parameter", |m| {
                 m.needs_one_of = vec![vec!["scan".into(), "sound".into()]];
+            }),
+            ("`1kg` has an effect, and is no value of it", |m| {
+                m.value_effects = vec![effect("speed", EffectKind::Idle, "1kg", "")];
+            }),
+            ("its value has an effect, and there is no such parameter", |m| {
+                m.value_effects = vec![effect("sped", EffectKind::Idle, "0m/s", "")];
+            }),
+            ("its value has an effect as a time, and it is none", |m| {
+                m.value_effects = vec![effect("speed", EffectKind::DelaysDone, "", "")];
             }),
             ("the port map: it is an output", |m| m.outputs[0].stale_after = "1s".into()),
             ("it has the format points, but is no text", |m| {

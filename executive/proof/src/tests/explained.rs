@@ -28,8 +28,9 @@ fn what_leads_on_from_the_safe_place_never_fires() {
     expect(&file, &["W0217"], "recover never fires: it leads on from hold, the safe place");
     // The goal is only reached through the safe place.
     let file = mission(r#"goal="home" safe="b""#, &format!("{OUT}{LATE}{HOME}"));
-    let shown = "in never fires: it leads on from b, the safe place, and the mission is over when b is marked";
+    let shown = "late and in never fire: they lead on from b, the safe place, and the mission is over when b";
     expect(&file, &["E0241"], shown);
+    expect(&file, &["E0241"], "did you mean safe=\"hold\"?");
 }
 
 #[test]

@@ -175,7 +175,7 @@ fn a_question_that_comes_too_late_is_never_asked() {
         mission(BOTH, &format!(r#"<place name="c"/>{lead}{ask}{fast}{home}{LATE}"#))
     };
     expect(&ask("1s"), &[], "");
-    expect(&ask("5s"), &["W0217"], "ask never fires in time: something else always fires before");
+    expect(&ask("5s"), &["W0217"], "ask never fires in time: fast always fires before it");
 }
 
 #[test]

@@ -46,7 +46,12 @@ pub struct PastJournal {
 /// # Errors
 /// If it is none, or holds no record; what it is instead.
 pub fn read(path: &Path) -> Result<PastJournal> {
+    let inner = path.join(JOURNAL);
+    let path = if path.is_dir() { &inner } else { path };
     let at = path.display();
+    if path == inner && !path.exists() {
+        bail!("{at} does not exist: name a journal, or the folder of a run that has one");
+    }
     let verification = journal::verify(path)?;
     let story = verification.story;
     let fault = match verification.fault {

@@ -92,6 +92,13 @@ impl Launcher {
             let components = self.plan.duties.iter().filter(|it| it.role == ChildRole::Component);
             let names: Vec<&str> = components.map(|duty| duty.name.as_str()).collect();
             let advice = advise_similar(name, names.iter().copied());
+            if self.find_process(name).is_some() {
+                return format!(
+                    "{name} is a process of Armor and no component: the launcher starts it again \
+                     itself when it ends (the components: {})",
+                    names.join(", ")
+                );
+            }
             format!(
                 "this run has started no component called {name}{advice} (its components: {})",
                 names.join(", ")

@@ -1,0 +1,107 @@
+//! Transitions that never fire in time, and what always fires before them: on the path to the goal, and
+//! from the places of one transition.
+
+use std::collections::BTreeSet;
+
+use armor_petri::analysis::classes::StateClasses;
+use armor_petri::{PlaceId, TransitionId};
+use armor_robotfile::mission::Autonomy;
+use armor_robotfile::{Code, Finding};
+
+use crate::proof::{Proof, Witness};
+
+/// Most transitions that a message names.
+const MOST_NAMED: usize = 3;
+
+impl Proof<'_> {
+    /// A goal that would be reached but for the times: along the shortest path to it, the first
+    /// transition that cannot fire, and those that fire in its place.
+    pub(super) fn goal_preempted(&self, goal: PlaceId, classes: &StateClasses) -> Option<Finding> {
+        let space = &self.exploration.space;
+        let path = Witness::of(space, space.find(|marking| marking[goal.index()] > 0)?).path;
+        let mut class = 0;
+        for (number, next) in path.iter().enumerate() {
+            let after = classes.successors(class).iter().find(|firing| firing.0 == *next);
+            if let Some((_, after)) = after {
+                class = *after;
+                continue;
+            }
+            let mut firings = classes.successors(class).iter().map(|firing| firing.0);
+            let first = firings.find(|id| !self.name(*id).is_empty())?;
+            let (first, next) = (self.name(first), self.name(*next));
+            let when = match &path[..number] {
+                [] => String::new(),
+                before => format!("{}, ", self.after_firings(before)),
+            };
+            let message = format!(
+                "{} never comes in time: {when}{first} always fires before {next} can",
+                self.net.place(goal)
+            );
+            let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message)
+                .related(self.at_transition(first), "this one fires first")
+                .remedy(self.advise_preempting(first, next));
+            return Some(if first == next {
+                finding
+            } else {
+                finding.related(self.at_transition(next), "this one never fires in time")
+            });
+        }
+        None
+    }
+
+    /// What to do about a transition that always fires before another one.
+    fn advise_preempting(&self, first: &str, next: &str) -> String {
+        let mut written = self.mission.transitions.iter();
+        let waits_for_nothing = written.find(|it| it.name.value == first).is_some_and(|it| {
+            it.on.is_none() && it.interval.is_none() && it.autonomy == Autonomy::Auto
+        });
+        match waits_for_nothing {
+            true => format!(
+                "write what {first} waits for: on=\"…\", after=\"…\", or operator=\"true\" if the \
+                 operator fires it"
+            ),
+            false => format!("compare the times of {first} and {next}"),
+        }
+    }
+
+    /// A transition that has its tokens in time for no firing.
+    pub(super) fn never_in_time(&self, source: TransitionId) -> Finding {
+        let name = self.plan.net().transition(source).name.as_str();
+        let preempting = self.find_preempting(source);
+        let (first, remedy) = match preempting.as_slice() {
+            [] => (
+                "something else".to_owned(),
+                "compare its times with those of the transitions that leave its places before"
+                    .to_owned(),
+            ),
+            [only] => ((*only).to_owned(), self.advise_preempting(only, name)),
+            some => (
+                some.join(" or "),
+                format!("compare its times with those of {}", some.join(" and ")),
+            ),
+        };
+        let message = format!("{name} never fires in time: {first} always fires before it");
+        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message).by_times();
+        let related = preempting.iter().map(|first| self.at_transition(first));
+        related.fold(finding, |finding, at| finding.related(at, "this one")).remedy(remedy)
+    }
+
+    /// The transitions that take a token of its places while it waits.
+    fn find_preempting(&self, source: TransitionId) -> Vec<&str> {
+        let Some(classes) = self.timed_if_small() else { return Vec::new() };
+        let net = self.plan.net();
+        let needed = || net.transition(source).inputs.iter().chain(&net.transition(source).reads);
+        let takes = |id: TransitionId| {
+            let inputs = &self.net.transition(id).inputs;
+            inputs.iter().any(|(place, _)| needed().any(|(needed, _)| needed == place))
+        };
+        let has_tokens = |class: &u32| {
+            let marking = classes.marking(*class);
+            needed().all(|(place, count)| marking[place.index()] >= *count)
+        };
+        let waiting = (0..classes.classes() as u32).filter(has_tokens);
+        let firings = waiting.flat_map(|class| classes.successors(class)).map(|firing| firing.0);
+        let names: BTreeSet<_> = firings.filter(|id| takes(*id)).map(|id| self.name(id)).collect();
+        names.into_iter().filter(|name| !name.is_empty()).take(MOST_NAMED).collect()
+    }
+}

@@ -1,0 +1,95 @@
+//! The places in which sub-missions begin. A sub-mission takes the token as soon as its place is
+//! marked, so nothing else should take it from there: neither a transition nor another sub-mission.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::mission::{ArcKind, Mission, Submission, Transition};
+use crate::source::Spanned;
+
+/// Checks the entrances of all sub-missions of a mission.
+pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+    report_rivals(mission, findings);
+    report_shared(mission, findings);
+}
+
+/// A sub-mission begins as soon as its place is marked. A transition from that place with a guard
+/// competes with that; one that waits for anything never fires, which the proof finds.
+fn report_rivals(mission: &Mission, findings: &mut Findings) {
+    for submission in &mission.submissions {
+        let Some(enter) = &submission.enter else { continue };
+        let competes = |transition: &&Transition| {
+            transition.when.is_some()
+                && transition.on.is_none()
+                && transition.interval.is_none()
+                && transition.priority == 0
+                && transition.inputs().any(|arc| arc.place.value == enter.value)
+        };
+        for transition in mission.transitions.iter().filter(competes) {
+            let message = format!(
+                "{} takes the token from {}, and so does {}, which begins as soon as {} is marked: \
+                 only their order decides",
+                transition.name.value, enter.value, submission.file.value, enter.value
+            );
+            let finding = Finding::new(Code::Tie, &transition.name.at, message);
+            let remedy = format!(
+                "let it start from another place than the in=\"{}\" of the sub-mission, or write \
+                 priority=\"1\" on it",
+                enter.value
+            );
+            findings.push(finding.remedy(remedy).related(&enter.at, "the sub-mission begins here"));
+        }
+    }
+}
+
+/// Reports two sub-missions that begin in the same place and leave to different ones: only the first
+/// of them ever begins. The same sub-mission with the same places is a finding of its own.
+fn report_shared(mission: &Mission, findings: &mut Findings) {
+    let mut seen: BTreeMap<&str, &Submission> = BTreeMap::new();
+    for submission in &mission.submissions {
+        let Some(enter) = &submission.enter else { continue };
+        let Some(first) = seen.get(enter.value.as_str()) else {
+            seen.insert(&enter.value, submission);
+            continue;
+        };
+        let leave = |it: &Submission| it.leave.as_ref().map(|place| place.value.clone());
+        if first.path == submission.path && leave(first) == leave(submission) {
+            continue;
+        }
+        let (file, place) = (&submission.file.value, &enter.value);
+        let message = format!(
+            "{file} never begins here: {place} is also the in=\"…\" of {}, which begins first",
+            first.file.value
+        );
+        let finding = Finding::new(Code::Tie, &enter.at, message).stops_transition();
+        let remedy = match find_unused_place(mission) {
+            Some(other) => {
+                format!("did you mean in=\"{other}\"? No transition leads on from {other}")
+            }
+            None => "name another place as in=\"…\" of one of them".into(),
+        };
+        let first = first.enter.as_ref().map_or(&first.file.at, |first| &first.at);
+        findings.push(finding.remedy(remedy).related(first, "the first one begins here"));
+    }
+}
+
+/// Returns the only place without components that tokens come to and that nothing leads on from,
+/// apart from the mission's ends.
+fn find_unused_place(mission: &Mission) -> Option<&str> {
+    let arcs = || mission.transitions.iter().flat_map(|transition| &transition.arcs);
+    let name = |place: &'_ Spanned<String>| place.value.clone();
+    let taken = arcs().filter(|arc| arc.kind != ArcKind::Put).map(|arc| name(&arc.place));
+    let entered = mission.submissions.iter().filter_map(|it| it.enter.as_ref().map(name));
+    let ends = mission.goal.iter().chain(&mission.safe).map(name);
+    let used: BTreeSet<_> = taken.chain(entered).chain(ends).collect();
+    let put = arcs().filter(|arc| arc.kind == ArcKind::Put).map(|arc| name(&arc.place));
+    let left = mission.submissions.iter().filter_map(|it| it.leave.as_ref().map(name));
+    let marked: BTreeSet<_> = put.chain(left).collect();
+    let mut unused = mission.places.iter().filter(|place| {
+        let name = &place.name.value;
+        place.components.is_empty() && marked.contains(name) && !used.contains(name)
+    });
+    unused.next().filter(|_| unused.next().is_none()).map(|place| place.name.value.as_str())
+}

@@ -1,0 +1,87 @@
+//! Timeouts that end before a component of their place was called even once, or before the operator's
+//! time for an answer is over.
+
+use std::time::Duration;
+
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::mission::{Autonomy, Mission, Place, Transition};
+use crate::model::System;
+
+/// Checks the transitions that leave a place with components after a time.
+pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings) {
+    for transition in &mission.transitions {
+        let Some(interval) = &transition.interval else { continue };
+        let Some(latest) = interval.value.latest.filter(|latest| !latest.is_zero()) else {
+            continue;
+        };
+        let [from] = transition.inputs().collect::<Vec<_>>()[..] else { continue };
+        let Some(place) = mission.place(&from.place.value).filter(|_| is_timeout(transition))
+        else {
+            continue;
+        };
+        // One that is shorter still is a finding already.
+        let is_known = findings.iter().any(|finding| {
+            finding.code == Code::TimeTooShort
+                && finding.at.as_ref().is_some_and(|at| at.is_at(&interval.at))
+        });
+        if is_known {
+            continue;
+        }
+        findings.extend(find_cut_question(transition, latest, place, mission));
+        let Some((component, period)) = find_slowest(place, system) else { continue };
+        if latest < period {
+            let (name, text) = (&transition.name.value, interval.at.text());
+            let message = format!(
+                "`{text}` is too short: {name} leaves {} before {component} is called, every {:?}",
+                place.name.value, period
+            );
+            let finding = Finding::new(Code::TimeTooShort, &interval.at, message);
+            findings.push(finding.remedy("write a longer time: is the unit right?"));
+        }
+    }
+}
+
+/// A question that the operator may answer for longer than its place is marked.
+fn find_cut_question(
+    timeout: &Transition,
+    latest: Duration,
+    place: &Place,
+    mission: &Mission,
+) -> Option<Finding> {
+    let name = &place.name.value;
+    let asks = |it: &Transition| match it.autonomy {
+        Autonomy::Confirm { within: Some(within), .. } => latest < within,
+        _ => false,
+    };
+    let mut questions = mission.transitions.iter().filter(|it| asks(it));
+    let question = questions.find(|it| it.inputs().any(|arc| arc.place.value == *name))?;
+    let interval = timeout.interval.as_ref()?;
+    let (late, asked) = (&timeout.name.value, &question.name.value);
+    let message = format!(
+        "`{}` is too short: {late} leaves {name} before the time for the answer about {asked} is over",
+        interval.at.text()
+    );
+    let finding = Finding::new(Code::TimeTooShort, &interval.at, message);
+    let at = question.autonomy_at.as_ref().unwrap_or(&question.name.at);
+    Some(
+        finding
+            .related(at, "this question")
+            .remedy("write a longer time here, or a shorter answer-within=\"…\" there"),
+    )
+}
+
+fn is_timeout(transition: &Transition) -> bool {
+    transition.on.is_none() && transition.when.is_none() && transition.autonomy == Autonomy::Auto
+}
+
+/// The component of the place that is called least often, and its period.
+fn find_slowest<'a>(place: &'a Place, system: &System) -> Option<(&'a str, Duration)> {
+    let periods = place.components.iter().filter_map(|name| {
+        let rate = system.component(&name.value)?.rate_hz.as_ref()?;
+        let period = Duration::try_from_secs_f64(1.0 / rate.value).ok()?;
+        Some((name.value.as_str(), period))
+    });
+    periods.max_by_key(|(_, period)| *period)
+}

@@ -1,0 +1,233 @@
+//! Values of parameters that their ranges allow, and with which nothing works: a component that does
+//! nothing, is never done, or is done only after its place was left. The manifests state which.
+
+use std::time::Duration;
+
+use armor_wire::manifest::{EffectKind, Manifest, ParameterValue, ValueEffect};
+
+use crate::check::manifests::Manifests;
+use crate::code::Code;
+use crate::finding::Finding;
+use crate::findings::Findings;
+use crate::mission::{Autonomy, Mission, Place, Transition};
+use crate::model::{Component, Configuration, Parameter, System};
+
+/// Checks the values of all components, in the system and in the places of missions.
+pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
+    for component in &configuration.system.components {
+        let Some(kind) = manifests.get(&component.kind.value) else { continue };
+        for effect in &kind.value_effects {
+            let given = GivenValue { component, kind, effect };
+            match effect.effect {
+                EffectKind::Idle => given.report_idle(configuration, findings),
+                _ => given.report_late(configuration, findings),
+            }
+        }
+    }
+}
+
+/// Leaves out a value that is too long for a timeout if the timeout is known to be too short, and makes
+/// one finding of several that are too long for one timeout.
+pub(super) fn merge_by_timeout(findings: &mut Findings) {
+    let timeout = |finding: &Finding| match finding.code {
+        Code::ValueTooLate => finding.related.first().map(|(at, _)| at.clone()),
+        _ => None,
+    };
+    let short = findings.iter().filter(|finding| finding.code == Code::TimeTooShort);
+    let short: Vec<_> = short.filter_map(|finding| finding.at.clone()).collect();
+    findings.retain(|finding| {
+        timeout(finding).is_none_or(|at| !short.iter().any(|short| short.is_at(&at)))
+    });
+    findings.merge_same(|first, other| {
+        timeout(first).zip(timeout(other)).is_some_and(|(first, other)| first.is_at(&other))
+    });
+}
+
+/// A parameter of a component whose value may have an effect.
+struct GivenValue<'a> {
+    component: &'a Component,
+    kind: &'a Manifest,
+    effect: &'a ValueEffect,
+}
+
+impl<'a> GivenValue<'a> {
+    fn name(&self) -> &str {
+        &self.component.name.value
+    }
+
+    fn parse(&self, text: &str) -> Option<ParameterValue> {
+        let declared = self.kind.parameters.iter().find(|it| it.name == self.effect.parameter)?;
+        declared.parse(text).ok()
+    }
+
+    fn has_effect(&self, given: &Parameter) -> bool {
+        let value = self.parse(&given.value.value);
+        value.is_some() && value == self.parse(&self.effect.value)
+    }
+
+    /// The value in a place, or else that of the system.
+    fn find_in(&self, place: &'a Place) -> Option<&'a Parameter> {
+        let parameter = self.effect.parameter.as_str();
+        let is_it = |given: &&'a crate::mission::PlaceParameter| {
+            given.component.value == self.name() && given.parameter.name.value == parameter
+        };
+        let in_place = place.parameters.iter().find(is_it).map(|given| &given.parameter);
+        in_place.or_else(|| self.component.parameter(parameter))
+    }
+
+    fn report_idle(&self, configuration: &Configuration, findings: &mut Findings) {
+        let parameter = self.effect.parameter.as_str();
+        let own = self.component.parameter(parameter).into_iter();
+        let places = configuration.missions().flat_map(|mission| &mission.places);
+        let in_places = places.flat_map(|place| &place.parameters).filter(|given| {
+            given.component.value == self.name() && given.parameter.name.value == parameter
+        });
+        let given = own.chain(in_places.map(|given| &given.parameter));
+        for given in given.filter(|given| self.has_effect(given)) {
+            let message =
+                format!("{parameter}: with {} {} does nothing", given.value.value, self.name());
+            let finding = Finding::new(Code::ValueIdle, &given.value.at, message);
+            findings.push(finding.remedy(self.advise()));
+        }
+    }
+
+    /// What to write instead.
+    fn advise(&self) -> String {
+        let declared = self.kind.parameters.iter().find(|it| it.name == self.effect.parameter);
+        let default = declared.and_then(|it| it.default.as_deref()).filter(|it| {
+            self.parse(it).is_some_and(|it| Some(it) != self.parse(&self.effect.value))
+        });
+        match default {
+            Some(default) => {
+                format!("write another value, or remove the parameter: its default is {default}")
+            }
+            None => "write another value".into(),
+        }
+    }
+
+    fn report_late(&self, configuration: &Configuration, findings: &mut Findings) {
+        let mut reported = Vec::new();
+        for mission in configuration.missions() {
+            for place in
+                mission.places.iter().filter(|place| self.is_concerned(place, configuration))
+            {
+                let Some(given) = self.find_in(place) else { continue };
+                // One value is one mistake, in however many places.
+                if reported.contains(&&given.value.at.span) {
+                    continue;
+                }
+                let found = match self.effect.effect {
+                    EffectKind::NeverDone => self.find_never_done(mission, place, given),
+                    _ => self.find_too_late(mission, place, given),
+                };
+                if let Some(finding) = found {
+                    reported.push(&given.value.at.span);
+                    findings.push(finding);
+                }
+            }
+        }
+    }
+
+    /// Whether the place activates the component, or one that takes the output that it paces.
+    fn is_concerned(&self, place: &Place, configuration: &Configuration) -> bool {
+        match self.effect.effect {
+            EffectKind::Paces => {
+                let mut consumers = find_consumers(&configuration.system, self);
+                consumers.any(|consumer| place.activates(consumer))
+            }
+            _ => place.activates(self.name()),
+        }
+    }
+
+    fn find_never_done(
+        &self,
+        mission: &Mission,
+        place: &Place,
+        given: &Parameter,
+    ) -> Option<Finding> {
+        let waiting = self.find_waiting(mission, place).filter(|_| self.has_effect(given))?;
+        let (name, on) = (&waiting.name.value, waiting.on.as_ref()?);
+        let message = format!(
+            "{}: with {} {} is never done, so {name} never fires",
+            self.effect.parameter,
+            given.value.value,
+            self.name()
+        );
+        let finding = Finding::new(Code::ValueTooLate, &given.value.at, message);
+        let finding = finding.related(&on.event.at, "this report is never sent");
+        Some(finding.remedy(format!("{}; or wait for another report", self.advise())))
+    }
+
+    fn find_too_late(
+        &self,
+        mission: &Mission,
+        place: &Place,
+        given: &Parameter,
+    ) -> Option<Finding> {
+        let Some(ParameterValue::Number(seconds)) = self.parse(&given.value.value) else {
+            return None;
+        };
+        let paces = self.effect.effect == EffectKind::Paces;
+        let waiting = self.find_waiting(mission, place);
+        if !paces && waiting.is_none() {
+            return None;
+        }
+        let timeout = mission.transitions.iter().find(|it| {
+            let latest = it.interval.as_ref().and_then(|interval| interval.value.latest);
+            let is_sooner = |latest: Duration| !latest.is_zero() && latest.as_secs_f64() <= seconds;
+            is_timeout_of(it, place) && latest.is_some_and(is_sooner)
+        })?;
+        let interval = timeout.interval.as_ref()?;
+        let (parameter, value) = (&self.effect.parameter, &given.value.value);
+        let (place, late) = (&place.name.value, &timeout.name.value);
+        let message = match paces {
+            true => format!(
+                "{parameter}: {} sends {}.{} every {value}, and {late} leaves {place} after {}",
+                self.name(),
+                self.name(),
+                self.effect.output,
+                interval.at.text()
+            ),
+            false => format!(
+                "{parameter}: {} is not done before {value}, and {late} leaves {place} after {}",
+                self.name(),
+                interval.at.text()
+            ),
+        };
+        let finding = Finding::new(Code::ValueTooLate, &given.value.at, message);
+        let finding = finding.related(&interval.at, "this time is not longer");
+        Some(finding.remedy(format!("write a shorter time here, or a longer one for {late}")))
+    }
+
+    /// The transition that waits in the place until the component is done.
+    fn find_waiting<'m>(&self, mission: &'m Mission, place: &Place) -> Option<&'m Transition> {
+        mission.transitions.iter().find(|it| {
+            it.inputs().any(|arc| arc.place.value == place.name.value)
+                && it
+                    .on
+                    .as_ref()
+                    .is_some_and(|on| on.component.value == self.name() && on.event.value == "done")
+        })
+    }
+}
+
+fn find_consumers<'a>(
+    system: &'a System,
+    given: &'a GivenValue<'_>,
+) -> impl Iterator<Item = &'a str> {
+    let is_from = |from: &crate::model::Port| {
+        from.component.value == given.name() && from.port.value == given.effect.output
+    };
+    let links = system.links.iter().filter(move |link| is_from(&link.from));
+    links.map(|link| link.to.component.value.as_str())
+}
+
+/// Whether the transition takes the token from the place after a time, whatever happens.
+fn is_timeout_of(transition: &Transition, place: &Place) -> bool {
+    let inputs: Vec<_> = transition.inputs().collect();
+    let is_plain = transition.on.is_none()
+        && transition.when.is_none()
+        && transition.not_before.is_none()
+        && transition.autonomy == Autonomy::Auto;
+    is_plain && matches!(inputs[..], [only] if only.place.value == place.name.value)
+}

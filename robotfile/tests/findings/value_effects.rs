@@ -1,0 +1,98 @@
+//! Values that are in their range, and with which nothing works.
+
+use armor_robotfile::{Colours, check, read};
+
+use super::follow_ups::{kinds, only};
+
+fn patrol(of_component: &str, of_place: &str, timeout: &str) -> String {
+    format!(
+        r#"<armor version="1"><system><component name="p" kind="patrol" rate="5Hz">{of_component}</component></system><mission goal="over" safe="hold"><place name="a" initial="true" components="p"/><place name="b" components="p">{of_place}</place><place name="over"/><place name="hold"/><transition name="on" from="a" to="b" on="p.done"/><transition name="end" from="b" to="over" on="p.done"/><transition name="late" from="a" to="hold" timeout="{timeout}"/><transition name="later" from="b" to="hold" timeout="{timeout}"/></mission></armor>"#
+    )
+}
+
+fn nothing(file: &str) {
+    let reading = read("a.xml".as_ref(), &mut |_| Ok(file.into()));
+    let found = check(reading, &[], Some(&kinds())).findings.without_notes();
+    assert!(found.is_empty(), "{file}\n{}", found.render(Colours::No));
+}
+
+fn given(name: &str, value: &str) -> String {
+    format!(r#"<parameter name="{name}" value="{value}"/>"#)
+}
+
+fn given_in_place(name: &str, value: &str) -> String {
+    format!(r#"<parameter component="p" name="{name}" value="{value}"/>"#)
+}
+
+#[test]
+fn a_task_without_end_is_never_done() {
+    nothing(&patrol(&given("laps", "2"), "", "1min"));
+    only("W0279", "p is never done, so on never fires", &patrol(&given("laps", "0"), "", "1min"));
+    let in_place = given_in_place("laps", "0");
+    only("W0279", "so end never fires", &patrol("", &in_place, "1min"));
+    // Without end is right where nothing waits for the end.
+    let file = patrol(&given("laps", "0"), "", "1min").replace("p.done", "p.lap");
+    nothing(&file);
+}
+
+#[test]
+fn a_task_is_done_before_its_place_is_left() {
+    nothing(&patrol(&given("stay", "50s"), "", "1min"));
+    only("W0279", "p is not done before 60s", &patrol(&given("stay", "60s"), "", "1min"));
+    only("W0279", "later leaves b", &patrol("", &given_in_place("stay", "1h"), "1min"));
+    // The place has its own value.
+    let file = patrol(&given("stay", "1h"), &given_in_place("stay", "1s"), "1min");
+    only("W0279", "late leaves a", &file);
+}
+
+#[test]
+fn a_component_that_does_nothing_is_a_warning() {
+    let file = |speed: &str| {
+        format!(
+            r#"<armor version="1"><system><clock source="w.clock"/><component name="w" kind="world" rate="10Hz"><parameter name="speed" value="{speed}"/></component><component name="j" kind="judge"/><link from="w.truth" to="j.truth"/></system></armor>"#
+        )
+    };
+    nothing(&file("2"));
+    only("W0143", "with 0 w does nothing", &file("0"));
+    only("W0143", "with 0.0 w does nothing", &file("0.0"));
+}
+
+#[test]
+fn data_that_come_after_the_place_is_left_are_too_late() {
+    let file = |period: &str| {
+        format!(
+            r#"<armor version="1"><system><component name="t" kind="tracker" rate="10Hz"><parameter name="period" value="{period}"/></component><component name="g" kind="pilot" rate="10Hz"/><component name="w" kind="world" rate="10Hz"/><component name="j" kind="judge"/><link from="t.pose" to="g.pose"/><link from="g.velocity" to="w.velocity"/><link from="w.truth" to="j.truth"/></system><mission goal="over" safe="hold"><place name="a" initial="true" components="g"/><place name="over"/><place name="hold"/><transition name="end" from="a" to="over" on="g.done"/><transition name="late" from="a" to="hold" timeout="1min"/></mission></armor>"#
+        )
+    };
+    nothing(&file("1s"));
+    only("W0279", "t sends t.pose every 1h, and late leaves a after 1min", &file("1h"));
+}
+
+#[test]
+fn a_timeout_leaves_a_component_time_for_one_call() {
+    nothing(&patrol("", "", "200ms"));
+    let later =
+        |time: &str| format!(r#"<transition name="later" from="b" to="hold" timeout="{time}"/>"#);
+    let short = |of_component: &str| {
+        patrol(of_component, "", "60ms").replace(&later("60ms"), &later("60s"))
+    };
+    only("W0264", "late leaves a before p is called", &short(""));
+    // The timeout is wrong, and not the time of the component.
+    only("W0264", "late leaves a before p is called", &short(&given("stay", "1s")));
+}
+
+#[test]
+fn a_question_may_be_answered_until_its_time_is_over() {
+    let file = |time: &str| {
+        let ask = r#"<transition name="ask" from="q" to="a" autonomy="confirm" answer-within="60s" unanswered="decline"/>"#;
+        let content = format!(
+            r#"<place name="q"/>{ask}<transition name="accept" from="q" to="over" timeout="{time}"/></mission>"#
+        );
+        patrol("", "", "1min")
+            .replace(r#"from="b" to="over""#, r#"from="b" to="q""#)
+            .replace("</mission>", &content)
+    };
+    nothing(&file("75s"));
+    nothing(&file("60s"));
+    only("W0264", "before the time for the answer about ask is over", &file("15s"));
+}

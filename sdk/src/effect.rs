@@ -1,0 +1,30 @@
+//! What a value of a parameter causes that its range allows, for the manifest.
+
+use armor_wire::manifest::{EffectKind, ValueEffect};
+
+/// The effect of a parameter's value; see
+/// [`Component::VALUE_EFFECTS`](crate::Component::VALUE_EFFECTS).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterEffect {
+    /// With this value, written as in a file, the component does nothing.
+    Idle(&'static str),
+    /// With this value the component never reports that it is done.
+    NeverDone(&'static str),
+    /// The component is done after this time at the earliest.
+    DelaysDone,
+    /// This output is sent after this time, each time.
+    Paces(&'static str),
+}
+
+impl ParameterEffect {
+    pub(crate) fn manifest(self, parameter: &str) -> ValueEffect {
+        let (effect, value, output) = match self {
+            Self::Idle(value) => (EffectKind::Idle, value, ""),
+            Self::NeverDone(value) => (EffectKind::NeverDone, value, ""),
+            Self::DelaysDone => (EffectKind::DelaysDone, "", ""),
+            Self::Paces(output) => (EffectKind::Paces, "", output),
+        };
+        let (value, output) = (value.to_owned(), output.to_owned());
+        ValueEffect { parameter: parameter.to_owned(), effect, value, output }
+    }
+}
