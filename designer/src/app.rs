@@ -103,8 +103,16 @@ impl Designer {
         });
         let mut keeper = Keeper::start(start.own_folder.as_deref(), ctx, &mut messages);
         project.path().into_iter().for_each(|path| keeper.remember_file(path));
-        let workspace =
-            Workspace { project, live, settings, messages, commands: Vec::new(), shown: None };
+        let workspace = Workspace {
+            project,
+            live,
+            settings,
+            messages,
+            commands: Vec::new(),
+            shown: None,
+            elsewhere: None,
+            opened: None,
+        };
         let mut designer = Self {
             workspace,
             view: start.view,

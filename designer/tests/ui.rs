@@ -5,6 +5,7 @@ mod bench_kinds;
 mod catalogue;
 mod changes;
 mod disk;
+mod elsewhere;
 mod help;
 mod links;
 mod live;
@@ -13,6 +14,7 @@ mod properties;
 mod typing;
 mod undo;
 mod unread;
+mod versions;
 mod window;
 mod writing;
 

@@ -39,6 +39,9 @@ pub struct SystemPicture {
     pub is_found: bool,
     /// Whether it was ever reached.
     pub was_found: bool,
+    /// How many times it was found. A later one may be the registry of another run, at the same
+    /// address.
+    pub found_count: u32,
     /// Its processes, by name, including those that have ended.
     pub processes: BTreeMap<String, ObservedProcess>,
     /// Its links and what they have lost, as of the last [`SystemPicture::rebuild_links`].
@@ -191,7 +194,9 @@ impl SystemPicture {
 
     fn mark_registry_found(&mut self) -> bool {
         self.was_found = true;
-        !std::mem::replace(&mut self.is_found, true)
+        let is_new = !std::mem::replace(&mut self.is_found, true);
+        self.found_count += u32::from(is_new);
+        is_new
     }
 
     fn add_process(&mut self, entry: ComponentEntry, actions: &mut Vec<ObserverAction>) -> bool {

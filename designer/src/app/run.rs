@@ -53,6 +53,13 @@ impl Designer {
                 self.run(command, ctx);
             }
         }
+        if let Some(elsewhere) = self.workspace.elsewhere.take() {
+            self.dialog = Some(Dialog::Elsewhere(elsewhere));
+            ctx.request_repaint();
+        }
+        if let Some(path) = self.workspace.opened.take() {
+            self.ask_to_open(path, ctx);
+        }
         if let Some(item) = self.workspace.shown.take() {
             if self.has(item.view()) {
                 self.view = item.view();

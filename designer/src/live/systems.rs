@@ -9,6 +9,7 @@ use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
 use super::hosts;
 use super::session::{Session, Standing, running};
 use super::tone::{self, Tone};
+use super::words;
 use crate::canvas::CanvasColours;
 use crate::commands::Command;
 use crate::item::Item;
@@ -45,6 +46,12 @@ impl Panel {
             }
             None => {
                 if let Some((registry, record)) = self.offer(ui) {
+                    let file = record.as_ref().and_then(|record| {
+                        let open = workspace.project.path();
+                        let is_open = open.is_some_and(|open| record.runs(open));
+                        (!is_open).then(|| record.resolve(&record.file))
+                    });
+                    workspace.opened = file.filter(|file| file.exists());
                     attach(workspace, &registry, record);
                 }
                 None
@@ -65,8 +72,15 @@ impl Panel {
             ui.weak("No system of yours runs on this host.");
         }
         for record in &self.found {
-            let name = format!("Watch {}", record.system);
-            let button = ui.button(name).on_hover_text(format!(
+            // Systems of one name differ by address and start.
+            let name = format!("Watch {}", words::name_run(record));
+            let button = ui.button(format!("Watch {}", record.system)).accessible_name(name);
+            ui.weak(format!(
+                "{}, started {}",
+                record.registry,
+                words::time_of_day(record.started_s)
+            ));
+            let button = button.on_hover_text(format!(
                 "registry {}\n{}\nprocess {}",
                 record.registry,
                 record.resolve(&record.file).display(),
@@ -154,6 +168,7 @@ fn show_owner(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Pat
     let Some(watched) = session.watched() else { return };
     ui.weak(format!("registry {}", watched.registry));
     let Some(record) = &watched.record else { return };
+    ui.weak(format!("started {}", words::time_of_day(record.started_s)));
     let file = record.resolve(&record.file);
     if open.is_none_or(|open| !record.runs(open)) {
         let colours = CanvasColours::of(ui.visuals());

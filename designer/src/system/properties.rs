@@ -13,6 +13,7 @@ use crate::canvas::Direction;
 use crate::commands::{Command, about};
 use crate::item::Item;
 use crate::panels::fields::{Form, anything};
+use crate::project::elsewhere::ComponentChange;
 use crate::system::rules::Joint;
 use crate::system::state::SystemView;
 use crate::workspace::Workspace;
@@ -117,8 +118,12 @@ impl SystemView {
             Field::Clock => "set the clock".to_owned(),
         };
         let is_made = workspace.edit(what, |documents| write(documents, field, text));
-        if is_made && let Field::Name(_) = field {
+        if is_made && let Field::Name(old) = field {
             self.pane.select_when_drawn([Item::component(text)]);
+            if old != text {
+                let (old, new) = (old.clone(), text.to_owned());
+                workspace.ask_elsewhere(ComponentChange::Rename { old, new });
+            }
         }
         is_made
     }
