@@ -4,6 +4,7 @@ mod commands;
 mod dialogs;
 mod disk;
 mod lists;
+mod menu_keys;
 mod menus;
 mod panels;
 mod run;
@@ -62,6 +63,9 @@ pub struct Designer {
     first_page: bool,
     /// Whether the page of the keys is shown.
     shortcuts: bool,
+    menu_keys: menu_keys::MenuKeys,
+    /// Whether the list of problems is open though it has only notes.
+    shows_notes: bool,
     keeper: Keeper,
     /// None if the kinds were given.
     kinds: Option<KindsWatch>,
@@ -122,6 +126,8 @@ impl Designer {
             commands: None,
             first_page: start.first_page,
             shortcuts: false,
+            menu_keys: menu_keys::MenuKeys::default(),
+            shows_notes: false,
             keeper,
             kinds,
             problem: 0,

@@ -63,6 +63,7 @@ pub enum Command {
     AllCommands,
     Shortcuts,
     FirstPage,
+    About,
     Simulate,
     SimulationRun,
     SimulationStep,

@@ -25,6 +25,8 @@ pub(super) enum Dialog {
     Unsaved(Then),
     /// Whether to stop what runs and leave.
     Running,
+    /// The version, and the programs in use.
+    About,
     /// Whether to change other files too, that name what was renamed or removed.
     Elsewhere(Elsewhere),
 }
@@ -69,6 +71,7 @@ impl Designer {
                 Dialog::OverwritePicture(path) => self.ask_overwrite_picture(ui, path),
                 Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
                 Dialog::Running => self.ask_running(ui),
+                Dialog::About => self.show_about(ui),
                 Dialog::Elsewhere(elsewhere) => self.ask_elsewhere(ui, elsewhere),
             }
         });
@@ -190,6 +193,18 @@ impl Designer {
                 self.dialog = Some(Dialog::Elsewhere(elsewhere));
             }
         });
+    }
+
+    fn show_about(&mut self, ui: &mut egui::Ui) {
+        ui.heading("Armor designer");
+        ui.label(concat!("Version ", env!("CARGO_PKG_VERSION")));
+        let armor = crate::kinds::find_armor().map(|path| crate::text::path(&path));
+        let armor = armor.unwrap_or_else(|| "not found: set ARMOR".to_owned());
+        ui.label(format!("Program armor: {armor}"));
+        ui.label("Licence: MIT or Apache 2.0");
+        if !ui.button("Close").clicked() && !pressed_escape(ui) {
+            self.dialog = Some(Dialog::About);
+        }
     }
 
     fn change_elsewhere(&mut self, elsewhere: &Elsewhere) {

@@ -18,7 +18,10 @@ const SIDE_SHARE: f32 = 0.35;
 impl Designer {
     pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
         // In the live view the log takes their place.
-        if self.workspace.settings.problems && self.view != View::Live {
+        let is_shown = self.workspace.settings.problems && self.view != View::Live;
+        if is_shown && !self.shows_notes && self.has_only_notes() {
+            Panel::bottom("folded problems").show(ui, |ui| self.show_folded_problems(ui));
+        } else if is_shown {
             let panel =
                 Panel::bottom("problems").resizable(true).default_size(130.0).min_size(60.0);
             panel.show(ui, |ui| self.show_problems(ui));
@@ -26,7 +29,7 @@ impl Designer {
         // The drawing keeps the largest share, also after the window was made narrower.
         let most = ui.available_width() * SIDE_SHARE;
         if self.workspace.settings.palette {
-            let panel = Panel::left("palette").resizable(true).default_size(220.0);
+            let panel = Panel::left("palette").resizable(true).default_size(170.0);
             let panel = panel.size_range(150.0..=most.max(150.0));
             panel.show(ui, |ui| {
                 let (pane, workspace) = self.pane();
@@ -34,13 +37,34 @@ impl Designer {
             });
         }
         if self.workspace.settings.properties {
-            let panel = Panel::right("properties").resizable(true).default_size(300.0);
+            let panel = Panel::right("properties").resizable(true).default_size(260.0);
             let panel = panel.size_range(220.0..=most.max(220.0));
             panel.show(ui, |ui| {
                 let (pane, workspace) = self.pane();
                 pane.show_right_panel(ui, workspace);
             });
         }
+    }
+
+    fn has_only_notes(&self) -> bool {
+        let mut findings = self.workspace.project.checked().findings.iter();
+        findings.all(|finding| finding.severity() == Severity::Note)
+    }
+
+    /// Shows in one line that nothing needs attention.
+    fn show_folded_problems(&mut self, ui: &mut egui::Ui) {
+        let notes = self.workspace.project.checked().findings.iter().count();
+        ui.horizontal(|ui| {
+            ui.strong("Problems");
+            ui.weak(match notes {
+                0 => "none".to_owned(),
+                1 => "none, 1 note".to_owned(),
+                notes => format!("none, {notes} notes"),
+            });
+            if notes > 0 && ui.small_button("Show notes").clicked() {
+                self.shows_notes = true;
+            }
+        });
     }
 
     /// Shows the findings as `armor check` prints them; a click shows the item.
@@ -52,6 +76,9 @@ impl Designer {
                 ui.weak("checking");
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if self.shows_notes && ui.small_button("Fold notes").clicked() {
+                    self.shows_notes = false;
+                }
                 if ui.small_button("Hide").clicked() {
                     self.workspace.order_command(Command::ToggleProblems);
                 }

@@ -103,6 +103,7 @@ impl Designer {
             Command::AllCommands => self.commands = Some(AllCommands::default()),
             Command::Shortcuts => self.shortcuts = !self.shortcuts,
             Command::FirstPage => self.first_page = true,
+            Command::About => self.dialog = Some(Dialog::About),
             Command::Run => self.ask_to_run(),
             Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
                 self.workspace.live.run_command(command);
@@ -160,6 +161,7 @@ impl Designer {
         }
         self.problem = (self.problem + 1) % places.len();
         self.workspace.settings.problems = true;
+        self.shows_notes = true;
         self.workspace.shown = self.workspace.project.item_at(&places[self.problem]);
     }
 
@@ -246,6 +248,7 @@ fn is_own(command: Command) -> bool {
             | C::AllCommands
             | C::Shortcuts
             | C::FirstPage
+            | C::About
     )
 }
 

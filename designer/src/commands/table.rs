@@ -315,6 +315,7 @@ pub const COMMANDS: &[About] = {
             "Shows the examples, the three steps and recent files.",
             None,
         ),
+        entry(C::About, Help, "About", "Shows the version and the programs in use.", None),
         entry(
             C::Simulate,
             Simulation,

@@ -90,7 +90,7 @@ impl Panel {
                 chosen = Some((record.registry.to_string(), Some(record.clone())));
             }
         }
-        ui.add_space(6.0);
+        ui.add_space(crate::theme::NEAR);
         ui.strong("Elsewhere");
         ui.horizontal(|ui| {
             let edit = TextEdit::singleline(&mut self.address).hint_text("address:port");
@@ -135,8 +135,15 @@ fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
         ui.colored_label(if is_fine { colours.text } else { colours.error }, how);
     }
     if let Some(results) = workspace.live.results() {
-        ui.weak("Results in");
-        ui.label(crate::text::path(results));
+        let results = results.to_path_buf();
+        let button = ui.button("Open results").on_hover_text(crate::text::path(&results));
+        if button.clicked()
+            && let Err(error) = open_folder(&results)
+        {
+            let text = format!("{} cannot be shown: {error}", results.display());
+            workspace.messages.warn(text);
+        }
+        ui.weak(crate::text::path(&results));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [Command::Run, Command::Stop, Command::Detach] {
@@ -152,6 +159,14 @@ fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
             }
         }
     });
+}
+
+/// Opens a folder in the file manager of the desktop.
+fn open_folder(folder: &std::path::Path) -> std::io::Result<()> {
+    let mut opener = std::process::Command::new("xdg-open").arg(folder).spawn()?;
+    // Its end is waited for, so that no zombie process is left.
+    let waits = std::thread::Builder::new().name("open-folder".into());
+    waits.spawn(move || drop(opener.wait())).map(|_| ())
 }
 
 /// Why a command about what runs cannot be run.

@@ -20,7 +20,7 @@ use crate::workspace::Workspace;
 
 impl SystemView {
     pub(super) fn show_properties(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
-        ui.add_space(4.0);
+        ui.add_space(crate::theme::NEAR);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
             let only = self.pane.only();
@@ -85,7 +85,7 @@ impl SystemView {
             })
             .response
             .accessible_name("system clock");
-        ui.add_space(6.0);
+        ui.add_space(crate::theme::NEAR);
         ui.weak(format!("{} components, {} links", system.components.len(), system.links.len()));
         ui.weak("Select a block or a link to see its properties.");
     }
