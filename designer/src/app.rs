@@ -64,6 +64,8 @@ pub struct Designer {
     /// Whether the page of the keys is shown.
     shortcuts: bool,
     menu_keys: menu_keys::MenuKeys,
+    /// Whether the file for which a name is chosen is saved as a draft.
+    saves_draft: bool,
     /// Whether the list of problems is open though it has only notes.
     shows_notes: bool,
     keeper: Keeper,
@@ -127,6 +129,7 @@ impl Designer {
             first_page: start.first_page,
             shortcuts: false,
             menu_keys: menu_keys::MenuKeys::default(),
+            saves_draft: false,
             shows_notes: false,
             keeper,
             kinds,
@@ -182,7 +185,8 @@ impl Designer {
             Some(Ok(saved)) => {
                 let names: Vec<_> =
                     saved.files.iter().map(|file| crate::text::path(file)).collect();
-                self.workspace.messages.report(format!("Saved {}", names.join(" and ")));
+                let draft = if self.workspace.project.is_draft() { " as a draft" } else { "" };
+                self.workspace.messages.report(format!("Saved {}{draft}", names.join(" and ")));
                 self.workspace
                     .project
                     .path()

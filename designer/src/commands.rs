@@ -15,6 +15,7 @@ pub enum Command {
     Open,
     Save,
     SaveAs,
+    SaveDraft,
     Export,
     Quit,
     Undo,

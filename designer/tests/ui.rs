@@ -5,6 +5,7 @@ mod bench_kinds;
 mod catalogue;
 mod changes;
 mod disk;
+mod drafts;
 mod elsewhere;
 mod help;
 mod keyboard;

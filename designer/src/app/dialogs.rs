@@ -103,7 +103,11 @@ impl Designer {
 
     fn save_there(&mut self, path: PathBuf) {
         let folder = path.parent().map(ToOwned::to_owned);
-        self.workspace.project.save_as(path);
+        if std::mem::take(&mut self.saves_draft) {
+            self.workspace.project.save_draft_as(path);
+        } else {
+            self.workspace.project.save_as(path);
+        }
         if let (Some(kinds), Some(folder)) = (&self.kinds, folder) {
             kinds.set_folder(folder);
         }
@@ -252,7 +256,11 @@ impl Designer {
     /// Shows why the files were not saved, and the place of the first error.
     pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
         self.workspace.settings.problems = true;
-        self.workspace.messages.warn(refused.to_string());
+        let mut text = refused.to_string();
+        if matches!(refused, SaveRefused::Wrong(_)) {
+            text += ". File, Save as draft keeps it";
+        }
+        self.workspace.messages.warn(text);
         self.after_saving = None;
         if let SaveRefused::Wrong(errors) = refused
             && let Some(at) = errors.iter().find_map(|finding| finding.at.as_ref())

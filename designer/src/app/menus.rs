@@ -183,7 +183,8 @@ impl Designer {
                 let name =
                     crate::text::paintable(ui.ctx(), &self.workspace.project.name()).into_owned();
                 let star = if self.is_unsaved() { " (not saved)" } else { "" };
-                ui.label(format!("{name}{star}"));
+                let draft = if self.workspace.project.is_draft() { " (draft)" } else { "" };
+                ui.label(format!("{name}{draft}{star}"));
                 ui.separator();
                 self.show_verdict(ui);
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

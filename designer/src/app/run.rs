@@ -81,10 +81,22 @@ impl Designer {
                 Ok(()) => {}
                 Err(SaveRefused::Nowhere) => {
                     self.dialog = Some(Dialog::save_as(&self.workspace.project));
+                    self.saves_draft = false;
                 }
                 Err(refused) => self.not_saved(&refused),
             },
-            Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.workspace.project)),
+            Command::SaveDraft => match self.workspace.project.save_draft() {
+                Ok(()) => {}
+                Err(SaveRefused::Nowhere) => {
+                    self.dialog = Some(Dialog::save_as(&self.workspace.project));
+                    self.saves_draft = true;
+                }
+                Err(refused) => self.not_saved(&refused),
+            },
+            Command::SaveAs => {
+                self.dialog = Some(Dialog::save_as(&self.workspace.project));
+                self.saves_draft = false;
+            }
             Command::Undo | Command::Redo => self.through_history(command),
             Command::Find => self.find = Some(FindList::default()),
             Command::ShowSystem => self.turn_to(View::System),
@@ -224,7 +236,7 @@ impl Designer {
 /// Returns whether a command uses the current text of the files: saves, runs or closes them.
 fn concerns_file(command: Command) -> bool {
     use Command as C;
-    matches!(command, C::New | C::Open | C::Save | C::SaveAs | C::Quit | C::Run)
+    matches!(command, C::New | C::Open | C::Save | C::SaveAs | C::SaveDraft | C::Quit | C::Run)
 }
 
 /// Whether a command is the window's own and can always be run.
@@ -236,6 +248,7 @@ fn is_own(command: Command) -> bool {
             | C::Open
             | C::Save
             | C::SaveAs
+            | C::SaveDraft
             | C::Quit
             | C::Find
             | C::TogglePalette
