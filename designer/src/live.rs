@@ -20,6 +20,7 @@ mod orders;
 mod parameters;
 mod plots;
 mod presence;
+mod preview;
 mod rows;
 pub(crate) mod session;
 mod sheet;

@@ -29,7 +29,7 @@ impl Designer {
         // The drawing keeps the largest share, also after the window was made narrower.
         let most = ui.available_width() * SIDE_SHARE;
         if self.workspace.settings.palette {
-            let panel = Panel::left("palette").resizable(true).default_size(170.0);
+            let panel = Panel::left("palette").resizable(true).default_size(220.0);
             let panel = panel.size_range(150.0..=most.max(150.0));
             panel.show(ui, |ui| {
                 let (pane, workspace) = self.pane();
@@ -37,7 +37,7 @@ impl Designer {
             });
         }
         if self.workspace.settings.properties {
-            let panel = Panel::right("properties").resizable(true).default_size(260.0);
+            let panel = Panel::right("properties").resizable(true).default_size(300.0);
             let panel = panel.size_range(220.0..=most.max(220.0));
             panel.show(ui, |ui| {
                 let (pane, workspace) = self.pane();

@@ -29,7 +29,7 @@ pub(super) struct Label<'a> {
 pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> Option<Rect> {
     let size = (label.size * zoom * 2.0).round() / 2.0;
     // Text that can be read needs this height, however small the drawing is.
-    if label.room * zoom < LEAST_TEXT - 1.0 || label.text.is_empty() {
+    if label.room * zoom < LEAST_TEXT - 0.5 || label.text.is_empty() {
         return None;
     }
     let size = size.max(LEAST_TEXT);

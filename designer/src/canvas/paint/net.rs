@@ -80,7 +80,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let width = area.width() - area.height() * 0.6;
         let rows = 1 + node.lines.len() + usize::from(!node.subtitle.is_empty());
         // The name alone stands in the middle.
-        let rows = if LINE * zoom < LEAST_TEXT - 1.0 { 1 } else { rows };
+        let rows = if LINE * zoom < LEAST_TEXT - 0.5 { 1 } else { rows };
         let top = area.center().y - (rows as f32 - 1.0) * LINE / 2.0 * zoom;
         let title = (&node.title, BODY, colours.text);
         let subtitle = (&node.subtitle, SMALL, colours.weak);

@@ -17,6 +17,8 @@ const SIZE: f32 = 5.5;
 const PORT_ROOM: f32 = 20.0;
 /// The largest share of a block's width that a port's name takes.
 const NAME_SHARE: f32 = 0.62;
+/// The same if there is a port at the other side.
+const FACED_SHARE: f32 = 0.43;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_ports(
@@ -75,7 +77,11 @@ impl<Id: DiagramId> Canvas<Id> {
                 PortSide::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
                 _ => (Align2::LEFT_CENTER, vec2(11.0, 0.0)),
             };
-            let width = node.rect.width() * NAME_SHARE * frame.zoom;
+            let is_faced = node.ports.iter().any(|other| {
+                other.side != port.side && (other.at.y - port.at.y).abs() < PORT_ROOM / 2.0
+            });
+            let share = if is_faced { FACED_SHARE } else { NAME_SHARE };
+            let width = node.rect.width() * share * frame.zoom;
             let label = Label {
                 text: &port.name,
                 size: SMALL,
