@@ -122,6 +122,16 @@ impl SystemPicture {
         self.was_found && !self.is_found && self.processes.values().all(is_unheard)
     }
 
+    /// Notes that all processes have ended, and the registry too, as the end of their launcher
+    /// shows. What another system at the same address does is not shown any more.
+    pub fn mark_ended(&mut self) {
+        (self.was_found, self.is_found) = (true, false);
+        for process in self.processes.values_mut() {
+            process.connection = ControlLink::Never;
+        }
+        self.rebuild_links();
+    }
+
     /// Returns whether this is the second name of a process: configd is also registered under the
     /// name by which it publishes the state of the file.
     pub fn is_second_name(&self, name: &str) -> bool {

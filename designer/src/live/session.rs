@@ -25,7 +25,7 @@ const SHOW_WITHIN: Duration = Duration::from_millis(100);
 /// Earlier runs whose logs are kept. Each log is bounded.
 const MAX_PAST: usize = 4;
 /// Pause between two looks for the run that took the address of another one.
-const LOOK_EVERY: Duration = Duration::from_millis(500);
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// The log of an earlier run.
 pub struct PastRun {
@@ -266,9 +266,9 @@ impl Session {
     /// Watches the run that has taken the address of the watched one. A registry that was only
     /// restarted has the record that it had before.
     fn follow_address(&mut self) {
-        let Some(watched) = self.watched.as_mut().filter(|watched| watched.may_be_another) else {
-            return;
-        };
+        let is_doubtful =
+            |watched: &&mut Watched| watched.may_be_another || watched.has_lost_registry();
+        let Some(watched) = self.watched.as_mut().filter(is_doubtful) else { return };
         if self.run.is_some() || self.ended.is_some() {
             watched.may_be_another = false;
             return;
@@ -278,6 +278,9 @@ impl Session {
         }
         self.looked = Some(Instant::now());
         let Some(before) = &watched.record else {
+            if !watched.may_be_another {
+                return;
+            }
             // On another host a new run cannot be distinguished from a restarted registry.
             watched.may_be_another = false;
             let text = "The registry was found again: these may be lines of another run";
@@ -293,8 +296,9 @@ impl Session {
                 }
             }
             Some(_) => watched.may_be_another = false,
-            // It may not be written yet.
+            // The launcher has ended, and its run with it; the next run has no record yet.
             None => {
+                watched.end();
                 if let Some(ctx) = &self.ctx {
                     ctx.request_repaint_after(LOOK_EVERY);
                 }

@@ -152,6 +152,28 @@ impl Watched {
         }
     }
 
+    /// Ends the observation, since its launcher has ended: nothing of it comes back, and another
+    /// system may take its address.
+    pub fn end(&mut self) {
+        if self.is_at_rest {
+            return;
+        }
+        (self.is_at_rest, self.is_over) = (true, true);
+        if self.silent_since_s.is_none() {
+            self.silent_since_s = Some(self.watch.timestamp());
+            self.values.keep(true);
+        }
+        self.watch.rest_as_ended();
+        self.mission.rest();
+        self.values.rest();
+    }
+
+    /// Whether its registry cannot be reached any longer.
+    pub fn has_lost_registry(&self) -> bool {
+        let picture = self.watch.picture();
+        picture.was_found && !picture.is_found
+    }
+
     /// Returns a line for each component that ended or was started again since the last call.
     pub fn take_losses(&mut self) -> Vec<LogLine> {
         let picture = self.watch.picture();
@@ -236,5 +258,9 @@ mod tests {
         assert_eq!(watched.time_s(), stood_s);
         watched.poll(false);
         assert!(watched.time_s() > stood_s, "it has come back");
+        watched.end();
+        assert!(watched.watch.picture().has_ended(), "whatever takes its address");
+        watched.poll(false);
+        assert_eq!(watched.silence(), Some("It has ended."), "its launcher has ended");
     }
 }
