@@ -273,6 +273,10 @@ impl Session {
             watched.may_be_another = false;
             return;
         }
+        // Nothing else may draw a frame in which to look again.
+        if let Some(ctx) = self.ctx.as_ref().filter(|_| watched.record.is_some()) {
+            ctx.request_repaint_after(LOOK_EVERY);
+        }
         if self.looked.is_some_and(|looked| looked.elapsed() < LOOK_EVERY) {
             return;
         }
@@ -297,12 +301,7 @@ impl Session {
             }
             Some(_) => watched.may_be_another = false,
             // The launcher has ended, and its run with it; the next run has no record yet.
-            None => {
-                watched.end();
-                if let Some(ctx) = &self.ctx {
-                    ctx.request_repaint_after(LOOK_EVERY);
-                }
-            }
+            None => watched.end(),
         }
     }
 
