@@ -42,6 +42,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "armor-designer",
         &[
+            "armor-configd",
             "armor-files",
             "armor-inspect",
             "armor-marking",

@@ -21,5 +21,5 @@ pub use files::write;
 pub use history::KeptVersion;
 pub use kinds::KindSource;
 pub use serve::{ConfigdOptions, ConfigdStartError, serve};
-pub use store::{kept_files, newer_than};
+pub use store::{kept_files, kept_numbers, kept_version, newer_than};
 pub use versions::{ConfigdAction, ConfigdEvent, Notice, VersionRules, Versions, Write};

@@ -26,13 +26,27 @@ pub fn kept_files(folder: &Path, file: &Path) -> BTreeSet<PathBuf> {
 /// The newest version of `file` that is kept in `folder`, if its number is above `known`. Costs
 /// little while there is none.
 pub fn newer_than(known: u64, folder: &Path, file: &Path) -> Option<KeptVersion> {
-    let names = fs::read_dir(folder).ok()?.filter_map(|it| it.ok()?.file_name().into_string().ok());
-    let numbers = names.filter_map(|name| name.parse().ok());
-    let mut numbers: Vec<u64> = numbers.filter(|number| *number > known).collect();
-    numbers.sort_unstable();
+    let numbers = kept_numbers(folder).into_iter().filter(|number| *number > known);
     let store = VersionStore::new(folder.to_path_buf());
-    let mut newer = numbers.into_iter().rev().filter_map(|number| store.load_version(number).ok());
+    let mut newer = numbers.rev().filter_map(|number| store.load_version(number).ok());
     newer.find(|kept| kept.files.first().is_some_and(|(path, _)| path == file))
+}
+
+/// The numbers of the versions that are kept in `folder`, in ascending order; none if none is.
+pub fn kept_numbers(folder: &Path) -> Vec<u64> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let mut numbers: Vec<u64> = names.filter_map(|name| name.parse().ok()).collect();
+    numbers.sort_unstable();
+    numbers
+}
+
+/// The version of this number that is kept in `folder`.
+///
+/// # Errors
+/// If it is not there, or is damaged.
+pub fn kept_version(folder: &Path, number: u64) -> io::Result<KeptVersion> {
+    VersionStore::new(folder.to_path_buf()).load_version(number)
 }
 
 /// A folder of versions.
@@ -48,10 +62,7 @@ impl VersionStore {
 
     /// The versions of `file` that are kept, the oldest first. What cannot be read is passed over.
     pub(crate) fn load_versions(&self, file: &Path) -> Vec<KeptVersion> {
-        let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
-        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-        let mut numbers: Vec<u64> = names.filter_map(|name| name.parse().ok()).collect();
-        numbers.sort_unstable();
+        let mut numbers = kept_numbers(&self.folder);
         let newest = numbers.split_off(numbers.len().saturating_sub(MAX_VERSIONS));
         let versions = newest.into_iter().filter_map(|number| {
             let version = self.load_version(number);
@@ -149,6 +160,9 @@ mod tests {
         assert!(!store.is_stored(&kept(12, "text 12")));
         assert_eq!(loaded[6], kept(9, "again"));
         assert!(store.load_versions(Path::new("m/b.xml")).is_empty(), "of another file");
+        assert_eq!(kept_numbers(&folder).last(), Some(&(MAX_VERSIONS as u64 + 2)));
+        assert_eq!(kept_version(&folder, 9).ok(), Some(kept(9, "again")));
+        assert!(kept_version(&folder, 12).is_err(), "it is damaged");
         let newer = |known| newer_than(known, &folder, Path::new("m/a.xml"));
         let newest = MAX_VERSIONS as u64 + 2;
         assert_eq!(newer(newest - 1).map(|kept| kept.number), Some(newest));

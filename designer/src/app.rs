@@ -4,6 +4,7 @@ mod commands;
 mod dialogs;
 mod disk;
 mod lists;
+mod menu_keys;
 mod menus;
 mod panels;
 mod run;
@@ -62,6 +63,11 @@ pub struct Designer {
     first_page: bool,
     /// Whether the page of the keys is shown.
     shortcuts: bool,
+    menu_keys: menu_keys::MenuKeys,
+    /// Whether the file for which a name is chosen is saved as a draft.
+    saves_draft: bool,
+    /// Whether the list of problems is open though it has only notes.
+    shows_notes: bool,
     keeper: Keeper,
     /// None if the kinds were given.
     kinds: Option<KindsWatch>,
@@ -103,8 +109,16 @@ impl Designer {
         });
         let mut keeper = Keeper::start(start.own_folder.as_deref(), ctx, &mut messages);
         project.path().into_iter().for_each(|path| keeper.remember_file(path));
-        let workspace =
-            Workspace { project, live, settings, messages, commands: Vec::new(), shown: None };
+        let workspace = Workspace {
+            project,
+            live,
+            settings,
+            messages,
+            commands: Vec::new(),
+            shown: None,
+            elsewhere: None,
+            opened: None,
+        };
         let mut designer = Self {
             workspace,
             view: start.view,
@@ -114,6 +128,9 @@ impl Designer {
             commands: None,
             first_page: start.first_page,
             shortcuts: false,
+            menu_keys: menu_keys::MenuKeys::default(),
+            saves_draft: false,
+            shows_notes: false,
             keeper,
             kinds,
             problem: 0,
@@ -168,7 +185,8 @@ impl Designer {
             Some(Ok(saved)) => {
                 let names: Vec<_> =
                     saved.files.iter().map(|file| crate::text::path(file)).collect();
-                self.workspace.messages.report(format!("Saved {}", names.join(" and ")));
+                let draft = if self.workspace.project.is_draft() { " as a draft" } else { "" };
+                self.workspace.messages.report(format!("Saved {}{draft}", names.join(" and ")));
                 self.workspace
                     .project
                     .path()

@@ -4,13 +4,12 @@
 //! large, what is selected, what is being dragged). Both are generic over the id of what is drawn
 //! and know nothing of files, commands or views: gestures come out as [`CanvasEvent`]s, and the
 //! caller's [`JoinRules`] decide what may be joined. Nothing here imports another module of the
-//! designer.
+//! designer but the theme.
 
 mod actions;
 mod align;
 pub mod arrange;
 mod cells;
-mod colours;
 mod curve;
 mod detour;
 mod diagram;
@@ -34,7 +33,6 @@ mod viewport;
 
 pub use actions::ViewAction;
 pub use align::{Alignment, align};
-pub use colours::{CanvasColours, mix};
 pub use curve::curve;
 pub use diagram::{Diagram, DiagramId};
 pub use edges::{path, wire_ends};
@@ -50,3 +48,5 @@ pub use selection::Selection;
 pub use snap::{GRID, snapped};
 pub use state::{Canvas, CanvasOutput};
 pub use viewport::Viewport;
+
+pub use crate::theme::{CanvasColours, mix};

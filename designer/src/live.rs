@@ -7,6 +7,7 @@
 //! `armor_inspect`, which states how it keeps from disturbing it.
 
 mod blocks;
+mod comparison;
 mod firings;
 mod hosts;
 mod hover;
@@ -18,12 +19,15 @@ mod net;
 mod orders;
 mod parameters;
 mod plots;
+mod presence;
+mod preview;
 mod rows;
 pub(crate) mod session;
 mod sheet;
 mod systems;
 mod tone;
 mod values;
+mod version;
 mod view;
 mod watched;
 mod words;
@@ -31,5 +35,6 @@ mod words;
 pub use session::{Session, Standing, running};
 pub use systems::attach;
 pub use tone::Tone;
+pub use version::RunningVersions;
 pub use view::LiveView;
 pub use watched::Watched;

@@ -3,6 +3,7 @@
 
 mod checker;
 mod documents;
+pub mod elsewhere;
 mod files;
 mod history;
 mod saving;
@@ -59,7 +60,7 @@ pub struct Project {
 impl Project {
     /// An empty robot without a file.
     pub fn new(kinds: Arc<Kinds>) -> Self {
-        Self::over(vec![OpenFile::untitled(NEW_FILE)], kinds)
+        Self::over(vec![OpenFile::untitled(NEW_FILE)], kinds, Checker::start())
     }
 
     /// Opens a file, and the system file that its mission names. A file that is no XML is opened
@@ -73,10 +74,20 @@ impl Project {
         // A system file that cannot be read is a finding of the file that names it.
         let named = files[0].named_system();
         files.extend(named.and_then(|path| OpenFile::read(&path).ok()));
-        Ok(Self::over(files, kinds))
+        Ok(Self::over(files, kinds, Checker::start()))
     }
 
-    fn over(files: Vec<OpenFile>, kinds: Arc<Kinds>) -> Self {
+    /// Files with these texts, the one that is given first, to be drawn only: nothing is checked.
+    pub fn still(files: &[(PathBuf, String)], kinds: Arc<Kinds>) -> Self {
+        let mut files: Vec<_> =
+            files.iter().map(|(path, text)| OpenFile::given(path, text)).collect();
+        if files.is_empty() {
+            files.push(OpenFile::untitled(NEW_FILE));
+        }
+        Self::over(files, kinds, Checker::idle())
+    }
+
+    fn over(files: Vec<OpenFile>, kinds: Arc<Kinds>, checker: Checker) -> Self {
         let mut disk = Disk::default();
         let reading = disk.read(&files);
         let mut project = Self {
@@ -86,7 +97,7 @@ impl Project {
             revision: 0,
             reading,
             kinds,
-            checker: Checker::start(),
+            checker,
             checked: Checked::default(),
             saving: None,
         };
@@ -274,7 +285,7 @@ impl Project {
 
     /// Where the item of a drawing is, if the file gives it.
     pub fn position(&self, item: armor_robotfile::Item<'_>) -> Option<armor_robotfile::Position> {
-        self.files.iter().find_map(|file| file.document()?.position(item))
+        self.own_files().find_map(|file| file.document()?.position(item))
     }
 
     /// The file that holds the system, or the mission.
@@ -282,8 +293,13 @@ impl Project {
         &self,
         owner: armor_robotfile::Item<'_>,
     ) -> Option<&armor_robotfile::Document> {
-        let documents = self.files.iter().filter_map(OpenFile::document);
+        let documents = self.own_files().filter_map(OpenFile::document);
         documents.into_iter().find(|document| document.find(owner).is_some())
+    }
+
+    /// The files that are drawn and edited.
+    fn own_files(&self) -> impl Iterator<Item = &OpenFile> {
+        self.files.iter().filter(|file| !file.is_companion)
     }
 
     fn texts(&self) -> Vec<Arc<str>> {

@@ -1,11 +1,14 @@
 //! What all views share: the open files, the running system, the settings and the messages.
 
+use std::path::PathBuf;
+
 use eframe::egui;
 
 use crate::commands::{Command, about};
 use crate::item::Item;
 use crate::live::session::Session;
 use crate::messages::Messages;
+use crate::project::elsewhere::{ComponentChange, Elsewhere};
 use crate::project::{Documents, Project, Refused};
 use crate::settings::Settings;
 
@@ -23,6 +26,10 @@ pub struct Workspace {
     pub commands: Vec<Command>,
     /// An item that is to be shown at the end of this frame, in whichever view has it.
     pub shown: Option<Item>,
+    /// Files that name what was just renamed or removed: to be asked about.
+    pub elsewhere: Option<Elsewhere>,
+    /// A file that is to be opened at the end of this frame.
+    pub opened: Option<PathBuf>,
 }
 
 impl Workspace {
@@ -43,6 +50,11 @@ impl Workspace {
             self.order_command(command);
             ui.close();
         }
+    }
+
+    /// Looks for other files that name components that were just renamed or removed.
+    pub fn ask_elsewhere(&mut self, change: ComponentChange) {
+        self.elsewhere = self.project.find_elsewhere(change);
     }
 
     /// Makes one edit of the files as one step of the history. A refusal is shown as a message.

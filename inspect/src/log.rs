@@ -134,6 +134,11 @@ impl RunLog {
         lines.forgotten + lines.lines.len() as u64
     }
 
+    /// Returns whether both are the same log.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.lines, &other.lines)
+    }
+
     /// Returns the lines from number `from` on, and the number of the first of them. Lines count
     /// from 0, and forgotten ones keep their numbers.
     pub fn since(&self, from: u64) -> (u64, Vec<Arc<LogLine>>) {

@@ -39,6 +39,9 @@ pub struct SystemPicture {
     pub is_found: bool,
     /// Whether it was ever reached.
     pub was_found: bool,
+    /// How many times it was found. A later one may be the registry of another run, at the same
+    /// address.
+    pub found_count: u32,
     /// Its processes, by name, including those that have ended.
     pub processes: BTreeMap<String, ObservedProcess>,
     /// Its links and what they have lost, as of the last [`SystemPicture::rebuild_links`].
@@ -119,6 +122,16 @@ impl SystemPicture {
         self.was_found && !self.is_found && self.processes.values().all(is_unheard)
     }
 
+    /// Notes that all processes have ended, and the registry too, as the end of their launcher
+    /// shows. What another system at the same address does is not shown any more.
+    pub fn mark_ended(&mut self) {
+        (self.was_found, self.is_found) = (true, false);
+        for process in self.processes.values_mut() {
+            process.connection = ControlLink::Never;
+        }
+        self.rebuild_links();
+    }
+
     /// Returns whether this is the second name of a process: configd is also registered under the
     /// name by which it publishes the state of the file.
     pub fn is_second_name(&self, name: &str) -> bool {
@@ -191,7 +204,9 @@ impl SystemPicture {
 
     fn mark_registry_found(&mut self) -> bool {
         self.was_found = true;
-        !std::mem::replace(&mut self.is_found, true)
+        let is_new = !std::mem::replace(&mut self.is_found, true);
+        self.found_count += u32::from(is_new);
+        is_new
     }
 
     fn add_process(&mut self, entry: ComponentEntry, actions: &mut Vec<ObserverAction>) -> bool {

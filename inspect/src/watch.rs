@@ -152,6 +152,14 @@ impl SystemWatch {
         self.directory.clock().timestamp()
     }
 
+    /// Stops watching a system that has ended for good: the picture shows that.
+    pub fn rest_as_ended(&self) {
+        let mut picture = self.shared.picture.lock();
+        Arc::make_mut(&mut picture).mark_ended();
+        // Under the lock, so that the loop does not replace the picture.
+        self.rest();
+    }
+
     /// Stops watching; the picture stays as it is, even if another system starts at the same
     /// address.
     pub fn rest(&self) {
@@ -278,7 +286,12 @@ impl WatchLoop {
         (self.is_new, self.shown) = (false, Some(Instant::now()));
         self.picture.rebuild_links();
         let picture = Arc::new(self.picture.clone());
-        *self.shared.picture.lock() = picture;
+        let mut shown = self.shared.picture.lock();
+        if self.shared.is_closing.load(Ordering::Relaxed) {
+            return;
+        }
+        *shown = picture;
+        drop(shown);
         (self.shared.wake)();
     }
 }

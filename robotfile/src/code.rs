@@ -109,6 +109,7 @@ codes! {
         TwoSystems = "E0025", "two systems for one mission";
         Clash = "E0026", "attributes that exclude each other";
         NoEffect = "W0027", "an attribute without effect";
+        Draft = "E0028", "the file is a draft";
     }
     "The system" from File {
         DuplicateComponent = "E0101", "two components have the same name";

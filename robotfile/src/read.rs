@@ -50,6 +50,12 @@ pub(crate) fn contents(
         let finding = Finding::new(Code::WrongRoot, &version.at, message);
         fields.report(finding.remedy("this program reads version=\"1\""));
     }
+    if fields.flag("draft", false)
+        && let Some(at) = fields.attribute_at("draft")
+    {
+        let finding = Finding::new(Code::Draft, &at, "this file is a draft, which is not run");
+        fields.report(finding.remedy("finish it and save it in the designer, or remove draft"));
+    }
     let children = fields.finish(&["system", "mission"]);
     let of = |name| children.iter().copied().filter(move |child| child.name == name);
     let system = expect_only(of("system"), source, findings);

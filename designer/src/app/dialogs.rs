@@ -6,6 +6,7 @@ use eframe::egui::{self, Id, Key, Modal};
 
 use crate::app::Designer;
 use crate::panels::path::{Chosen, PathChoice};
+use crate::project::elsewhere::{ComponentChange, Elsewhere};
 use crate::project::{Project, SaveRefused};
 
 /// A question.
@@ -24,6 +25,10 @@ pub(super) enum Dialog {
     Unsaved(Then),
     /// Whether to stop what runs and leave.
     Running,
+    /// The version, and the programs in use.
+    About,
+    /// Whether to change other files too, that name what was renamed or removed.
+    Elsewhere(Elsewhere),
 }
 
 /// What follows after the open files are closed.
@@ -66,6 +71,8 @@ impl Designer {
                 Dialog::OverwritePicture(path) => self.ask_overwrite_picture(ui, path),
                 Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
                 Dialog::Running => self.ask_running(ui),
+                Dialog::About => self.show_about(ui),
+                Dialog::Elsewhere(elsewhere) => self.ask_elsewhere(ui, elsewhere),
             }
         });
         if left.backdrop_response.clicked() {
@@ -96,7 +103,11 @@ impl Designer {
 
     fn save_there(&mut self, path: PathBuf) {
         let folder = path.parent().map(ToOwned::to_owned);
-        self.workspace.project.save_as(path);
+        if std::mem::take(&mut self.saves_draft) {
+            self.workspace.project.save_draft_as(path);
+        } else {
+            self.workspace.project.save_as(path);
+        }
         if let (Some(kinds), Some(folder)) = (&self.kinds, folder) {
             kinds.set_folder(folder);
         }
@@ -147,6 +158,74 @@ impl Designer {
         });
     }
 
+    fn ask_elsewhere(&mut self, ui: &mut egui::Ui, elsewhere: Elsewhere) {
+        let what = match &elsewhere.change {
+            ComponentChange::Rename { old, .. } => old.clone(),
+            ComponentChange::Remove(names) => names.join(", "),
+        };
+        ui.heading(format!("Other files name {what}"));
+        ui.label(
+            "They use the same system. Changed too, they are open and not saved yet; undo \
+                  reverts all files in one step.",
+        );
+        let folder = self.workspace.project.folder().canonicalize().unwrap_or_default();
+        egui::ScrollArea::vertical().max_height(220.0).show(ui, |ui| {
+            for file in &elsewhere.files {
+                let path = file.path.strip_prefix(&folder).unwrap_or(&file.path);
+                let mut text = format!("{}: named {} times", path.display(), file.mentions);
+                if file.mentions == 1 {
+                    text = format!("{}: named once", path.display());
+                }
+                if let Some(obstacle) = &file.obstacle {
+                    text += &format!("; it cannot be changed: {obstacle}");
+                }
+                ui.label(crate::text::paintable(ui.ctx(), &text).into_owned());
+            }
+        });
+        if elsewhere.is_cut {
+            ui.weak("The folder has more entries than were searched.");
+        }
+        let may = elsewhere.files.iter().any(|file| file.obstacle.is_none());
+        ui.horizontal(|ui| {
+            let change = ui.add_enabled(may, egui::Button::new("Change them too"));
+            if change.clicked() {
+                self.change_elsewhere(&elsewhere);
+            } else if ui.button("Leave them").clicked() || pressed_escape(ui) {
+                let text = format!("{} other files still name {what}", elsewhere.files.len());
+                self.workspace.messages.warn(text);
+            } else {
+                self.dialog = Some(Dialog::Elsewhere(elsewhere));
+            }
+        });
+    }
+
+    fn show_about(&mut self, ui: &mut egui::Ui) {
+        ui.heading("Armor designer");
+        ui.label(concat!("Version ", env!("CARGO_PKG_VERSION")));
+        let armor = crate::kinds::find_armor().map(|path| crate::text::path(&path));
+        let armor = armor.unwrap_or_else(|| "not found: set ARMOR".to_owned());
+        ui.label(format!("Program armor: {armor}"));
+        ui.label("Licence: MIT or Apache 2.0");
+        if !ui.button("Close").clicked() && !pressed_escape(ui) {
+            self.dialog = Some(Dialog::About);
+        }
+    }
+
+    fn change_elsewhere(&mut self, elsewhere: &Elsewhere) {
+        let result = self.workspace.project.change_elsewhere(elsewhere);
+        let name = |path: &PathBuf| {
+            path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+        };
+        if !result.changed.is_empty() {
+            let names: Vec<_> = result.changed.iter().map(name).collect();
+            let text = format!("Changed too, not saved yet: {}", names.join(", "));
+            self.workspace.messages.report(text);
+        }
+        for (path, why) in &result.left {
+            self.workspace.messages.warn(format!("{} is unchanged: {why}", name(path)));
+        }
+    }
+
     /// Asks before the window closes with unsaved work or a running robot.
     pub(super) fn watch_closing(&mut self, ctx: &egui::Context) {
         let asks = ctx.input(|i| i.viewport().close_requested());
@@ -177,7 +256,11 @@ impl Designer {
     /// Shows why the files were not saved, and the place of the first error.
     pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
         self.workspace.settings.problems = true;
-        self.workspace.messages.warn(refused.to_string());
+        let mut text = refused.to_string();
+        if matches!(refused, SaveRefused::Wrong(_)) {
+            text += ". File, Save as draft keeps it";
+        }
+        self.workspace.messages.warn(text);
         self.after_saving = None;
         if let SaveRefused::Wrong(errors) = refused
             && let Some(at) = errors.iter().find_map(|finding| finding.at.as_ref())

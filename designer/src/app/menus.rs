@@ -1,6 +1,6 @@
 //! The menu bar, the tool bar and the bar at the bottom, all made from the table of commands.
 
-use eframe::egui::{self, Button, Key};
+use eframe::egui::{self, Button, Key, Popup};
 
 use crate::app::Designer;
 use crate::commands::{COMMANDS, Command, Menu, about};
@@ -11,6 +11,7 @@ const TOOLS: &[&[Command]] = &[
     &[Command::Save, Command::Undo, Command::Redo],
     &[Command::Add, Command::Arrange, Command::Group, Command::Note],
     &[Command::ZoomFit, Command::Find],
+    &[Command::Run, Command::Stop],
 ];
 
 /// Approximate width of the views and one more tool.
@@ -22,6 +23,11 @@ impl Designer {
         let is_asked = self.dialog.is_some() || self.find.is_some() || self.commands.is_some();
         if is_asked || self.pane().0.is_asking() || self.shortcuts || self.keeper.is_asking() {
             return;
+        }
+        self.menu_keys.read(ctx);
+        if self.first_page && !Popup::is_any_open(ctx) && ctx.input(|i| i.key_pressed(Key::Escape))
+        {
+            self.first_page = false;
         }
         let writes = self.writes;
         for about in COMMANDS {
@@ -36,7 +42,7 @@ impl Designer {
                     Key::F1 | Key::F2 | Key::F4 | Key::F6 | Key::F7 | Key::F8
                 );
             let edits = is_written || is_text_editing(about.command);
-            if (writes && edits) || ctx.any_popup_open() && is_written {
+            if (writes && edits) || Popup::is_any_open(ctx) && is_written {
                 continue;
             }
             if ctx.input_mut(|i| consume_shortcut(i, keys)) {
@@ -75,8 +81,9 @@ impl Designer {
     pub(super) fn menu_bar(&mut self, ui: &mut egui::Ui) {
         egui::Panel::top("menus").show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
+                let mut buttons = Vec::new();
                 for menu in Menu::ALL {
-                    ui.menu_button(menu.name(), |ui| {
+                    let shown = ui.menu_button(menu.name(), |ui| {
                         ui.set_min_width(210.0);
                         for entry in COMMANDS.iter().filter(|entry| entry.menu == menu) {
                             self.menu_entry(ui, entry.command);
@@ -85,7 +92,9 @@ impl Designer {
                             }
                         }
                     });
+                    buttons.push(shown.response);
                 }
+                self.menu_keys.open(ui.ctx(), &buttons);
                 ui.separator();
                 for group in TOOLS {
                     for command in *group {
@@ -174,7 +183,8 @@ impl Designer {
                 let name =
                     crate::text::paintable(ui.ctx(), &self.workspace.project.name()).into_owned();
                 let star = if self.is_unsaved() { " (not saved)" } else { "" };
-                ui.label(format!("{name}{star}"));
+                let draft = if self.workspace.project.is_draft() { " (draft)" } else { "" };
+                ui.label(format!("{name}{draft}{star}"));
                 ui.separator();
                 self.show_verdict(ui);
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

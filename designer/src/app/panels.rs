@@ -18,7 +18,10 @@ const SIDE_SHARE: f32 = 0.35;
 impl Designer {
     pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
         // In the live view the log takes their place.
-        if self.workspace.settings.problems && self.view != View::Live {
+        let is_shown = self.workspace.settings.problems && self.view != View::Live;
+        if is_shown && !self.shows_notes && self.has_only_notes() {
+            Panel::bottom("folded problems").show(ui, |ui| self.show_folded_problems(ui));
+        } else if is_shown {
             let panel =
                 Panel::bottom("problems").resizable(true).default_size(130.0).min_size(60.0);
             panel.show(ui, |ui| self.show_problems(ui));
@@ -43,6 +46,27 @@ impl Designer {
         }
     }
 
+    fn has_only_notes(&self) -> bool {
+        let mut findings = self.workspace.project.checked().findings.iter();
+        findings.all(|finding| finding.severity() == Severity::Note)
+    }
+
+    /// Shows in one line that nothing needs attention.
+    fn show_folded_problems(&mut self, ui: &mut egui::Ui) {
+        let notes = self.workspace.project.checked().findings.iter().count();
+        ui.horizontal(|ui| {
+            ui.strong("Problems");
+            ui.weak(match notes {
+                0 => "none".to_owned(),
+                1 => "none, 1 note".to_owned(),
+                notes => format!("none, {notes} notes"),
+            });
+            if notes > 0 && ui.small_button("Show notes").clicked() {
+                self.shows_notes = true;
+            }
+        });
+    }
+
     /// Shows the findings as `armor check` prints them; a click shows the item.
     fn show_problems(&mut self, ui: &mut egui::Ui) {
         let findings = std::sync::Arc::clone(&self.workspace.project.checked().findings);
@@ -52,6 +76,9 @@ impl Designer {
                 ui.weak("checking");
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if self.shows_notes && ui.small_button("Fold notes").clicked() {
+                    self.shows_notes = false;
+                }
                 if ui.small_button("Hide").clicked() {
                     self.workspace.order_command(Command::ToggleProblems);
                 }

@@ -53,6 +53,13 @@ impl Designer {
                 self.run(command, ctx);
             }
         }
+        if let Some(elsewhere) = self.workspace.elsewhere.take() {
+            self.dialog = Some(Dialog::Elsewhere(elsewhere));
+            ctx.request_repaint();
+        }
+        if let Some(path) = self.workspace.opened.take() {
+            self.ask_to_open(path, ctx);
+        }
         if let Some(item) = self.workspace.shown.take() {
             if self.has(item.view()) {
                 self.view = item.view();
@@ -74,10 +81,22 @@ impl Designer {
                 Ok(()) => {}
                 Err(SaveRefused::Nowhere) => {
                     self.dialog = Some(Dialog::save_as(&self.workspace.project));
+                    self.saves_draft = false;
                 }
                 Err(refused) => self.not_saved(&refused),
             },
-            Command::SaveAs => self.dialog = Some(Dialog::save_as(&self.workspace.project)),
+            Command::SaveDraft => match self.workspace.project.save_draft() {
+                Ok(()) => {}
+                Err(SaveRefused::Nowhere) => {
+                    self.dialog = Some(Dialog::save_as(&self.workspace.project));
+                    self.saves_draft = true;
+                }
+                Err(refused) => self.not_saved(&refused),
+            },
+            Command::SaveAs => {
+                self.dialog = Some(Dialog::save_as(&self.workspace.project));
+                self.saves_draft = false;
+            }
             Command::Undo | Command::Redo => self.through_history(command),
             Command::Find => self.find = Some(FindList::default()),
             Command::ShowSystem => self.turn_to(View::System),
@@ -96,6 +115,7 @@ impl Designer {
             Command::AllCommands => self.commands = Some(AllCommands::default()),
             Command::Shortcuts => self.shortcuts = !self.shortcuts,
             Command::FirstPage => self.first_page = true,
+            Command::About => self.dialog = Some(Dialog::About),
             Command::Run => self.ask_to_run(),
             Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
                 self.workspace.live.run_command(command);
@@ -153,6 +173,7 @@ impl Designer {
         }
         self.problem = (self.problem + 1) % places.len();
         self.workspace.settings.problems = true;
+        self.shows_notes = true;
         self.workspace.shown = self.workspace.project.item_at(&places[self.problem]);
     }
 
@@ -215,7 +236,7 @@ impl Designer {
 /// Returns whether a command uses the current text of the files: saves, runs or closes them.
 fn concerns_file(command: Command) -> bool {
     use Command as C;
-    matches!(command, C::New | C::Open | C::Save | C::SaveAs | C::Quit | C::Run)
+    matches!(command, C::New | C::Open | C::Save | C::SaveAs | C::SaveDraft | C::Quit | C::Run)
 }
 
 /// Whether a command is the window's own and can always be run.
@@ -227,6 +248,7 @@ fn is_own(command: Command) -> bool {
             | C::Open
             | C::Save
             | C::SaveAs
+            | C::SaveDraft
             | C::Quit
             | C::Find
             | C::TogglePalette
@@ -239,6 +261,7 @@ fn is_own(command: Command) -> bool {
             | C::AllCommands
             | C::Shortcuts
             | C::FirstPage
+            | C::About
     )
 }
 

@@ -14,7 +14,8 @@ impl Designer {
         if self.workspace.project.path().is_none() {
             self.after_saving = Some(Then::Run);
             self.dialog = Some(Dialog::save_as(&self.workspace.project));
-        } else if self.workspace.project.is_dirty() {
+        } else if self.workspace.project.is_dirty() || self.workspace.project.is_draft() {
+            // Saving completes a draft without errors, and states the errors of another.
             self.after_saving = Some(Then::Run);
             self.workspace.order_command(Command::Save);
         } else {

@@ -6,7 +6,11 @@ use std::borrow::Cow;
 use eframe::egui::text::{LayoutJob, TextWrapping};
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect};
 
-/// Smaller text cannot be read and is not drawn.
+use crate::theme::LEAST_TEXT;
+
+/// The room of a text that stands alone as soon as those around it are not drawn.
+pub(super) const ALONE: f32 = 34.0;
+/// A smaller note is not drawn.
 pub(super) const SMALLEST: f32 = 5.0;
 
 /// A text to be drawn: what, at which size in the drawing, at most how wide in the window.
@@ -14,6 +18,8 @@ pub(super) const SMALLEST: f32 = 5.0;
 pub(super) struct Label<'a> {
     pub(super) text: &'a str,
     pub(super) size: f32,
+    /// Height in the drawing that the text may take before it covers another one.
+    pub(super) room: f32,
     pub(super) width: f32,
     pub(super) colour: Color32,
     pub(super) anchor: Align2,
@@ -22,11 +28,11 @@ pub(super) struct Label<'a> {
 /// Draws a text at a point of the window; returns where it is.
 pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> Option<Rect> {
     let size = (label.size * zoom * 2.0).round() / 2.0;
-    // With more pixels for a point smaller text can be read.
-    let smallest = SMALLEST / painter.ctx().pixels_per_point().clamp(1.0, 1.6);
-    if size < smallest || label.text.is_empty() {
+    // Text that can be read needs this height, however small the drawing is.
+    if label.room * zoom < LEAST_TEXT - 0.5 || label.text.is_empty() {
         return None;
     }
+    let size = size.max(LEAST_TEXT);
     let text = paintable(painter.ctx(), label.text).into_owned();
     let mut job =
         LayoutJob::simple_singleline(text, FontId::proportional(size), Color32::PLACEHOLDER);

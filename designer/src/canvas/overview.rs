@@ -2,11 +2,11 @@
 
 use eframe::egui::{self, Mesh, PointerButton, Pos2, Rect, Stroke, StrokeKind, Vec2};
 
-use crate::canvas::colours::CanvasColours;
 use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::node::Mark;
 use crate::canvas::state::Canvas;
+use crate::theme::CanvasColours;
 
 /// The largest it gets, in points.
 const SIZE: Vec2 = Vec2::new(180.0, 120.0);

@@ -10,18 +10,18 @@ use eframe::egui::{
     self, Align2, Color32, CornerRadius, Mesh, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2, pos2,
 };
 
-use crate::canvas::colours::{CanvasColours, mix};
 use crate::canvas::diagram::{Diagram, DiagramId};
 use crate::canvas::gesture::Gesture;
 use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::{CORNER, GROUP_TITLE, Hit};
-use crate::canvas::labels::{Label, SMALLEST, draw, paintable};
+use crate::canvas::labels::{ALONE, Label, SMALLEST, draw, paintable};
 use crate::canvas::node::{Decoration, PortAt};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::snap::GRID;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
+use crate::theme::{BODY, CanvasColours, HEADING, LEAST_TEXT, mix};
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint(
@@ -140,7 +140,8 @@ impl<Id: DiagramId> Canvas<Id> {
         } else {
             let title = Label {
                 text: &decoration.text,
-                size: 15.0,
+                size: HEADING,
+                room: ALONE,
                 width: area.width() - 16.0 * frame.zoom,
                 colour: colours.weak,
                 anchor: Align2::LEFT_CENTER,
@@ -158,12 +159,12 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 
     fn paint_note(&mut self, frame: &PaintFrame<'_, Id>, area: Rect, text: &str) {
-        let size = 13.0 * frame.zoom;
+        let size = BODY * frame.zoom;
         if size < SMALLEST {
             return;
         }
         let shown = paintable(frame.painter.ctx(), text).into_owned();
-        let font = egui::FontId::proportional((size * 2.0).round() / 2.0);
+        let font = egui::FontId::proportional(((size * 2.0).round() / 2.0).max(LEAST_TEXT));
         let inner = area.shrink(9.0 * frame.zoom);
         let galley = frame.painter.layout(shown, font, frame.colours.text, inner.width().max(10.0));
         frame.painter.with_clip_rect(inner.intersect(frame.painter.clip_rect())).galley(
@@ -190,7 +191,14 @@ impl<Id: DiagramId> Canvas<Id> {
 
     /// Shows a hint next to the pointer.
     fn paint_hint(&mut self, frame: &PaintFrame<'_, Id>, at: Pos2, text: &str, colour: Color32) {
-        let label = Label { text, size: 13.0, width: 420.0, colour, anchor: Align2::LEFT_CENTER };
+        let label = Label {
+            text,
+            size: BODY,
+            room: ALONE,
+            width: 420.0,
+            colour,
+            anchor: Align2::LEFT_CENTER,
+        };
         let at = at + Vec2::new(18.0, 18.0);
         let shape = frame.painter.add(Shape::Noop);
         if let Some(rect) = draw(frame.painter, 1.0, at, label) {

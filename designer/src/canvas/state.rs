@@ -1,9 +1,8 @@
 //! How a drawing is looked at: where, how large, what is selected, what is being dragged.
 
-use eframe::egui::{self, Pos2, Rect, Sense};
+use eframe::egui::{self, Popup, Pos2, Rect, Sense, Stroke, StrokeKind};
 
 use crate::canvas::cells::CellIndex;
-use crate::canvas::colours::CanvasColours;
 use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::event::CanvasEvent;
@@ -13,6 +12,7 @@ use crate::canvas::rules::JoinRules;
 use crate::canvas::selection::Selection;
 use crate::canvas::snap::snapped;
 use crate::canvas::viewport::Viewport;
+use crate::theme::CanvasColours;
 
 /// The result of showing the drawing.
 pub struct CanvasOutput<Id> {
@@ -175,7 +175,7 @@ impl<Id: DiagramId> Canvas<Id> {
         }
         // The drawing takes the keyboard unless another widget needs it.
         let is_free = ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none());
-        if is_free && !ui.ctx().any_popup_open() {
+        if is_free && !Popup::is_any_open(ui.ctx()) {
             response.request_focus();
         }
         if response.has_focus() {
@@ -184,6 +184,10 @@ impl<Id: DiagramId> Canvas<Id> {
         self.stays_fitted &= self.viewport == fitted && !self.is_busy();
         let colours = CanvasColours::of(ui.visuals());
         self.paint(ui, diagram, rules, hovered, &colours);
+        if response.has_focus() {
+            let line = Stroke::new(1.0, colours.selected);
+            ui.painter().rect_stroke(rect, 0.0, line, StrokeKind::Inside);
+        }
         self.describe_drawing(ui, &response, diagram);
         CanvasOutput { events, response, hovered }
     }

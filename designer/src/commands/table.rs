@@ -8,6 +8,7 @@ const CTRL: Modifiers = Modifiers::COMMAND;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 const ALT: Modifiers = Modifiers::ALT;
 const NONE: Modifiers = Modifiers::NONE;
+const CTRL_ALT: Modifiers = Modifiers { alt: true, ..Modifiers::COMMAND };
 const CTRL_SHIFT: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 
 const fn entry(
@@ -38,6 +39,13 @@ pub const COMMANDS: &[About] = {
             "Save as…",
             "Saves the file under another name.",
             Some((CTRL_SHIFT, Key::S)),
+        ),
+        entry(
+            C::SaveDraft,
+            File,
+            "Save as draft",
+            "Saves the file although it has errors, marked as a draft, which is not run.",
+            Some((CTRL_ALT, Key::S)),
         ),
         entry(
             C::Export,
@@ -315,6 +323,7 @@ pub const COMMANDS: &[About] = {
             "Shows the examples, the three steps and recent files.",
             None,
         ),
+        entry(C::About, Help, "About", "Shows the version and the programs in use.", None),
         entry(
             C::Simulate,
             Simulation,

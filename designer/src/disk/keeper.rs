@@ -322,7 +322,10 @@ pub fn put_back(kept: &Kept, project: &mut Project) {
                 open.path().map(|path| std::path::absolute(path).unwrap_or(path.to_path_buf()));
             here == path
         };
-        let Some(n) = project.files().iter().position(is_it) else { continue };
+        let opened = project.files().iter().position(is_it);
+        // It was changed along with the others.
+        let opened = opened.or_else(|| project.open_companion(path.as_ref()?).ok());
+        let Some(n) = opened else { continue };
         let disk = Arc::clone(project.files()[n].saved());
         let merged = super::merge::merge(&file.saved, text, &disk);
         let text = merged.unwrap_or_else(|| text.clone());

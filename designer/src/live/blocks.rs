@@ -6,9 +6,10 @@ use armor_inspect::words::{describe_call, format_duration};
 use armor_inspect::{ObservedLink, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
+use super::presence::{self, Presences};
 use super::tone::{self, Tone};
 use crate::canvas::CanvasColours;
-use crate::canvas::{Diagram, Mark, Wire};
+use crate::canvas::{Badge, Diagram, Mark, Wire};
 use crate::item::Item;
 
 /// The host of each component that the file places on another one.
@@ -21,6 +22,7 @@ pub fn show(
     base: &Diagram<Item>,
     picture: &SystemPicture,
     places: &FilePlaces,
+    presences: &Presences,
     colours: &CanvasColours,
 ) {
     let has_hosts = !places.is_empty() || !picture.hosts.is_empty();
@@ -42,8 +44,14 @@ pub fn show(
         } else {
             format!("{word}, {}", plain.subtitle)
         };
-        node.badge = None;
         node.label = format!("{}: {word}", plain.label);
+        node.badge = process.and_then(|process| restarts(process, colours));
+        if let Some(badge) = &node.badge {
+            node.label = format!("{}, {}", node.label, badge.text);
+        } else if process.is_some_and(|it| it.condition.is_gone()) && !picture.has_ended() {
+            let doc = "its process has ended".into();
+            node.badge = Some(Badge { text: "lost".into(), doc, tint: Some(colours.error) });
+        }
         node.doc = match process {
             Some(_) if picture.has_ended() => "The system has ended.".into(),
             Some(process) => of_process(process, picture),
@@ -52,16 +60,35 @@ pub fn show(
         if let Some(cut) = cut {
             node.doc = format!("{} is {}\n{}", cut.host, cut.describe_link(), node.doc);
         }
+        if let Some(presence) = presences.get(&plain.label) {
+            presence::mark_node(node, plain, presence, process.is_some(), colours);
+        }
     }
     if picture.has_ended() {
         diagram.wires.clone_from(&base.wires);
-        return;
     }
     for (wire, plain) in diagram.wires.iter_mut().zip(&base.wires) {
         let Item::Link { from, to } = &plain.item else { continue };
-        let edge = picture.links.iter().find(|edge| *from == edge.from && *to == edge.to);
-        carry(wire, plain, edge, colours);
+        if !picture.has_ended() {
+            let edge = picture.links.iter().find(|edge| *from == edge.from && *to == edge.to);
+            carry(wire, plain, edge, colours);
+        }
+        if let Some(presence) = presences.get(&plain.label) {
+            presence::mark_wire(wire, plain, presence, colours);
+        }
     }
+}
+
+/// The mark of a component that died and came back, or that is gone.
+fn restarts(process: &ObservedProcess, colours: &CanvasColours) -> Option<Badge> {
+    let count = process.starts.saturating_sub(1);
+    let text = match count {
+        0 => return None,
+        1 => "1 restart".to_owned(),
+        count => format!("{count} restarts"),
+    };
+    let doc = format!("started {} times while it was watched", process.starts);
+    Some(Badge { text, doc, tint: Some(colours.warning) })
 }
 
 /// A link by what it carries.

@@ -104,7 +104,7 @@ fn outputs(ui: &mut egui::Ui, watched: &Watched, status: &Status, plots: &mut Pl
     if status.outputs.is_empty() {
         return;
     }
-    ui.add_space(4.0);
+    ui.add_space(crate::theme::NEAR);
     ui.strong("Outputs");
     for output in &status.outputs {
         let title = format!("{}  {}", output.id, output.type_name);
@@ -124,7 +124,7 @@ fn inputs(ui: &mut egui::Ui, status: &Status, has_ended: bool) {
         return;
     }
     let colours = CanvasColours::of(ui.visuals());
-    ui.add_space(4.0);
+    ui.add_space(crate::theme::NEAR);
     ui.strong("Inputs");
     for input in fed {
         ui.horizontal_wrapped(|ui| {

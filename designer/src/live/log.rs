@@ -9,6 +9,7 @@ use eframe::egui::{
 };
 
 use super::rows::Rows;
+use super::session::{PastRun, Session};
 use crate::canvas::CanvasColours;
 
 /// The least severity that is shown.
@@ -79,6 +80,10 @@ pub struct Panel {
     /// Whether the newest line is kept in sight.
     follows: bool,
     names: BTreeSet<String>,
+    /// The log that the lines are of.
+    log: RunLog,
+    /// An earlier run whose log is shown.
+    past: Option<RunLog>,
     /// The number of the next line of the log.
     next: u64,
 }
@@ -92,6 +97,8 @@ impl Default for Panel {
             rows: Rows::default(),
             follows: true,
             names: BTreeSet::new(),
+            log: RunLog::default(),
+            past: None,
             next: 0,
         }
     }
@@ -105,10 +112,12 @@ impl Panel {
 
     /// Adds the new lines.
     fn take(&mut self, log: &RunLog) {
-        if self.filter != self.chosen_by || log.count() < self.next {
-            if log.count() < self.next {
-                // It is another log.
+        let is_other = !self.log.is_same(log);
+        if self.filter != self.chosen_by || is_other {
+            if is_other {
                 self.names.clear();
+                self.log = log.clone();
+                self.follows = true;
             }
             self.chosen.clear();
             self.rows = Rows::default();
@@ -129,9 +138,12 @@ impl Panel {
         }
     }
 
-    /// Shows it.
-    pub fn show(&mut self, ui: &mut egui::Ui, log: &RunLog) {
-        self.choices(ui);
+    /// Shows the log of what runs, or of an earlier run that was chosen.
+    pub fn show(&mut self, ui: &mut egui::Ui, session: &Session) {
+        self.past.take_if(|past| !session.past.iter().any(|run| run.log.is_same(past)));
+        self.choices(ui, session);
+        let log = self.past.clone().unwrap_or_else(|| session.log.clone());
+        let log = &log;
         self.take(log);
         if self.chosen.is_empty() {
             ui.weak(if log.count() == 0 { "No log lines yet." } else { "No matching lines." });
@@ -185,8 +197,31 @@ impl Panel {
         }
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui) {
+    /// Which run the lines are of.
+    fn choose_run(&mut self, ui: &mut egui::Ui, session: &Session) {
+        let is_it = |past: &PastRun| self.past.as_ref().is_some_and(|log| log.is_same(&past.log));
+        let chosen = session.past.iter().find(|past| is_it(past));
+        let name = chosen.map_or(session.log_name.as_str(), |past| past.name.as_str()).to_owned();
+        let runs = ComboBox::from_id_salt("log of run").selected_text(&name).show_ui(ui, |ui| {
+            let is_now = self.past.is_none();
+            if ui.selectable_label(is_now, format!("{} (newest)", session.log_name)).clicked() {
+                self.past = None;
+            }
+            for past in &session.past {
+                let is_chosen = chosen.is_some_and(|chosen| chosen.log.is_same(&past.log));
+                if ui.selectable_label(is_chosen, &past.name).clicked() {
+                    self.past = Some(past.log.clone());
+                }
+            }
+        });
+        runs.response.accessible_name("log of the run");
+    }
+
+    fn choices(&mut self, ui: &mut egui::Ui, session: &Session) {
         ui.horizontal_wrapped(|ui| {
+            if !session.past.is_empty() {
+                self.choose_run(ui, session);
+            }
             let of = self.filter.of.clone();
             let chosen = of.as_deref().unwrap_or("all components");
             let names = ComboBox::from_id_salt("log of").selected_text(chosen).show_ui(ui, |ui| {
@@ -288,9 +323,12 @@ mod tests {
         panel.take(&log);
         assert_eq!(panel.chosen.len(), 2);
         let other = RunLog::default();
-        other.push(line("mapper", "", "three"));
+        for text in ["three", "four", "five"] {
+            other.push(line("mapper", "", text));
+        }
         panel.take(&other);
-        assert_eq!(panel.chosen.iter().map(|line| &*line.text).collect::<Vec<_>>(), ["three"]);
+        let texts: Vec<_> = panel.chosen.iter().map(|line| &*line.text).collect();
+        assert_eq!(texts, ["three", "four", "five"], "also if it has more lines already");
         assert_eq!(panel.names.iter().collect::<Vec<_>>(), ["mapper"]);
     }
 }

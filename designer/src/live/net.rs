@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{EnabledTransition, FiringDecider, MarkedPlace, Marking};
 
+use super::presence::{self, Presences};
 use crate::canvas::CanvasColours;
 use crate::canvas::{Badge, Diagram, DiagramNode, Mark, NodeShape, Outline};
 use crate::item::Item;
@@ -16,6 +17,7 @@ pub fn show(
     base: &Diagram<Item>,
     marking: &Marking,
     now_s: f64,
+    presences: &Presences,
     colours: &CanvasColours,
 ) {
     let marked: BTreeMap<_, _> =
@@ -37,6 +39,27 @@ pub fn show(
         };
         node.label = format!("{}: {word}", plain.label);
         node.doc = format!("{word}\n{}", plain.doc);
+    }
+    mark_presences(diagram, base, presences, colours);
+}
+
+/// Marks what only the text or only the version that runs has, after its state was drawn.
+pub fn mark_presences(
+    diagram: &mut Diagram<Item>,
+    base: &Diagram<Item>,
+    presences: &Presences,
+    colours: &CanvasColours,
+) {
+    for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
+        if let Some(presence) = presences.get(&plain.label) {
+            presence::mark_node(node, plain, presence, false, colours);
+        }
+    }
+    for (wire, plain) in diagram.wires.iter_mut().zip(&base.wires) {
+        if let Some(presence) = presences.get(&plain.label) {
+            wire.clone_from(plain);
+            presence::mark_wire(wire, plain, presence, colours);
+        }
     }
 }
 

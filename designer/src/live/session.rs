@@ -1,7 +1,8 @@
 //! The system that the window watches: a run that it started, one that it is attached to, or none.
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use armor_inspect::launch::{ChildRun, LaunchError, LaunchPlan, RunStage};
 use armor_inspect::log::{LogLine, RunLog, Tail};
@@ -12,6 +13,7 @@ use armor_inspect::{
 use armor_sdk::control::Order;
 use eframe::egui;
 
+use super::version::RunningVersions;
 use super::watched::{self, Watched};
 use super::words;
 use crate::commands::Command;
@@ -19,6 +21,19 @@ use crate::kinds::find_armor;
 
 /// News of a running system are shown within this time, all those of it immediately.
 const SHOW_WITHIN: Duration = Duration::from_millis(100);
+
+/// Earlier runs whose logs are kept. Each log is bounded.
+const MAX_PAST: usize = 4;
+/// Pause between two looks for the run that took the address of another one.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+/// The log of an earlier run.
+pub struct PastRun {
+    /// The system, its address and when it was started.
+    pub name: String,
+    /// What its processes wrote.
+    pub log: RunLog,
+}
 
 /// How things stand, in a word or two.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +57,12 @@ pub enum Standing {
 pub struct Session {
     /// What the processes say.
     pub log: RunLog,
+    /// Which run it is of.
+    pub log_name: String,
+    /// The logs of earlier runs, the newest first.
+    pub past: VecDeque<PastRun>,
+    /// When another run at the same address was last looked for.
+    looked: Option<Instant>,
     /// In whose name orders are given.
     pub author: String,
     /// Component directories, in addition to those of the file.
@@ -148,7 +169,9 @@ impl Session {
             components: self.components.clone(),
             ..LaunchPlan::default()
         };
-        self.log = RunLog::default();
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        let now_s = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
+        self.begin_log(format!("{name}, started {}", words::time_of_day(now_s)));
         self.run = Some(ChildRun::start(&plan, self.log.clone(), self.wake())?);
         Ok(())
     }
@@ -160,7 +183,7 @@ impl Session {
     /// If no thread can be started.
     pub fn attach(&mut self, registry: &str, record: Option<RunRecord>) -> std::io::Result<()> {
         self.leave();
-        self.log = RunLog::default();
+        self.begin_log(record.as_ref().map_or_else(|| registry.to_owned(), words::name_run));
         let tail = match &record {
             Some(record) => {
                 let path = record.resolve(&record.out).join("logs/all.log");
@@ -174,6 +197,16 @@ impl Session {
         };
         self.watched = Some(Watched::at(registry, record, tail, &self.wake())?);
         Ok(())
+    }
+
+    /// Begins the log of a run; the log before remains readable under its name.
+    pub fn begin_log(&mut self, name: String) {
+        let log = std::mem::take(&mut self.log);
+        let before = std::mem::replace(&mut self.log_name, name);
+        if log.count() > 0 {
+            self.past.push_front(PastRun { name: before, log });
+            self.past.truncate(MAX_PAST);
+        }
     }
 
     /// Shows a picture and a mission that stay as they are, with no system behind them: for tests.
@@ -191,6 +224,13 @@ impl Session {
         watched.parameters = parameters;
         self.watched = Some(watched);
         Ok(())
+    }
+
+    /// The same system, running these versions of a file: for tests.
+    pub fn show_versions(&mut self, record: RunRecord, versions: RunningVersions) {
+        if let Some(watched) = &mut self.watched {
+            (watched.record, watched.versions) = (Some(record), Some(versions));
+        }
     }
 
     /// Lets go of what is watched, which continues; a run that this window started is stopped.
@@ -212,8 +252,56 @@ impl Session {
     pub fn poll(&mut self) {
         self.poll_run();
         let is_over = self.run.is_none() && self.ended.is_some();
+        let is_stopping = self.standing() == Standing::Stopping;
         if let Some(watched) = &mut self.watched {
             watched.poll(is_over);
+            let lines = watched.take_losses();
+            if !is_over && !is_stopping {
+                lines.into_iter().for_each(|line| self.log.push(line));
+            }
+        }
+        self.follow_address();
+    }
+
+    /// Watches the run that has taken the address of the watched one. A registry that was only
+    /// restarted has the record that it had before.
+    fn follow_address(&mut self) {
+        let is_doubtful =
+            |watched: &&mut Watched| watched.may_be_another || watched.has_lost_registry();
+        let Some(watched) = self.watched.as_mut().filter(is_doubtful) else { return };
+        if self.run.is_some() || self.ended.is_some() {
+            watched.may_be_another = false;
+            return;
+        }
+        // Nothing else may draw a frame in which to look again.
+        if let Some(ctx) = self.ctx.as_ref().filter(|_| watched.record.is_some()) {
+            ctx.request_repaint_after(LOOK_EVERY);
+        }
+        if self.looked.is_some_and(|looked| looked.elapsed() < LOOK_EVERY) {
+            return;
+        }
+        self.looked = Some(Instant::now());
+        let Some(before) = &watched.record else {
+            if !watched.may_be_another {
+                return;
+            }
+            // On another host a new run cannot be distinguished from a restarted registry.
+            watched.may_be_another = false;
+            let text = "The registry was found again: these may be lines of another run";
+            self.log.push(LogLine::own_line(watched::TOOL, "WARN", text));
+            return;
+        };
+        let records = running().unwrap_or_default();
+        match records.into_iter().find(|record| record.registry == before.registry) {
+            Some(record) if !words::is_same_run(&record, before) => {
+                let registry = record.registry.to_string();
+                if let Err(error) = self.attach(&registry, Some(record)) {
+                    self.log.push(LogLine::own_line(watched::TOOL, "ERROR", error.to_string()));
+                }
+            }
+            Some(_) => watched.may_be_another = false,
+            // The launcher has ended, and its run with it; the next run has no record yet.
+            None => watched.end(),
         }
     }
 
@@ -222,6 +310,7 @@ impl Session {
         match run.stage() {
             RunStage::Running(record) if self.watched.is_none() => {
                 let registry = record.registry.to_string();
+                self.log_name = words::name_run(&record);
                 match Watched::at(&registry, Some(record), None, &self.wake()) {
                     Ok(watched) => self.watched = Some(watched),
                     Err(error) => {

@@ -9,6 +9,7 @@ use eframe::egui::{self, Button, RichText, ScrollArea, TextEdit};
 use super::hosts;
 use super::session::{Session, Standing, running};
 use super::tone::{self, Tone};
+use super::words;
 use crate::canvas::CanvasColours;
 use crate::commands::Command;
 use crate::item::Item;
@@ -45,6 +46,12 @@ impl Panel {
             }
             None => {
                 if let Some((registry, record)) = self.offer(ui) {
+                    let file = record.as_ref().and_then(|record| {
+                        let open = workspace.project.path();
+                        let is_open = open.is_some_and(|open| record.runs(open));
+                        (!is_open).then(|| record.resolve(&record.file))
+                    });
+                    workspace.opened = file.filter(|file| file.exists());
                     attach(workspace, &registry, record);
                 }
                 None
@@ -65,8 +72,15 @@ impl Panel {
             ui.weak("No system of yours runs on this host.");
         }
         for record in &self.found {
-            let name = format!("Watch {}", record.system);
-            let button = ui.button(name).on_hover_text(format!(
+            // Systems of one name differ by address and start.
+            let name = format!("Watch {}", words::name_run(record));
+            let button = ui.button(format!("Watch {}", record.system)).accessible_name(name);
+            ui.weak(format!(
+                "{}, started {}",
+                record.registry,
+                words::time_of_day(record.started_s)
+            ));
+            let button = button.on_hover_text(format!(
                 "registry {}\n{}\nprocess {}",
                 record.registry,
                 record.resolve(&record.file).display(),
@@ -76,7 +90,7 @@ impl Panel {
                 chosen = Some((record.registry.to_string(), Some(record.clone())));
             }
         }
-        ui.add_space(6.0);
+        ui.add_space(crate::theme::NEAR);
         ui.strong("Elsewhere");
         ui.horizontal(|ui| {
             let edit = TextEdit::singleline(&mut self.address).hint_text("address:port");
@@ -121,8 +135,15 @@ fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
         ui.colored_label(if is_fine { colours.text } else { colours.error }, how);
     }
     if let Some(results) = workspace.live.results() {
-        ui.weak("Results in");
-        ui.label(crate::text::path(results));
+        let results = results.to_path_buf();
+        let button = ui.button("Open results").on_hover_text(crate::text::path(&results));
+        if button.clicked()
+            && let Err(error) = open_folder(&results)
+        {
+            let text = format!("{} cannot be shown: {error}", results.display());
+            workspace.messages.warn(text);
+        }
+        ui.weak(crate::text::path(&results));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [Command::Run, Command::Stop, Command::Detach] {
@@ -140,6 +161,14 @@ fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
     });
 }
 
+/// Opens a folder in the file manager of the desktop.
+fn open_folder(folder: &std::path::Path) -> std::io::Result<()> {
+    let mut opener = std::process::Command::new("xdg-open").arg(folder).spawn()?;
+    // Its end is waited for, so that no zombie process is left.
+    let waits = std::thread::Builder::new().name("open-folder".into());
+    waits.spawn(move || drop(opener.wait())).map(|_| ())
+}
+
 /// Why a command about what runs cannot be run.
 fn why_not(command: Command) -> &'static str {
     match command {
@@ -154,6 +183,7 @@ fn show_owner(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Pat
     let Some(watched) = session.watched() else { return };
     ui.weak(format!("registry {}", watched.registry));
     let Some(record) = &watched.record else { return };
+    ui.weak(format!("started {}", words::time_of_day(record.started_s)));
     let file = record.resolve(&record.file);
     if open.is_none_or(|open| !record.runs(open)) {
         let colours = CanvasColours::of(ui.visuals());

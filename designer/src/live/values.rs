@@ -5,6 +5,7 @@ use armor_wire::schema::{Glimpse, GlimpsedValue, Scalar};
 use eframe::egui::{self, Grid};
 
 use super::plots::Plots;
+use super::preview;
 use super::words::printable;
 use crate::canvas::CanvasColours;
 
@@ -17,7 +18,11 @@ const FEW_LINES: usize = 12;
 pub fn show(ui: &mut egui::Ui, values: &WatchedValues, plots: &mut Plots, data: &str) {
     let look = values.look(data);
     heading(ui, &look);
-    let lines = look.glance(MOST_LINES).unwrap_or_default();
+    let is_pictured = show_preview(ui, data, &look);
+    let mut lines = look.glance(MOST_LINES).unwrap_or_default();
+    if is_pictured {
+        lines.retain(|glimpse| !glimpse.path.contains('['));
+    }
     Grid::new(("values", data)).num_columns(3).striped(true).show(ui, |ui| {
         for glimpse in &lines {
             let text = printable(ui, &in_words(glimpse));
@@ -37,6 +42,13 @@ pub fn show(ui: &mut egui::Ui, values: &WatchedValues, plots: &mut Plots, data: 
     if lines.len() == MOST_LINES {
         ui.weak("and more; `armor echo` prints everything");
     }
+}
+
+/// Shows maps, images, scans and paths as pictures. Returns whether there is one.
+fn show_preview(ui: &mut egui::Ui, name: &str, look: &ValueLook) -> bool {
+    let (Some(schema), Some(data)) = (&look.schema, &look.data) else { return false };
+    let make = |colours: &CanvasColours| preview::preview(schema, &data.payload, colours);
+    preview::show(ui, name, data.header.sequence, make)
 }
 
 fn heading(ui: &mut egui::Ui, look: &ValueLook) {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use eframe::egui;
 
+use super::comparison::{self, Comparison, RunningTexts};
 use super::sheet::Sheet;
 use super::systems::component_of;
 use super::{
@@ -15,9 +16,8 @@ use crate::canvas::Diagram;
 use crate::commands::Command;
 use crate::diagram_pane::view_action_of;
 use crate::item::Item;
-use crate::mission::net as mission_net;
 use crate::pane::Pane;
-use crate::system::draw;
+use crate::project::Project;
 use crate::workspace::Workspace;
 
 /// Pause after which running clocks are drawn again.
@@ -67,12 +67,25 @@ impl Shows {
     }
 }
 
+/// What the drawings were made of.
+#[derive(Clone, Debug, PartialEq)]
+struct DrawnFrom {
+    revision: u64,
+    checked: (u64, bool),
+    /// The versions that the components run and the mission plays, and whether they are of the
+    /// open file.
+    versions: Option<(u64, Option<u64>, bool)>,
+    is_dark: bool,
+}
+
 /// Shows a system while it runs.
 pub struct LiveView {
     system: Sheet,
     net: Sheet,
-    /// What the drawings were made of: the revision, whether it was checked, the theme.
-    drawn: Option<(u64, u64, bool, bool)>,
+    /// What the drawings were made of.
+    drawn: Option<DrawnFrom>,
+    /// The version that runs, compared with the text on the screen.
+    comparison: Comparison,
     shows: Shows,
     /// A process that is not in the drawing, as the executive is not.
     process: Option<String>,
@@ -101,6 +114,7 @@ impl LiveView {
             system: Sheet::new("drawing of the running system"),
             net: Sheet::new("drawing of the running mission"),
             drawn: None,
+            comparison: Comparison::default(),
             shows: Shows::default(),
             process: None,
             tab: Tab::default(),
@@ -117,14 +131,23 @@ impl LiveView {
     /// Draws the files if they have changed.
     fn update_drawings(&mut self, workspace: &Workspace, is_dark: bool) {
         let checked = workspace.project.checked();
-        let drawn = (workspace.project.revision(), checked.revision, checked.is_complete, is_dark);
-        if self.drawn != Some(drawn) {
+        let running = RunningTexts::of(workspace);
+        let drawn = DrawnFrom {
+            revision: workspace.project.revision(),
+            checked: (checked.revision, checked.is_complete),
+            versions: running.as_ref().map(RunningTexts::key),
+            is_dark,
+        };
+        if self.drawn.as_ref() != Some(&drawn) {
             self.drawn = Some(drawn);
             let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
-            self.system.set(draw(&workspace.project).diagram);
-            self.net.set(mission_net(workspace, &colours));
-            self.places = places(workspace);
-            self.hosts = hosts(workspace);
+            let drawings = comparison::draw_both(workspace, running.as_ref(), &colours);
+            self.system.set(drawings.system);
+            self.net.set(drawings.net);
+            self.comparison = drawings.comparison;
+            let running = drawings.running.as_ref().unwrap_or(&workspace.project);
+            self.hosts = hosts(running);
+            self.places = places(drawings.played.as_ref().unwrap_or(running));
         }
     }
 
@@ -137,15 +160,21 @@ impl LiveView {
             return;
         };
         let Sheet { diagram, base, .. } = &mut self.system;
-        blocks::show(diagram, base, &watched.watch.picture(), &self.hosts, &colours);
+        let presences = &self.comparison.presences;
+        let picture = watched.watch.picture();
+        blocks::show(diagram, base, &picture, &self.hosts, presences, &colours);
         let look = watched.mission.look();
         let Sheet { diagram, base, .. } = &mut self.net;
         match &look.marking {
             Some(marking) => {
                 let now_s = watched.mission_s(&look);
-                net::show(diagram, base, marking, now_s, &colours);
+                net::show(diagram, base, marking, now_s, presences, &colours);
             }
-            None => self.net.clear(),
+            None => {
+                self.net.clear();
+                let Sheet { diagram, base, .. } = &mut self.net;
+                net::mark_presences(diagram, base, presences, &colours);
+            }
         }
     }
 
@@ -215,7 +244,7 @@ impl LiveView {
             }
         });
         match (self.tab, workspace.live.watched()) {
-            (Tab::Log, _) => self.log.show(ui, &workspace.live.log),
+            (Tab::Log, _) => self.log.show(ui, &workspace.live),
             (Tab::Plots, Some(watched)) => self.plots.show(ui, &watched.values),
             (Tab::Fired, Some(watched)) => firings::fired(ui, watched),
             (Tab::Orders, Some(watched)) => firings::ordered(ui, watched),
@@ -227,8 +256,8 @@ impl LiveView {
 }
 
 /// The components of the open files that run on another host.
-fn hosts(workspace: &Workspace) -> blocks::FilePlaces {
-    let configuration = workspace.project.configuration();
+fn hosts(project: &Project) -> blocks::FilePlaces {
+    let configuration = project.configuration();
     let components = configuration.into_iter().flat_map(|it| &it.system.components);
     let placed = components.filter_map(|one| {
         let host = one.host.as_ref()?;
@@ -238,8 +267,8 @@ fn hosts(workspace: &Workspace) -> blocks::FilePlaces {
 }
 
 /// The places of the mission of the open files, its sub-missions put in.
-fn places(workspace: &Workspace) -> Vec<String> {
-    let flattened = workspace.project.configuration().and_then(|it| it.flattened().ok().flatten());
+fn places(project: &Project) -> Vec<String> {
+    let flattened = project.configuration().and_then(|it| it.flattened().ok().flatten());
     let places = flattened.map(|mission| mission.places).unwrap_or_default();
     places.into_iter().map(|place| place.name.value).collect()
 }
@@ -303,6 +332,7 @@ impl Pane for LiveView {
         let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(240.0);
         panel.min_size(70.0).show(ui, |ui| self.show_bottom_panel(ui, workspace));
         self.update_drawings(workspace, ui.visuals().dark_mode);
+        self.comparison.show(ui, workspace);
         self.show_overlay(ui, workspace);
         self.show_drawings(ui, workspace);
         if let Some(watched) = workspace.live.watched() {
@@ -337,7 +367,7 @@ impl Pane for LiveView {
     }
 
     fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item> {
-        let is_dark = self.drawn.is_none_or(|(.., is_dark)| is_dark);
+        let is_dark = self.drawn.as_ref().is_none_or(|drawn| drawn.is_dark);
         self.update_drawings(workspace, is_dark);
         &self.system.diagram
     }

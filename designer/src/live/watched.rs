@@ -1,14 +1,17 @@
 //! A system that is watched, while it runs, and its last known state afterwards.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
-use armor_inspect::log::Tail;
+use armor_inspect::log::{LogLine, Tail};
 use armor_inspect::systems::{self, RunRecord};
 use armor_inspect::{
-    MissionLook, MissionWatch, OrderSender, ParameterClient, SystemWatch, WakeCallback,
-    WatchedValues,
+    MissionLook, MissionWatch, OrderSender, ParameterClient, SystemPicture, SystemWatch,
+    WakeCallback, WatchedValues,
 };
+
+use super::version::RunningVersions;
 
 /// The name by which the window observes a system.
 pub const TOOL: &str = "designer";
@@ -29,6 +32,14 @@ pub struct Watched {
     pub orders: OrderSender,
     /// Where parameters are requested and set.
     pub parameters: ParameterClient,
+    /// The texts that it runs; none if they are not on this host.
+    pub versions: Option<RunningVersions>,
+    /// Another run may listen at its address now: its registry was found again.
+    pub may_be_another: bool,
+    /// The last seen number of times that its registry was found.
+    found_count: u32,
+    /// The starts of each process, and whether it had ended, as last seen.
+    seen: BTreeMap<String, (u32, bool)>,
     /// Since when nothing has been received from it, in system time; its clocks stand at this time.
     silent_since_s: Option<f64>,
     /// It was this window's run, and has ended for good.
@@ -59,7 +70,12 @@ impl Watched {
             watch.follow_hosts(record)?;
         }
         let record = record.map(RunRecord::resolved);
-        Ok(Self { record, _tail: tail, ..Self::by(watch, mission, registry, wake)? })
+        let versions = record.as_ref().map(|record| {
+            // Not the record's own path, which may be relative to the folder of the launcher.
+            RunningVersions::begin(&record.out, Arc::clone(wake))
+        });
+        let versions = versions.transpose()?;
+        Ok(Self { record, versions, _tail: tail, ..Self::by(watch, mission, registry, wake)? })
     }
 
     /// The system that others watch already.
@@ -81,6 +97,10 @@ impl Watched {
             orders: OrderSender::open(directory, "armor-designer", Arc::clone(wake))?,
             parameters: ParameterClient::open(directory, TOOL, Arc::clone(wake))?,
             watch,
+            versions: None,
+            may_be_another: false,
+            found_count: 0,
+            seen: BTreeMap::new(),
             silent_since_s: None,
             is_over: false,
             is_at_rest: false,
@@ -113,7 +133,10 @@ impl Watched {
         if self.is_at_rest {
             return;
         }
-        let has_ended = self.watch.picture().has_ended();
+        let picture = self.watch.picture();
+        self.may_be_another |= self.found_count > 0 && picture.found_count > self.found_count;
+        self.found_count = picture.found_count;
+        let has_ended = picture.has_ended();
         let is_silent = is_over || has_ended;
         self.is_over = is_over;
         if is_silent != self.silent_since_s.is_some() {
@@ -128,13 +151,96 @@ impl Watched {
             self.values.rest();
         }
     }
+
+    /// Ends the observation, since its launcher has ended: nothing of it comes back, and another
+    /// system may take its address.
+    pub fn end(&mut self) {
+        if self.is_at_rest {
+            return;
+        }
+        (self.is_at_rest, self.is_over) = (true, true);
+        if self.silent_since_s.is_none() {
+            self.silent_since_s = Some(self.watch.timestamp());
+            self.values.keep(true);
+        }
+        self.watch.rest_as_ended();
+        self.mission.rest();
+        self.values.rest();
+    }
+
+    /// Whether its registry cannot be reached any longer.
+    pub fn has_lost_registry(&self) -> bool {
+        let picture = self.watch.picture();
+        picture.was_found && !picture.is_found
+    }
+
+    /// Returns a line for each component that ended or was started again since the last call.
+    pub fn take_losses(&mut self) -> Vec<LogLine> {
+        let picture = self.watch.picture();
+        losses(&mut self.seen, &picture)
+    }
+}
+
+/// Compares the processes with those `seen` before.
+fn losses(seen: &mut BTreeMap<String, (u32, bool)>, picture: &SystemPicture) -> Vec<LogLine> {
+    let mut lines = Vec::new();
+    for (name, process) in &picture.processes {
+        let now = (process.starts, process.condition.is_gone());
+        let before = seen.insert(name.clone(), now);
+        // At the end of the system all processes end, which is no loss.
+        if before == Some(now) || picture.has_ended() || picture.is_second_name(name) {
+            continue;
+        }
+        let mut report = |text: String| {
+            lines.push(LogLine::own_line(name, "WARN", format!("{text} (seen by the {TOOL})")));
+        };
+        match (before, now) {
+            (Some((starts, _)), (now, _)) if now > starts => {
+                report(format!("it was started again, start {now}"));
+            }
+            (Some((_, false)), (_, true)) => report("its process has ended".into()),
+            _ => {}
+        }
+    }
+    lines
 }
 
 #[cfg(test)]
 mod tests {
-    use armor_inspect::SystemPicture;
+    use std::time::Duration;
+
+    use armor_inspect::SystemEvent;
+    use armor_sdk::directory::DirectoryChange;
+    use armor_wire::registry::ComponentEntry;
 
     use super::*;
+
+    #[test]
+    fn a_component_that_dies_and_comes_back_is_two_lines() {
+        let mut picture = SystemPicture::default();
+        let mut seen = BTreeMap::new();
+        let entry = |instance| ComponentEntry {
+            name: "arm".into(),
+            kind: "arm".into(),
+            instance,
+            pid: 7,
+            host: "here".into(),
+            endpoint: "127.0.0.1:1".into(),
+        };
+        let mut lines_after = |change| {
+            picture.handle_event(SystemEvent::Registry(change), Duration::ZERO);
+            losses(&mut seen, &picture).into_iter().map(|line| line.text).collect::<Vec<_>>()
+        };
+        let nothing: [&str; 0] = [];
+        assert_eq!(lines_after(DirectoryChange::Appeared(entry(1))), nothing);
+        let ended = "its process has ended (seen by the designer)";
+        assert_eq!(lines_after(DirectoryChange::Gone(entry(1))), [ended]);
+        let again = "it was started again, start 2 (seen by the designer)";
+        assert_eq!(lines_after(DirectoryChange::Appeared(entry(2))), [again]);
+        let again = "it was started again, start 3 (seen by the designer)";
+        assert_eq!(lines_after(DirectoryChange::Appeared(entry(3))), [again], "its end was missed");
+        assert_eq!(lines_after(DirectoryChange::RegistryLost), nothing);
+    }
 
     #[test]
     fn clocks_stand_where_the_run_ended() {
@@ -152,5 +258,9 @@ mod tests {
         assert_eq!(watched.time_s(), stood_s);
         watched.poll(false);
         assert!(watched.time_s() > stood_s, "it has come back");
+        watched.end();
+        assert!(watched.watch.picture().has_ended(), "whatever takes its address");
+        watched.poll(false);
+        assert_eq!(watched.silence(), Some("It has ended."), "its launcher has ended");
     }
 }

@@ -57,6 +57,12 @@ impl Checker {
         Self { newest, wanted, found, taken: Vec::new(), wake }
     }
 
+    /// Checks nothing.
+    pub(super) fn idle() -> Self {
+        let (wanted, found) = (channel().0, channel().1);
+        Self { newest: Arc::default(), wanted, found, taken: Vec::new(), wake: Arc::default() }
+    }
+
     pub(super) fn on_found(&self, wake: Wake) {
         *self.wake.lock() = Some(wake);
     }

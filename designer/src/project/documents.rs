@@ -32,6 +32,8 @@ pub enum Refused {
 /// The files as trees. A file that is not changed is not copied.
 pub struct Documents {
     list: Vec<Arc<Document>>,
+    /// The number of files that are drawn and edited; those after them are changed along.
+    own: usize,
 }
 
 impl Documents {
@@ -40,7 +42,8 @@ impl Documents {
             let broken = || Refused::Broken { file: file.shown_path().display().to_string() };
             file.shared_document().ok_or_else(broken)
         });
-        Ok(Self { list: documents.collect::<Result<_, _>>()? })
+        let own = files.iter().filter(|file| !file.is_companion).count();
+        Ok(Self { list: documents.collect::<Result<_, _>>()?, own })
     }
 
     pub(super) fn give_back(self, files: &mut [OpenFile]) {
@@ -76,7 +79,7 @@ impl Documents {
 
     /// Whether there is a mission.
     pub fn has_mission(&self) -> bool {
-        self.list.iter().any(|document| document.find(Item::Mission).is_some())
+        self.list[..self.own].iter().any(|document| document.find(Item::Mission).is_some())
     }
 
     /// The files, the one that was given first.
@@ -85,7 +88,8 @@ impl Documents {
     }
 
     fn with(&mut self, owner: Item<'_>) -> Option<&mut Document> {
-        let document = self.list.iter_mut().find(|document| document.find(owner).is_some())?;
+        let own = &mut self.list[..self.own];
+        let document = own.iter_mut().find(|document| document.find(owner).is_some())?;
         Some(Arc::make_mut(document))
     }
 }

@@ -23,14 +23,22 @@ pub struct OpenFile {
     saved: Arc<str>,
     /// The bytes of a file that is no UTF-8; its text is then an approximation for display.
     odd: Option<Arc<[u8]>>,
+    /// It is changed along with the others, but neither drawn nor edited by itself.
+    pub(super) is_companion: bool,
 }
 
 impl OpenFile {
     pub(super) fn untitled(text: &str) -> Self {
         let text: Arc<str> = text.into();
         let saved = Arc::clone(&text);
-        let mut file =
-            Self { path: None, saved, text: Arc::clone(&text), document: None, odd: None };
+        let mut file = Self {
+            path: None,
+            saved,
+            text: Arc::clone(&text),
+            document: None,
+            odd: None,
+            is_companion: false,
+        };
         file.set_text(text);
         file
     }
@@ -44,6 +52,13 @@ impl OpenFile {
             file.odd = Some(bytes.into());
         }
         Ok(file)
+    }
+
+    /// A file with this text, whatever the disk has.
+    pub(super) fn given(path: &Path, text: &str) -> Self {
+        let mut file = Self::untitled(text);
+        file.set_path(path.to_path_buf());
+        file
     }
 
     /// Its path; none until it is saved.

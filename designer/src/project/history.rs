@@ -52,6 +52,16 @@ impl History {
         self.done = self.steps.len();
     }
 
+    /// Adds a file to the last step: its text before and after it.
+    pub(super) fn extend_last(&mut self, before: &str, after: &Arc<str>) {
+        let Some(step) = self.done.checked_sub(1).and_then(|last| self.steps.get_mut(last)) else {
+            return;
+        };
+        step.before.push(before.into());
+        step.after.push(Arc::clone(after));
+        self.bytes += after.len();
+    }
+
     pub(super) fn undo(&mut self) -> Option<&Step> {
         self.done = self.done.checked_sub(1)?;
         self.steps.get(self.done)

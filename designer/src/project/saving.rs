@@ -1,13 +1,14 @@
 //! Saving: refused, with the reasons, while the files have errors; otherwise each file is written
-//! whole or not at all.
+//! whole or not at all. Files with errors can be saved as drafts, which are checked but never run.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use armor_files::SaveError;
-use armor_robotfile::{Finding, Severity};
+use armor_robotfile::{Code, Document, Finding, Severity};
 
-use crate::project::Project;
+use crate::project::files::OpenFile;
+use crate::project::{Project, Refused};
 
 /// Why the files were not saved.
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +25,9 @@ pub enum SaveRefused {
          afterwards", .0.display()
     )]
     Changed(PathBuf),
+    /// A file cannot be marked as a draft, or its mark not be removed.
+    #[error("Not saved: {0}")]
+    Unmarked(Refused),
     /// The disk refuses it.
     #[error(transparent)]
     Disk(#[from] SaveError),
@@ -38,6 +42,14 @@ fn reasons(errors: &[Finding]) -> String {
     }
 }
 
+/// The attribute of the outermost element of a draft.
+const DRAFT: &str = "draft";
+
+fn is_draft(document: &Document) -> bool {
+    let mark = document.tree().root().attribute(DRAFT);
+    mark.is_some_and(|mark| mark.value == "true")
+}
+
 /// What was saved.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Saved {
@@ -49,6 +61,8 @@ pub struct Saved {
 pub(super) struct Pending {
     /// The path of the new file, for *save as*.
     to: Option<PathBuf>,
+    /// Files with errors are saved, too.
+    as_draft: bool,
 }
 
 impl Project {
@@ -65,13 +79,55 @@ impl Project {
             let nowhere = errors.is_empty();
             return Err(if nowhere { SaveRefused::Nowhere } else { SaveRefused::Wrong(errors) });
         }
-        self.saving = Some(Pending { to: None });
+        self.saving = Some(Pending { to: None, as_draft: false });
         Ok(())
     }
 
     /// The same under another name, which the file has from then on.
     pub fn save_as(&mut self, path: PathBuf) {
-        self.saving = Some(Pending { to: Some(path) });
+        self.saving = Some(Pending { to: Some(path), as_draft: false });
+    }
+
+    /// Saves the files although they have errors: each that has unsaved changes is marked as a
+    /// draft, which `armor run` refuses. Without errors this is [`Project::save`].
+    ///
+    /// # Errors
+    /// If the file has no path yet, or is no XML and therefore cannot be marked.
+    pub fn save_draft(&mut self) -> Result<(), SaveRefused> {
+        if self.path().is_none() {
+            return Err(SaveRefused::Nowhere);
+        }
+        if self.is_broken() {
+            return Err(SaveRefused::Wrong(self.errors()));
+        }
+        self.saving = Some(Pending { to: None, as_draft: true });
+        Ok(())
+    }
+
+    /// The same under a name.
+    pub fn save_draft_as(&mut self, path: PathBuf) {
+        self.saving = Some(Pending { to: Some(path), as_draft: true });
+    }
+
+    /// Returns whether a file is marked as a draft.
+    pub fn is_draft(&self) -> bool {
+        self.files().iter().any(|file| file.document().is_some_and(is_draft))
+    }
+
+    /// Marks the files that are to be written as drafts, or removes the marks of all files.
+    fn mark_drafts(&mut self, as_draft: bool, is_elsewhere: bool) -> Result<(), Refused> {
+        let mut dirty: Vec<_> = self.files().iter().map(OpenFile::is_dirty).collect();
+        dirty[0] |= is_elsewhere;
+        let what = if as_draft { "mark as draft" } else { "complete the draft" };
+        self.edit(what, |documents| {
+            for (document, is_dirty) in documents.all().zip(dirty) {
+                let value = as_draft.then_some("true");
+                if is_draft(document) != as_draft && (is_dirty || !as_draft) {
+                    document.set_attribute_at(&[], DRAFT, value)?;
+                }
+            }
+            Ok(())
+        })
     }
 
     /// Returns whether a save waits for the files to be checked.
@@ -85,19 +141,33 @@ impl Project {
         let pending = self
             .saving
             .take_if(|_| self.checked.revision == self.revision && self.checked.is_complete)?;
+        let errors = self.errors();
+        let has_errors = !errors.is_empty();
+        if has_errors && !pending.as_draft {
+            return Some(Err(SaveRefused::Wrong(errors)));
+        }
+        if has_errors != self.is_draft() {
+            let revision = self.revision;
+            if let Err(refused) = self.mark_drafts(has_errors, pending.to.is_some()) {
+                return Some(Err(SaveRefused::Unmarked(refused)));
+            }
+            // With a mark there is an error more, and without it none: nothing else has changed.
+            if self.revision != revision && !has_errors {
+                self.saving = Some(pending);
+                return None;
+            }
+        }
         Some(self.write(pending.to))
     }
 
     fn errors(&self) -> Vec<Finding> {
         let findings = self.checked.findings.iter();
-        findings.filter(|finding| finding.severity() == Severity::Error).cloned().collect()
+        // The mark of a draft is no reason of its own.
+        let errors = findings.filter(|finding| finding.severity() == Severity::Error);
+        errors.filter(|finding| finding.code != Code::Draft).cloned().collect()
     }
 
     fn write(&mut self, to: Option<PathBuf>) -> Result<Saved, SaveRefused> {
-        let errors = self.errors();
-        if !errors.is_empty() {
-            return Err(SaveRefused::Wrong(errors));
-        }
         // The watch looks only once a second: compare with the disk directly before writing, so
         // that a change made since its last look is not overwritten.
         if let Some(path) = self.changed_meanwhile(to.is_some()) {

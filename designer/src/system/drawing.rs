@@ -27,8 +27,8 @@ const PORT_STEP: f32 = 20.0;
 /// Left free below the last port.
 const BELOW: f32 = 20.0;
 /// Approximate width of a letter at the sizes of the drawing.
-const TITLE_LETTER: f32 = 8.2;
-const LETTER: f32 = 6.6;
+const TITLE_LETTER: f32 = 9.0;
+const LETTER: f32 = 6.8;
 const NARROWEST: f32 = 140.0;
 const WIDEST: f32 = 360.0;
 

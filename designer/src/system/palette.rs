@@ -8,6 +8,7 @@ use crate::diagram_pane::show_dragged;
 use crate::panels::fields::is_entered;
 use crate::panels::pick;
 use crate::system::docs;
+use crate::theme;
 use crate::workspace::Workspace;
 
 /// The height of one kind in the list.
@@ -26,7 +27,7 @@ pub struct SystemPalette {
 impl SystemPalette {
     /// Shows it; returns the kind that is to be added.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, workspace: &Workspace) -> Option<String> {
-        ui.add_space(4.0);
+        ui.add_space(theme::NEAR);
         ui.strong("Components");
         let field = TextEdit::singleline(&mut self.typed).hint_text("Search");
         let field = ui.add(field.desired_width(f32::INFINITY)).accessible_name("Search components");
@@ -49,7 +50,7 @@ impl SystemPalette {
                 if part.is_empty() {
                     continue;
                 }
-                ui.add_space(4.0);
+                ui.add_space(theme::NEAR);
                 ui.weak(if is_stock { "part of Armor" } else { "from component directories" });
                 for kind in part {
                     if self.entry(ui, workspace, kind) {
@@ -90,8 +91,8 @@ fn paint(ui: &egui::Ui, rect: Rect, response: &egui::Response, kind: &Manifest) 
     let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
     let weak = ui.visuals().weak_text_color();
     let lines = [
-        (kind.kind.as_str(), 14.0, ui.visuals().strong_text_color(), 12.0),
-        (kind.summary.as_str(), 10.5, weak, 28.0),
+        (kind.kind.as_str(), theme::BODY, ui.visuals().strong_text_color(), 12.0),
+        (kind.summary.as_str(), theme::SMALL, weak, 28.0),
     ];
     for (text, size, colour, y) in lines {
         let text = crate::text::paintable(ui.ctx(), text).into_owned();

@@ -13,13 +13,14 @@ use crate::canvas::Direction;
 use crate::commands::{Command, about};
 use crate::item::Item;
 use crate::panels::fields::{Form, anything};
+use crate::project::elsewhere::ComponentChange;
 use crate::system::rules::Joint;
 use crate::system::state::SystemView;
 use crate::workspace::Workspace;
 
 impl SystemView {
     pub(super) fn show_properties(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
-        ui.add_space(4.0);
+        ui.add_space(crate::theme::NEAR);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
             let only = self.pane.only();
@@ -84,7 +85,7 @@ impl SystemView {
             })
             .response
             .accessible_name("system clock");
-        ui.add_space(6.0);
+        ui.add_space(crate::theme::NEAR);
         ui.weak(format!("{} components, {} links", system.components.len(), system.links.len()));
         ui.weak("Select a block or a link to see its properties.");
     }
@@ -117,8 +118,12 @@ impl SystemView {
             Field::Clock => "set the clock".to_owned(),
         };
         let is_made = workspace.edit(what, |documents| write(documents, field, text));
-        if is_made && let Field::Name(_) = field {
+        if is_made && let Field::Name(old) = field {
             self.pane.select_when_drawn([Item::component(text)]);
+            if old != text {
+                let (old, new) = (old.clone(), text.to_owned());
+                workspace.ask_elsewhere(ComponentChange::Rename { old, new });
+            }
         }
         is_made
     }

@@ -18,6 +18,9 @@ pub struct SystemView {
     drawn: Option<(u64, u64, bool)>,
     pub(super) palette: SystemPalette,
     pub(super) drafts: Drafts<Field>,
+    /// A part of the names of the parameters that are shown, and whether only changed ones are.
+    pub(super) parameter_words: String,
+    pub(super) only_changed: bool,
     pub(super) picker: Option<SystemPicker>,
     /// A file that is being chosen for a parameter.
     pub(super) choosing: Option<(Field, PathChoice)>,
@@ -34,6 +37,8 @@ impl SystemView {
             drawn: None,
             palette: SystemPalette::default(),
             drafts: Drafts::default(),
+            parameter_words: String::new(),
+            only_changed: false,
             picker: None,
             choosing: None,
             wants_focus: Focus::Nothing,

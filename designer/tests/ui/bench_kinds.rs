@@ -101,8 +101,14 @@ pub fn manifests() -> Vec<Manifest> {
             )
         },
         kind("lamp", vec![port("place", "Point", OTHER_POINT, false)], vec![], vec![]),
-        Manifest { controllable: false, ..kind("view", vec![], vec![], vec![]) },
+        Manifest { controllable: false, ..kind("view", vec![], vec![], view_parameters()) },
     ]
+}
+
+/// More parameters than are seen at a glance.
+fn view_parameters() -> Vec<ParameterManifest> {
+    let names = ["depth", "gain", "height", "margin", "width"];
+    names.map(|name| parameter(name, ParameterType::Text, Some("1"))).to_vec()
 }
 
 /// The same as the designer knows them.

@@ -161,6 +161,10 @@ fn unsaved_work_can_be_left_for_later_or_thrown_away() {
     assert!(kept.exists() && !window.has("Recover"));
     let mut window = after_a_crash();
     let kept = window.path("own/recovery/1-0.json");
+    window.key(Key::Escape);
+    assert!(kept.exists() && !window.has("Recover"), "Escape leaves it for later too");
+    let mut window = after_a_crash();
+    let kept = window.path("own/recovery/1-0.json");
     window.click("Discard");
     assert!(!kept.exists() && !window.has("Recover"));
 }

@@ -286,12 +286,12 @@ fn a_host_that_is_cut_off_is_shown_with_its_clock_and_what_runs_there() {
         "its clock is 250.0 ms ahead of that of the launcher's host, ± 1.0 ms",
         "host here",
         "back, configd, eye, idle, lost, silent",
-        "component arm: cut off on far",
+        "component arm: cut off on far, 1 restart",
         "component eye: active on here",
     ] {
         assert!(window.has(label), "{label}");
     }
-    window.click("component arm: cut off on far");
+    window.click("component arm: cut off on far, 1 restart");
     assert!(window.has("far is cut off for 12.0 s (it has fallen silent)"));
     assert!(!watching().has("component eye: active on here"), "one host is not worth a word");
 }

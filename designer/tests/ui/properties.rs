@@ -161,3 +161,27 @@ fn what_a_component_may_use_of_the_host_is_edited() {
     let text = window.text();
     assert!(!text.contains("nice=") && !text.contains("memory="), "{text}");
 }
+
+#[test]
+fn parameters_are_filtered_by_words_and_by_whether_they_are_changed() {
+    let text = EYE.replace(
+        "</system>",
+        r#"<component name="window" kind="view"><parameter name="gain" value="2"/></component></system>"#,
+    );
+    let mut window = Window::open(Some(&text));
+    window.click("component window");
+    let shown = |window: &Window| {
+        let names = ["depth", "gain", "height", "margin", "width"];
+        let names = names.into_iter().filter(|name| window.has(&format!("parameter {name}")));
+        names.collect::<Vec<_>>()
+    };
+    assert_eq!(shown(&window).len(), 5);
+    window.click("filter of parameters");
+    window.write("i");
+    assert_eq!(shown(&window), ["gain", "height", "margin", "width"]);
+    window.click("changed only");
+    assert_eq!(shown(&window), ["gain"]);
+    assert!(window.has("4 parameters are hidden"));
+    window.click("component eye");
+    assert!(window.has("parameter device"), "few parameters are not filtered");
+}

@@ -44,6 +44,8 @@ fn bytes_and_xml() {
 
 #[test]
 fn vocabulary() {
+    one("E0028", "<armor version=\"1\" [[draft]]=\"true\"><system/></armor>");
+    one("W0131", "<armor version=\"1\" draft=\"false\"><[[system]]/></armor>");
     one("E0014", &system("[[hello]]"));
     one("E0015", &system("<[[componant]]/>"));
     one("E0016", &system(r#"<component name="a" kind="k" [[kond]]="x"/>"#));

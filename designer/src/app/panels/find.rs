@@ -28,6 +28,13 @@ impl Designer {
 
     fn findable(&self) -> Vec<Entry<Item>> {
         let all = self.panes.iter().flat_map(|(_, pane)| pane.findable_items(&self.workspace));
-        all.map(|(item, about)| Entry { name: item.to_string(), about, value: item }).collect()
+        let mut entries: Vec<Entry<Item>> = Vec::new();
+        for (item, about) in all {
+            // Several views have it: the first shows it.
+            if !entries.iter().any(|known| known.value == item) {
+                entries.push(Entry { name: item.to_string(), about, value: item });
+            }
+        }
+        entries
     }
 }

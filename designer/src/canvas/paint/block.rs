@@ -5,15 +5,15 @@ use eframe::egui::{
     vec2,
 };
 
-use crate::canvas::colours::mix;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{Label, draw};
+use crate::canvas::labels::{ALONE, Label, draw};
 use crate::canvas::node::{Badge, DiagramNode, Mark, NodeShape, Outline};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
+use crate::theme::{HEADING, LEAST_TEXT, SMALL, mix};
 
 /// Space between the edge of a block and its text.
 pub(super) const PAD: f32 = 10.0;
@@ -110,25 +110,26 @@ impl<Id: DiagramId> Canvas<Id> {
         let (colours, zoom) = (frame.colours, frame.zoom);
         let text = if node.look.is_dim { colours.weak } else { colours.text };
         let width = area.width() - 2.0 * PAD * zoom;
-        let write = |text: &str, size: f32, y: f32, colour: Color32| {
+        let write = |text: &str, size: f32, (y, room): (f32, f32), colour: Color32| {
             let at = area.min + vec2(PAD, y) * zoom;
-            let label = Label { text, size, width, colour, anchor: Align2::LEFT_CENTER };
+            let label = Label { text, size, room, width, colour, anchor: Align2::LEFT_CENTER };
             draw(frame.painter, zoom, at, label);
         };
-        write(&node.title, 14.5, 18.0, text);
-        write(&node.subtitle, 11.0, 35.0, colours.weak);
+        write(&node.title, HEADING, (18.0, ALONE), text);
+        write(&node.subtitle, SMALL, (35.0, 17.0), colours.weak);
         for (n, line) in node.lines.iter().enumerate() {
             let colour = if line.is_weak { colours.weak } else { text };
-            write(&line.text, 11.5, 52.0 + 16.0 * n as f32, colour);
+            write(&line.text, SMALL, (52.0 + 16.0 * n as f32, 16.0), colour);
         }
     }
 
     /// The number of what is missing: ArMoR's, at the upper right.
     pub(super) fn paint_badge(&mut self, frame: &PaintFrame<'_, Id>, area: Rect, badge: &Badge) {
         // Less than this cannot be read.
-        let size = 18.0 * frame.zoom.clamp(0.7, 1.3);
+        let size = 18.0 * frame.zoom.clamp(0.9, 1.3);
         let width = size.max(badge.text.chars().count() as f32 * size * 0.55 + size * 0.4);
-        let at = area.right_top() + vec2(-width * 0.35, -size * 0.1);
+        // Mostly above the block, so that it does not cover the name.
+        let at = area.right_top() + vec2(-width * 0.35, -size * 0.4);
         let pill = Rect::from_center_size(at, vec2(width, size));
         let tint = badge.tint.unwrap_or(frame.colours.error);
         frame.painter.rect_filled(pill, size / 2.0, tint);
@@ -136,7 +137,7 @@ impl<Id: DiagramId> Canvas<Id> {
             pill.center(),
             Align2::CENTER_CENTER,
             &badge.text,
-            FontId::proportional((size * 0.72 * 2.0).round() / 2.0),
+            FontId::proportional(((size * 0.72 * 2.0).round() / 2.0).max(LEAST_TEXT)),
             if frame.colours.is_dark { Color32::BLACK } else { Color32::WHITE },
         );
     }

@@ -2,11 +2,11 @@
 
 use eframe::egui::{Color32, Painter, Vec2};
 
-use crate::canvas::colours::CanvasColours;
 use crate::canvas::diagram::Diagram;
 use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::Hit;
 use crate::canvas::node::{Mark, PortAt};
+use crate::theme::CanvasColours;
 
 /// What painting one frame needs to know.
 pub(in crate::canvas) struct PaintFrame<'a, Id> {

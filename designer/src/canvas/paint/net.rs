@@ -2,15 +2,17 @@
 
 use eframe::egui::{Align2, Rect, Stroke, StrokeKind, Vec2, vec2};
 
-use crate::canvas::colours::mix;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{Label, draw};
+use crate::canvas::labels::{ALONE, Label, draw};
 use crate::canvas::node::{BAR_LINE, BAR_TEXT, DiagramNode, NodeShape, Outline};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
+use crate::theme::{BODY, LEAST_TEXT, SMALL, mix};
 
+/// From line to line in a place.
+const LINE: f32 = 16.0;
 /// Most tokens that are drawn as dots; more are a number.
 const MAX_DOTS: u32 = 4;
 
@@ -77,32 +79,35 @@ impl<Id: DiagramId> Canvas<Id> {
         let (colours, zoom) = (frame.colours, frame.zoom);
         let width = area.width() - area.height() * 0.6;
         let rows = 1 + node.lines.len() + usize::from(!node.subtitle.is_empty());
-        let top = area.center().y - (rows as f32 - 1.0) * 8.0 * zoom;
-        let title = (&node.title, 14.0, colours.text);
-        let subtitle = (&node.subtitle, 11.0, colours.weak);
-        let lines = node.lines.iter().map(|line| (&line.text, 11.0, colours.weak));
+        // The name alone stands in the middle.
+        let rows = if LINE * zoom < LEAST_TEXT - 0.5 { 1 } else { rows };
+        let top = area.center().y - (rows as f32 - 1.0) * LINE / 2.0 * zoom;
+        let title = (&node.title, BODY, colours.text);
+        let subtitle = (&node.subtitle, SMALL, colours.weak);
+        let lines = node.lines.iter().map(|line| (&line.text, SMALL, colours.weak));
         let texts =
             [title, subtitle].into_iter().chain(lines).filter(|(text, ..)| !text.is_empty());
         for (n, (text, size, colour)) in texts.enumerate() {
-            let at = vec2(area.center().x, top + 16.0 * n as f32 * zoom).to_pos2();
+            let room = if n == 0 { ALONE } else { LINE };
+            let at = vec2(area.center().x, top + LINE * n as f32 * zoom).to_pos2();
             let anchor = Align2::CENTER_CENTER;
-            draw(frame.painter, zoom, at, Label { text, size, width, colour, anchor });
+            draw(frame.painter, zoom, at, Label { text, size, room, width, colour, anchor });
         }
     }
 
     fn paint_bar_texts(&mut self, frame: &PaintFrame<'_, Id>, node: &DiagramNode<Id>, area: Rect) {
         let (colours, zoom) = (frame.colours, frame.zoom);
         let top = area.center_bottom() + Vec2::new(0.0, 4.0 + BAR_LINE / 2.0) * zoom;
-        let title = (&node.title, 12.5, colours.text);
-        let lines = node
-            .lines
-            .iter()
-            .map(|line| (&line.text, 11.0, if line.is_weak { colours.weak } else { colours.text }));
+        let title = (&node.title, BODY, colours.text);
+        let lines = node.lines.iter().map(|line| {
+            (&line.text, SMALL, if line.is_weak { colours.weak } else { colours.text })
+        });
         for (n, (text, size, colour)) in [title].into_iter().chain(lines).enumerate() {
+            let room = if n == 0 { ALONE } else { BAR_LINE };
             let at = top + Vec2::new(0.0, BAR_LINE * n as f32) * zoom;
             let width = BAR_TEXT * zoom;
             let anchor = Align2::CENTER_CENTER;
-            draw(frame.painter, zoom, at, Label { text, size, width, colour, anchor });
+            draw(frame.painter, zoom, at, Label { text, size, room, width, colour, anchor });
         }
     }
 
@@ -117,7 +122,8 @@ impl<Id: DiagramId> Canvas<Id> {
             let text = &tokens.to_string();
             frame.painter.circle_filled(at, radius * 1.9, frame.colours.good);
             let (colour, anchor) = (frame.colours.background, Align2::CENTER_CENTER);
-            let label = Label { text, size: 12.0, width: f32::INFINITY, colour, anchor };
+            let label =
+                Label { text, size: SMALL, room: ALONE, width: f32::INFINITY, colour, anchor };
             draw(frame.painter, frame.zoom, at, label);
             return;
         }

@@ -2,7 +2,6 @@
 
 use eframe::egui::{Align2, Color32, Pos2, Shape as Painted, Stroke, Vec2, vec2};
 
-use crate::canvas::colours::mix;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
@@ -10,11 +9,16 @@ use crate::canvas::node::{Direction, PortAt, PortSide};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
+use crate::theme::{SMALL, mix};
 
 /// How large a port is drawn.
 const SIZE: f32 = 5.5;
+/// From port to port of a block.
+const PORT_ROOM: f32 = 20.0;
 /// The largest share of a block's width that a port's name takes.
 const NAME_SHARE: f32 = 0.62;
+/// The same if there is a port at the other side.
+const FACED_SHARE: f32 = 0.43;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_ports(
@@ -46,6 +50,15 @@ impl<Id: DiagramId> Canvas<Id> {
                 _ => own,
             };
             self.paint_port(frame, at, (port.side, port.direction), colour, port.is_wired);
+            if state == PortState::Refused {
+                // Crossed out, so that it differs from a matching one without its colour.
+                let reach = SIZE * 1.2 * frame.zoom;
+                let line = Stroke::new(1.2, frame.colours.weak);
+                for turn in [-1.0, 1.0] {
+                    let half = vec2(reach, reach * turn);
+                    frame.painter.line_segment([at - half, at + half], line);
+                }
+            }
             if matches!(state, PortState::Fits | PortState::Target | PortState::Hovered) {
                 let radius =
                     (SIZE + if state == PortState::Target { 6.0 } else { 3.5 }) * frame.zoom;
@@ -64,8 +77,19 @@ impl<Id: DiagramId> Canvas<Id> {
                 PortSide::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
                 _ => (Align2::LEFT_CENTER, vec2(11.0, 0.0)),
             };
-            let width = node.rect.width() * NAME_SHARE * frame.zoom;
-            let label = Label { text: &port.name, size: 12.0, width, colour: ink, anchor };
+            let is_faced = node.ports.iter().any(|other| {
+                other.side != port.side && (other.at.y - port.at.y).abs() < PORT_ROOM / 2.0
+            });
+            let share = if is_faced { FACED_SHARE } else { NAME_SHARE };
+            let width = node.rect.width() * share * frame.zoom;
+            let label = Label {
+                text: &port.name,
+                size: SMALL,
+                room: PORT_ROOM,
+                width,
+                colour: ink,
+                anchor,
+            };
             let name_at = at + away * frame.zoom;
             let name = draw(frame.painter, frame.zoom, name_at, label);
             if port.is_required

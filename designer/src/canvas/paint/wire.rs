@@ -2,7 +2,6 @@
 
 use eframe::egui::{Align2, Color32, Pos2, Rect, Shape as Painted, Stroke, Vec2};
 
-use crate::canvas::colours::mix;
 use crate::canvas::curve::curve;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::edges::{path, wire_ends};
@@ -13,7 +12,10 @@ use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
+use crate::theme::{SMALL, mix};
 
+/// Links of neighbouring ports run this close.
+const PORT_ROOM: f32 = 20.0;
 /// Approximate length of the straight pieces of a curve, in points.
 const PIECE: f32 = 14.0;
 
@@ -46,7 +48,8 @@ impl<Id: DiagramId> Canvas<Id> {
         if !wire.text.is_empty() && frame.zoom >= DETAIL {
             let label = Label {
                 text: &wire.text,
-                size: 11.0,
+                size: SMALL,
+                room: PORT_ROOM,
                 width: 160.0 * frame.zoom,
                 colour: frame.colours.text,
                 anchor: Align2::CENTER_CENTER,

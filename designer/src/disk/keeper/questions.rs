@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use eframe::egui::{self, Align, Id, Layout, Modal, Ui};
+use eframe::egui::{self, Align, Id, Key, Layout, Modal, Ui};
 
 use super::shown;
 use crate::disk::recovery::{Kept, Orphan};
@@ -43,15 +43,17 @@ impl Question {
             ui.weak(text::path(&self.path));
             compare(ui, &apart(mine.unwrap_or_default(), &self.theirs));
             ui.weak("Undo restores the other one while the window is open.");
-            ui.add_space(6.0);
+            ui.add_space(crate::theme::NEAR);
             buttons(ui, |ui| {
-                let mine = ui
-                    .button("Keep mine")
-                    .on_hover_text("The drawing stays as it is. Saving replaces the file on disk.");
+                let mine = ui.button("Keep mine").on_hover_text(
+                    "The drawing stays as it is (Escape). Saving replaces the file on disk.",
+                );
                 let theirs = ui
                     .button("Use the version on disk")
                     .on_hover_text("The drawing is replaced by the file on disk.");
-                let mine = mine.clicked().then_some(Decision::Mine);
+                // Undo restores the other version, so that nothing is lost by Escape.
+                let keeps = mine.clicked() || ui.input(|input| input.key_pressed(Key::Escape));
+                let mine = keeps.then_some(Decision::Mine);
                 mine.or(theirs.clicked().then_some(Decision::Theirs))
             })
         });
@@ -134,9 +136,10 @@ pub(super) fn offer(ctx: &egui::Context, orphans: &[Orphan]) -> Option<Offer> {
         ui.separator();
         let later = buttons(ui, |ui| {
             ui.button("Later")
-                .on_hover_text("It will be offered again at the next start.")
+                .on_hover_text("It will be offered again at the next start (Escape).")
                 .clicked()
         });
+        let later = later || ui.input(|input| input.key_pressed(Key::Escape));
         offer.or(later.then_some(Offer::Later))
     });
     modal.inner

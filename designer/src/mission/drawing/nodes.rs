@@ -22,7 +22,7 @@ const HANDLE_DISTANCE: f32 = 13.0;
 /// How wide a character is at most about, in the title's size.
 const TITLE_WIDTH: f32 = 7.8;
 /// The same in the size of other lines.
-const LINE_WIDTH: f32 = 6.2;
+const LINE_WIDTH: f32 = 6.8;
 /// The height of a line.
 pub(super) const LINE: f32 = 16.0;
 /// Characters of a line of components.

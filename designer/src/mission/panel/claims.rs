@@ -33,7 +33,7 @@ pub(super) fn show(
         for finding in found {
             show_finding(ui, finding, requests);
         }
-        ui.add_space(4.0);
+        ui.add_space(crate::theme::NEAR);
     }
     ui.menu_button("Add a check…", |ui| {
         for text in proposals(shown) {

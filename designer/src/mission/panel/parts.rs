@@ -77,7 +77,7 @@ pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<Pan
 }
 
 pub fn section(ui: &mut egui::Ui, title: &str) {
-    ui.add_space(8.0);
+    ui.add_space(crate::theme::GAP);
     ui.separator();
     ui.label(RichText::new(title).strong());
 }

@@ -14,6 +14,7 @@ use crate::mission::changes::Change;
 use crate::mission::drawing::{NetRules, Scene};
 use crate::mission::form::{Form, Made};
 use crate::mission::marks::Marks;
+use crate::project::Project;
 use crate::view::View;
 use crate::workspace::Workspace;
 
@@ -98,7 +99,7 @@ impl MissionView {
             return;
         };
         let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
-        let layout = layout_of(workspace);
+        let layout = layout_of(&workspace.project);
         let scene = Scene {
             mission,
             marks: &self.marks,
@@ -171,17 +172,18 @@ pub(super) fn mission_of(workspace: &Workspace) -> Option<&Mission> {
     configuration_of(workspace).map(|(_, mission)| mission)
 }
 
-/// The net of the open files, without findings and without a simulation.
-pub fn net(workspace: &Workspace, colours: &CanvasColours) -> Diagram<Item> {
-    let Some(mission) = mission_of(workspace) else { return Diagram::default() };
-    let (marks, layout) = (Marks::default(), layout_of(workspace));
+/// The net of files, without findings and without a simulation.
+pub fn net(project: &Project, colours: &CanvasColours) -> Diagram<Item> {
+    let mission = project.configuration().and_then(|it| it.mission.as_ref());
+    let Some(mission) = mission else { return Diagram::default() };
+    let (marks, layout) = (Marks::default(), layout_of(project));
     let (marks, layout) = (&marks, &layout);
     let scene = Scene { mission, marks, layout, play: None, in_flight: &[], colours };
     scene.draw().0
 }
 
-fn layout_of(workspace: &Workspace) -> Layout {
-    let document = workspace.project.document_with(armor_robotfile::Item::Mission);
+fn layout_of(project: &Project) -> Layout {
+    let document = project.document_with(armor_robotfile::Item::Mission);
     document.map(|document| layout::read(document, View::Mission)).unwrap_or_default()
 }
 

@@ -2,10 +2,10 @@
 
 use armor_robotfile::model::{Component, Restart};
 use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice, parse_realtime};
-use armor_wire::manifest::Manifest;
+use armor_wire::manifest::{Manifest, ParameterManifest};
 use armor_wire::name::is_name;
 use armor_wire::quantity;
-use eframe::egui::{self, ComboBox, RichText};
+use eframe::egui::{self, ComboBox, RichText, TextEdit};
 
 use crate::item::Item;
 use crate::panels::fields::Form;
@@ -13,6 +13,9 @@ use crate::system::properties::field::{Field, Focus, check_name};
 use crate::system::state::SystemView;
 use crate::system::{docs, repair};
 use crate::workspace::Workspace;
+
+/// Fewer parameters are seen at a glance.
+const FEW_PARAMETERS: usize = 4;
 
 impl SystemView {
     pub(super) fn component_properties(
@@ -73,12 +76,40 @@ impl SystemView {
         }
         ui.separator();
         ui.strong("Parameters");
+        if kind.parameters.len() > FEW_PARAMETERS {
+            ui.horizontal(|ui| {
+                let words = TextEdit::singleline(&mut self.parameter_words).hint_text("filter");
+                ui.add(words.desired_width(120.0)).accessible_name("filter of parameters");
+                ui.checkbox(&mut self.only_changed, "changed only")
+                    .on_hover_text("Hides the parameters that have their default.");
+            });
+        }
+        let mut hidden = 0;
         // Those that need a value come first.
         let (needed, others): (Vec<_>, Vec<_>) =
             kind.parameters.iter().partition(|parameter| parameter.default.is_none());
         for parameter in needed.into_iter().chain(others) {
-            self.parameter(ui, workspace, component, parameter);
+            if self.hides(component, parameter, kind) {
+                hidden += 1;
+            } else {
+                self.parameter(ui, workspace, component, parameter);
+            }
         }
+        if hidden > 0 {
+            ui.weak(format!("{hidden} parameters are hidden"));
+        }
+    }
+
+    /// Whether the filter hides a parameter. One that needs a value is always shown.
+    fn hides(&self, component: &Component, parameter: &ParameterManifest, kind: &Manifest) -> bool {
+        let is_given = component.parameter(&parameter.name).is_some();
+        if kind.parameters.len() <= FEW_PARAMETERS || (parameter.default.is_none() && !is_given) {
+            return false;
+        }
+        let words = self.parameter_words.to_lowercase();
+        let text = format!("{} {}", parameter.name, parameter.doc).to_lowercase();
+        (self.only_changed && !is_given)
+            || !words.split_whitespace().all(|word| text.contains(word))
     }
 
     fn running(&mut self, ui: &mut egui::Ui, workspace: &Workspace, component: &Component) {
@@ -148,7 +179,7 @@ impl SystemView {
                 let Item::Link { from, to } = wire.item else { continue };
                 let other = if wire.from == here { to } else { from };
                 ui.horizontal(|ui| {
-                    ui.add_space(14.0);
+                    ui.add_space(crate::theme::FAR);
                     if ui.link(other.as_str()).on_hover_text("Selects the link").clicked() {
                         selected = Some(wire.item);
                     }
