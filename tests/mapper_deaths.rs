@@ -3,6 +3,7 @@
 
 use std::fs::OpenOptions;
 use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
 
 use rustix::process::Signal;
 use serde_json::Value;
@@ -117,13 +118,21 @@ fn the_robot_comes_home_by_the_map_of_a_killed_mapper() {
 
 #[test]
 fn without_its_map_the_frame_is_another_and_no_goal_of_before_is_driven_to() {
-    let folder = Folder::new("mapper-damaged");
+    check_loss_of_state("mapper-damaged", "it is damaged at byte", |state| {
+        let mut file = OpenOptions::new().write(true).open(state).expect("a state");
+        file.seek(SeekFrom::Start(100)).and_then(|_| file.write_all(b"damage")).expect("a write");
+    });
+    check_loss_of_state("mapper-removed", "its state is not kept, or is gone", |state| {
+        std::fs::remove_file(state).expect("a state");
+    });
+}
+
+fn check_loss_of_state(name: &str, reason: &str, lose_state: impl FnOnce(&Path)) {
+    let folder = Folder::new(name);
     let run = start(&folder);
-    let mut state =
-        OpenOptions::new().write(true).open(run.out().join("states/mapper.state")).expect("it");
-    state.seek(SeekFrom::Start(100)).and_then(|_| state.write_all(b"damage")).expect("a write");
+    lose_state(&run.out().join("states/mapper.state"));
     kill_mapper(&folder);
-    run.wait_for_log("the map of before is not continued: it is damaged at byte", 1);
+    run.wait_for_log(&format!("the map of before is not continued: {reason}"), 1);
     let frame = wait_for("a pose", || newest(&folder, "mapper.pose"))["frame"].clone();
     assert!(frame.as_str().is_some_and(|frame| frame.starts_with("map#")), "{frame}");
     wait_for("the mission to react", || is_marked(&folder, "stranded").then_some(()));

@@ -14,7 +14,7 @@ pub mod logs;
 mod other_hosts;
 pub mod output_feed;
 mod output_folder;
-mod own_run;
+pub mod own_run;
 mod plan;
 pub mod port;
 pub mod process;

@@ -47,6 +47,9 @@ pub enum RefusedState {
     /// It was written with another laser.
     #[error("the scans of its laser have other angles, ranges or numbers of beams")]
     Sensor,
+    /// This is not the first mapper of the run, and there is no state.
+    #[error("its state is not kept, or is gone")]
+    Gone,
     /// The mapper died before any of its map was written.
     #[error("nothing of its map was written")]
     Empty,
@@ -61,23 +64,46 @@ pub enum RefusedState {
     Lost(u32),
 }
 
+/// A start of a mapper: the number of its run, and whether an earlier mapper of it may have begun a
+/// frame.
+#[derive(Clone, Copy, Debug)]
+pub struct MapperStart<'a> {
+    /// The number of the run.
+    pub run: &'a str,
+    /// It is the first process of its component in the run.
+    pub is_first: bool,
+}
+
 /// Decides how a mapper begins that found `file`, when its first scan arrives.
 pub fn judge_state(
     file: Option<&[u8]>,
-    run: &str,
+    start: MapperStart<'_>,
     config: &Config,
     scan: &MapperScan,
 ) -> Continuation {
-    let Some(bytes) = file else { return Continuation::First };
+    let begin = || match start.is_first {
+        true => Continuation::First,
+        false => Continuation::NewEpoch(RefusedState::Gone),
+    };
+    let Some(bytes) = file else { return begin() };
+    if bytes == mark_not_begun(start.run) {
+        return Continuation::First;
+    }
     match decode_header(bytes) {
         // Of an earlier run in the same folder.
-        Ok(header) if header.run != run => Continuation::First,
+        Ok(header) if header.run != start.run => begin(),
         Ok(_) => match continue_map(bytes, config, scan) {
             Ok(known) => Continuation::Known(Box::new(known)),
             Err(refused) => Continuation::NewEpoch(refused),
         },
         Err(error) => Continuation::NewEpoch(error.into()),
     }
+}
+
+/// What the first mapper of a run writes in place of a state, before it begins any frame: it may die
+/// before its first scan, and then the next one is still the first to begin one.
+pub fn mark_not_begun(run: &str) -> Vec<u8> {
+    format!("no map yet in the run {run}\n").into_bytes()
 }
 
 fn continue_map(

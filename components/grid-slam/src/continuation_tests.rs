@@ -8,6 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const RUN: &str = "00000000000000a1";
+/// A mapper after the first one.
+const LATER: MapperStart<'_> = MapperStart { run: RUN, is_first: false };
 
 /// A hall of 12 x 8 m with a corner cut off and a pillar, in the frame of its middle.
 fn range_m(pose: &Pose, angle_rad: f64) -> f64 {
@@ -106,7 +108,7 @@ fn frame_pose(truth: &Pose) -> Pose {
 }
 
 fn known(file: &[u8], scan: &MapperScan) -> KnownMap {
-    match judge_state(Some(file), RUN, &Config::default(), scan) {
+    match judge_state(Some(file), LATER, &Config::default(), scan) {
         Continuation::Known(known) => *known,
         Continuation::First => panic!("it is the first"),
         Continuation::NewEpoch(refused) => panic!("{refused}"),
@@ -187,7 +189,7 @@ fn a_state_that_does_not_fit_is_refused_with_the_reason() {
     let config = Config::default();
     let refused = |file: &[u8], config: &Config, scan: &MapperScan| match judge_state(
         Some(file),
-        RUN,
+        LATER,
         config,
         scan,
     ) {
@@ -207,9 +209,17 @@ fn a_state_that_does_not_fit_is_refused_with_the_reason() {
     damaged[file.len() / 2] ^= 4;
     assert!(matches!(refused(&damaged, &config, &scan), Some(RefusedState::File(_))));
     assert!(matches!(refused(b"", &config, &scan), Some(RefusedState::File(_))));
+    // Without a state of this run, only its first mapper begins the first frame; or the next one, if
+    // that has died before.
     for (found, run) in [(None, RUN), (Some(&file[..]), "another run")] {
-        assert!(matches!(judge_state(found, run, &config, &scan), Continuation::First));
+        let first = MapperStart { run, is_first: true };
+        assert!(matches!(judge_state(found, first, &config, &scan), Continuation::First));
+        let later = judge_state(found, MapperStart { run, is_first: false }, &config, &scan);
+        assert!(matches!(later, Continuation::NewEpoch(RefusedState::Gone)));
     }
+    let not_begun = mark_not_begun(RUN);
+    let found = judge_state(Some(&not_begun), LATER, &config, &scan);
+    assert!(matches!(found, Continuation::First));
 }
 
 /// Whatever is in the file, with whatever sums: it is refused, or a map that can be continued.
@@ -227,7 +237,7 @@ fn no_content_of_a_state_is_a_panic() {
             damaged[at] = random.next_u64() as u8;
         }
         seal_records(&mut damaged);
-        match judge_state(Some(&damaged), RUN, &Config::default(), &scan) {
+        match judge_state(Some(&damaged), LATER, &Config::default(), &scan) {
             Continuation::Known(mut known) => {
                 continued += 1;
                 let place = known.slam.find_place(&mut known.search, drive.odometry, &scan);

@@ -9,7 +9,9 @@ use armor_convert::build_frame;
 use armor_sdk::prelude::*;
 
 use crate::config::Config;
-use crate::continuation::{Continuation, KnownMap, RefusedState, draw_epoch, judge_state};
+use crate::continuation::{
+    Continuation, KnownMap, MapperStart, RefusedState, draw_epoch, judge_state, mark_not_begun,
+};
 use crate::filter::ScanEstimate;
 use crate::pairing::Pairing;
 use crate::pose::Pose as Pose2;
@@ -19,12 +21,15 @@ use crate::scan::MapperScan;
 use crate::slam::Slam;
 use crate::snapshot::GridSnapshot;
 use crate::state::{StateFit, StateHeader, encode_header};
-use crate::state_file::{StateFile, read_state};
+use crate::state_file::{StateFile, read_state, replace_state};
 
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
 /// Names the run to its processes. Without it there is no run whose frame could be continued.
 const RUN_VARIABLE: &str = "ARMOR_RUN";
+/// Says whether a process is the first of its component in the run; this value if it is not.
+const START_VARIABLE: &str = "ARMOR_START";
+const LATER: &str = "later";
 /// The state is written this often: it is never two seconds old.
 const STATE_PERIOD: Duration = Duration::from_secs(1);
 
@@ -133,6 +138,8 @@ pub struct GridSlam {
     frame: Option<String>,
     /// Whether a frame was begun that no file knows of.
     has_begun: bool,
+    /// The mission, or the system, has activated it.
+    was_active: bool,
     /// The robot's place on a stored map is not known yet.
     search: Option<PlaceSearch>,
     state: Option<KeptState>,
@@ -202,6 +209,7 @@ impl Component for GridSlam {
             dropped: 0,
             frame: None,
             has_begun: false,
+            was_active: false,
             search: None,
             state: None,
             events: VecDeque::new(),
@@ -257,6 +265,9 @@ impl Component for GridSlam {
     /// Publishes what has changed. At the end of a log no scan follows, so it is the tick, not the
     /// scan, that checks; when scans stop, the last ones are published though they drew nothing.
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        if call == Call::Started && !std::mem::replace(&mut self.was_active, true) {
+            self.mark_first_start();
+        }
         self.write_state(call == Call::Stopping);
         if let Some(event) = self.events.pop_front() {
             return Ok(event.into());
@@ -271,18 +282,43 @@ impl Component for GridSlam {
     }
 }
 
+/// Whether no mapper before this one can have begun a frame in its run.
+fn is_first_of_run() -> bool {
+    std::env::var(START_VARIABLE).as_deref() != Ok(LATER)
+}
+
 impl GridSlam {
+    /// Marks in place of a state that no frame was begun in this run, if this is its first mapper.
+    fn mark_first_start(&self) {
+        let run = std::env::var(RUN_VARIABLE).unwrap_or_default();
+        if run.is_empty() || !self.parameters.keep_state || !is_first_of_run() {
+            return;
+        }
+        // Without it a mapper that dies before its first scan is followed by one in another epoch.
+        if let Err(error) = replace_state(&self.state_path(), &mark_not_begun(&run)) {
+            tracing::warn!("the state of the map cannot be kept: {error}");
+        }
+    }
+
     /// Decides in which frame to map, when the first scan is there.
     fn begin(&mut self, scan: &MapperScan) {
         let run = std::env::var(RUN_VARIABLE).unwrap_or_default();
+        let is_first = is_first_of_run();
         if run.is_empty() || !self.parameters.keep_state {
-            let epoch = if self.has_begun { draw_epoch() } else { String::new() };
+            let is_known = is_first && !self.has_begun;
+            let epoch = if is_known { String::new() } else { draw_epoch() };
+            if !is_known {
+                tracing::warn!("{}: {MAP}#{epoch} begins here", RefusedState::Gone);
+                self.events.push_back(GridSlamEvent::FrameChanged);
+            }
             (self.frame, self.has_begun) = (Some(build_frame(MAP, &epoch)), true);
             return;
         }
         let config = self.parameters.config();
         let found = match read_state(&self.state_path()) {
-            Ok(file) => judge_state(file.as_deref(), &run, &config, scan),
+            Ok(file) => {
+                judge_state(file.as_deref(), MapperStart { run: &run, is_first }, &config, scan)
+            }
             Err(error) => Continuation::NewEpoch(RefusedState::Disk(error.to_string())),
         };
         match found {

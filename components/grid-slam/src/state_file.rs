@@ -40,16 +40,24 @@ pub(crate) fn read_state(path: &Path) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(bytes))
 }
 
+/// Replaces the file. It is on the disk when this returns.
+///
+/// # Errors
+/// If it cannot be written.
+pub(crate) fn replace_state(path: &Path, content: &[u8]) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        create_private_folder(folder)?;
+    }
+    save_private_file(path, content).map_err(|error| error.reason)
+}
+
 impl StateFile {
     /// Replaces the file by one that has only a header. It is on the disk when this returns.
     ///
     /// # Errors
     /// If it cannot be written.
     pub(crate) fn begin(path: &Path, header: &[u8]) -> io::Result<Self> {
-        if let Some(folder) = path.parent() {
-            create_private_folder(folder)?;
-        }
-        save_private_file(path, header).map_err(|error| error.reason)?;
+        replace_state(path, header)?;
         Self::resume(path, header.len())
     }
 

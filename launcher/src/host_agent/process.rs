@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::{
     CutOff, OutputStream, ProcessEnd, ProcessResources, REGISTRY_PORT, RemoteEvent, RemoteOrder,
-    RemoteStart,
+    RemoteStart, VariableSetting,
 };
 use parking_lot::Mutex;
 use tokio::io::{AsyncRead, AsyncReadExt};
@@ -29,6 +29,7 @@ use crate::run::environment::select_variables;
 use crate::run::host_states::now_us;
 use crate::run::logs::{LogStream, RunLog};
 use crate::run::output_feed::open_feed;
+use crate::run::own_run::START_VARIABLE;
 use crate::run::process::{
     OWN_PROGRAM, ProcessGroup, exit_of, find_cause, kill_left_processes, own_path,
 };
@@ -175,8 +176,11 @@ impl AgentProcess {
     pub(super) fn fits(&self, start: &RemoteStart) -> bool {
         let RemoteStart { kind, manifest, build, variables, settings, resources, .. } = start;
         let own = &self.start;
+        // Which start it is differs from one to the next.
+        let lasting = |setting: &&VariableSetting| setting.name != START_VARIABLE;
         (kind, manifest, build) == (&own.kind, &own.manifest, &own.build)
-            && (variables, settings, resources) == (&own.variables, &own.settings, &own.resources)
+            && (variables, resources) == (&own.variables, &own.resources)
+            && settings.iter().filter(lasting).eq(own.settings.iter().filter(lasting))
     }
 
     pub(super) fn run(&self) -> u64 {

@@ -13,6 +13,8 @@ pub const FILE: &str = ".run";
 pub const STATES: &str = "states";
 /// Names the run to its processes.
 const RUN_VARIABLE: &str = "ARMOR_RUN";
+/// Tells a process whether it is the `first` of its component in this run, or a `later` one.
+pub const START_VARIABLE: &str = "ARMOR_START";
 /// Hexadecimal digits of a number.
 const DIGITS: usize = 16;
 
@@ -43,6 +45,11 @@ impl OwnRun {
     pub fn variable(&self) -> (&'static str, &str) {
         (RUN_VARIABLE, &self.number)
     }
+}
+
+/// The value of [`START_VARIABLE`].
+pub fn name_start(is_first: bool) -> &'static str {
+    if is_first { "first" } else { "later" }
 }
 
 fn is_number(text: &str) -> bool {

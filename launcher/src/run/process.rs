@@ -14,6 +14,7 @@ use tokio::task::JoinHandle;
 
 use super::control_group::{ControlGroup, ProcessControlGroup};
 use super::logs::{LogStream, RunLog};
+use super::own_run::START_VARIABLE;
 use super::supervisor::ChildExit;
 use super::survivors::kill_survivors;
 use crate::guard::{self, GuardedResources};
@@ -57,12 +58,18 @@ pub struct ChildProcess {
 pub struct ProcessGroup(Pid);
 
 impl ChildProcess {
-    /// Starts a process, in a control group of its own if the run has one. Must be called on the main thread: the kernel kills the process when the
+    /// Starts a process, in a control group of its own if the run has one; `of_run` says which start
+    /// of the run it is. Must be called on the main thread: the kernel kills the process when the
     /// thread that started it ends.
     ///
     /// # Errors
     /// If the guard cannot be started; an executable that cannot be started ends with code 1.
-    pub fn start(start: &ProcessStart, run: Option<&ControlGroup>, log: &RunLog) -> Result<Self> {
+    pub fn start(
+        start: &ProcessStart,
+        of_run: &str,
+        run: Option<&ControlGroup>,
+        log: &RunLog,
+    ) -> Result<Self> {
         // Without one, the mark finds most of what it starts.
         let control_group = run.and_then(|run| run.make_for(&start.name).ok());
         let program = start.program.clone().into_os_string();
@@ -85,6 +92,7 @@ impl ChildProcess {
             ))
             .env_clear()
             .envs(start.environment.iter().map(|(name, value)| (name, value)))
+            .env(START_VARIABLE, of_run)
             .stdin(stdin)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -12,6 +12,7 @@ use armor_wire::backoff::Backoff;
 use armor_wire::hello::RefusalCode;
 use armor_wire::remote_process::{
     CutOff, OutputStream, ProcessEnd, RemoteEvent, RemoteOrder, RemoteStart, Takeover,
+    VariableSetting,
 };
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -20,6 +21,7 @@ use tokio::time::{Instant, sleep, timeout};
 use super::host_states::{ClockSample, HostStates, now_us};
 use super::logs::{LogStream, RunLog};
 use super::output_feed::{OutputFeed, open_feed};
+use super::own_run::START_VARIABLE;
 use super::supervisor::{ChildExit, LogLevel};
 
 /// Orders that wait to be sent: one to end, one to kill, and room to spare.
@@ -75,12 +77,14 @@ impl RemoteProcess {
     /// Has the component started, or taken over, and reports what becomes of it.
     pub fn begin(
         plan: &RemotePlan,
-        takeover: Takeover,
+        (takeover, of_run): (Takeover, &str),
         log: &RunLog,
         report: impl Fn(RemoteNotice) + Send + 'static,
     ) -> Self {
         let (sender, orders) = mpsc::channel(MAX_ORDERS);
-        let start = RemoteStart { takeover, ..plan.start.clone() };
+        let mut start = RemoteStart { takeover, ..plan.start.clone() };
+        let (name, value) = (START_VARIABLE.to_owned(), of_run.to_owned());
+        start.settings.push(VariableSetting { name, value });
         let follower = Follower {
             host: plan.host.clone(),
             gate: Arc::clone(&plan.gate),

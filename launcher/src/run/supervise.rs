@@ -25,6 +25,7 @@ use super::given_up::GivenUpReports;
 use super::group_killer::GroupKillers;
 use super::hanging_calls::HangingCalls;
 use super::logs::RunLog;
+use super::own_run::name_start;
 use super::plan::{LAUNCHER, PlannedStart, ProcessPlan};
 use super::process::{ChildProcess, is_suspended};
 use super::remote::{RemoteNotice, RemotePlan, RemoteProcess};
@@ -240,19 +241,21 @@ impl Launcher {
         if !is_first {
             self.restarts.fetch_add(1, Ordering::Relaxed);
         }
+        // What a resumed run continues was started before.
+        let of_run = name_start(is_first && !self.resumes);
         let start = match &self.plan.starts[id] {
             PlannedStart::Here(start) => start,
             PlannedStart::Remote(plan) => {
                 let takeover =
                     if is_first && self.resumes { Takeover::Any } else { Takeover::Never };
-                let process = self.start_remote(id, plan, takeover);
+                let process = self.start_remote(id, plan, (takeover, of_run));
                 self.given_up.remove_component(&self.plan.duties[id].name);
                 let process = ProcessHandle::There(process);
                 self.running[id] = Some(RunningProcess { process, link: None });
                 return;
             }
         };
-        match ChildProcess::start(start, self.control_group.as_ref(), &self.log) {
+        match ChildProcess::start(start, of_run, self.control_group.as_ref(), &self.log) {
             Ok(mut process) => {
                 let group = process.group();
                 self.given_up.remove_component(&self.plan.duties[id].name);
@@ -289,10 +292,10 @@ impl Launcher {
         }
     }
 
-    fn start_remote(&self, id: ChildId, plan: &RemotePlan, takeover: Takeover) -> RemoteProcess {
+    fn start_remote(&self, id: ChildId, plan: &RemotePlan, how: (Takeover, &str)) -> RemoteProcess {
         let (inputs, number) = (self.inputs.clone(), Arc::new(OnceLock::new()));
         let known = Arc::clone(&number);
-        let process = RemoteProcess::begin(plan, takeover, &self.log, move |notice| {
+        let process = RemoteProcess::begin(plan, how, &self.log, move |notice| {
             let number = known.get().copied().unwrap_or_default();
             let input = match notice {
                 RemoteNotice::CutOff => LauncherInput::CutOff(id, number),

@@ -1,6 +1,6 @@
 //! Data from one component to another: order, loss, policies, reconnects.
 
-use std::sync::mpsc::channel;
+use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
 use armor_sdk::prelude::*;
@@ -21,6 +21,21 @@ fn burst(total: u64, count: u64, len: usize) -> impl FnMut(&Armor, Call) -> Resu
         }
         Ok(Outcome::CarryOn)
     }
+}
+
+/// Runs a publisher called `source`, whose script begins with a message.
+fn run_source(
+    system: &mut System,
+    rate: &str,
+    mut send: impl FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send + 'static,
+) -> Sender<()> {
+    let (start, go) = channel();
+    let mut started = false;
+    system.run("source", &[rate], None, move |armor, call| {
+        started |= go.try_recv().is_ok();
+        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
+    });
+    start
 }
 
 /// Waits until the publisher's output has a link.
@@ -52,14 +67,8 @@ fn keep_all_loses_nothing_whatever_the_size() {
         let mut system = System::start();
         let link = system.link("in", "source", "out", "all");
         let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
-        let (start, go) = channel::<()>();
-        let mut send = burst(if len > 100_000 { 200 } else { 3_000 }, 500, len);
         let total = if len > 100_000 { 200 } else { 3_000 };
-        let mut started = false;
-        system.run("source", &["--rate=100Hz"], None, move |armor, call| {
-            started |= go.try_recv().is_ok();
-            if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-        });
+        let start = run_source(&mut system, "--rate=100Hz", burst(total, 500, len));
         linked(&system, "source", 1);
         start.send(()).unwrap();
         for expected in 0..total {
@@ -85,13 +94,7 @@ fn is_a_link_like_any_other(how: &str) {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all") + how;
     let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
-    let (start, go) = channel::<()>();
-    let mut send = burst(2_000, 100, 1_000);
-    let mut started = false;
-    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
-        started |= go.try_recv().is_ok();
-        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-    });
+    let start = run_source(&mut system, "--rate=100Hz", burst(2_000, 100, 1_000));
     linked(&system, "source", 1);
     start.send(()).unwrap();
     for expected in 0..2_000 {
@@ -108,13 +111,7 @@ fn every_policy_keeps_what_it_promises_and_counts_the_rest() {
         let link = system.link("in", "source", "out", keep);
         let (open, gate) = channel();
         let probe = system.run("sink", &[&link], Some(gate), |_, _| Ok(Outcome::CarryOn));
-        let (start, go) = channel::<()>();
-        let mut send = burst(5_000, 100, 2_000);
-        let mut started = false;
-        system.run("source", &["--rate=200Hz"], None, move |armor, call| {
-            started |= go.try_recv().is_ok();
-            if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-        });
+        let start = run_source(&mut system, "--rate=200Hz", burst(5_000, 100, 2_000));
         linked(&system, "source", 1);
         start.send(()).unwrap();
         system.until("source", |status| status.outputs[0].published == 5_000);
@@ -144,13 +141,7 @@ fn receive_after_a_pause(len: usize, how: &str) -> Vec<u64> {
     let link = system.link("in", "source", "out", "latest") + how;
     let (open, gate) = channel();
     let probe = system.run("sink", &[&link], Some(gate), |_, _| Ok(Outcome::CarryOn));
-    let (start, go) = channel::<()>();
-    let mut send = burst(20, 1, len);
-    let mut started = false;
-    system.run("source", &["--rate=500Hz"], None, move |armor, call| {
-        started |= go.try_recv().is_ok();
-        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-    });
+    let start = run_source(&mut system, "--rate=500Hz", burst(20, 1, len));
     linked(&system, "source", 1);
     start.send(()).unwrap();
     let mut values = vec![data(&probe).1];
@@ -182,13 +173,7 @@ fn a_tool_that_asks_for_all_and_reads_nothing_delays_nobody() {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all");
     let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
-    let (start, go) = channel::<()>();
-    let mut send = burst(300, 10, 200_000);
-    let mut started = false;
-    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
-        started |= go.try_recv().is_ok();
-        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-    });
+    let start = run_source(&mut system, "--rate=100Hz", burst(300, 10, 200_000));
     let data_name = format!("{}.out", system.name("source"));
     linked(&system, "source", 1);
     let _tap = Tap::open(&system.directory, &data_name, Keep::ALL, DEADLINE).expect("a place");
@@ -212,13 +197,7 @@ fn a_sender_loses_its_patience_with_a_subscriber_that_takes_nothing() {
     let stuck_name = system.name("stuck");
     let _stuck = system.run("stuck", &[&stuck], Some(gate), |_, _| Ok(Outcome::CarryOn));
     let probe = system.run("quick", &[&fast], None, |_, _| Ok(Outcome::CarryOn));
-    let (start, go) = channel::<()>();
-    let mut send = burst(300, 10, 200_000);
-    let mut started = false;
-    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
-        started |= go.try_recv().is_ok();
-        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-    });
+    let start = run_source(&mut system, "--rate=100Hz", burst(300, 10, 200_000));
     linked(&system, "source", 2);
     let status = system.status("source");
     let keep = |of: &str| {
@@ -241,13 +220,7 @@ fn a_stuck_subscriber_delays_no_other() {
     let fast = system.link("in", "source", "out", "all");
     let _stuck = system.run("stuck", &[&slow], Some(gate), |_, _| Ok(Outcome::CarryOn));
     let probe = system.run("quick", &[&fast], None, |_, _| Ok(Outcome::CarryOn));
-    let (start, go) = channel::<()>();
-    let mut send = burst(300, 10, 200_000);
-    let mut started = false;
-    system.run("source", &["--rate=100Hz"], None, move |armor, call| {
-        started |= go.try_recv().is_ok();
-        if started { send(armor, call) } else { Ok(Outcome::CarryOn) }
-    });
+    let start = run_source(&mut system, "--rate=100Hz", burst(300, 10, 200_000));
     linked(&system, "source", 2);
     start.send(()).unwrap();
     for expected in 0..300 {

@@ -8,7 +8,7 @@ use crate::config;
 use crate::recorded::{Recorded, recorded};
 use armor_evaluation::relations::{ScanRelation, judge_relations, summarize_by_kind};
 use armor_evaluation::trajectory::ScanTrajectory;
-use armor_grid_slam::continuation::{Continuation, KnownMap, judge_state};
+use armor_grid_slam::continuation::{Continuation, KnownMap, MapperStart, judge_state};
 use armor_grid_slam::recorder::StateRecorder;
 use armor_grid_slam::slam::Slam;
 use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
@@ -46,7 +46,8 @@ fn mapped(scans: &[Recorded], kills: &BTreeSet<usize>) -> KilledRun {
     let (mut search, mut composing) = (None, Duration::ZERO);
     for (index, Recorded { number, odometry, scan }) in scans.iter().enumerate() {
         if kills.contains(&index) {
-            let known = judge_state(Some(&file), RUN, &config, scan);
+            let known =
+                judge_state(Some(&file), MapperStart { run: RUN, is_first: false }, &config, scan);
             let Continuation::Known(known) = known else { panic!("the state is not continued") };
             let KnownMap { slam: restored, search: begun, recorder: continued, len, .. } = *known;
             assert_eq!(len, file.len());
