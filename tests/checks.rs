@@ -28,6 +28,17 @@ fn folder(name: &str, check: &str) -> Folder {
 }
 
 #[test]
+fn a_file_that_is_not_there_is_answered_with_the_one_that_was_meant() {
+    let folder = folder("check-similar", "always reachable(full)");
+    for named in ["late", "lat.xml", "late.xmll"] {
+        let (code, _, err) = run_to_end(&mut folder.armor(&["check", named]));
+        assert!(code == 1 && err.contains("did you mean late.xml?"), "{named}: {err}");
+    }
+    let (_, _, err) = run_to_end(&mut folder.armor(&["check", "robot.xml"]));
+    assert!(err.contains("check the path and its permissions"), "{err}");
+}
+
+#[test]
 fn a_satisfied_check_is_silent_and_the_mission_duration_is_reported() {
     let folder = folder("check-holds", "duration(full or stopped) &lt;= 5min");
     let (code, out, err) = run_to_end(&mut folder.armor(&["check", "late.xml", "--strict"]));

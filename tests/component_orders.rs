@@ -179,6 +179,8 @@ fn a_command_that_waits_ends_when_its_reader_has_seen_enough() {
         let status = wait_for(&what, || child.try_wait().expect("it is ours"));
         assert!(status.success(), "{arguments:?}: {status}");
     }
+    let (code, _, err) = armor(&system, &["hz", "sleeper.numbers", "--count", "1"]);
+    assert!(code == 1 && err.contains("no sleeper.numbers so far: `sleeper` is"), "{err}");
     let shown = system.shown(&["mission", "show"]);
     let waits = "worked (from working) waits for the report done of worker";
     assert!(shown.contains(waits) && shown.contains("\ncan fire    nap now"), "{shown}");

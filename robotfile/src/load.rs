@@ -111,11 +111,15 @@ impl FileReader<'_> {
             Err(error) => {
                 let message = format!("{} cannot be read: {error}", path.display());
                 let finding = Finding::of_file(Code::Unreadable, path, message);
-                let remedy = match error.kind() {
-                    ErrorKind::IsADirectory => {
-                        "name the XML file in it; `armor describe KIND` shows a component"
+                let meant = (error.kind() == ErrorKind::NotFound)
+                    .then(|| similar_files::find_meant(Path::new(""), path))
+                    .flatten();
+                let remedy = match (error.kind(), meant) {
+                    (_, Some(meant)) => meant,
+                    (ErrorKind::IsADirectory, None) => {
+                        "name the XML file in it; `armor describe KIND` shows a component".into()
                     }
-                    _ => "check the path and its permissions",
+                    _ => "check the path and its permissions".into(),
                 };
                 self.findings.push(finding.remedy(remedy));
                 return None;

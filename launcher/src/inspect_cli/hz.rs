@@ -51,7 +51,7 @@ pub struct HzArguments {
     /// Unique name of the data, COMPONENT.OUTPUT.
     #[arg(value_parser = parse_data_name)]
     pub data: String,
-    /// Stop after N windows of one second.
+    /// Stop after N windows of one second; the exit code is 1 if nothing has arrived.
     #[arg(long, short = 'n', value_name = "N")]
     pub count: Option<u64>,
     #[command(flatten)]
@@ -97,7 +97,12 @@ fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandE
         }
         Ok(())
     };
-    end_printing(print())
+    let printed = end_printing(print())?;
+    if window.before_s.is_some() {
+        return Ok(printed);
+    }
+    silence.report_end();
+    Ok(CommandEnding::Failed)
 }
 
 impl RateWindow {

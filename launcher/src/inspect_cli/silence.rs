@@ -34,6 +34,15 @@ impl<'a> SilenceReporter<'a> {
 
     /// Reports why no data has arrived for [`NOTICE_AFTER`], unless that was the last report.
     pub fn report(&mut self) {
+        self.report_with("; waiting");
+    }
+
+    /// Reports why no data has arrived, and that it is not waited for any more.
+    pub fn report_end(&mut self) {
+        self.report_with("");
+    }
+
+    fn report_with(&mut self, end: &str) {
         if self.observed.is_none() {
             self.observed = super::select_system(self.running, self.tool).ok();
         }
@@ -44,7 +53,7 @@ impl<'a> SilenceReporter<'a> {
             Err(problem) => format!("`{component}` does not answer: {problem}"),
         };
         if reason != self.reported {
-            print_notice(format_args!("no {} so far: {reason}; waiting", self.data));
+            print_notice(format_args!("no {} so far: {reason}{end}", self.data));
             self.reported = reason;
         }
     }

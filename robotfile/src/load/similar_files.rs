@@ -22,7 +22,8 @@ pub(super) fn suggest_files(findings: &mut Findings) {
     }
 }
 
-fn find_meant(folder: &Path, named: &Path) -> Option<String> {
+/// Returns the question for the file that was meant by a name that is relative to `folder`.
+pub(super) fn find_meant(folder: &Path, named: &Path) -> Option<String> {
     if folder.join(named).exists() {
         return None;
     }
