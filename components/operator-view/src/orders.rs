@@ -230,6 +230,13 @@ impl OperatorOrders {
         self.is_stopped
     }
 
+    /// Takes over a STOP that another window has ordered: nothing is reported again.
+    pub fn adopt_stop(&mut self) {
+        self.is_stopped = true;
+        self.goal = None;
+        self.hand = None;
+    }
+
     /// Whether the operator drives by hand.
     pub fn is_driving(&self) -> bool {
         self.hand.is_some()

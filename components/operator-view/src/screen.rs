@@ -91,7 +91,7 @@ impl Screen {
         });
         if hand.is_some() {
             ui.ctx().request_repaint_after(keys::PERIOD);
-        } else if console.connection.is_lost() {
+        } else if console.connection.has_ended() {
             // Only the minutes since then change.
             let age_s = (now.host_s - console.lost_s).max(0.0) as f32;
             ui.ctx().request_repaint_after_secs(60.1 - age_s % 60.0);
@@ -106,6 +106,8 @@ impl Screen {
 fn shows_ages(console: &Console, now: ClockTimes) -> bool {
     let ages = |link: &InputLink| link.is_steady && link.freshness(now) != Freshness::Nothing;
     console.orders.pressed().is_some()
+        || console.orders.is_stopped()
+        || console.connection.is_cut()
         || console.recent_refusal(now).is_some()
         || console.orders.goal().is_some()
         || console.mission.as_ref().is_some_and(|mission| mission.is_running)

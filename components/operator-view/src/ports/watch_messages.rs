@@ -88,6 +88,13 @@ pub(super) enum ToWindow {
         /// Their number.
         to: u64,
     },
+    /// What was published on `stop` last: at each order, and at the beginning of a connection.
+    StopState {
+        /// Whether STOP is active.
+        is_on: bool,
+        /// The number of links that have accepted it.
+        to: u64,
+    },
     /// The state of the mission.
     Mission {
         /// Its name.

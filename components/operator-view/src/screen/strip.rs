@@ -38,7 +38,7 @@ pub(super) fn show_strip(
         show_connection(ui, palette, console);
         if let Some(mission) = &console.mission {
             ui.separator();
-            show_mission(ui, palette, mission, now, orders);
+            show_mission(ui, palette, mission, console.run_time(now), orders);
         }
         if let Some(battery) = console.readings.newest::<BatteryReading>() {
             ui.separator();
@@ -66,7 +66,9 @@ fn show_connection(ui: &mut Ui, palette: &Palette, console: &Console) {
     let (colour, text) = match &console.connection {
         SystemConnection::Part | SystemConnection::Live { .. } => (palette.good, "connected"),
         SystemConnection::Awaited { .. } => (palette.late, "waiting for a system"),
-        SystemConnection::Lost { .. } => (palette.gone, "! ended"),
+        SystemConnection::Cut { .. } => (palette.gone, "! connection lost"),
+        SystemConnection::Ended { is_normal: true, .. } => (palette.text, "ended"),
+        SystemConnection::Ended { .. } => (palette.gone, "! ended"),
     };
     ui.colored_label(colour, text);
 }
