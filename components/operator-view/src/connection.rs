@@ -94,8 +94,8 @@ pub struct RunEnd {
 pub fn find_end(system: &str, log: &str) -> RunEnd {
     let own = format!(" {system}: ");
     let is_verdict = |text: &&str| VERDICTS.iter().any(|verdict| text.contains(verdict));
-    let texts = log.lines().rev().filter_map(|line| Some(line.split_once(&own)?.1));
-    let Some(verdict) = texts.filter(is_verdict).next() else {
+    let mut texts = log.lines().rev().filter_map(|line| Some(line.split_once(&own)?.1));
+    let Some(verdict) = texts.find(is_verdict) else {
         let why = "its launcher is gone: it was killed, or the host has restarted".into();
         return RunEnd { why, is_normal: false };
     };

@@ -50,11 +50,13 @@ pub struct Console {
     pub alerts: AlertList,
     /// How far STOP or its release has come.
     pub stop: StopDelivery,
+    /// The goal that was reached last, and when by the host's clock.
+    pub arrival: Option<(Point2, f64)>,
     /// The goal that was refused last.
     pub refusal: Option<OrderRefusal>,
 }
 
-/// How long a refusal is shown, in seconds.
+/// How long a refusal, or the arrival at a goal, is shown, in seconds.
 const REFUSAL_SHOWN_S: f64 = 6.0;
 
 /// A lost connection is an alert after this time, in seconds: a component that is restarted returns
@@ -105,8 +107,10 @@ impl Console {
         {
             self.orders.check_path(*end, now.host_s);
         }
-        if let Some(robot) = self.scene.robot() {
-            self.orders.check_arrival(robot);
+        if let Some(robot) = self.scene.robot()
+            && let Some(place) = self.orders.check_arrival(robot)
+        {
+            self.arrival = Some((place, now.host_s));
         }
     }
 
@@ -193,6 +197,13 @@ impl Console {
     /// Returns the refusal to show: a recent one.
     pub fn recent_refusal(&self, now: ClockTimes) -> Option<&OrderRefusal> {
         self.refusal.as_ref().filter(|refusal| now.host_s - refusal.at_s < REFUSAL_SHOWN_S)
+    }
+
+    /// Returns the goal that has just been reached, until another one is set.
+    pub fn recent_arrival(&self, now: ClockTimes) -> Option<Point2> {
+        let is_recent = |at_s: f64| now.host_s - at_s < REFUSAL_SHOWN_S;
+        let (place, _) = self.arrival.filter(|(_, at_s)| is_recent(*at_s))?;
+        self.orders.goal().is_none().then_some(place)
     }
 
     /// Returns what is wrong with the active goal: no path leads to it.
@@ -401,6 +412,8 @@ mod tests {
         console.record_arrival("pose", now(1.0), 1.0, FIRST, outcome);
         assert_eq!(console.orders.take_event(), Some(OperatorEvent::Goal));
         assert_eq!(console.orders.take_event(), Some(OperatorEvent::Arrived));
+        assert!(console.recent_arrival(now(2.0)).is_some());
+        assert!(console.recent_arrival(now(20.0)).is_none());
     }
 
     #[test]

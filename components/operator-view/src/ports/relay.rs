@@ -252,6 +252,8 @@ impl Relay {
             why: mission.why.clone(),
             now_at_s: mission.now_at_s,
             is_running: mission.is_running,
+            paused_by: mission.paused_by.clone(),
+            frozen: mission.frozen.clone(),
             places: mission.places.clone(),
             questions: questions.collect(),
         });

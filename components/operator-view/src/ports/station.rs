@@ -368,6 +368,7 @@ impl Station {
             let before = self.ended.lock().insert(name.clone(), history.ended);
             if history.ended > before.unwrap_or(0) && is_crash(&history.last_end) {
                 let text = format!("{name} {}", history.last_end);
+                eprintln!("alert: {text}");
                 self.console.lock().alerts.raise(text, self.now().host_s);
                 self.request_frame();
             }
@@ -417,7 +418,17 @@ impl Station {
                 let to = usize::try_from(to).unwrap_or(usize::MAX);
                 self.console.lock().record_stop(is_on, to, now);
             }
-            ToWindow::Mission { name, stage, why, now_at_s, is_running, places, questions } => {
+            ToWindow::Mission {
+                name,
+                stage,
+                why,
+                now_at_s,
+                is_running,
+                paused_by,
+                frozen,
+                places,
+                questions,
+            } => {
                 let questions = questions.into_iter().map(|question| MissionQuestion {
                     transition: question.transition,
                     answer_by_at_s: question.answer_by_at_s,
@@ -431,6 +442,8 @@ impl Station {
                     why,
                     now_at_s,
                     is_running,
+                    paused_by,
+                    frozen,
                     places,
                     questions,
                     received_s,

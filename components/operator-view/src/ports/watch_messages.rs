@@ -107,6 +107,10 @@ pub(super) enum ToWindow {
         now_at_s: f64,
         /// Whether that time passes.
         is_running: bool,
+        /// Who has paused it; empty if it is not paused.
+        paused_by: String,
+        /// The components that are frozen.
+        frozen: Vec<String>,
         /// The marked places.
         places: Vec<String>,
         /// The transitions that ask, and what each does without an answer, in words.

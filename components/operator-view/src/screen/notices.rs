@@ -14,6 +14,7 @@ use super::strip;
 use crate::connection::{CUT, SystemConnection};
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness};
+use crate::mission::MissionState;
 use crate::orders::OperatorOrder;
 use crate::stop_delivery::StopStatus;
 
@@ -48,6 +49,12 @@ pub(super) fn show_notices(
     // Whether the robot of a run that has ended stands is not known.
     if let Some(status) = console.stop_status(now) {
         covered.push(show_stopped(&mut column, console, status, orders));
+    }
+    if !console.connection.is_old()
+        && let Some(mission) = &console.mission
+        && !mission.paused_by.is_empty()
+    {
+        covered.push(show_pause(&mut column, palette, mission));
     }
     if console.orders.is_frame_new() {
         covered.push(show_frame_change(&mut column, orders));
@@ -133,11 +140,33 @@ fn show_stopped(
         if console.connection.check_orders().is_err() {
             return;
         }
+        if let Some(button) = console.orders.pressed_in_stop() {
+            let text = format!("Release: the robot continues with {button}");
+            ui.label(RichText::new(text).size(15.0).strong().color(colours::ON_STOP));
+        }
         let text = RichText::new("Release").size(18.0).strong().color(colours::ON_STOP);
         let button = Button::new(text).fill(colours::RELEASE).min_size(vec2(120.0, TOUCH));
         if ui.add(button).on_hover_text("the robot may drive again").clicked() {
             orders.push(OperatorOrder::Release);
         }
+    })
+    .0
+}
+
+/// A pause, with what it freezes and what it does not.
+fn show_pause(ui: &mut Ui, palette: &Palette, mission: &MissionState) -> Rect {
+    show_banner(ui, palette.panel, |ui| {
+        ui.label(RichText::new("PAUSED").size(26.0).strong().color(palette.late));
+        let frozen = match mission.frozen.as_slice() {
+            [] => "none is frozen".to_owned(),
+            names => names.join(", "),
+        };
+        let text = format!(
+            "by {}: the mission and its components ({frozen}) stand still. All others run: orders \
+             of yours, such as a goal or driving by hand, still move the robot.",
+            mission.paused_by
+        );
+        ui.label(RichText::new(text).size(15.0));
     })
     .0
 }
@@ -226,6 +255,12 @@ fn paint_goal_notices(
     }
     if console.connection.is_old() {
         return;
+    }
+    if let Some(place) = console.recent_arrival(now) {
+        let galley =
+            painter.layout_no_wrap("goal reached".into(), FontId::proportional(15.0), palette.good);
+        let at = look.on_screen(place) + vec2(14.0, -12.0);
+        paint_box(painter, palette, at, Align2::LEFT_BOTTOM, galley);
     }
     if let (Some(goal), Some(problem)) = (console.orders.goal(), console.goal_problem(now)) {
         paint(goal.place.point(), problem, palette.gone);

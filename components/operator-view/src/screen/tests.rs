@@ -628,6 +628,91 @@ fn a_press_and_a_release_within_a_frame_are_a_click() {
 }
 
 #[test]
+fn a_new_question_moves_no_button_and_takes_no_click_that_was_begun_before() {
+    use crate::mission::{MissionQuestion, MissionState};
+
+    let mut shown = test_screen();
+    shown.console.mission = Some(MissionState::default());
+    let mut window = window_of(shown, SIZE);
+    let places = |window: &ViewWindow| {
+        ["light", "alerts", "STOP"].map(|name| window.get_by_label(name).rect())
+    };
+    let before = places(&window);
+    let question = MissionQuestion {
+        transition: "turn-back".into(),
+        answer_by_at_s: None,
+        unanswered: "decline".into(),
+    };
+    if let Some(mission) = &mut window.state_mut().console.mission {
+        mission.questions.push(question);
+    }
+    window.run_steps(2);
+    assert_eq!(places(&window), before);
+    window.get_by_label("Confirm").click();
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window), [], "it was meant for something else");
+    wait(&mut window, 0.6);
+    window.get_by_label("Confirm").click();
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window).len(), 1);
+}
+
+#[test]
+fn the_banner_of_stop_shows_with_what_release_continues() {
+    let mut shown = test_screen();
+    shown.console.buttons = vec!["explore".into()];
+    let mut window = window_of(shown, SIZE);
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert!(!shows(&window, "the robot continues"));
+    window.get_by_label("explore").click();
+    window.run_steps(2);
+    assert!(shows(&window, "Release: the robot continues with explore"));
+    window.get_by_label("Release").click();
+    window.run_steps(2);
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert!(!shows(&window, "the robot continues"), "that was the STOP before");
+}
+
+#[test]
+fn a_reached_goal_is_shown_and_a_cancelled_one_is_not() {
+    let mut window = window();
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!shows(&window, "goal reached"));
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    let alerts = window.state().console.alerts.count_new();
+    let state = window.state_mut();
+    let pose = Pose2::new(0.0, -2.0, 0.0);
+    let located = LocatedPose { stamp_s: 2.0, pose, covariance_m2: [0.0; 3] };
+    state.console.scene.set_located(located).unwrap();
+    state.console.record_arrival("pose", state.now, 2.0, FIRST, Ok(()));
+    window.run_steps(2);
+    assert!(shows(&window, "goal reached"));
+    assert_eq!(window.state().console.alerts.count_new(), alerts);
+    wait(&mut window, 7.0);
+    assert!(!shows(&window, "goal reached"));
+}
+
+#[test]
+fn a_pause_is_shown_with_what_still_moves() {
+    use crate::mission::MissionState;
+
+    let mut shown = test_screen();
+    shown.console.mission = Some(MissionState {
+        paused_by: "ruth".into(),
+        frozen: vec!["explorer".into(), "homing".into()],
+        ..MissionState::default()
+    });
+    let window = window_of(shown, SIZE);
+    assert!(shows(&window, "PAUSED"));
+    assert!(shows(&window, "by ruth: the mission and its components (explorer, homing)"));
+    assert!(shows(&window, "driving by hand, still move the robot"));
+}
+
+#[test]
 fn a_system_that_has_ended_stays_on_the_screen_as_old_and_takes_no_orders() {
     let mut window = window();
     window.key_down(Key::W);
