@@ -363,10 +363,13 @@ impl Station {
     /// can be asked further.
     fn look_for_crashes(&self, run: &WatchedRun) -> bool {
         let Some(record) = run.find_record() else { return false };
+        // What was before this window is no news.
+        let is_first = self.ended.lock().is_empty();
         for name in run.list_processes() {
             let Some(history) = find_history(&record, &name) else { continue };
             let before = self.ended.lock().insert(name.clone(), history.ended);
-            if history.ended > before.unwrap_or(0) && is_crash(&history.last_end) {
+            let is_new = !is_first && history.ended > before.unwrap_or(0);
+            if is_new && is_crash(&history.last_end) {
                 let text = format!("{name} {}", history.last_end);
                 eprintln!("alert: {text}");
                 self.console.lock().alerts.raise(text, self.now().host_s);
