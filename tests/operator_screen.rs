@@ -132,8 +132,14 @@ fn the_window_stays_with_the_reason_and_shows_the_next_run_of_the_file() {
     let view = processes.iter().find(is_view).expect("the component of the screen");
     send_signal(*view, Signal::KILL);
     station.wait_for_line("shows rover", 3);
-    let ends =
-        station.lines.lock().expect("no panic").iter().filter(|it| it.contains("ended")).count();
+    station.wait_for_line("alert: view ", 1);
+    let ends = station
+        .lines
+        .lock()
+        .expect("no panic")
+        .iter()
+        .filter(|it| it.contains("has ended"))
+        .count();
     assert_eq!(ends, 1, "only the run before");
     let processes = run.children();
     run.signal(Signal::INT);

@@ -53,6 +53,11 @@ impl AlertList {
         }
     }
 
+    /// Forgets the conditions, as those of another run may be new. The alerts stay.
+    pub fn end_conditions(&mut self) {
+        self.present.clear();
+    }
+
     /// Marks all as seen.
     pub fn acknowledge_all(&mut self) {
         for alert in &mut self.alerts {

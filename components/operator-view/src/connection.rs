@@ -1,6 +1,9 @@
 //! What the screen is connected to: the system that it is a part of, or one that it watches, which
 //! may not have been started, or may have ended.
 
+/// What a lost connection is called.
+pub const CUT: &str = "the connection to the robot's screen component is lost";
+
 /// The connection of the screen to the system.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum SystemConnection {
@@ -17,12 +20,21 @@ pub enum SystemConnection {
         /// Its name.
         system: String,
     },
-    /// It has watched the system; what is shown is old.
-    Lost {
+    /// Nothing comes from the system's screen component any more. The system may run.
+    Cut {
         /// Its name.
         system: String,
-        /// What has ended and why.
+        /// What is known of it, and what to do.
         why: String,
+    },
+    /// The system has ended, which its launcher's record proves; what is shown is old.
+    Ended {
+        /// Its name.
+        system: String,
+        /// Why.
+        why: String,
+        /// Whether it ended as it should, or as an operator ordered.
+        is_normal: bool,
     },
 }
 
@@ -35,25 +47,66 @@ impl SystemConnection {
         match self {
             Self::Part | Self::Live { .. } => Ok(()),
             Self::Awaited { .. } => Err("no system runs yet".into()),
-            Self::Lost { system, .. } => Err(format!("{system} has ended")),
+            Self::Cut { .. } => Err(CUT.into()),
+            Self::Ended { system, .. } => Err(format!("{system} has ended")),
         }
     }
 
     /// Returns whether what is shown is of the past.
-    pub fn is_lost(&self) -> bool {
-        matches!(self, Self::Lost { .. })
+    pub fn is_old(&self) -> bool {
+        self.is_cut() || self.has_ended()
+    }
+
+    /// Returns whether the connection is lost and the system may run.
+    pub fn is_cut(&self) -> bool {
+        matches!(self, Self::Cut { .. })
+    }
+
+    /// Returns whether the system has ended.
+    pub fn has_ended(&self) -> bool {
+        matches!(self, Self::Ended { .. })
     }
 }
 
-/// Returns how a run has ended, from the lines of its launcher's log.
-pub fn find_end(system: &str, log: &str) -> String {
-    let own = format!("{system}: ");
-    let said = log.lines().rev().find_map(|line| Some(line.split_once(&own)?.1));
-    match said.filter(|text| !text.starts_with("registry ")) {
-        Some("interrupted") => "it was interrupted (Ctrl-C, or a signal to its launcher)".into(),
-        Some(verdict) => verdict.into(),
-        None => "its launcher is gone: it was killed, or the host has restarted".into(),
-    }
+/// How the launcher's verdicts begin or end; other lines of its log, such as the restart of a
+/// component, are no end of the run.
+const VERDICTS: [&str; 8] = [
+    "the mission reached its goal",
+    "the mission ended in its safe place",
+    "the mission failed",
+    "interrupted",
+    "an operator has stopped it",
+    "the time is over",
+    "every component has ended",
+    "failed for good, and the system needs it",
+];
+
+/// How a run has ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunEnd {
+    /// Why.
+    pub why: String,
+    /// Whether it ended as it should, or as an operator ordered.
+    pub is_normal: bool,
+}
+
+/// Returns how a run has ended, from the lines of its launcher's log since the last connection.
+pub fn find_end(system: &str, log: &str) -> RunEnd {
+    let own = format!(" {system}: ");
+    let is_verdict = |text: &&str| VERDICTS.iter().any(|verdict| text.contains(verdict));
+    let mut texts = log.lines().rev().filter_map(|line| Some(line.split_once(&own)?.1));
+    let Some(verdict) = texts.find(is_verdict) else {
+        let why = "its launcher is gone: it was killed, or the host has restarted".into();
+        return RunEnd { why, is_normal: false };
+    };
+    let is_ordered = ["interrupted", "an operator has stopped it", "the time is over"];
+    let is_normal = verdict == VERDICTS[0]
+        || !verdict.contains("; failed: ") && is_ordered.iter().any(|it| verdict.starts_with(it));
+    let why = match verdict {
+        "interrupted" => "it was interrupted (Ctrl-C, or a signal to its launcher)".into(),
+        verdict => verdict.into(),
+    };
+    RunEnd { why, is_normal }
 }
 
 #[cfg(test)]
@@ -65,19 +118,27 @@ mod tests {
         let begin = "0.0 INFO launcher rover: registry 127.0.0.1:7411, output out/rover\n";
         let check = |rest: &str, expected: &str| {
             let found = find_end("rover", &format!("{begin}{rest}"));
-            assert!(found.contains(expected), "{found}");
+            assert!(found.why.contains(expected), "{found:?}");
+            assert_eq!(found.is_normal, rest.contains("goal") || rest.contains("interrupted"));
         };
         check("", "its launcher is gone");
         check("9.1 INFO launcher rover: the mission reached its goal\n", "the mission reached");
         check("9.1 INFO launcher rover: interrupted\n", "Ctrl-C");
-        let given_up = "rover: arm failed for good, and the system needs it\n";
+        let restarted = "9.1 INFO launcher an operator: view is restarted\n\
+                         9.2 INFO launcher rover: view is restarted\n";
+        check(restarted, "its launcher is gone");
+        let given_up = "9.1 INFO launcher rover: arm failed for good, and the system needs it\n";
         check(given_up, "arm failed for good");
     }
 
     #[test]
     fn orders_reach_only_a_system_that_runs() {
         assert!(SystemConnection::Part.check_orders().is_ok());
-        let lost = SystemConnection::Lost { system: "rover".into(), why: String::new() };
-        assert_eq!(lost.check_orders(), Err("rover has ended".into()));
+        let (system, why) = ("rover".to_owned(), String::new());
+        let cut = SystemConnection::Cut { system: system.clone(), why: why.clone() };
+        assert!(cut.is_old() && !cut.has_ended());
+        assert_eq!(cut.check_orders(), Err(CUT.into()), "it may run");
+        let ended = SystemConnection::Ended { system, why, is_normal: true };
+        assert_eq!(ended.check_orders(), Err("rover has ended".into()));
     }
 }

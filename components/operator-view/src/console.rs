@@ -8,13 +8,14 @@ use armor_convert::FrameNews;
 use armor_grid::Point2;
 
 use crate::alerts::AlertList;
-use crate::connection::SystemConnection;
+use crate::connection::{CUT, RunEnd, SystemConnection};
 use crate::goal_check::check_goal;
 use crate::links::{ClockTimes, Freshness, InputLink, SequenceNumber};
 use crate::mission::MissionState;
 use crate::orders::{OperatorOrder, OperatorOrders, RobotCommand};
-use crate::readings::{BatteryReading, Readings};
+use crate::readings::{BatteryReading, Readings, TaskReading};
 use crate::scene::{RobotScene, SceneError};
+use crate::stop_delivery::{StopDelivery, StopStatus};
 
 /// What the operator sees and has ordered.
 #[derive(Clone, Debug, Default)]
@@ -47,18 +48,30 @@ pub struct Console {
     pub mission: Option<MissionState>,
     /// What has gone wrong.
     pub alerts: AlertList,
-    /// The order that was refused last.
+    /// How far STOP or its release has come.
+    pub stop: StopDelivery,
+    /// The goal that was reached last, and when by the host's clock.
+    pub arrival: Option<(Point2, f64)>,
+    /// The goal that was refused last.
     pub refusal: Option<OrderRefusal>,
 }
 
-/// How long a refusal is shown, in seconds.
+/// How long a refusal, or the arrival at a goal, is shown, in seconds.
 const REFUSAL_SHOWN_S: f64 = 6.0;
 
-/// An order that was refused.
+/// A lost connection is an alert after this time, in seconds: a component that is restarted returns
+/// sooner.
+const CUT_ALERT_S: f64 = 2.0;
+/// Slower than this the robot is at rest: in m/s, and in rad/s.
+const REST: (f64, f64) = (0.02, 0.03);
+/// Progress older than this shows nothing, in seconds: it is published once per second.
+const PROGRESS_VALID_S: f64 = 3.0;
+
+/// A goal that was refused.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderRefusal {
-    /// The place on the map, if it was a goal.
-    pub place: Option<Point2>,
+    /// The place on the map.
+    pub place: Point2,
     /// The reason.
     pub why: String,
     /// When, by the host's clock, in seconds.
@@ -94,8 +107,10 @@ impl Console {
         {
             self.orders.check_path(*end, now.host_s);
         }
-        if let Some(robot) = self.scene.robot() {
-            self.orders.check_arrival(robot);
+        if let Some(robot) = self.scene.robot()
+            && let Some(place) = self.orders.check_arrival(robot)
+        {
+            self.arrival = Some((place, now.host_s));
         }
     }
 
@@ -121,17 +136,23 @@ impl Console {
     /// Carries out an order of the operator, and returns the commands to send.
     pub fn handle_order(&mut self, order: OperatorOrder, now: ClockTimes) -> Vec<RobotCommand> {
         if let Err(why) = self.check_order(&order) {
-            let place = match &order {
-                OperatorOrder::Goal { place, .. } => Some(place.point()),
-                _ => None,
-            };
-            self.refusal = Some(OrderRefusal { place, why, at_s: now.host_s });
+            // Of the others the panels show why they reach no robot.
+            if let OperatorOrder::Goal { place, .. } = &order {
+                self.refusal = Some(OrderRefusal { place: place.point(), why, at_s: now.host_s });
+            }
             // What is held must be let go also where nothing can be ordered.
             return self.orders.handle_order(OperatorOrder::LetGo, now.host_s);
         }
         match order {
-            OperatorOrder::Goal { .. } => self.refusal = None,
+            OperatorOrder::LetGo => {}
             OperatorOrder::AcknowledgeAlerts => self.alerts.acknowledge_all(),
+            _ => self.refusal = None,
+        }
+        match order {
+            OperatorOrder::Stop => self.stop.order(true, now.host_s),
+            OperatorOrder::Release if self.orders.is_stopped() => {
+                self.stop.order(false, now.host_s);
+            }
             _ => {}
         }
         self.orders.handle_order(order, now.host_s)
@@ -144,6 +165,8 @@ impl Console {
             | OperatorOrder::Cancel
             | OperatorOrder::Acknowledge
             | OperatorOrder::AcknowledgeAlerts => Ok(()),
+            // It is remembered, and is the first that is sent when the connection returns.
+            OperatorOrder::Stop if self.connection.is_cut() => Ok(()),
             OperatorOrder::Goal { place, .. } => {
                 self.connection.check_orders()?;
                 self.check_goal(place.point())
@@ -176,12 +199,19 @@ impl Console {
         self.refusal.as_ref().filter(|refusal| now.host_s - refusal.at_s < REFUSAL_SHOWN_S)
     }
 
+    /// Returns the goal that has just been reached, until another one is set.
+    pub fn recent_arrival(&self, now: ClockTimes) -> Option<Point2> {
+        let is_recent = |at_s: f64| now.host_s - at_s < REFUSAL_SHOWN_S;
+        let (place, _) = self.arrival.filter(|(_, at_s)| is_recent(*at_s))?;
+        self.orders.goal().is_none().then_some(place)
+    }
+
     /// Returns what is wrong with the active goal: no path leads to it.
     pub fn goal_problem(&self, now: ClockTimes) -> Option<String> {
         if !self.is_linked("path") {
             return None;
         }
-        let time_s = self.orders.pathless_s(now.host_s)?;
+        let time_s = self.orders.pathless_s(self.run_time(now).host_s)?;
         Some(format!("no path to the goal for {time_s:.0} s: the planner finds none"))
     }
 
@@ -203,21 +233,90 @@ impl Console {
         }
     }
 
-    /// Keeps what is shown, as old: the system does not send any more.
-    pub fn lose_system(&mut self, system: &str, why: &str, now: ClockTimes) {
-        if !self.connection.is_lost() {
+    /// Keeps what is shown, as old: the system's component does not send any more. The system may
+    /// run.
+    pub fn cut_connection(&mut self, system: &str, why: &str, now: ClockTimes) {
+        self.begin_silence(now);
+        self.connection = SystemConnection::Cut { system: system.into(), why: why.into() };
+    }
+
+    /// Keeps what is shown, as that of a system that has ended.
+    pub fn end_system(&mut self, system: &str, end: RunEnd, now: ClockTimes) {
+        self.begin_silence(now);
+        let RunEnd { why, is_normal } = end;
+        self.connection = SystemConnection::Ended { system: system.into(), why, is_normal };
+    }
+
+    fn begin_silence(&mut self, now: ClockTimes) {
+        if !self.connection.is_old() {
             self.lost_s = now.host_s;
             self.orders.handle_order(OperatorOrder::LetGo, now.host_s);
         }
-        self.connection = SystemConnection::Lost { system: system.into(), why: why.into() };
+    }
+
+    /// Returns the time of the run: it stands still when nothing comes from the run any more.
+    pub fn run_time(&self, now: ClockTimes) -> ClockTimes {
+        let is_old = self.connection.is_old();
+        if is_old { ClockTimes { host_s: self.lost_s, ..now } } else { now }
+    }
+
+    /// Takes what the component has published on `stop`, and how many links have accepted it. STOP
+    /// that an earlier window has ordered becomes that of this one.
+    pub fn record_stop(&mut self, is_on: bool, to: usize, now: ClockTimes) {
+        if self.stop.confirm(is_on, to, now.host_s) {
+            self.orders.adopt_stop();
+        }
+        self.record_delivery("stop", to);
+    }
+
+    /// Returns what is known of STOP, while it is active.
+    pub fn stop_status(&self, now: ClockTimes) -> Option<StopStatus> {
+        if !self.orders.is_stopped() || self.connection.has_ended() {
+            return None;
+        }
+        let problem = self.stop.problem(now.host_s, self.connection.is_cut());
+        Some(problem.unwrap_or_else(|| self.find_rest(now)))
+    }
+
+    /// Returns whether the robot is at rest since STOP, by its odometry and the driver's report.
+    fn find_rest(&self, now: ClockTimes) -> StopStatus {
+        let since_s = now.host_s - self.stop.ordered_s();
+        let age_s = |input: &str| self.link(input).and_then(|link| link.age_s(now));
+        let is_fresh =
+            self.link("odometry").is_some_and(|link| link.freshness(now) == Freshness::Fresh);
+        let velocity = self.scene.velocity.filter(|_| is_fresh);
+        let is_moving = |(mps, radps): (f64, f64)| mps.abs() > REST.0 || radps.abs() > REST.1;
+        // It may have been measured before the robot received STOP.
+        if let Some(velocity) = velocity.filter(|velocity| is_moving(*velocity)) {
+            return StopStatus::Moving(velocity.0.abs());
+        }
+        let is_measured = age_s("odometry").is_some_and(|age_s| age_s <= since_s);
+        let task = self.readings.newest::<TaskReading>().is_some_and(TaskReading::is_stopped);
+        let reported = age_s("progress")
+            .is_some_and(|age_s| age_s <= since_s && age_s < PROGRESS_VALID_S)
+            && task;
+        match velocity {
+            _ if reported => StopStatus::Stands,
+            Some(_) if is_measured => StopStatus::Stands,
+            Some(_) => StopStatus::Sent,
+            None if self.is_linked("odometry") => StopStatus::OldData,
+            None => StopStatus::Unmeasured,
+        }
     }
 
     /// Raises an alert for each thing that has gone wrong.
     pub fn watch_conditions(&mut self, now: ClockTimes) {
         let mut conditions = Vec::new();
         match &self.connection {
-            SystemConnection::Lost { system, .. } => conditions.push(format!("{system} has ended")),
-            SystemConnection::Awaited { .. } => {}
+            SystemConnection::Ended { system, is_normal: false, .. } => {
+                conditions.push(format!("{system} has ended"));
+            }
+            SystemConnection::Cut { .. } if now.host_s - self.lost_s >= CUT_ALERT_S => {
+                conditions.push(CUT.into());
+            }
+            SystemConnection::Cut { .. }
+            | SystemConnection::Ended { .. }
+            | SystemConnection::Awaited { .. } => {}
             SystemConnection::Part | SystemConnection::Live { .. } => {
                 let silent = self.list_silent(now);
                 let gone = silent.filter(|(_, how, _)| *how == Freshness::Gone);
@@ -235,13 +334,21 @@ impl Console {
                 }
             }
         }
+        if self.stop_status(now) == Some(StopStatus::NotDelivered) {
+            conditions.push("STOP not delivered".into());
+        }
         self.alerts.update_conditions(conditions, now.host_s);
     }
 
     /// Records the number of links that accepted a command.
-    pub fn record_sent(&mut self, command: &RobotCommand, to: usize) {
-        if let Some(output) = command.output() {
-            self.record_delivery(output, to);
+    pub fn record_sent(&mut self, command: &RobotCommand, to: usize, now: ClockTimes) {
+        match command {
+            RobotCommand::Stop(is_on) => self.record_stop(*is_on, to, now),
+            command => {
+                if let Some(output) = command.output() {
+                    self.record_delivery(output, to);
+                }
+            }
         }
     }
 
@@ -305,20 +412,80 @@ mod tests {
         console.record_arrival("pose", now(1.0), 1.0, FIRST, outcome);
         assert_eq!(console.orders.take_event(), Some(OperatorEvent::Goal));
         assert_eq!(console.orders.take_event(), Some(OperatorEvent::Arrived));
+        assert!(console.recent_arrival(now(2.0)).is_some());
+        assert!(console.recent_arrival(now(20.0)).is_none());
     }
 
     #[test]
     fn an_order_without_subscriber_gives_a_warning() {
         let mut console = Console::default();
-        console.record_sent(&RobotCommand::Stop(true), 0);
+        console.record_sent(&RobotCommand::Stop(true), 0, now(0.0));
         // The zero velocity of the same moment is delivered, but STOP is not.
-        console.record_sent(&RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 }, 1);
+        console.record_sent(
+            &RobotCommand::Velocity { forward_mps: 0.0, turn_radps: 0.0 },
+            1,
+            now(0.0),
+        );
         assert_eq!(
             console.delivery_warning().as_deref(),
             Some("no subscriber: no link accepts `stop`")
         );
-        console.record_sent(&RobotCommand::Stop(true), 1);
+        console.record_sent(&RobotCommand::Stop(true), 1, now(0.0));
         assert_eq!(console.delivery_warning(), None);
+    }
+
+    #[test]
+    fn the_robot_stands_only_when_its_odometry_or_its_driver_shows_it_after_stop() {
+        let mut console = Console::default();
+        console.links.push(InputLink::new("odometry", "base.odometry".into(), true));
+        console.links.push(InputLink::new("progress", "driver.progress".into(), false));
+        let status = |console: &Console, host_s| console.stop_status(now(host_s));
+        let mut number = FIRST;
+        let mut arrive = |console: &mut Console, input: &str, host_s| {
+            number.sequence += 1;
+            console.record_arrival(input, now(host_s), host_s, number, Ok(()));
+        };
+        console.scene.velocity = Some((0.0, 0.0));
+        arrive(&mut console, "odometry", 0.9);
+        assert_eq!(status(&console, 1.0), None);
+        console.handle_order(OperatorOrder::Stop, now(1.0));
+        assert_eq!(status(&console, 1.0), Some(StopStatus::Sent));
+        console.record_stop(true, 0, now(1.1));
+        assert_eq!(status(&console, 1.1), Some(StopStatus::NoSubscriber));
+        console.record_stop(true, 1, now(1.1));
+        assert_eq!(status(&console, 1.1), Some(StopStatus::Sent), "measured before STOP");
+        console.scene.velocity = Some((0.3, 0.0));
+        arrive(&mut console, "odometry", 1.2);
+        console.readings.store(TaskReading { task: "stopped".into() });
+        arrive(&mut console, "progress", 1.2);
+        assert_eq!(status(&console, 1.2), Some(StopStatus::Moving(0.3)), "it brakes");
+        console.scene.velocity = Some((0.0, 0.0));
+        arrive(&mut console, "odometry", 1.3);
+        assert_eq!(status(&console, 1.3), Some(StopStatus::Stands));
+        assert_eq!(status(&console, 8.0), Some(StopStatus::OldData));
+        console.links.remove(0);
+        assert_eq!(status(&console, 1.3), Some(StopStatus::Stands), "the driver reports it");
+        assert_eq!(status(&console, 8.0), Some(StopStatus::Unmeasured));
+    }
+
+    #[test]
+    fn stop_without_a_connection_is_remembered_and_other_orders_are_not() {
+        let mut console = Console::default();
+        console.cut_connection("rover", "", now(1.0));
+        console.handle_order(OperatorOrder::Drive { forward: 1.0, turn: 0.0 }, now(1.0));
+        console.handle_order(OperatorOrder::Press("home".into()), now(1.0));
+        assert!(console.orders.pressed().is_none() && console.refusal.is_none());
+        let commands = console.handle_order(OperatorOrder::Stop, now(2.0));
+        assert_eq!(commands, [RobotCommand::Stop(true)]);
+        assert_eq!(console.stop_status(now(2.0)), Some(StopStatus::NotDelivered));
+        console.handle_order(OperatorOrder::Release, now(3.0));
+        assert!(console.orders.is_stopped(), "nothing is known of the robot");
+        assert_eq!(console.stop.begin_again(4.0), Some(true));
+        let end = RunEnd { why: String::new(), is_normal: true };
+        console.end_system("rover", end, now(9.0));
+        assert_eq!(console.run_time(now(99.0)).host_s, 1.0, "when its data ended");
+        console.watch_conditions(now(99.0));
+        assert_eq!(console.alerts.count_new(), 0);
     }
 
     #[test]

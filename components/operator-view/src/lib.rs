@@ -17,6 +17,7 @@ mod ports;
 mod readings;
 mod scene;
 mod screen;
+mod stop_delivery;
 mod track;
 mod window;
 

@@ -15,6 +15,10 @@ pub struct MissionState {
     pub now_at_s: f64,
     /// Whether that time passes.
     pub is_running: bool,
+    /// Who has paused it; empty if it is not paused.
+    pub paused_by: String,
+    /// The components that are frozen.
+    pub frozen: Vec<String>,
     /// The marked places.
     pub places: Vec<String>,
     /// The transitions that ask the operator.

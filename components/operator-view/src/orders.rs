@@ -197,6 +197,8 @@ pub struct OperatorOrders {
     frame: Option<Arc<str>>,
     knowledge: FrameKnowledge,
     pressed: Option<(String, f64)>,
+    /// The button that was pressed last during STOP.
+    pressed_in_stop: Option<String>,
     events: VecDeque<OperatorEvent>,
 }
 
@@ -230,6 +232,13 @@ impl OperatorOrders {
         self.is_stopped
     }
 
+    /// Takes over a STOP that another window has ordered: nothing is reported again.
+    pub fn adopt_stop(&mut self) {
+        self.is_stopped = true;
+        self.goal = None;
+        self.hand = None;
+    }
+
     /// Whether the operator drives by hand.
     pub fn is_driving(&self) -> bool {
         self.hand.is_some()
@@ -238,6 +247,11 @@ impl OperatorOrders {
     /// The button that was pressed last, and when by the host's clock.
     pub fn pressed(&self) -> Option<&(String, f64)> {
         self.pressed.as_ref()
+    }
+
+    /// The button of the mission that was pressed last since STOP: with what Release continues.
+    pub fn pressed_in_stop(&self) -> Option<&str> {
+        self.pressed_in_stop.as_deref()
     }
 
     /// Carries out an order given at `now_s` of the host's clock.
@@ -263,6 +277,7 @@ impl OperatorOrders {
             OperatorOrder::Stop => self.stop(),
             OperatorOrder::Release if self.is_stopped => {
                 self.is_stopped = false;
+                self.pressed_in_stop = None;
                 self.report(OperatorEvent::Released);
                 vec![RobotCommand::Stop(false)]
             }
@@ -271,6 +286,7 @@ impl OperatorOrders {
                 // A button returns the robot to its mission, which chooses its goals itself.
                 self.goal = None;
                 self.report(OperatorEvent::Pressed(name.clone()));
+                self.pressed_in_stop = Some(name.clone()).filter(|_| self.is_stopped);
                 self.pressed = Some((name, now_s));
                 Vec::new()
             }
@@ -304,15 +320,17 @@ impl OperatorOrders {
         Some(now_s - self.pathless_s).filter(|time_s| *time_s >= PATH_WITHIN_S)
     }
 
-    /// Takes notice of where the robot is on the map.
-    pub fn check_arrival(&mut self, robot: Pose2) {
-        let Some(&OperatorGoal { place, has_heading, .. }) = self.goal.as_ref() else { return };
+    /// Takes notice of where the robot is on the map. Returns the goal if it is there.
+    pub fn check_arrival(&mut self, robot: Pose2) -> Option<Point2> {
+        let &OperatorGoal { place, has_heading, .. } = self.goal.as_ref()?;
         let is_near = robot.point().distance_m(place.point()) <= self.limits.tolerance_m;
         let off_rad = wrap_angle(robot.yaw_rad - place.yaw_rad).abs();
-        if is_near && (!has_heading || off_rad <= HEADING_TOLERANCE_RAD) {
-            self.goal = None;
-            self.report(OperatorEvent::Arrived);
+        if !is_near || has_heading && off_rad > HEADING_TOLERANCE_RAD {
+            return None;
         }
+        self.goal = None;
+        self.report(OperatorEvent::Arrived);
+        Some(place.point())
     }
 
     /// The event to report next.

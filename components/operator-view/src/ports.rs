@@ -278,6 +278,9 @@ impl OperatorView {
                 window.close();
             }
         }
+        if let Err(fault) = self.relay.repeat_stop(&self.armor) {
+            tracing::error!("STOP was not sent: {fault}");
+        }
         self.relay.send(&ToWindow::Tick { system_s: now.system_s });
         self.relay.is_connected()
     }
@@ -302,6 +305,7 @@ impl OperatorView {
     fn make_hooks(&self) -> WindowHooks {
         let (armor, clock, started) = (self.armor.clone(), self.armor.clone(), self.started);
         let failure = Arc::clone(&self.failure);
+        let stop = self.relay.stop();
         let (console, answers) =
             (Arc::clone(&self.console), self.mission.as_ref().map(MissionLookout::answers));
         WindowHooks {
@@ -313,10 +317,15 @@ impl OperatorView {
                 {
                     answers.give_answer(transition, *is_confirmed);
                 }
-                send_command(&armor, command).unwrap_or_else(|fault| {
+                let mut stop = stop.lock();
+                let to = send_command(&armor, command).unwrap_or_else(|fault| {
                     tracing::error!("an order was not sent: {fault}");
                     0
-                })
+                });
+                if let &RobotCommand::Stop(is_on) = command {
+                    *stop = Some((is_on, to));
+                }
+                Some(to)
             }),
             now: Box::new(move || read_clocks(started, &clock)),
             gone: Box::new(move |gone| match gone {
@@ -375,7 +384,8 @@ impl OperatorView {
 
     fn send_and_record(&self, command: RobotCommand) -> Result<(), Fault> {
         let to = send_command(&self.armor, &command)?;
-        self.console.lock().record_sent(&command, to);
+        let now = read_clocks(self.started, &self.armor);
+        self.console.lock().record_sent(&command, to, now);
         Ok(())
     }
 

@@ -25,6 +25,20 @@ impl BatteryReading {
     }
 }
 
+/// What the active component is doing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskReading {
+    /// In a word or two.
+    pub task: String,
+}
+
+impl TaskReading {
+    /// Returns whether it is the report of a driver that has received STOP.
+    pub fn is_stopped(&self) -> bool {
+        self.task == "stopped"
+    }
+}
+
 /// Values by their type; a clone shares them.
 #[derive(Clone, Default)]
 pub struct Readings {

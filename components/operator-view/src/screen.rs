@@ -8,6 +8,7 @@ mod keys;
 mod layers;
 mod map_viewport;
 mod marks;
+mod new_buttons;
 mod notices;
 pub(crate) mod open_parts;
 mod panel;
@@ -36,6 +37,7 @@ pub(crate) struct Screen {
     area: area::Area,
     panels: panel::PanelColumn,
     shown: layers::Layers,
+    new_buttons: new_buttons::NewButtons,
 }
 
 impl Screen {
@@ -45,6 +47,7 @@ impl Screen {
             area: area::Area::default(),
             panels: panel::PanelColumn::new(panels),
             shown: layers::Layers::default(),
+            new_buttons: new_buttons::NewButtons::default(),
         }
     }
 
@@ -58,12 +61,15 @@ impl Screen {
         colours::choose_theme(ui.ctx(), console.is_light);
         console.watch_conditions(now);
         let mut orders = keys::read_keys(ui);
+        let questions = console.mission.iter().flat_map(|mission| &mission.questions);
+        let asked = questions.map(|question| question.transition.clone());
+        self.new_buttons.begin_frame(ui, asked, now.host_s);
         // First, so that STOP has one place, whatever is opened or wrapped.
         EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
             self.panels.show_column(ui, console, now, &mut orders);
         });
         EdgePanel::top("strip").show(ui, |ui| {
-            strip::show_strip(ui, console, now, &mut orders);
+            strip::show_strip(ui, console, now, &self.new_buttons, &mut orders);
         });
         EdgePanel::top("layers").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
@@ -91,7 +97,7 @@ impl Screen {
         });
         if hand.is_some() {
             ui.ctx().request_repaint_after(keys::PERIOD);
-        } else if console.connection.is_lost() {
+        } else if console.connection.has_ended() {
             // Only the minutes since then change.
             let age_s = (now.host_s - console.lost_s).max(0.0) as f32;
             ui.ctx().request_repaint_after_secs(60.1 - age_s % 60.0);
@@ -106,7 +112,10 @@ impl Screen {
 fn shows_ages(console: &Console, now: ClockTimes) -> bool {
     let ages = |link: &InputLink| link.is_steady && link.freshness(now) != Freshness::Nothing;
     console.orders.pressed().is_some()
+        || console.orders.is_stopped()
+        || console.connection.is_cut()
         || console.recent_refusal(now).is_some()
+        || console.recent_arrival(now).is_some()
         || console.orders.goal().is_some()
         || console.mission.as_ref().is_some_and(|mission| mission.is_running)
         || console.links.iter().any(ages)

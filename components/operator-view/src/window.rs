@@ -22,12 +22,16 @@ const FRAME: Duration = Duration::from_millis(33);
 /// How long a window may take to close.
 const CLOSE_LIMIT: Duration = Duration::from_secs(1);
 
+/// Sends a command; see [`WindowHooks::send`].
+pub(crate) type CommandSender = Box<dyn Fn(&RobotCommand) -> Option<usize> + Send>;
+
 /// What the window needs of the component.
 pub(crate) struct WindowHooks {
     /// What is shown.
     pub(crate) console: Arc<Mutex<Console>>,
-    /// Sends a command to the robot, and returns the number of links that accepted it.
-    pub(crate) send: Box<dyn Fn(&RobotCommand) -> usize + Send>,
+    /// Sends a command to the robot, and returns the number of links that accepted it; `None` if it
+    /// is not known yet.
+    pub(crate) send: CommandSender,
     /// The panels next to the map.
     pub(crate) panels: Vec<Box<dyn SidePanel>>,
     /// Returns the time of both clocks.
@@ -55,8 +59,9 @@ impl WindowHooks {
         let lock = || self.console.lock();
         let (result, commands) = act(&mut lock(), now);
         for command in commands {
-            let to = (self.send)(&command);
-            lock().record_sent(&command, to);
+            if let Some(to) = (self.send)(&command) {
+                lock().record_sent(&command, to, now);
+            }
         }
         result
     }

@@ -77,6 +77,13 @@ impl MissionLookout {
             why: marking.why.clone(),
             now_at_s: self.shown.now_at_s(self.directory.clock().timestamp()),
             is_running: !marking.stage.has_ended() && marking.pause.is_none(),
+            paused_by: marking.pause.as_ref().map(|pause| pause.by.clone()).unwrap_or_default(),
+            frozen: marking
+                .components
+                .iter()
+                .filter(|component| component.state.as_str() == "frozen")
+                .map(|component| component.component.clone())
+                .collect(),
             places: marking.places.iter().map(|marked| marked.place.clone()).collect(),
             questions: questions.collect(),
             received_s: host_s,

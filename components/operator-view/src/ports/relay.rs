@@ -46,7 +46,11 @@ pub(super) struct Relay {
     /// are not steady, and the changes of the map since it was published.
     kept: Vec<KeptData>,
     events: Arc<Mutex<VecDeque<String>>>,
+    stop: SharedStop,
 }
+
+/// What was published on `stop` last, and the number of links that have accepted it.
+pub(super) type SharedStop = Arc<Mutex<Option<(bool, usize)>>>;
 
 /// What the window gets of the run.
 #[derive(Clone, Default)]
@@ -102,7 +106,36 @@ impl Relay {
             run: String::new(),
         });
         let hello = RelayHello { run, ..hello };
-        Self { sockets, hello, looked: None, link: None, kept: Vec::new(), events: Arc::default() }
+        Self {
+            sockets,
+            hello,
+            looked: None,
+            link: None,
+            kept: Vec::new(),
+            events: Arc::default(),
+            stop: Arc::default(),
+        }
+    }
+
+    /// What was published on `stop` last, by any window.
+    pub(super) fn stop(&self) -> SharedStop {
+        Arc::clone(&self.stop)
+    }
+
+    /// Publishes a STOP again that no link has accepted: the links of a component that has been
+    /// restarted are not there from the beginning.
+    pub(super) fn repeat_stop(&self, armor: &Armor) -> Result<(), Fault> {
+        let mut stop = self.stop.lock();
+        if *stop != Some((true, 0)) {
+            return Ok(());
+        }
+        let to = send_command(armor, &RobotCommand::Stop(true))?;
+        if to > 0 {
+            *stop = Some((true, to));
+            drop(stop);
+            self.send(&ToWindow::StopState { is_on: true, to: to as u64 });
+        }
+        Ok(())
     }
 
     /// Returns whether a window is connected.
@@ -159,8 +192,14 @@ impl Relay {
             is_open: Arc::clone(&is_open),
             events: Arc::clone(&self.events),
             answers: lookout.map(MissionLookout::answers),
+            stop: Arc::clone(&self.stop),
             drives: false,
         };
+        // Before the reader begins, so that no newer order is overtaken.
+        let stop = *self.stop.lock();
+        if let Some((is_on, to)) = stop {
+            writer.send(&ToWindow::StopState { is_on, to: to as u64 })?;
+        }
         std::thread::Builder::new()
             .name("watched".into())
             .spawn(move || reader.carry_out(stream))?;
@@ -213,6 +252,8 @@ impl Relay {
             why: mission.why.clone(),
             now_at_s: mission.now_at_s,
             is_running: mission.is_running,
+            paused_by: mission.paused_by.clone(),
+            frozen: mission.frozen.clone(),
             places: mission.places.clone(),
             questions: questions.collect(),
         });
@@ -271,6 +312,7 @@ struct RelayReader {
     is_open: Arc<AtomicBool>,
     events: Arc<Mutex<VecDeque<String>>>,
     answers: Option<super::mission_lookout::AnswerSender>,
+    stop: SharedStop,
     drives: bool,
 }
 
@@ -323,9 +365,16 @@ impl RelayReader {
     }
 
     fn send_to_robot(&self, command: &RobotCommand) {
+        // STOP is published under the lock, so that it is not repeated after its release.
+        let mut stop = self.stop.lock();
         match send_command(&self.armor, command) {
             Ok(to) => {
-                if let Some(output) = command.output() {
+                if let &RobotCommand::Stop(is_on) = command {
+                    *stop = Some((is_on, to));
+                    drop(stop);
+                    let state = ToWindow::StopState { is_on, to: to as u64 };
+                    let _ = self.writer.send(&state);
+                } else if let Some(output) = command.output() {
                     let sent = ToWindow::Sent { output: output.into(), to: to as u64 };
                     // A failure ends the connection, which the reader notices.
                     let _ = self.writer.send(&sent);

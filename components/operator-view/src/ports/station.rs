@@ -2,6 +2,7 @@
 //! screen of each run of the file finds it, and hands over what it receives. When the run has ended,
 //! the window keeps the last picture, marked as old, with the reason, and waits for the next run.
 
+use std::collections::HashMap;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,7 +12,8 @@ use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use armor_grid::Pose2;
-use armor_inspect::systems::{list_running, record_directory};
+use armor_inspect::run_control::{AbsentState, ComponentHistory, RunRequest, request};
+use armor_inspect::systems::{RunRecord, list_running, record_directory};
 use parking_lot::Mutex;
 
 use super::panels::{HostsReading, make_panels};
@@ -19,7 +21,7 @@ use super::port_list::all_inputs;
 use super::watch_messages::{
     MessageWriter, ToComponent, ToWindow, check_owner, read_message, socket_of, subject_of,
 };
-use crate::connection::{SystemConnection, find_end};
+use crate::connection::{CUT, SystemConnection, find_end};
 use crate::console::Console;
 use crate::links::{ClockTimes, InputLink, SequenceNumber};
 use crate::mission::{MissionQuestion, MissionState};
@@ -38,6 +40,10 @@ usage: armor-operator-view --watch FILE|HOST:PORT [--picture PNG] [--light]
 const PICTURE_PERIOD: Duration = Duration::from_millis(500);
 /// Time between two looks at whether the launcher of a run has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// One in this many looks asks the launcher for its component.
+const LOOKS_PER_HINT: u32 = 10;
+/// Time between two looks at the ends of the processes of a run.
+const LOOK_FOR_CRASHES_EVERY: Duration = Duration::from_secs(1);
 /// Size of the window, in points.
 const SIZE: [usize; 2] = [1280, 800];
 
@@ -136,6 +142,8 @@ struct Station {
     system_time: Arc<AtomicU64>,
     run: Arc<Mutex<String>>,
     window: Arc<Mutex<Option<ViewWindow>>>,
+    /// How many processes of each component of the run have ended.
+    ended: Arc<Mutex<HashMap<String, u32>>>,
     started: Instant,
 }
 
@@ -156,6 +164,7 @@ impl Station {
             system_time: Arc::default(),
             run: Arc::default(),
             window: Arc::default(),
+            ended: Arc::default(),
             started: Instant::now(),
         }
     }
@@ -170,7 +179,11 @@ impl Station {
         let (clock, sending) = (self.clone(), self.clone());
         let hooks = WindowHooks {
             console: Arc::clone(&self.console),
-            send: Box::new(move |command| sending.send_command(command)),
+            // The component reports to how many links it has published it.
+            send: Box::new(move |command| {
+                sending.send_command(command);
+                None
+            }),
             panels: make_panels(),
             now: Box::new(move || clock.now()),
             gone: Box::new(move |end| {
@@ -203,7 +216,7 @@ impl Station {
         }
     }
 
-    fn send_command(&self, command: &RobotCommand) -> usize {
+    fn send_command(&self, command: &RobotCommand) {
         let message = match command {
             RobotCommand::Goal { place, frame } => ToComponent::Goal {
                 frame: frame.to_string(),
@@ -219,12 +232,16 @@ impl Station {
                 ToComponent::Answer { transition: transition.clone(), is_confirmed: *is_confirmed }
             }
         };
-        usize::from(self.send(&message))
+        self.send(&message);
     }
 
-    fn send(&self, message: &ToComponent) -> bool {
+    /// Sends a message. If it is lost, the reader notices the end of the connection; STOP stays
+    /// without confirmation and is sent again.
+    fn send(&self, message: &ToComponent) {
         let writer = self.writer.lock().clone();
-        writer.is_some_and(|writer| writer.send(message).is_ok())
+        if let Some(writer) = writer {
+            let _ = writer.send(message);
+        }
     }
 
     fn accept(&self, listener: &UnixListener) {
@@ -265,6 +282,8 @@ impl Station {
         }
         eprintln!("shows {system}, by its component {component}");
         self.begin_run(&system, robot, &run, links);
+        let run = WatchedRun { system, component, launcher, log_begin: file_len(&log), log };
+        self.watch_crashes(number, &run);
         let why = loop {
             self.request_frame();
             match read_message::<ToWindow>(&mut stream) {
@@ -274,7 +293,7 @@ impl Station {
             }
         };
         self.shown.lock().take_if(|(_, shown)| *shown == number);
-        self.end_run(number, &system, launcher, &log, &why);
+        self.end_connection(number, &run, &why);
     }
 
     /// Returns the number of the connection of a component, unless another one shows the system: two
@@ -296,31 +315,68 @@ impl Station {
         run: &str,
         links: Vec<super::watch_messages::LinkedInput>,
     ) {
+        let now = self.now();
         let mut console = self.console.lock();
-        let is_same = !run.is_empty() && *self.run.lock() == run;
+        // Without a number, it is the same as long as it has not been seen to end.
+        let is_cut = matches!(&console.connection, SystemConnection::Cut { system: cut, .. } if cut == system);
+        let is_same = *self.run.lock() == run && (!run.is_empty() || is_cut);
         if !is_same {
             // What is on the screen is of another run: nothing of it may be taken for this one.
             let before = std::mem::take(&mut *console);
             let is_light = before.is_light;
             let map = before.scene.map.emptied();
-            *console = Console { is_light, ..Console::default() };
+            let mut alerts = before.alerts;
+            alerts.end_conditions();
+            *console = Console { is_light, alerts, ..Console::default() };
             console.scene.map = map;
             run.clone_into(&mut self.run.lock());
+            self.ended.lock().clear();
         }
         console.connection = SystemConnection::Live { system: system.into() };
         console.robot_name = robot;
+        console.refusal = None;
         let linked = links.into_iter().filter_map(|link| {
             let input = all_inputs().find(|input| input.id == link.input)?;
             Some(InputLink::new(input.id, link.data, input.is_steady))
         });
         console.links = linked.collect();
         console.scene.is_localised = console.is_linked("pose");
-        let is_stopped = console.orders.is_stopped();
-        drop(console);
-        // A component that was restarted may not know it.
-        if is_stopped {
-            self.send(&ToComponent::Stop { is_on: true });
+        // Before anything else, and under the lock, so that a Release is sent after it.
+        if let Some(is_on) = console.stop.begin_again(now.host_s) {
+            self.send(&ToComponent::Stop { is_on });
         }
+    }
+
+    /// Raises an alert for each process of the run that dies.
+    fn watch_crashes(&self, number: u64, run: &WatchedRun) {
+        let (station, run) = (self.clone(), run.clone());
+        let watch = move || {
+            while station.is_newest(number) && station.look_for_crashes(&run) {
+                std::thread::sleep(LOOK_FOR_CRASHES_EVERY);
+            }
+        };
+        // Without a thread only these alerts are missing.
+        let _ = std::thread::Builder::new().name("crashes".into()).spawn(watch);
+    }
+
+    /// Raises an alert for each process that has died since the last look. Returns whether the run
+    /// can be asked further.
+    fn look_for_crashes(&self, run: &WatchedRun) -> bool {
+        let Some(record) = run.find_record() else { return false };
+        // What was before this window is no news.
+        let is_first = self.ended.lock().is_empty();
+        for name in run.list_processes() {
+            let Some(history) = find_history(&record, &name) else { continue };
+            let before = self.ended.lock().insert(name.clone(), history.ended);
+            let is_new = !is_first && history.ended > before.unwrap_or(0);
+            if is_new && is_crash(&history.last_end) {
+                let text = format!("{name} {}", history.last_end);
+                eprintln!("alert: {text}");
+                self.console.lock().alerts.raise(text, self.now().host_s);
+                self.request_frame();
+            }
+        }
+        true
     }
 
     fn handle_message(&self, message: ToWindow) {
@@ -361,7 +417,21 @@ impl Station {
                 let to = usize::try_from(to).unwrap_or(usize::MAX);
                 self.console.lock().record_delivery(&output, to);
             }
-            ToWindow::Mission { name, stage, why, now_at_s, is_running, places, questions } => {
+            ToWindow::StopState { is_on, to } => {
+                let to = usize::try_from(to).unwrap_or(usize::MAX);
+                self.console.lock().record_stop(is_on, to, now);
+            }
+            ToWindow::Mission {
+                name,
+                stage,
+                why,
+                now_at_s,
+                is_running,
+                paused_by,
+                frozen,
+                places,
+                questions,
+            } => {
                 let questions = questions.into_iter().map(|question| MissionQuestion {
                     transition: question.transition,
                     answer_by_at_s: question.answer_by_at_s,
@@ -375,6 +445,8 @@ impl Station {
                     why,
                     now_at_s,
                     is_running,
+                    paused_by,
+                    frozen,
                     places,
                     questions,
                     received_s,
@@ -404,51 +476,128 @@ impl Station {
         }
     }
 
-    /// Keeps the last picture, and finds out why nothing more comes.
-    fn end_run(&self, number: u64, system: &str, launcher: u32, log: &str, why: &str) {
-        let lose = |text: String| {
+    /// Keeps the last picture, and finds out whether the run has ended, and why.
+    fn end_connection(&self, number: u64, run: &WatchedRun, why: &str) {
+        let change = |change: &dyn Fn(&mut Console, &str)| {
             let mut console = self.console.lock();
             if !self.is_newest(number) {
                 return;
             }
             let robot = console.robot_name.clone();
-            console.lose_system(&robot, &text, self.now());
+            change(&mut console, &robot);
             drop(console);
             self.request_frame();
         };
-        if launcher == 0 {
-            let link = "the connection to it is lost";
-            let text = if why.is_empty() { link.to_owned() } else { format!("{link}: {why}") };
-            eprintln!("{system} has ended: {text}");
-            return lose(text);
+        let cut = |text: &str| {
+            change(&|console, robot| console.cut_connection(robot, text, self.now()));
+        };
+        let system = &run.system;
+        if run.launcher == 0 {
+            let host = "its launcher is not on this host, so whether it runs is not known";
+            let text = if why.is_empty() { host.into() } else { format!("{host}: {why}") };
+            eprintln!("{CUT}, to {system}: {text}");
+            return cut(&text);
         }
-        lose("its screen sends nothing: it ends, or the screen is started again".into());
-        while is_running(launcher) {
+        cut("the component is started again, or the system ends");
+        let mut looks = 0_u32;
+        while run.is_running() {
             if !self.is_newest(number) {
                 return;
             }
+            looks += 1;
+            if looks.is_multiple_of(LOOKS_PER_HINT)
+                && let Some(hint) = run.find_hint()
+            {
+                cut(&hint);
+            }
             std::thread::sleep(LOOK_EVERY);
         }
-        let mut text = find_end(system, &std::fs::read_to_string(log).unwrap_or_default());
+        let mut end = find_end(system, &run.read_log());
         let mission = self.console.lock().mission.clone();
         if let Some(why) = mission.map(|mission| mission.why).filter(|why| !why.is_empty()) {
-            text = format!("{text}: {why}");
+            end.why = format!("{}: {why}", end.why);
         }
-        eprintln!("{system} has ended: {text}");
-        lose(text);
+        eprintln!("{system} has ended: {}", end.why);
+        change(&|console, robot| console.end_system(robot, end.clone(), self.now()));
     }
 }
 
-/// Returns whether a launcher on this host has not ended: it holds the lock on its record.
-fn is_running(launcher: u32) -> bool {
-    let records = record_directory().and_then(|directory| list_running(&directory));
-    records.is_ok_and(|records| records.iter().any(|record| record.pid == launcher))
+/// What is known of a run on this host without its component.
+#[derive(Clone)]
+struct WatchedRun {
+    system: String,
+    component: String,
+    /// The launcher's process; 0 if it is on another host.
+    launcher: u32,
+    log: String,
+    /// Length of the log at the beginning of the connection: what is before is of the past.
+    log_begin: u64,
+}
+
+impl WatchedRun {
+    /// Returns the record of the run. Its launcher holds a lock on it as long as it runs.
+    fn find_record(&self) -> Option<RunRecord> {
+        let records = record_directory().and_then(|directory| list_running(&directory)).ok()?;
+        records.into_iter().find(|record| record.pid == self.launcher)
+    }
+
+    /// Returns whether the launcher has not been seen to end: records that cannot be read prove
+    /// nothing.
+    fn is_running(&self) -> bool {
+        let records = record_directory().and_then(|directory| list_running(&directory));
+        records.map_or(true, |records| records.iter().any(|record| record.pid == self.launcher))
+    }
+
+    fn read_log(&self) -> String {
+        let log = std::fs::read(&self.log).unwrap_or_default();
+        // A shorter one is new: logs are renamed when they are long.
+        let begin = usize::try_from(self.log_begin).unwrap_or(usize::MAX);
+        String::from_utf8_lossy(log.get(begin..).unwrap_or(&log)).into_owned()
+    }
+
+    /// Returns the processes of the run: each has a log.
+    fn list_processes(&self) -> Vec<String> {
+        let folder = Path::new(&self.log).parent().map(std::fs::read_dir);
+        let files = folder.into_iter().flatten().flatten().filter_map(Result::ok);
+        let names = files.filter_map(|file| {
+            let name = file.file_name().into_string().ok()?;
+            Some(name.strip_suffix(".log")?.to_owned())
+        });
+        names.filter(|name| name != "launcher").collect()
+    }
+
+    /// Returns what an operator has to do so that the component returns.
+    fn find_hint(&self) -> Option<String> {
+        let history = find_history(&self.find_record()?, &self.component)?;
+        let component = &self.component;
+        match history.state? {
+            AbsentState::Starting => None,
+            state => {
+                Some(format!("{component} is {state}; `armor restart {component}` starts it again"))
+            }
+        }
+    }
+}
+
+fn find_history(record: &RunRecord, component: &str) -> Option<ComponentHistory> {
+    request(record, &RunRequest::History { component: component.into() }).ok()?.history
+}
+
+/// Returns whether a process has ended as it should not, by the launcher's words.
+fn is_crash(last_end: &str) -> bool {
+    let is_final = last_end.contains("it is not started again") && !last_end.contains("code 0");
+    is_final || ["it starts again", "it is given up"].iter().any(|text| last_end.contains(text))
+}
+
+fn file_len(path: &str) -> u64 {
+    std::fs::metadata(path).map_or(0, |file| file.len())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::orders::OperatorOrder;
+    use crate::stop_delivery::StopStatus;
 
     fn parse(arguments: &[&str]) -> Result<StationOptions, String> {
         let arguments: Vec<_> = arguments.iter().map(ToString::to_string).collect();
@@ -472,13 +621,105 @@ mod tests {
         station.begin_run("rover", "rover".into(), "run 1", Vec::new());
         station.console.lock().handle_order(OperatorOrder::Stop, now);
         station.console.lock().set_mission(MissionState::default(), now);
-        station.end_run(0, "rover", 0, "", "");
+        let run = WatchedRun {
+            system: "rover".into(),
+            component: "view".into(),
+            launcher: 0,
+            log: String::new(),
+            log_begin: 0,
+        };
+        station.end_connection(0, &run, "");
+        assert!(station.console.lock().connection.is_cut(), "that it has ended is not proven");
         station.begin_run("rover", "rover".into(), "run 1", Vec::new());
         assert!(station.console.lock().orders.is_stopped(), "only its component was restarted");
         station.begin_run("rover", "rover".into(), "run 2", Vec::new());
         let console = station.console.lock();
         assert!(!console.orders.is_stopped() && console.mission.is_none() && console.is_light);
         assert_eq!(console.connection, SystemConnection::Live { system: "rover".into() });
+    }
+
+    /// Connects a component to the window, as that of a run; returns its end.
+    fn connect(station: &Station, run: &str) -> UnixStream {
+        let (near, far) = UnixStream::pair().unwrap();
+        let serving = station.clone();
+        std::thread::spawn(move || serving.serve(far));
+        let hello = ToWindow::Hello {
+            component: "view".into(),
+            system: "rover".into(),
+            robot: "rover".into(),
+            run: run.into(),
+            launcher: 0,
+            log: String::new(),
+            links: Vec::new(),
+        };
+        MessageWriter::new(&near).unwrap().send(&hello).unwrap();
+        let mut reading = near.try_clone().unwrap();
+        let welcome = read_message::<ToComponent>(&mut reading).unwrap();
+        assert!(matches!(welcome, Some(ToComponent::Welcome { is_accepted: true })));
+        near
+    }
+
+    /// Waits until the console is in a state.
+    #[track_caller]
+    fn until(station: &Station, is_so: impl Fn(&Console) -> bool) {
+        let begin = Instant::now();
+        while !is_so(&station.console.lock()) {
+            assert!(begin.elapsed() < Duration::from_secs(30), "never");
+            std::thread::yield_now();
+        }
+    }
+
+    /// Gives an order as the window does.
+    fn order(station: &Station, order: OperatorOrder) {
+        let commands = station.console.lock().handle_order(order, station.now());
+        commands.iter().for_each(|command| station.send_command(command));
+    }
+
+    #[test]
+    fn a_stop_without_a_connection_is_the_first_that_the_restarted_component_receives() {
+        let station = Station::new("127.0.0.1:7411", false);
+        drop(connect(&station, "run 1"));
+        until(&station, |console| console.connection.is_cut());
+        order(&station, OperatorOrder::Stop);
+        let status = || station.console.lock().stop_status(station.now());
+        assert_eq!(status(), Some(StopStatus::NotDelivered));
+        let mut component = connect(&station, "run 1");
+        let first = read_message::<ToComponent>(&mut component).unwrap();
+        assert!(matches!(first, Some(ToComponent::Stop { is_on: true })), "{first:?}");
+        let writer = MessageWriter::new(&component).unwrap();
+        writer.send(&ToWindow::StopState { is_on: true, to: 1 }).unwrap();
+        until(&station, |console| {
+            console.stop_status(station.now()) == Some(StopStatus::Unmeasured)
+        });
+        drop((component, writer));
+        until(&station, |console| console.connection.is_cut());
+        let _other = connect(&station, "run 2");
+        until(&station, |console| !console.connection.is_old());
+        assert!(!station.console.lock().orders.is_stopped(), "of another run");
+    }
+
+    #[test]
+    fn a_window_that_is_opened_during_stop_shows_it_and_drives_nothing() {
+        let station = Station::new("127.0.0.1:7411", false);
+        let mut component = connect(&station, "run 1");
+        let writer = MessageWriter::new(&component).unwrap();
+        writer.send(&ToWindow::StopState { is_on: true, to: 1 }).unwrap();
+        until(&station, |console| console.orders.is_stopped());
+        order(&station, OperatorOrder::Drive { forward: 1.0, turn: 0.0 });
+        assert!(!station.console.lock().orders.is_driving());
+        assert_eq!(station.console.lock().orders.take_event(), None, "it was ordered before");
+        order(&station, OperatorOrder::Release);
+        let released = read_message::<ToComponent>(&mut component).unwrap();
+        assert!(matches!(released, Some(ToComponent::Stop { is_on: false })), "{released:?}");
+    }
+
+    #[test]
+    fn only_a_death_is_a_crash() {
+        assert!(is_crash("killed by signal 9; it starts again in 0.1 s"));
+        assert!(is_crash("ended with code 7; it is given up after 5 starts in 1.6 s"));
+        assert!(is_crash("ended with code 7; it is not started again"));
+        assert!(!is_crash("ended with code 0; it is not started again"));
+        assert!(!is_crash("ended with code 0"));
     }
 
     #[test]

@@ -88,6 +88,13 @@ pub(super) enum ToWindow {
         /// Their number.
         to: u64,
     },
+    /// What was published on `stop` last: at each order, and at the beginning of a connection.
+    StopState {
+        /// Whether STOP is active.
+        is_on: bool,
+        /// The number of links that have accepted it.
+        to: u64,
+    },
     /// The state of the mission.
     Mission {
         /// Its name.
@@ -100,6 +107,10 @@ pub(super) enum ToWindow {
         now_at_s: f64,
         /// Whether that time passes.
         is_running: bool,
+        /// Who has paused it; empty if it is not paused.
+        paused_by: String,
+        /// The components that are frozen.
+        frozen: Vec<String>,
         /// The marked places.
         places: Vec<String>,
         /// The transitions that ask, and what each does without an answer, in words.

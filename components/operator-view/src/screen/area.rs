@@ -3,8 +3,8 @@
 
 use armor_grid::{Point2, Pose2};
 use eframe::egui::{
-    Align2, Button, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Stroke,
-    Ui, Vec2, vec2,
+    Align2, Button, Event, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense,
+    Stroke, Ui, Vec2, vec2,
 };
 
 use super::camera::CameraImage;
@@ -213,11 +213,17 @@ impl Area {
             self.stroke = None;
         }
         let pointer = ui.input(|input| input.pointer.clone());
-        // Where the button was pressed: a fast stroke is one frame.
-        if pointer.primary_pressed() && response.contains_pointer() && !is_covered {
-            self.stroke = pointer.press_origin().map(|at| (at, self.look.on_map(at)));
+        // Where the button was pressed: a fast stroke is one frame, after which the pointer has
+        // forgotten it.
+        let pressed = ui.input(|input| input.events.iter().find_map(press_place));
+        if let Some(at) = pressed
+            && (response.contains_pointer() || response.clicked())
+            && !is_covered
+        {
+            self.stroke = Some((at, self.look.on_map(at)));
         }
-        let ((from, point), to) = (self.stroke?, pointer.interact_pos()?);
+        let (from, point) = self.stroke?;
+        let to = pointer.interact_pos().unwrap_or(from);
         let place = pose_of(point, self.look.on_map(to));
         let is_drawn = from.distance(to) >= STROKE;
         if pointer.primary_released() {
@@ -250,6 +256,16 @@ impl Area {
         }
         let font = FontId::proportional(13.0);
         painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, palette.text);
+    }
+}
+
+/// Returns where the primary button was pressed.
+fn press_place(event: &Event) -> Option<Pos2> {
+    match event {
+        Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, .. } => {
+            Some(*pos)
+        }
+        _ => None,
     }
 }
 

@@ -11,10 +11,12 @@ use super::colours::{self, Palette, TOUCH};
 use super::map_viewport::MapViewport;
 use super::open_parts::{self, OpenPart};
 use super::strip;
-use crate::connection::SystemConnection;
+use crate::connection::{CUT, SystemConnection};
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness};
+use crate::mission::MissionState;
 use crate::orders::OperatorOrder;
+use crate::stop_delivery::StopStatus;
 
 /// What the operator must know before the next goal.
 const FRAME_CHANGED: &str = "The map has a new origin: goal, path and tracks are removed. Places on \
@@ -32,7 +34,7 @@ pub(super) fn show_notices(
 ) -> Vec<Rect> {
     let palette = Palette::of(ui);
     let painter = ui.painter_at(look.rect);
-    if console.connection.is_lost() {
+    if console.connection.is_old() {
         painter.rect_filled(look.rect, 0.0, palette.canvas.gamma_multiply(VEIL));
         let font = FontId::proportional(56.0);
         let middle = look.rect.center();
@@ -45,8 +47,14 @@ pub(super) fn show_notices(
     let mut covered = Vec::new();
     covered.extend(show_connection(&mut column, palette, console, now));
     // Whether the robot of a run that has ended stands is not known.
-    if console.orders.is_stopped() && !console.connection.is_lost() {
-        covered.push(show_stopped(&mut column, orders));
+    if let Some(status) = console.stop_status(now) {
+        covered.push(show_stopped(&mut column, console, status, orders));
+    }
+    if !console.connection.is_old()
+        && let Some(mission) = &console.mission
+        && !mission.paused_by.is_empty()
+    {
+        covered.push(show_pause(&mut column, palette, mission));
     }
     if console.orders.is_frame_new() {
         covered.push(show_frame_change(&mut column, orders));
@@ -54,7 +62,7 @@ pub(super) fn show_notices(
     if open_parts::is_open(column.ctx(), OpenPart::Alerts) {
         covered.push(strip::show_alerts(&mut column, palette, console, now, orders));
     }
-    if !console.connection.is_lost() {
+    if !console.connection.is_old() {
         show_silence(&mut column, palette, console, now);
     }
     covered
@@ -73,31 +81,92 @@ fn show_connection(
     console: &Console,
     now: ClockTimes,
 ) -> Option<Rect> {
-    let SystemConnection::Lost { system, why } = &console.connection else { return None };
+    let (title, why, colour, next) = match &console.connection {
+        SystemConnection::Cut { why, .. } => {
+            (format!("{CUT}; the robot may be moving"), why, palette.gone, "")
+        }
+        SystemConnection::Ended { system, why, is_normal } => {
+            let colour = if *is_normal { palette.text } else { palette.gone };
+            (format!("{system} has ended"), why, colour, " Waiting for the next run.")
+        }
+        _ => return None,
+    };
     let age = match ((now.host_s - console.lost_s) / 60.0) as u64 {
         0 => "less than a minute".to_owned(),
         minutes => format!("{minutes} min"),
     };
     let (rect, ()) = show_banner(ui, palette.panel, |ui| {
-        let title = format!("{system} has ended");
-        ui.label(RichText::new(title).size(18.0).strong().color(palette.gone));
+        ui.label(RichText::new(title).size(18.0).strong().color(colour));
         ui.label(RichText::new(format!("{why}.")).size(16.0));
-        let age = format!("Map and readings are {age} old. Waiting for the next run.");
+        let age = format!("Map and readings are {age} old.{next}");
         ui.label(RichText::new(age).color(palette.late));
     });
     Some(rect)
 }
 
-/// STOPPED, with Release far from STOP, so that a second click at STOP never releases.
-fn show_stopped(ui: &mut Ui, orders: &mut Vec<OperatorOrder>) -> Rect {
+/// Returns what has become of STOP, for large letters and in a sentence.
+fn describe_stop(status: StopStatus) -> (&'static str, String) {
+    match status {
+        StopStatus::Sent => ("STOP sent", "not confirmed yet".into()),
+        StopStatus::NotDelivered => {
+            let text = "it is sent again when the connection returns";
+            ("STOP not delivered: the robot may be moving", text.into())
+        }
+        StopStatus::NoSubscriber => {
+            ("STOP sent", "no link accepts `stop`: the robot may be moving".into())
+        }
+        StopStatus::OldData => {
+            ("STOP sent", "the data are old: whether the robot stands is not known".into())
+        }
+        StopStatus::Unmeasured => {
+            ("STOP sent", "no odometry is linked: whether the robot stands is not known".into())
+        }
+        StopStatus::Moving(mps) => ("STOP sent", format!("the robot still moves: {mps:.2} m/s")),
+        StopStatus::Stands => ("STOPPED", "the robot stands".into()),
+    }
+}
+
+/// STOP, with Release far from its button, so that a second click there never releases.
+fn show_stopped(
+    ui: &mut Ui,
+    console: &Console,
+    status: StopStatus,
+    orders: &mut Vec<OperatorOrder>,
+) -> Rect {
+    let (title, text) = describe_stop(status);
     show_banner(ui, colours::STOP, |ui| {
-        ui.label(RichText::new("STOPPED").size(26.0).strong().color(colours::ON_STOP));
-        ui.label(RichText::new("the robot stands").size(15.0).color(colours::ON_STOP));
+        ui.label(RichText::new(title).size(26.0).strong().color(colours::ON_STOP));
+        ui.label(RichText::new(text).size(15.0).color(colours::ON_STOP));
+        if console.connection.check_orders().is_err() {
+            return;
+        }
+        if let Some(button) = console.orders.pressed_in_stop() {
+            let text = format!("Release: the robot continues with {button}");
+            ui.label(RichText::new(text).size(15.0).strong().color(colours::ON_STOP));
+        }
         let text = RichText::new("Release").size(18.0).strong().color(colours::ON_STOP);
         let button = Button::new(text).fill(colours::RELEASE).min_size(vec2(120.0, TOUCH));
         if ui.add(button).on_hover_text("the robot may drive again").clicked() {
             orders.push(OperatorOrder::Release);
         }
+    })
+    .0
+}
+
+/// A pause, with what it freezes and what it does not.
+fn show_pause(ui: &mut Ui, palette: &Palette, mission: &MissionState) -> Rect {
+    show_banner(ui, palette.panel, |ui| {
+        ui.label(RichText::new("PAUSED").size(26.0).strong().color(palette.late));
+        let frozen = match mission.frozen.as_slice() {
+            [] => "none is frozen".to_owned(),
+            names => names.join(", "),
+        };
+        let text = format!(
+            "by {}: the mission and its components ({frozen}) stand still. All others run: orders \
+             of yours, such as a goal or driving by hand, still move the robot.",
+            mission.paused_by
+        );
+        ui.label(RichText::new(text).size(15.0));
     })
     .0
 }
@@ -137,7 +206,7 @@ fn paint_middle(painter: &Painter, palette: &Palette, look: &MapViewport, consol
         SystemConnection::Awaited { what } => {
             format!("no system yet: waiting for\n{what}")
         }
-        SystemConnection::Lost { .. } => return,
+        SystemConnection::Cut { .. } | SystemConnection::Ended { .. } => return,
         _ if !console.scene.map.is_empty() => return,
         _ => match console.link("map") {
             Some(link) => format!("no map yet: waiting for {}", link.data),
@@ -179,10 +248,19 @@ fn paint_goal_notices(
         let galley = painter.layout(text, FontId::proportional(15.0), colour, 320.0);
         paint_box(painter, palette, at + vec2(14.0, -12.0), Align2::LEFT_BOTTOM, galley);
     };
-    if let Some(refusal) = console.recent_refusal(now)
-        && let Some(place) = refusal.place
-    {
-        paint(place, format!("no goal here: {}", refusal.why), palette.gone);
+    if let Some(refusal) = console.recent_refusal(now) {
+        paint(refusal.place, format!("no goal here: {}", refusal.why), palette.gone);
+        // One box at a time, so that none covers another.
+        return;
+    }
+    if console.connection.is_old() {
+        return;
+    }
+    if let Some(place) = console.recent_arrival(now) {
+        let galley =
+            painter.layout_no_wrap("goal reached".into(), FontId::proportional(15.0), palette.good);
+        let at = look.on_screen(place) + vec2(14.0, -12.0);
+        paint_box(painter, palette, at, Align2::LEFT_BOTTOM, galley);
     }
     if let (Some(goal), Some(problem)) = (console.orders.goal(), console.goal_problem(now)) {
         paint(goal.place.point(), problem, palette.gone);

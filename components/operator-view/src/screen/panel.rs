@@ -72,8 +72,12 @@ impl PanelColumn {
         for panel in pinned {
             show_panel(panel.as_mut(), ui, console, now, orders);
         }
-        if console.connection.is_lost() {
-            let text = "old: the readings of the run that has ended";
+        if console.connection.is_old() {
+            let text = if console.connection.has_ended() {
+                "old: the readings of the run that has ended"
+            } else {
+                "old: the readings before the connection was lost"
+            };
             ui.colored_label(Palette::of(ui).late, RichText::new(text).strong());
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

@@ -7,6 +7,7 @@ use eframe::egui::{
 };
 
 use super::colours::Palette;
+use super::new_buttons::NewButtons;
 use super::open_parts::{self, OpenPart};
 use crate::connection::SystemConnection;
 use crate::console::Console;
@@ -21,11 +22,12 @@ const GAUGE: [f32; 2] = [74.0, 22.0];
 /// A narrower strip is without the name, in points.
 const NAMED_WIDTH: f32 = 480.0;
 
-/// Shows the strip.
+/// Shows the strip. What comes and goes is last, so that it moves nothing else.
 pub(super) fn show_strip(
     ui: &mut Ui,
     console: &mut Console,
     now: ClockTimes,
+    new_buttons: &NewButtons,
     orders: &mut Vec<OperatorOrder>,
 ) {
     let palette = Palette::of(ui);
@@ -36,10 +38,6 @@ pub(super) fn show_strip(
             ui.label(RichText::new(&console.robot_name).size(18.0).strong());
         }
         show_connection(ui, palette, console);
-        if let Some(mission) = &console.mission {
-            ui.separator();
-            show_mission(ui, palette, mission, now, orders);
-        }
         if let Some(battery) = console.readings.newest::<BatteryReading>() {
             ui.separator();
             show_battery(ui, palette, battery);
@@ -58,6 +56,21 @@ pub(super) fn show_strip(
         if ui.button(theme).on_hover_text("the other theme: light is for sunlight").clicked() {
             console.is_light = !console.is_light;
         }
+        if let Some(mission) = &console.mission {
+            ui.separator();
+            let run_time = console.run_time(now);
+            show_mission(ui, mission, run_time);
+            let questions = mission.questions.iter().filter(|_| !console.connection.is_old());
+            for question in questions {
+                let answer = show_question(ui, palette, mission, question, now);
+                if let Some(is_confirmed) = answer
+                    && new_buttons.accepts(&question.transition, now.host_s)
+                {
+                    let transition = question.transition.clone();
+                    orders.push(OperatorOrder::Answer { transition, is_confirmed });
+                }
+            }
+        }
     });
     ui.add_space(3.0);
 }
@@ -66,49 +79,43 @@ fn show_connection(ui: &mut Ui, palette: &Palette, console: &Console) {
     let (colour, text) = match &console.connection {
         SystemConnection::Part | SystemConnection::Live { .. } => (palette.good, "connected"),
         SystemConnection::Awaited { .. } => (palette.late, "waiting for a system"),
-        SystemConnection::Lost { .. } => (palette.gone, "! ended"),
+        SystemConnection::Cut { .. } => (palette.gone, "! connection lost"),
+        SystemConnection::Ended { is_normal: true, .. } => (palette.text, "ended"),
+        SystemConnection::Ended { .. } => (palette.gone, "! ended"),
     };
     ui.colored_label(colour, text);
 }
 
-fn show_mission(
-    ui: &mut Ui,
-    palette: &Palette,
-    mission: &MissionState,
-    now: ClockTimes,
-    orders: &mut Vec<OperatorOrder>,
-) {
+fn show_mission(ui: &mut Ui, mission: &MissionState, now: ClockTimes) {
     let places = if mission.places.is_empty() { "-".into() } else { mission.places.join(", ") };
     ui.label(RichText::new(places).size(16.0).strong())
         .on_hover_text(format!("the marked places of the mission {}", mission.name));
     let stage = if mission.stage == "playing" { "" } else { mission.stage.as_str() };
     let clock = format_clock(mission.now_at_s(now));
     ui.weak(format!("{} {clock} {stage}", mission.name));
-    for question in &mission.questions {
-        show_question(ui, palette, mission, question, now, orders);
-    }
 }
 
+/// Shows a question; returns the answer if one is clicked.
 fn show_question(
     ui: &mut Ui,
     palette: &Palette,
     mission: &MissionState,
     question: &crate::mission::MissionQuestion,
     now: ClockTimes,
-    orders: &mut Vec<OperatorOrder>,
-) {
+) -> Option<bool> {
     let left = question.answer_by_at_s.map(|by_s| {
         let left_s = (by_s - mission.now_at_s(now)).max(0.0);
         format!(" ({} in {left_s:.0} s)", question.unanswered)
     });
     let text = format!("{}?{}", question.transition, left.unwrap_or_default());
     ui.colored_label(palette.late, RichText::new(text).strong());
+    let mut answer = None;
     for (name, is_confirmed) in [("Confirm", true), ("Decline", false)] {
         if ui.button(name).on_hover_text("answers the mission's question").clicked() {
-            let transition = question.transition.clone();
-            orders.push(OperatorOrder::Answer { transition, is_confirmed });
+            answer = Some(is_confirmed);
         }
     }
+    answer
 }
 
 /// A gauge: its length is the charge, and the number is in it.

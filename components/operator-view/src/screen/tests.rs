@@ -8,7 +8,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::*;
-use crate::connection::SystemConnection;
+use crate::connection::{RunEnd, SystemConnection};
 use crate::links::SequenceNumber;
 use crate::map::MapLayout;
 use crate::orders::OperatorEvent;
@@ -63,7 +63,10 @@ fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
         .build_ui_state(
             |ui, test_screen: &mut TestScreen| {
                 let TestScreen { console, screen, now, commands } = test_screen;
-                commands.extend(screen.show_frame(ui, console, *now));
+                for command in screen.show_frame(ui, console, *now) {
+                    console.record_sent(&command, 1, *now);
+                    commands.push(command);
+                }
             },
             test_screen,
         );
@@ -121,7 +124,7 @@ fn stop_is_sent_immediately_and_stays_until_release_is_clicked() {
     window.get_by_label("STOP").click();
     window.run_steps(2);
     assert_eq!(take_commands(&mut window), [RobotCommand::Stop(true)]);
-    window.get_by_label("STOPPED");
+    window.get_by_label("STOP sent");
     window.get_by_label("STOP").click();
     window.run_steps(2);
     assert_eq!(
@@ -521,7 +524,7 @@ fn stopped_is_a_banner_over_the_map_and_release_is_far_from_stop() {
     let mut window = window();
     window.key_press(Key::Space);
     window.run_steps(2);
-    let banner = window.get_by_label("STOPPED").rect();
+    let banner = window.get_by_label("STOP sent").rect();
     let map = window.state().screen.area.place();
     assert!(map.contains_rect(banner), "{banner:?}");
     let (stop, release) =
@@ -534,6 +537,181 @@ fn stopped_is_a_banner_over_the_map_and_release_is_far_from_stop() {
     );
 }
 
+fn goal_end() -> RunEnd {
+    RunEnd { why: "the mission reached its goal".into(), is_normal: true }
+}
+
+#[test]
+fn without_a_connection_stop_is_kept_and_the_screen_shows_that_the_robot_may_move() {
+    let mut window = window();
+    let now = window.state().now;
+    let hint = "view is given up; `armor restart view` starts it again";
+    window.state_mut().console.cut_connection("rover", hint, now);
+    window.run_steps(2);
+    let lost = "the connection to the robot's screen component is lost; the robot may be moving";
+    for text in [lost, hint, "OLD"] {
+        assert!(shows(&window, text), "{text}");
+    }
+    assert!(!shows(&window, "ended"), "that is not known");
+    window.key_press(Key::Space);
+    window.run_steps(1);
+    // Nothing confirms it.
+    window.state_mut().console.stop.begin_again(2.0);
+    window.run_steps(1);
+    assert!(shows(&window, "STOP not delivered: the robot may be moving"));
+    assert!(window.query_by_label("Release").is_none());
+    let state = window.state_mut();
+    state.console.connection = SystemConnection::Live { system: "rover".into() };
+    state.console.record_stop(true, 1, state.now);
+    window.run_steps(2);
+    assert!(shows(&window, "STOP sent") && !shows(&window, "STOP not delivered"));
+    window.get_by_label("Release");
+}
+
+#[test]
+fn the_robot_stands_only_when_its_data_show_it() {
+    let mut shown = test_screen();
+    shown.console.links.push(InputLink::new("odometry", "base.odometry".into(), true));
+    let mut window = window_of(shown, SIZE);
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert!(!shows(&window, "STOPPED"));
+    let mut sequence = 0;
+    let mut measure = |window: &mut ViewWindow, mps: f64| {
+        sequence += 1;
+        let state = window.state_mut();
+        state.console.scene.velocity = Some((mps, 0.0));
+        let number = SequenceNumber { instance: 1, sequence };
+        state.console.record_arrival("odometry", state.now, 1.0, number, Ok(()));
+        window.run_steps(2);
+    };
+    measure(&mut window, 0.25);
+    assert!(shows(&window, "STOP sent") && shows(&window, "the robot still moves: 0.25 m/s"));
+    measure(&mut window, 0.0);
+    assert!(shows(&window, "STOPPED") && shows(&window, "the robot stands"));
+    wait(&mut window, 9.0);
+    assert!(shows(&window, "STOP sent") && shows(&window, "the data are old"));
+}
+
+#[test]
+fn an_ended_run_has_no_time_that_passes() {
+    use crate::mission::MissionState;
+
+    let mut shown = test_screen();
+    shown.console.links.push(InputLink::new("path", "planner.path".into(), false));
+    let is_running = true;
+    shown.console.mission = Some(MissionState { is_running, ..MissionState::default() });
+    let mut window = window_of(shown, SIZE);
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    wait(&mut window, 4.0);
+    let now = window.state().now;
+    window.state_mut().console.end_system("rover", goal_end(), now);
+    let alerts = window.state().console.alerts.count_new();
+    wait(&mut window, 50.0);
+    assert!(shows(&window, "no path to the goal for 4 s") && shows(&window, " 0:05"));
+    let boxes = painted_texts(&window).iter().filter(|(text, _)| text.contains("no path")).count();
+    assert_eq!(boxes, 1, "only in the panel, and not over the map");
+    assert_eq!(window.state().console.alerts.count_new(), alerts, "the end is normal");
+}
+
+#[test]
+fn a_press_and_a_release_within_a_frame_are_a_click() {
+    let mut window = window();
+    window.hover_at(MIDDLE);
+    window.run_steps(1);
+    for pressed in [true, false] {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        window.event(Input::PointerButton { pos: MIDDLE, button, pressed, modifiers });
+    }
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window).len(), 1);
+}
+
+#[test]
+fn a_new_question_moves_no_button_and_takes_no_click_that_was_begun_before() {
+    use crate::mission::{MissionQuestion, MissionState};
+
+    let mut shown = test_screen();
+    shown.console.mission = Some(MissionState::default());
+    let mut window = window_of(shown, SIZE);
+    let places = |window: &ViewWindow| {
+        ["light", "alerts", "STOP"].map(|name| window.get_by_label(name).rect())
+    };
+    let before = places(&window);
+    let question = MissionQuestion {
+        transition: "turn-back".into(),
+        answer_by_at_s: None,
+        unanswered: "decline".into(),
+    };
+    if let Some(mission) = &mut window.state_mut().console.mission {
+        mission.questions.push(question);
+    }
+    window.run_steps(2);
+    assert_eq!(places(&window), before);
+    window.get_by_label("Confirm").click();
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window), [], "it was meant for something else");
+    wait(&mut window, 0.6);
+    window.get_by_label("Confirm").click();
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window).len(), 1);
+}
+
+#[test]
+fn the_banner_of_stop_shows_with_what_release_continues() {
+    let mut shown = test_screen();
+    shown.console.buttons = vec!["explore".into()];
+    let mut window = window_of(shown, SIZE);
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert!(!shows(&window, "the robot continues"));
+    window.get_by_label("explore").click();
+    window.run_steps(2);
+    assert!(shows(&window, "Release: the robot continues with explore"));
+    window.get_by_label("Release").click();
+    window.run_steps(2);
+    window.key_press(Key::Space);
+    window.run_steps(2);
+    assert!(!shows(&window, "the robot continues"), "that was the STOP before");
+}
+
+#[test]
+fn a_reached_goal_is_shown_and_a_cancelled_one_is_not() {
+    let mut window = window();
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!shows(&window, "goal reached"));
+    assert_eq!(click_at(&mut window, 0.0, -2.0).len(), 1);
+    let alerts = window.state().console.alerts.count_new();
+    let state = window.state_mut();
+    let pose = Pose2::new(0.0, -2.0, 0.0);
+    let located = LocatedPose { stamp_s: 2.0, pose, covariance_m2: [0.0; 3] };
+    state.console.scene.set_located(located).unwrap();
+    state.console.record_arrival("pose", state.now, 2.0, FIRST, Ok(()));
+    window.run_steps(2);
+    assert!(shows(&window, "goal reached"));
+    assert_eq!(window.state().console.alerts.count_new(), alerts);
+    wait(&mut window, 7.0);
+    assert!(!shows(&window, "goal reached"));
+}
+
+#[test]
+fn a_pause_is_shown_with_what_still_moves() {
+    use crate::mission::MissionState;
+
+    let mut shown = test_screen();
+    shown.console.mission = Some(MissionState {
+        paused_by: "ruth".into(),
+        frozen: vec!["explorer".into(), "homing".into()],
+        ..MissionState::default()
+    });
+    let window = window_of(shown, SIZE);
+    assert!(shows(&window, "PAUSED"));
+    assert!(shows(&window, "by ruth: the mission and its components (explorer, homing)"));
+    assert!(shows(&window, "driving by hand, still move the robot"));
+}
+
 #[test]
 fn a_system_that_has_ended_stays_on_the_screen_as_old_and_takes_no_orders() {
     let mut window = window();
@@ -541,7 +719,7 @@ fn a_system_that_has_ended_stays_on_the_screen_as_old_and_takes_no_orders() {
     window.run_steps(1);
     take_commands(&mut window);
     let now = window.state().now;
-    window.state_mut().console.lose_system("rover", "the mission reached its goal", now);
+    window.state_mut().console.end_system("rover", goal_end(), now);
     window.run_steps(2);
     assert_eq!(take_commands(&mut window), [], "what is held is let go");
     window.key_up(Key::W);

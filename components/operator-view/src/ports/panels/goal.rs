@@ -18,7 +18,7 @@ impl SidePanel for GoalPanel {
     }
 
     fn is_visible(&self, console: &Console) -> bool {
-        console.orders.goal().is_some() || console.refusal.is_some()
+        console.orders.goal().is_some() || console.refusal.is_some() || console.arrival.is_some()
     }
 
     fn show_contents(
@@ -30,6 +30,9 @@ impl SidePanel for GoalPanel {
         let mut orders = Vec::new();
         if let Some(refusal) = console.recent_refusal(now) {
             ui.colored_label(Palette::of(ui).gone, format!("refused: {}", refusal.why));
+        }
+        if console.recent_arrival(now).is_some() {
+            ui.colored_label(Palette::of(ui).good, "goal reached");
         }
         let Some(goal) = console.orders.goal() else { return orders };
         ui.horizontal(|ui| {

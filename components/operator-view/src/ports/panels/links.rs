@@ -48,8 +48,8 @@ impl SidePanel for LinksPanel {
 
 /// Returns the worst freshness of a link, and all links in one line.
 fn describe_health(console: &Console, now: ClockTimes) -> (Freshness, String) {
-    if console.connection.is_lost() {
-        return (Freshness::Nothing, "no data: the system has ended".into());
+    if console.connection.is_old() {
+        return (Freshness::Nothing, "no data: the readings are old".into());
     }
     let names_of = |wanted: fn(&InputLink, ClockTimes) -> bool| -> Vec<&str> {
         let links = console.links.iter().filter(|link| wanted(link, now));

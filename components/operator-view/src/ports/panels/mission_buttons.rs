@@ -28,7 +28,11 @@ impl SidePanel for MissionButtons {
         now: ClockTimes,
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
+        let is_reached = console.connection.check_orders().is_ok();
         ui.horizontal_wrapped(|ui| {
+            if !is_reached {
+                ui.disable();
+            }
             for name in &console.buttons {
                 if ui.button(name).on_hover_text("sends this event to the mission").clicked() {
                     orders.push(OperatorOrder::Press(name.clone()));
@@ -36,7 +40,7 @@ impl SidePanel for MissionButtons {
             }
         });
         if let Some((name, at_s)) = console.orders.pressed() {
-            let ago_s = (now.host_s - at_s).max(0.0);
+            let ago_s = (console.run_time(now).host_s - at_s).max(0.0);
             ui.weak(format!("{name}: sent {}", format_ago(ago_s)));
         }
         orders

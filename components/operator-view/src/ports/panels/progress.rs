@@ -8,6 +8,7 @@ use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::input::{ConsoleUpdate, ScreenInput, ScreenPort};
 use crate::ports::panel_kind::PanelKind;
+use crate::readings::TaskReading;
 use crate::scene::SceneError;
 use crate::screen::SidePanel;
 
@@ -24,6 +25,7 @@ impl ScreenInput for ProgressInput {
 
     fn read_message(progress: Progress) -> Result<ConsoleUpdate, SceneError> {
         Ok(Box::new(move |console| {
+            console.readings.store(TaskReading { task: progress.task.clone() });
             console.readings.store(progress);
             Ok(())
         }))

@@ -32,7 +32,7 @@ impl SidePanel for StopPanel {
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         let palette = Palette::of(ui);
-        let is_stopped = console.orders.is_stopped() && !console.connection.is_lost();
+        let is_stopped = console.orders.is_stopped() && !console.connection.has_ended();
         let text = RichText::new("STOP").size(30.0).strong().color(colours::ON_STOP);
         let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, palette.late);
         let button = Button::new(text).fill(colours::STOP).stroke(stroke);
@@ -42,7 +42,10 @@ impl SidePanel for StopPanel {
             orders.push(OperatorOrder::Stop);
         }
         // Release is over the map: a second click at STOP never releases.
-        if let Err(why) = console.connection.check_orders() {
+        if console.connection.is_cut() {
+            let text = "no connection: STOP is sent when it returns";
+            ui.colored_label(palette.gone, RichText::new(text).strong());
+        } else if let Err(why) = console.connection.check_orders() {
             ui.colored_label(palette.late, format!("reaches no robot: {why}"));
         } else if is_stopped {
             ui.colored_label(palette.late, RichText::new("Release is over the map").strong());
