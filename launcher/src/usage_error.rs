@@ -2,6 +2,7 @@
 //! probably meant.
 
 use armor_robotfile::suggest_similar;
+use armor_wire::name::{is_name, split_data};
 use clap::Command;
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -14,6 +15,7 @@ pub fn exit_with(mut error: clap::Error, command: &Command) -> ! {
     let arguments: Vec<_> =
         std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
     add_foreign_command(&mut error, &arguments);
+    add_parameter_command(&mut error, &arguments);
     add_hidden_format(&mut error, &arguments);
     let text = error.render().to_string();
     // Help is wrapped already.
@@ -137,6 +139,23 @@ fn add_foreign_command(error: &mut clap::Error, arguments: &[String]) {
     }
 }
 
+/// Adds the command about the component or parameter that follows `armor param` in place of one.
+fn add_parameter_command(error: &mut clap::Error, arguments: &[String]) {
+    let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else {
+        return;
+    };
+    let follows_param = arguments.windows(2).any(|pair| pair[0] == "param" && pair[1] == *name);
+    if !follows_param || error.get(ContextKind::SuggestedSubcommand).is_some() {
+        return;
+    }
+    let tip = match split_data(name) {
+        Some(_) => format!("`armor param get {name}` prints the value of a parameter"),
+        None if is_name(name) => format!("`armor param list {name}` lists those of a component"),
+        None => return,
+    };
+    error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
+}
+
 /// `dot` is a format of `armor graph` alone, so that the list of formats shows it only there.
 fn add_hidden_format(error: &mut clap::Error, arguments: &[String]) {
     let is_format = matches!(
@@ -165,6 +184,7 @@ mod tests {
         add_nested_command(&mut error, &command);
         let arguments: Vec<_> = arguments.iter().map(|argument| (*argument).to_owned()).collect();
         add_foreign_command(&mut error, &arguments);
+        add_parameter_command(&mut error, &arguments);
         add_hidden_format(&mut error, &arguments);
         error.render().to_string()
     }
@@ -224,6 +244,11 @@ mod tests {
             "list",
             "tip: did you mean `armor data list` or `armor param list` or `armor keys list`?",
         );
+        let text = render(&["armor", "param", "driver"]);
+        assert!(text.contains("tip: `armor param list driver` lists"), "{text}");
+        let text = render(&["armor", "param", "driver.speed"]);
+        assert!(text.contains("tip: `armor param get driver.speed` prints"), "{text}");
+        assert!(render(&["armor", "param", "lst"]).contains("'list'"));
         check("chek", "'check'");
         assert!(!render(&["armor", "xyzzy"]).contains("did you mean"));
         assert!(render(&["armor", "mission", "fier", "t"]).contains("'fire'"));

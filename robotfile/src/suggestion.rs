@@ -9,22 +9,33 @@ const MAX_CANDIDATES: usize = 512;
 /// Names of at most this length may differ by one slip only: by two, any short name would resemble
 /// any other.
 const SHORT_NAME_LEN: usize = 4;
+/// Fewer letters are the beginning of too many names.
+const MIN_ABBREVIATION_LEN: usize = 3;
 
 /// Returns a remedy that names the candidate most similar to `name`, if one is similar enough to be
 /// a typing mistake. A letter that is inserted, removed or replaced counts as one slip, and so do
-/// two neighbours that are exchanged.
+/// two neighbours that are exchanged. If none is that similar, an abbreviation such as `odom` means
+/// the one candidate that begins with it.
 pub fn suggest_similar<'a>(
     name: &str,
     candidates: impl Iterator<Item = &'a str>,
 ) -> Option<String> {
+    let candidates: Vec<&str> = candidates.take(MAX_CANDIDATES).collect();
+    find_misspelt(name, &candidates)
+        .or_else(|| find_abbreviated(name, &candidates))
+        .map(|candidate| format!("did you mean {candidate}?"))
+}
+
+fn find_misspelt<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let max_slips = if name.len() <= SHORT_NAME_LEN { 1 } else { 2 };
     let is_compared = |candidate: &&str| {
         name.len().max(candidate.len()) <= MAX_COMPARED_LEN
             && candidate.len().abs_diff(name.len()) <= 2
     };
     candidates
+        .iter()
+        .copied()
         .filter(is_compared)
-        .take(MAX_CANDIDATES)
         .map(|candidate| (strsim::osa_distance(name, candidate), candidate))
         .filter(|(slips, candidate)| *slips <= max_slips && *slips < candidate.len())
         // Of two that are as similar, the one that begins like it: the first letters are rarely
@@ -33,7 +44,18 @@ pub fn suggest_similar<'a>(
             let shared = name.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
             (*slips, Reverse(shared), *candidate)
         })
-        .map(|(_, candidate)| format!("did you mean {candidate}?"))
+        .map(|(_, candidate)| candidate)
+}
+
+/// Returns the only candidate that begins with `name`. After a dot, `name` begins again: of
+/// `base.odom`, three letters of `odom` are needed.
+fn find_abbreviated<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    let last = name.rsplit('.').next().unwrap_or_default();
+    if last.len() < MIN_ABBREVIATION_LEN || name.len() > MAX_COMPARED_LEN {
+        return None;
+    }
+    let mut meant = candidates.iter().filter(|it| it.starts_with(name) && **it != name);
+    meant.next().copied().filter(|_| meant.next().is_none())
 }
 
 /// Returns [`suggest_similar`] as the end of a sentence, `; did you mean …?`, or nothing.
@@ -97,6 +119,12 @@ mod tests {
         let exchanged = suggest_similar("amr", ["arm"].into_iter());
         assert_eq!(exchanged.as_deref(), Some("did you mean arm?"));
         assert_eq!(suggest_similar("b", ["a"].into_iter()), None);
+        let known = ["base.odometry", "base.scan"];
+        let abbreviated = |name| suggest_similar(name, known.into_iter());
+        assert_eq!(abbreviated("base.odom"), Some("did you mean base.odometry?".into()));
+        for several_or_short in ["base.", "base.od", "base"] {
+            assert_eq!(abbreviated(several_or_short), None);
+        }
         let forgotten = suggest_similar("sped", ["seed", "speed"].into_iter());
         assert_eq!(forgotten.as_deref(), Some("did you mean speed?"));
     }

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
+use armor_inspect::ObservedSystem;
+use armor_inspect::systems;
 use armor_robotfile::{Colours, Findings, advise_similar};
 use armor_wire::manifest::{EventManifest, EventValue, Manifest, ParameterManifest, PortManifest};
 use clap::Args;
@@ -60,7 +62,12 @@ fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result
         Some(name) => {
             let Some(kind) = catalogue.kinds.get(name) else {
                 let known: Vec<_> = catalogue.kinds.keys().map(String::as_str).collect();
-                let advice = advise_similar(name, known.iter().copied());
+                let advice = match find_kind_of(name) {
+                    Some(kind) => format!(
+                        "; `{name}` runs as a component of the kind {kind}: `armor describe {kind}`"
+                    ),
+                    None => advise_similar(name, known.iter().copied()),
+                };
                 bail!(
                     "no kind is called {name}{advice} (there are: {}); {}",
                     known.join(", "),
@@ -74,6 +81,17 @@ fn describe_kinds(arguments: &DescribeArguments, format: OutputFormat) -> Result
         }
     }?;
     Ok(if findings.has_errors() { CommandEnding::Failed } else { ending })
+}
+
+/// Returns the kind of the component with that name in a running system, for those who give the
+/// name that they see in `armor ps`.
+fn find_kind_of(component: &str) -> Option<String> {
+    let records = systems::list_running(&systems::record_directory().ok()?).ok()?;
+    records.iter().find_map(|record| {
+        let observed = ObservedSystem::at(&record.registry.to_string(), "describe");
+        let listed = observed.list().ok()?.components;
+        listed.into_iter().find(|entry| entry.name == component).map(|entry| entry.kind)
+    })
 }
 
 fn list_kinds(catalogue: &Catalogue, format: OutputFormat) -> Result<()> {

@@ -181,6 +181,7 @@ mod tests {
             assert!(text.contains(part), "{text}");
         };
         check("laser.scna", "`laser` has no output called laser.scna; did you mean laser.scan?");
+        check("laser.ran", "`laser` has no output called laser.ran; did you mean laser.range?");
         check("laser.power", "(it has: laser.scan, laser.range)");
         check("lasr.scan", "none called `lasr` is running; did you mean laser.scan?");
         check("lasr.x", "did you mean laser?");

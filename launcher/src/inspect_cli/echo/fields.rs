@@ -23,7 +23,8 @@ pub fn select_fields(value: &Value, paths: &[String]) -> Result<Value> {
 pub fn find_field<'a>(value: &'a Value, path: &str) -> Result<&'a Value> {
     let mut found = value;
     let mut walked: Vec<&str> = Vec::new();
-    for name in path.split('.') {
+    let names: Vec<&str> = path.split('.').collect();
+    for (at, name) in names.iter().copied().enumerate() {
         found = match found {
             Value::Null => return Ok(&Value::Null),
             Value::Array(items) => match name.parse::<usize>() {
@@ -37,7 +38,7 @@ pub fn find_field<'a>(value: &'a Value, path: &str) -> Result<&'a Value> {
             },
             Value::Object(fields) => match fields.get(name) {
                 Some(field) => field,
-                None => bail!("{}", describe_unknown(fields, name, &walked)),
+                None => bail!("{}", describe_unknown(fields, &walked, &names[at..])),
             },
             _ => bail!("{} has no fields: it is a single value", walked.join(".")),
         };
@@ -46,10 +47,17 @@ pub fn find_field<'a>(value: &'a Value, path: &str) -> Result<&'a Value> {
     Ok(found)
 }
 
-fn describe_unknown(fields: &Map<String, Value>, name: &str, walked: &[&str]) -> String {
+/// `walked` leads to `fields`, which have no field of the first of the names that are left.
+fn describe_unknown(fields: &Map<String, Value>, walked: &[&str], left: &[&str]) -> String {
     let of = if walked.is_empty() { "the message".into() } else { walked.join(".") };
     let names: Vec<&str> = fields.keys().map(String::as_str).collect();
-    let advice = advise_similar(name, names.iter().copied());
+    let name = left.first().copied().unwrap_or_default();
+    // `pose.position.x` as in ROS, where `pose.x` is a field here.
+    let shorter = left.get(1).filter(|next| names.contains(next)).map(|_| {
+        let path: Vec<&str> = walked.iter().chain(&left[1..]).copied().collect();
+        format!("; did you mean {}?", path.join("."))
+    });
+    let advice = shorter.unwrap_or_else(|| advise_similar(name, names.iter().copied()));
     format!("{of} has no field called {name}{advice} (it has: {})", names.join(", "))
 }
 
@@ -93,6 +101,10 @@ mod tests {
             "the message has no field called pos; did you mean pose? (it has: hint, pose, ranges)"
         );
         assert_eq!(refused("pose.z"), "pose has no field called z (it has: x, y)");
+        assert_eq!(
+            refused("pose.position.x"),
+            "pose has no field called position; did you mean pose.x? (it has: x, y)"
+        );
         assert!(refused("pose.x.y").contains("single value"));
         assert!(refused("ranges.first").contains("ranges.0"));
     }
