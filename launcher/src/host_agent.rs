@@ -43,7 +43,7 @@ use crate::verb::Verb;
 use executables::ExecutableStore;
 use idle_systems::IdleSystems;
 use process::{AgentProcess, ProcessKey};
-use programs::ProgramFinder;
+use programs::{ProgramFinder, SearchThread};
 use reach::AgentReach;
 use site::Site;
 
@@ -107,6 +107,7 @@ impl Verb for HostArguments {
             executables,
             host: keys.host_name().to_owned(),
             from: self.from.clone(),
+            searches: SearchThread::start().context("starting the search for programs")?,
         };
         let control_group = ControlGroup::make().ok();
         let left = kill_left_groups();

@@ -1,11 +1,14 @@
 //! Which program runs a component here: a kind of this host, or the executable that the launcher has
 //! sent.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::{io, thread};
 
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::RemoteStart;
+use tokio::sync::oneshot;
 
 use super::executables::ExecutableStore;
 use crate::kinds::build::{find_build, fingerprint_manifest};
@@ -29,6 +32,46 @@ pub(super) struct ProgramFinder {
     pub(super) host: String,
     /// The host of the launcher.
     pub(super) from: String,
+    /// Where it searches.
+    pub(super) searches: SearchThread,
+}
+
+type Search = Box<dyn FnOnce() + Send>;
+
+/// The thread on which all programs are searched, one after the other: each search describes all
+/// kinds, and an allocator that serves several threads would keep that memory once per thread.
+pub(super) struct SearchThread(std::sync::mpsc::Sender<Search>);
+
+impl SearchThread {
+    /// Starts it. It ends with this handle.
+    ///
+    /// # Errors
+    /// If the host allows no more threads.
+    pub(super) fn start() -> io::Result<Self> {
+        let (sender, searches) = std::sync::mpsc::channel::<Search>();
+        thread::Builder::new().name("search".into()).spawn(move || {
+            for search in searches {
+                // The one who waits for it learns of the panic by its missing answer.
+                let _ = catch_unwind(AssertUnwindSafe(search));
+            }
+        })?;
+        Ok(Self(sender))
+    }
+
+    /// Runs a search after those that wait.
+    ///
+    /// # Errors
+    /// If it panics.
+    async fn run<T: Send + 'static>(
+        &self,
+        search: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, String> {
+        let (sender, found) = oneshot::channel();
+        let search = Box::new(move || drop(sender.send(search())));
+        let panicked = || "the search for the program has panicked; see the agent's log".to_owned();
+        self.0.send(search).map_err(|_| panicked())?;
+        found.await.map_err(|_| panicked())
+    }
 }
 
 /// What there is for a component.
@@ -49,7 +92,7 @@ impl ProgramFinder {
         if self.executables.is_none() {
             return Ok(false);
         }
-        let choice = self.run_blocking(start, Self::choose_program).await;
+        let choice = self.run_search(start, Self::choose_program).await;
         let choice = choice.map_err(|text| Refusal::new(RefusalCode::WrongPurpose, text))?;
         Ok(matches!(choice, ProgramChoice::Wanted))
     }
@@ -60,18 +103,17 @@ impl ProgramFinder {
         self: &Arc<Self>,
         start: &RemoteStart,
     ) -> Result<FoundProgram, String> {
-        self.run_blocking(start, Self::find_checked).await
+        self.run_search(start, Self::find_checked).await
     }
 
     /// Reading executables takes long enough to be silent meanwhile.
-    async fn run_blocking<T: Send + 'static>(
+    async fn run_search<T: Send + 'static>(
         self: &Arc<Self>,
         start: &RemoteStart,
         find: fn(&Self, &RemoteStart) -> Result<T, String>,
     ) -> Result<T, String> {
         let (finder, start) = (Arc::clone(self), start.clone());
-        let finding = tokio::task::spawn_blocking(move || find(&finder, &start));
-        finding.await.map_err(|error| error.to_string())?
+        self.searches.run(move || find(&finder, &start)).await?
     }
 
     fn find_checked(&self, start: &RemoteStart) -> Result<FoundProgram, String> {
@@ -131,5 +173,23 @@ impl ProgramFinder {
             ),
         };
         Ok(ProgramChoice::Found(FoundProgram { origin: known.origin, notice }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn searches_run_on_one_thread_and_survive_a_panic() {
+        let searches = SearchThread::start().expect("starts");
+        let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+        runtime.block_on(async {
+            let run = || searches.run(|| thread::current().id());
+            let (first, panicked) = (run().await, searches.run(|| panic!("a damaged file")).await);
+            let panicked: Result<(), String> = panicked;
+            assert!(panicked.is_err_and(|text| text.contains("panicked")));
+            assert!(first.is_ok() && first == run().await);
+        });
     }
 }
