@@ -109,16 +109,18 @@ impl Designer {
         });
         let mut keeper = Keeper::start(start.own_folder.as_deref(), ctx, &mut messages);
         project.path().into_iter().for_each(|path| keeper.remember_file(path));
-        let workspace = Workspace {
+        let mut workspace = Workspace {
             project,
             live,
             settings,
+            palette: true,
             messages,
             commands: Vec::new(),
             shown: None,
             elsewhere: None,
             opened: None,
         };
+        workspace.arrange_palette();
         let mut designer = Self {
             workspace,
             view: start.view,
@@ -155,6 +157,7 @@ impl Designer {
     /// Opens other files instead of those that are open.
     pub(crate) fn set_project(&mut self, project: Project) {
         self.workspace.project = project;
+        self.workspace.arrange_palette();
         self.panes = panes();
         self.find = None;
         self.first_page = false;

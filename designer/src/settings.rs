@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
-    /// The panel with what can be added.
-    pub palette: bool,
+    /// Whether the panel with what can be added is open; until the user has decided, it is open for
+    /// a robot with nothing in it, and folded when there is a drawing that needs the space.
+    pub palette: Option<bool>,
     /// The panel with what is selected.
     pub properties: bool,
     /// The panel with what is wrong.
@@ -24,7 +25,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            palette: true,
+            palette: None,
             properties: true,
             problems: true,
             minimap: true,

@@ -20,6 +20,8 @@ pub struct Workspace {
     pub live: Session,
     /// The user's settings.
     pub settings: Settings,
+    /// Whether the panel with what can be added is open, for these files.
+    pub palette: bool,
     /// The messages.
     pub messages: Messages,
     /// Commands that are to be run at the end of this frame.
@@ -50,6 +52,19 @@ impl Workspace {
             self.order_command(command);
             ui.close();
         }
+    }
+
+    /// Opens or folds the palette as the settings have it, or as the open files need it.
+    pub fn arrange_palette(&mut self) {
+        let system = self.project.configuration().map(|configuration| &configuration.system);
+        let is_empty = system.is_none_or(|system| system.components.is_empty());
+        self.palette = self.settings.palette.unwrap_or(is_empty);
+    }
+
+    /// Opens the palette, or folds it, from now on.
+    pub fn set_palette(&mut self, is_open: bool) {
+        self.palette = is_open;
+        self.settings.palette = Some(is_open);
     }
 
     /// Looks for other files that name components that were just renamed or removed.

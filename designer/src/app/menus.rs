@@ -165,7 +165,7 @@ impl Designer {
     fn is_on(&self, command: Command) -> Option<bool> {
         let settings = &self.workspace.settings;
         Some(match command {
-            Command::TogglePalette => settings.palette,
+            Command::TogglePalette => self.is_palette_open(),
             Command::ToggleProperties => settings.properties,
             Command::ToggleProblems => settings.problems,
             Command::ToggleMinimap => settings.minimap,

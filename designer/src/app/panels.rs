@@ -8,12 +8,14 @@ use eframe::egui::{
 };
 
 use crate::app::Designer;
-use crate::commands::Command;
+use crate::commands::{Command, about};
 use crate::messages::MessageKind;
 use crate::view::View;
 
 /// A panel at a side gets at most this share of the window.
 const SIDE_SHARE: f32 = 0.35;
+/// The width of the palette when it is folded: that of its button.
+const FOLDED_WIDTH: f32 = 28.0;
 
 impl Designer {
     pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
@@ -28,7 +30,10 @@ impl Designer {
         }
         // The drawing keeps the largest share, also after the window was made narrower.
         let most = ui.available_width() * SIDE_SHARE;
-        if self.workspace.settings.palette {
+        if !self.is_palette_open() {
+            let panel = Panel::left("folded palette").resizable(false).exact_size(FOLDED_WIDTH);
+            panel.show(ui, |ui| self.show_folded_palette(ui));
+        } else {
             let panel = Panel::left("palette").resizable(true).default_size(220.0);
             let panel = panel.size_range(150.0..=most.max(150.0));
             panel.show(ui, |ui| {
@@ -37,13 +42,36 @@ impl Designer {
             });
         }
         if self.workspace.settings.properties {
-            let panel = Panel::right("properties").resizable(true).default_size(300.0);
+            let panel = Panel::right("properties").resizable(true).default_size(260.0);
             let panel = panel.size_range(220.0..=most.max(220.0));
             panel.show(ui, |ui| {
                 let (pane, workspace) = self.pane();
                 pane.show_right_panel(ui, workspace);
             });
         }
+    }
+
+    /// Whether the panel at the left is open. In the live view it lists what runs, and stays
+    /// open until it is folded.
+    pub(super) fn is_palette_open(&self) -> bool {
+        match self.view {
+            View::Live => self.workspace.settings.palette.unwrap_or(true),
+            View::System | View::Mission => self.workspace.palette,
+        }
+    }
+
+    /// Shows the button that opens the palette.
+    fn show_folded_palette(&mut self, ui: &mut egui::Ui) {
+        let entry = about(Command::TogglePalette);
+        ui.add_space(crate::theme::NEAR);
+        ui.vertical_centered(|ui| {
+            let button = egui::Button::new("»").min_size(Vec2::splat(FOLDED_WIDTH - 8.0));
+            let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+            let button = ui.add(button).on_hover_text(format!("Open the palette ({keys})"));
+            if button.accessible_name("Open the palette").clicked() {
+                self.workspace.order_command(Command::TogglePalette);
+            }
+        });
     }
 
     fn has_only_notes(&self) -> bool {

@@ -102,7 +102,10 @@ impl Designer {
             Command::ShowSystem => self.turn_to(View::System),
             Command::ShowMission => self.turn_to(View::Mission),
             Command::ShowLive => self.turn_to(View::Live),
-            Command::TogglePalette => toggle_setting(&mut self.workspace.settings.palette),
+            Command::TogglePalette => {
+                let is_open = !self.is_palette_open();
+                self.workspace.set_palette(is_open);
+            }
             Command::ToggleProperties => toggle_setting(&mut self.workspace.settings.properties),
             Command::ToggleProblems => toggle_setting(&mut self.workspace.settings.problems),
             Command::ToggleMinimap => toggle_setting(&mut self.workspace.settings.minimap),

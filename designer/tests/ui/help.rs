@@ -20,6 +20,33 @@ fn a_command_is_run_by_a_part_of_its_name() {
 }
 
 #[test]
+fn the_palette_is_folded_for_a_drawing_until_it_is_opened() {
+    let robot = "<armor version=\"1\">\n  <system>\n    <component name=\"arm\" kind=\"arm\"/>\n  \
+                 </system>\n</armor>\n";
+    let mut window = Window::open(Some(robot));
+    assert!(!window.has("kind lamp"));
+    window.click("Open the palette");
+    assert!(window.has("kind lamp"));
+    window.key(Key::F6);
+    assert!(!window.has("kind lamp") && window.has("Open the palette"));
+}
+
+/// The drawing is most of the window that a small laptop has.
+#[test]
+fn the_drawing_has_seven_tenths_of_a_small_window() {
+    let robot = "<armor version=\"1\">\n  <system>\n    <component name=\"eye\" kind=\"eye\">\n      \
+                 <parameter name=\"device\" value=\"usb\"/>\n    </component>\n    \
+                 <component name=\"arm\" kind=\"arm\"/>\n    <link from=\"eye.target\" \
+                 to=\"arm.target\"/>\n  </system>\n</armor>\n";
+    let mut window = Window::open(Some(robot));
+    window.harness.set_size(eframe::egui::vec2(1280.0, 800.0));
+    window.settle();
+    let drawing = window.harness.get_by_label("drawing of the system").rect();
+    let share = drawing.area() / (1280.0 * 800.0);
+    assert!(share >= 0.7, "{share}");
+}
+
+#[test]
 fn every_key_is_on_the_page_of_keys() {
     let mut window = Window::open(None);
     window.key(Key::F1);

@@ -75,6 +75,7 @@ fn two_places_are_joined_by_a_transition_in_one_step() {
 #[test]
 fn arcs_of_all_kinds_are_drawn_and_doubles_are_refused() {
     let mut window = mission(SURVEY);
+    window.click("Open the palette");
     window.drag_between("arc from transition seen", "place hold");
     check(&mut window, r#"from="explore" to="home hold" on="arm.done""#);
     window.click("arcs inhibit");
