@@ -39,6 +39,9 @@ fn main() -> ExitCode {
     } else {
         options::parse_arguments(arguments).and_then(|options| match options {
             Some(options) if options.fault_job.is_some() => run_fault_job(&options),
+            Some(options) if options.mapper_kills => {
+                reliability::measure_mapper_kills(&options.reliability)
+            }
             Some(options) if options.nets => petri::measure_nets(options.rounds),
             Some(options) => run_jobs(&options),
             None => {

@@ -17,7 +17,8 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     be repeated. Also freshness, which takes 4 minutes a round.
                     Or nets: states and firings of Petri nets, and nothing else.
                     Or, as root, faults in a system of several hosts, and nothing else:
-                    hosts-kills, hosts-cuts, hosts-stops or soak
+                    hosts-kills, hosts-cuts, hosts-stops or soak.
+                    Or mapper-kills, in simulated missions on this host, and nothing else
   --armor PATH      the program `armor` for these (default: next to this program)
   --hosts N         2 or 3 hosts (default 2)
   --seed N          the seed of their choices (default 1)
@@ -32,6 +33,8 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
 
 /// The part that is not a job: it has no counterpart in another program.
 const NETS: &str = "nets";
+/// Neither is this one, and it needs no hosts.
+const MAPPER_KILLS: &str = "mapper-kills";
 
 /// What is to be measured, and how.
 #[derive(Clone, Debug)]
@@ -44,6 +47,8 @@ pub struct BenchOptions {
     pub nets: bool,
     /// Faults in a system of several hosts, and nothing else.
     pub fault_job: Option<ReliabilityJob>,
+    /// Kills of the mapper in simulated missions, and nothing else.
+    pub mapper_kills: bool,
     pub reliability: ReliabilityOptions,
     only: Vec<String>,
 }
@@ -68,6 +73,7 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
         quiet_wait: Duration::ZERO,
         nets: false,
         fault_job: None,
+        mapper_kills: false,
         reliability: ReliabilityOptions::default(),
         only: Vec::new(),
     };
@@ -81,6 +87,7 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             Long("same-core") => options.same_core = true,
             Long("only") => match parser.value()?.parse::<String>()? {
                 part if part == NETS => options.nets = true,
+                part if part == MAPPER_KILLS => options.mapper_kills = true,
                 part if ReliabilityJob::from_part(&part).is_some() => {
                     options.fault_job = ReliabilityJob::from_part(&part);
                 }

@@ -7,6 +7,7 @@ mod dice;
 mod interrupt;
 mod kills;
 mod log_times;
+mod mapper_kills;
 mod network;
 mod options;
 pub mod parts;
@@ -17,7 +18,9 @@ mod stops;
 mod system;
 mod victim;
 
-use anyhow::{Result, bail};
+use std::path::PathBuf;
+
+use anyhow::{Result, bail, ensure};
 
 use crate::machine::{Load, describe_machine};
 pub use options::ReliabilityOptions;
@@ -49,13 +52,11 @@ impl ReliabilityJob {
     /// # Errors
     /// If it cannot be set up, does not come back after a fault, or misses a goal.
     pub fn run(self, options: &ReliabilityOptions) -> Result<()> {
-        let own = std::env::current_exe()?;
-        let program = options.program.clone().unwrap_or_else(|| own.with_file_name("armor"));
+        let program = find_program(options)?;
         let (pulses, rate_hz) = match self {
             Self::Soak => (16 / options.hosts * options.hosts, 20),
             Self::Kills | Self::Cuts | Self::Stops => (2 * options.hosts, 50),
         };
-        let program = std::path::absolute(program)?;
         let system = SystemOptions { program, hosts: options.hosts, pulses, rate_hz };
         interrupt::notice_signals()?;
         let mut system = SystemUnderTest::start(system)?;
@@ -92,4 +93,31 @@ impl ReliabilityJob {
         );
         if is_met { Ok(()) } else { bail!("not every goal is met") }
     }
+}
+
+/// Kills the mapper in missions on this host, without namespaces, and prints the table.
+///
+/// # Errors
+/// If a mission cannot be run, or a goal is missed.
+pub fn measure_mapper_kills(options: &ReliabilityOptions) -> Result<()> {
+    let program = find_program(options)?;
+    interrupt::notice_signals()?;
+    let load = Load::start();
+    let report = mapper_kills::run_mapper_kills(&program, options)?;
+    print!("{}", report.to_markdown());
+    println!(
+        "\nFive worlds, seed {}; load of everything else {:.0} %. {}.",
+        options.seed,
+        load.foreign_percent(),
+        describe_machine()
+    );
+    if report.meets_goals() { Ok(()) } else { bail!("not every goal is met") }
+}
+
+fn find_program(options: &ReliabilityOptions) -> Result<PathBuf> {
+    let own = std::env::current_exe()?;
+    let program = options.program.clone().unwrap_or_else(|| own.with_file_name("armor"));
+    let program = std::path::absolute(program)?;
+    ensure!(program.is_file(), "there is no {}: give --armor PATH", program.display());
+    Ok(program)
 }

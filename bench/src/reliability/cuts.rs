@@ -86,22 +86,18 @@ fn measure_cut(
     system.network.heal_all()?;
     let back_ns = system.wait_for_links(heal.monotonic_ns)?;
     let back_s = (back_ns - heal.monotonic_ns) as f64 / 1e9;
-    report.add_time("healing to all links back", back_s, Some(TimeGoal::MaxAtMost(1.0)));
+    report.add_time("healing to all links back", back_s, Some(TimeGoal::Max(1.0)));
     let connected = format!("{} is connected again", HOSTS[host]);
     let lost = format!("{} is cut off", HOSTS[host]);
     let noticed = find_moments(&system.read_logs(0), &lost, cut.wall_s);
     if let Some(first) = noticed.first() {
-        let goal = Some(TimeGoal::MaxAtMost(NOTICED_WITHIN_S));
+        let goal = Some(TimeGoal::Max(NOTICED_WITHIN_S));
         report.add_time(&format!("the launcher, {kind}: cut to noticed"), first - cut.wall_s, goal);
         let again = wait_until(PATIENCE, "the launcher to be connected again", || {
             Ok(find_moments(&system.read_logs(0), &connected, heal.wall_s).first().copied())
         })?;
         let again_s = again - heal.wall_s;
-        report.add_time(
-            "healing to the launcher connected",
-            again_s,
-            Some(TimeGoal::MaxAtMost(1.0)),
-        );
+        report.add_time("healing to the launcher connected", again_s, Some(TimeGoal::Max(1.0)));
         eprintln!(
             "    noticed after {:.3} s, connected {again_s:.3} s after healing",
             first - cut.wall_s
@@ -113,7 +109,7 @@ fn measure_cut(
     let noticed = find_moments(&system.read_logs(host), &lost, cut.wall_s);
     if let Some(first) = noticed.first() {
         let seconds = first - cut.wall_s;
-        let goal = Some(TimeGoal::MaxAtMost(NOTICED_WITHIN_S));
+        let goal = Some(TimeGoal::Max(NOTICED_WITHIN_S));
         report.add_time(&format!("the agent, {kind}: cut to noticed"), seconds, goal);
     } else if length_s > NOTICED_WITHIN_S {
         report.add_count("cuts that the agent did not notice", 1, Some(0));
@@ -123,11 +119,7 @@ fn measure_cut(
     if host == 1 && kind != CutKind::From && length_s > REST_WITHIN_S {
         let rested = find_motion(system, false, cut.monotonic_ns);
         let seconds = rested.map_or(length_s, |at| (at - cut.monotonic_ns) as f64 / 1e9);
-        report.add_time(
-            "cut to the base at rest",
-            seconds,
-            Some(TimeGoal::MaxAtMost(REST_WITHIN_S)),
-        );
+        report.add_time("cut to the base at rest", seconds, Some(TimeGoal::Max(REST_WITHIN_S)));
     }
     let moves = wait_until(PATIENCE, "the base to move again", || {
         system.diary.read_on()?;

@@ -55,7 +55,7 @@ pub fn run_kills(
             back.since_kill_s,
             back.since_start_s
         );
-        let goal = Some(TimeGoal::P99AtMost(1.0));
+        let goal = Some(TimeGoal::P99(1.0));
         report.add_time("all: start of the process to all back", back.since_start_s, goal);
         report.add_time("all: kill to all back", back.since_kill_s, None);
         report.add_time(&format!("{}: start to back", victim.kind()), back.since_start_s, None);

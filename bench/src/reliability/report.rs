@@ -12,16 +12,19 @@ pub struct FaultReport {
 
 enum ReportRow {
     Times { name: String, samples_s: Vec<f64>, goal: Option<TimeGoal> },
+    Distances { name: String, samples_m: Vec<f64>, most: Option<f64> },
     Value { name: String, value: f64, unit: &'static str, most: Option<f64> },
 }
 
 /// The goal of a row of times.
 #[derive(Clone, Copy, Debug)]
 pub enum TimeGoal {
+    /// 95 of 100 are at most this, in seconds.
+    P95(f64),
     /// 99 of 100 are at most this, in seconds.
-    P99AtMost(f64),
+    P99(f64),
     /// All are at most this, in seconds.
-    MaxAtMost(f64),
+    Max(f64),
 }
 
 impl FaultReport {
@@ -38,6 +41,20 @@ impl FaultReport {
                 self.rows.push(ReportRow::Times { name, samples_s, goal });
             }
         }
+    }
+
+    /// Adds a sample, of which none is to exceed `most`, to the row called `name`.
+    pub fn add_distance(&mut self, name: &str, metres: f64, most: Option<f64>) {
+        for row in &mut self.rows {
+            if let ReportRow::Distances { name: own, samples_m, .. } = row
+                && own == name
+            {
+                samples_m.push(metres);
+                return;
+            }
+        }
+        let (name, samples_m) = (name.to_owned(), vec![metres]);
+        self.rows.push(ReportRow::Distances { name, samples_m, most });
     }
 
     /// Adds to the count called `name`, of which at most `most` are allowed.
@@ -91,14 +108,20 @@ impl ReportRow {
             Self::Times { samples_s, goal, .. } => {
                 let sorted = sort(samples_s);
                 goal.map(|goal| match goal {
-                    TimeGoal::P99AtMost(most) => {
+                    TimeGoal::P95(most) => {
+                        (format!("p95 ≤ {most:.2} s"), find_share(&sorted, 0.95) <= most)
+                    }
+                    TimeGoal::P99(most) => {
                         (format!("p99 ≤ {most:.2} s"), find_share(&sorted, 0.99) <= most)
                     }
-                    TimeGoal::MaxAtMost(most) => {
+                    TimeGoal::Max(most) => {
                         (format!("max ≤ {most:.2} s"), find_share(&sorted, 1.0) <= most)
                     }
                 })
             }
+            Self::Distances { samples_m, most, .. } => most.map(|most| {
+                (format!("max ≤ {most:.2} m"), find_share(&sort(samples_m), 1.0) <= most)
+            }),
             Self::Value { value, unit, most, .. } => {
                 most.map(|most| (format!("≤ {most} {unit}").trim_end().to_owned(), *value <= most))
             }
@@ -121,6 +144,15 @@ impl ReportRow {
                 writeln!(
                     text,
                     "| {name}, s | {count} | {p50:.3} | {p99:.3} | {most:.3} | {goal} | {met} |"
+                )
+            }
+            Self::Distances { name, samples_m, .. } => {
+                let sorted = sort(samples_m);
+                let [p50, p99, most] = [0.5, 0.99, 1.0].map(|share| find_share(&sorted, share));
+                let count = sorted.len();
+                writeln!(
+                    text,
+                    "| {name}, m | {count} | {p50:.3} | {p99:.3} | {most:.3} | {goal} | {met} |"
                 )
             }
             Self::Value { name, value, unit: "", .. } => {
@@ -154,11 +186,11 @@ mod tests {
         let mut report = FaultReport::default();
         for sample in 1..=200 {
             let seconds = if sample == 200 { 9.0 } else { 0.5 };
-            report.add_time("back", seconds, Some(TimeGoal::P99AtMost(1.0)));
+            report.add_time("back", seconds, Some(TimeGoal::P99(1.0)));
         }
         report.add_count("lost", 0, Some(0));
         assert!(report.meets_goals(), "{}", report.to_markdown());
-        report.add_time("noticed", 2.1, Some(TimeGoal::MaxAtMost(2.0)));
+        report.add_time("noticed", 2.1, Some(TimeGoal::Max(2.0)));
         assert!(!report.meets_goals());
         let text = report.to_markdown();
         assert!(

@@ -63,7 +63,7 @@ pub fn run_stops(
             options.count,
             all.len()
         );
-        report.add_time("end of the stop to all back", back_s, Some(TimeGoal::P99AtMost(5.0)));
+        report.add_time("end of the stop to all back", back_s, Some(TimeGoal::P99(5.0)));
         report.add_count("stops after which the marking was the same", 1, None);
         report.add_count("processes that were stopped", all.len() as u64, None);
         report.add_count("of these, replaced afterwards", killed as u64, None);

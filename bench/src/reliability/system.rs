@@ -50,8 +50,7 @@ impl SystemUnderTest {
     /// # Errors
     /// If something of it fails.
     pub fn start(options: SystemOptions) -> Result<Self> {
-        let SystemOptions { program, hosts, pulses, .. } = &options;
-        ensure!(program.is_file(), "there is no {}: give --armor PATH", program.display());
+        let SystemOptions { hosts, pulses, .. } = &options;
         ensure!(pulses % hosts == 0 && pulses / hosts > 1, "{pulses} pulses on {hosts} hosts");
         let network = TestNetwork::create(*hosts)?;
         let folder = std::env::temp_dir().join(format!("armor-bench-{}", std::process::id()));
