@@ -84,7 +84,12 @@ impl ObservedComponent {
     }
 
     /// Until when the order under way is given the next push; none if there is nothing to push.
-    pub(crate) fn next_push(&self, limits: &PlanLimits, began: Duration) -> Option<Duration> {
+    pub(crate) fn next_push(
+        &self,
+        limits: &PlanLimits,
+        return_within: Duration,
+        began: Duration,
+    ) -> Option<Duration> {
         let order = self.order.filter(|order| order.stop)?;
         if self.unstoppable {
             return None;
@@ -93,7 +98,7 @@ impl ObservedComponent {
             (Some(killed), _) => killed + limits.kill_within,
             (None, ProcessPresence::Here) => order.since + limits.stop_within * order.tries.max(1),
             (None, ProcessPresence::Unseen) => order.since.max(began + limits.muster),
-            (None, _) => order.since.max(self.since + limits.return_within),
+            (None, _) => order.since.max(self.since + return_within),
         })
     }
 }

@@ -81,6 +81,9 @@ pub struct Host {
     pub addresses: Spanned<Vec<String>>,
     /// What happens to its components while it is cut off.
     pub cut_off: CutOff,
+    /// How long a mission waits for its components while it is cut off; by default as for those that
+    /// have died.
+    pub patience: Option<Duration>,
 }
 
 /// A component: an executable of some kind under a name.

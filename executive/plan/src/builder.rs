@@ -54,6 +54,7 @@ impl PlanBuilder {
             places,
             peers,
             returns: true,
+            return_within: self.limits.return_within,
         });
         ComponentId(self.components.len() as u32 - 1)
     }

@@ -61,10 +61,14 @@ impl CanonicalWriter<'_> {
         components.sort_by_key(|component| &component.name);
         for component in components {
             // The places that activate it are written with the places.
-            let PlannedComponent { name, controllable, places: _, peers, returns } = component;
+            let PlannedComponent { name, controllable, places: _, peers, returns, return_within } =
+                component;
             self.fact("component", [quoted(name)]);
             self.fact(" controllable", [controllable]);
             self.fact(" returns", [returns]);
+            if *return_within != self.plan.limits.return_within {
+                self.fact(" within", [return_within.as_millis()]);
+            }
             for peer in self.sorted_components(peers) {
                 self.fact(" excludes", [peer]);
             }

@@ -15,7 +15,7 @@ use armor_petri::{FiringInterval, PlaceId};
 use armor_robotfile::mission::{
     ArcKind, Autonomy, Class, Mission, Place, PlaceParameter, Resume, Transition,
 };
-use armor_robotfile::model::Restart;
+use armor_robotfile::model::{Host, Restart};
 use armor_robotfile::{Code, Configuration, Date, Feature, Finding, Findings, Spanned, System};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -146,8 +146,15 @@ impl Compiler {
     fn of(system: &System) -> Self {
         let mut compiler = Self::default();
         for component in &system.components {
-            let returns = component.restart != Restart::Never;
-            compiler.component(&component.name, component.controllable, returns);
+            let id = compiler.component(&component.name, component.controllable);
+            let planned = &mut compiler.plan.components[id.index()];
+            planned.returns = component.restart != Restart::Never;
+            let is_its = |host: &&Host| {
+                component.host.as_ref().is_some_and(|name| name.value == host.name.value)
+            };
+            if let Some(patience) = system.hosts.iter().find(is_its).and_then(|it| it.patience) {
+                planned.return_within = patience;
+            }
         }
         compiler
     }
@@ -155,7 +162,9 @@ impl Compiler {
     fn over(system: &System, running: &Plan) -> Self {
         let mut compiler = Self::default();
         for component in &running.components {
-            compiler.component(&component.name, component.controllable, component.returns);
+            let id = compiler.component(&component.name, component.controllable);
+            let planned = &mut compiler.plan.components[id.index()];
+            (planned.returns, planned.return_within) = (component.returns, component.return_within);
         }
         compiler.plan.watches.clone_from(&running.watches);
         compiler.plan.limits = running.limits.clone();
@@ -164,10 +173,10 @@ impl Compiler {
         compiler
     }
 
-    fn component(&mut self, name: &str, controllable: bool, returns: bool) {
+    fn component(&mut self, name: &str, controllable: bool) -> ComponentId {
         let id = self.plan.component(name, controllable);
-        self.plan.components[id.index()].returns = returns;
         self.components.insert(name.to_owned(), id);
+        id
     }
 
     fn place(&mut self, place: &Place) {

@@ -1,5 +1,7 @@
 //! The parts of a plan: components, places and transitions with their names resolved.
 
+use std::time::Duration;
+
 use crate::counters::PlannedSet;
 use crate::dates::PlannedDates;
 use crate::guards::PlannedGuard;
@@ -32,6 +34,8 @@ pub struct PlannedComponent {
     pub peers: Vec<ComponentId>,
     /// Whether its process is started again when it has ended: not where `restart="never"`.
     pub returns: bool,
+    /// How long it may take to be ready again after it has died or its connection was lost.
+    pub return_within: Duration,
 }
 
 impl PlannedComponent {

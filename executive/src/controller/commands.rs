@@ -131,7 +131,8 @@ pub(super) fn pushes_due(cx: &Context) -> impl Iterator<Item = Duration> {
 }
 
 fn next_push(cx: &Context, component: ComponentId) -> Option<Duration> {
-    cx.roster.of(component).next_push(cx.plan().limits(), cx.roster.began())
+    let return_within = cx.plan().component(component).return_within;
+    cx.roster.of(component).next_push(cx.plan().limits(), return_within, cx.roster.began())
 }
 
 /// Starts a component, unless one that it excludes may still be running.

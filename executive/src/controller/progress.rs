@@ -247,6 +247,7 @@ fn fail_firing(cx: &mut Context, number: u64, half: Half, why: &str) {
 /// it; without it, the component should have been up all along.
 fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) -> Duration {
     let (limits, observed) = (cx.plan().limits(), cx.roster.of(component));
+    let return_within = cx.plan().component(component).return_within;
     let began = cx.roster.began().max(cx.host_times().resumed());
     let from = since.unwrap_or(Duration::ZERO).max(began).max(observed.unblocked);
     let starting = observed.order.filter(|order| !order.stop);
@@ -263,11 +264,14 @@ fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) ->
         (ProcessPresence::Gone, _) if !cx.plan().component(component).returns => {
             from.max(observed.since)
         }
-        _ => from.max(observed.since) + limits.return_within,
+        _ => from.max(observed.since) + return_within,
     };
     match since {
         // A component that comes and goes does not get all of the time again each time.
-        Some(_) => deadline.min(from + limits.muster + limits.start_within * 2),
+        Some(_) => {
+            let in_all = limits.muster.max(return_within) + limits.start_within * 2;
+            deadline.min(from + in_all)
+        }
         None => deadline,
     }
 }
@@ -283,7 +287,10 @@ fn describe_absence(cx: &Context, component: ComponentId) -> String {
             "its process has ended, and restart=\"never\" leaves it so".to_owned()
         }
         ProcessPresence::Lost | ProcessPresence::Gone => {
-            format!("it did not come back within {:?}", limits.return_within)
+            format!(
+                "it did not come back within {:?}",
+                cx.plan().component(component).return_within
+            )
         }
         ProcessPresence::Here if observed.doing == Doing::Frozen => {
             "one that it excludes is not known to be off".to_owned()

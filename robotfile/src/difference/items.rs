@@ -74,6 +74,7 @@ fn of_host(host: &Host) -> ComparedItem {
     let aspects = vec![
         plain_aspect("at", host.addresses.value.join(" ")),
         cut_off.and_then(|(name, _)| plain_aspect("cut-off", *name)),
+        host.patience.and_then(|it| plain_aspect("patience", format!("{}s", it.as_secs_f64()))),
     ];
     ComparedItem::new(Subject::Host, &*host.name.value, aspects)
 }

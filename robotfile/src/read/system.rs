@@ -78,9 +78,10 @@ fn read_host(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
         fields.required("at");
     }
     let cut_off = fields.choice("cut-off", &CutOff::ALL);
+    let patience = fields.longer_than_nothing("patience").map(|patience| patience.value);
     fields.finish(&[]);
     let cut_off = cut_off.map(|cut_off| cut_off.value).unwrap_or_default();
-    Some(Host { name: name?, addresses: addresses?, cut_off })
+    Some(Host { name: name?, addresses: addresses?, cut_off, patience })
 }
 
 /// Reads the addresses of a host's agent, which are tried in turn.

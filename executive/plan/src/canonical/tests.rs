@@ -89,6 +89,22 @@ fn a_change_of_the_mission_changes_the_fingerprint() {
 }
 
 #[test]
+fn the_patience_of_a_host_is_that_of_its_components() {
+    let system = |patience: &str| {
+        let host = format!("<system><host name=\"h\" at=\"h.local\"{patience}/>");
+        let system = SYSTEM.replacen("<system>", &host, 1);
+        system.replacen("name=\"b\"", "name=\"b\" host=\"h\"", 1)
+    };
+    let usual = compiled(&system(""), MISSION);
+    let patient = compiled(&system(" patience=\"1min\""), MISSION);
+    assert_ne!(usual.fingerprint(), patient.fingerprint());
+    let waits = |plan: &Plan| -> Vec<u64> {
+        plan.components().iter().map(|component| component.return_within.as_secs()).collect()
+    };
+    assert_eq!((waits(&usual), waits(&patient)), (vec![15, 15, 15], vec![15, 60, 15]));
+}
+
+#[test]
 fn layout_and_order_without_effect_do_not_change_the_fingerprint() {
     let plan = compiled(SYSTEM, MISSION);
     for (what, before, after) in [

@@ -147,6 +147,23 @@ fn one_that_is_not_started_again_is_not_waited_for() {
 }
 
 #[test]
+fn one_on_a_host_with_patience_is_waited_for_as_long() {
+    for (within, waits) in [(15, 14), (60, 59)] {
+        let mut office = office();
+        let driver = office.driver;
+        office.plan.components[driver.index()].return_within = within * SECOND;
+        let mut bench = Bench::begun(office);
+        bench.gone(driver);
+        bench.pass(waits * SECOND);
+        assert_eq!(bench.wanted(), [] as [&str; 0], "after {waits} s of {within}");
+        bench.pass(2 * SECOND);
+        assert_eq!(bench.wanted()[0], "freeze explorer", "after {within} s");
+        let expected = format!("`driver` failed: it did not come back within {within}s");
+        assert_eq!(bench.controller.ledger().why(), expected);
+    }
+}
+
+#[test]
 fn a_component_that_is_given_up_fails_its_place_with_the_reason() {
     let why = "driver was given up after 5 starts in 1.6 s: ended with code 7";
     let given_up = |bench: &mut Bench, component| {
