@@ -9,6 +9,7 @@ use armor_wire::config::{
     Assigned, ComponentSettings, InputSettings, ListedParameter, ListedType, cut_text,
 };
 use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::keep::Keep;
 use armor_wire::transport::Transport;
 
 /// Most names that are listed to a component that is not in the file.
@@ -29,7 +30,10 @@ pub(crate) fn component_settings(
     let inputs = links.map(|link| InputSettings {
         id: link.to.port.value.clone(),
         data: link.from.data(),
-        keep: link.keep,
+        keep: match link.mode {
+            model::LinkMode::Push => link.keep,
+            model::LinkMode::Pull => Keep::Pull,
+        },
         wake: link.wake,
         transport: match link.transport {
             model::Transport::Tcp => Transport::Tcp,

@@ -25,6 +25,8 @@ pub struct ObservedLink {
     pub sent: u64,
     /// Data dropped by the provider or in the consumer's process, because the consumer was slow.
     pub dropped: u64,
+    /// Data published between two pulls, which nobody has asked for.
+    pub skipped: u64,
     /// Data lost in between, seen as gaps in the sequence.
     pub lost: u64,
     /// Data queued at the provider.
@@ -101,6 +103,7 @@ fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> ObservedLink {
         paused: end.link.paused,
         sent: end.link.sent,
         dropped: end.link.dropped,
+        skipped: 0,
         lost: 0,
         queued: end.link.queued,
         waiting: 0,
@@ -125,6 +128,7 @@ fn component_link(
         paused: link.is_some_and(|link| link.paused),
         sent: link.map_or(0, |link| link.sent),
         dropped: link.map_or(0, |link| link.dropped) + input.dropped,
+        skipped: input.skipped,
         lost: input.lost,
         queued: link.map_or(0, |link| link.queued),
         waiting: input.waiting,
@@ -180,6 +184,7 @@ mod tests {
             waiting: 5,
             lost: 2,
             dropped: 4,
+            skipped: 9,
             connections: 1,
             problem: String::new(),
         };

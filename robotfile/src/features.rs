@@ -7,14 +7,12 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
-use crate::model::{Configuration, LinkMode, Transport};
+use crate::model::{Configuration, Transport};
 use crate::source::{Location, Spanned};
 
 /// A feature of the format that not every program supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Feature {
-    /// `mode="pull"`.
-    Pull,
     /// `history="n"`.
     History,
     /// `transport="shm"`.
@@ -64,7 +62,6 @@ pub enum Feature {
 impl fmt::Display for Feature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Feature::Pull => "a pulling link (mode=\"pull\")",
             Feature::History => "a link's history",
             Feature::SharedMemory => "shared memory (transport=\"shm\")",
             Feature::Udp => "UDP (transport=\"udp\")",
@@ -97,7 +94,6 @@ impl Configuration {
         let mut used = Uses::default();
         for link in &self.system.links {
             let mut places = link.unusual.iter();
-            used.next_of(link.mode == LinkMode::Pull, Feature::Pull, &mut places);
             used.next_of(link.transport == Transport::Shm, Feature::SharedMemory, &mut places);
             used.next_of(link.transport == Transport::Udp, Feature::Udp, &mut places);
             used.next_of(link.history > 1, Feature::History, &mut places);

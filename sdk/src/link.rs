@@ -7,6 +7,7 @@ pub(crate) mod input_reader;
 pub(crate) mod output;
 pub(crate) mod patience;
 pub(crate) mod publishing;
+mod pull;
 pub(crate) mod queue;
 mod stream;
 pub(crate) mod wire_out;

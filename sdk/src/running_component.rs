@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use armor_wire::control::{ReportKind, RunState};
 use armor_wire::frame::DataHeader;
@@ -15,6 +16,9 @@ use crate::link::input::InputPort;
 use crate::parameter::Value;
 use crate::participant::Participant;
 use crate::user_code::{UserCode, check_outcome, run_user_code};
+
+/// The longest wait for the answers to a pull; of a fast component, a quarter of its period.
+const LONGEST_PULL: Duration = Duration::from_millis(20);
 
 /// An input and the system-wide name of the data that feeds it; empty if nothing does.
 struct FedInput {
@@ -31,6 +35,8 @@ pub(crate) struct RunningComponent {
     activation: u64,
     /// `exec` follows each data.
     executes_on_data: bool,
+    /// An input asks for its data before each call of `exec`.
+    pulls: bool,
     /// The activation that begins as soon as the time is known.
     awaits_time: Option<ActivationOrder>,
     /// The last value of each parameter that the code has accepted.
@@ -46,7 +52,8 @@ impl RunningComponent {
         executes_on_data: bool,
     ) -> Self {
         let fed = |port: Arc<InputPort>| FedInput { data: port.data().unwrap_or_default(), port };
-        let inputs = participant.ports.inputs().into_iter().map(fed).collect();
+        let inputs: Vec<_> = participant.ports.inputs().into_iter().map(fed).collect();
+        let pulls = inputs.iter().any(|input| input.port.is_pulling());
         Self {
             code,
             participant,
@@ -54,6 +61,7 @@ impl RunningComponent {
             state: RunState::Starting,
             activation: 0,
             executes_on_data,
+            pulls,
             awaits_time: None,
             accepted: BTreeMap::new(),
             refused: BTreeMap::new(),
@@ -69,8 +77,40 @@ impl RunningComponent {
         self.executes_on_data = executes_on_data;
     }
 
-    /// Hands data of input `index` to the component, if it is active.
+    /// Hands data of input `index` to the component, if it is active; `exec` follows if it has no
+    /// rate.
     pub fn deliver_data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+        if self.executes_on_data {
+            self.pull_inputs();
+        }
+        self.hand_over_data(index, header, lost, payload, self.executes_on_data);
+    }
+
+    /// Asks the publishers of all inputs that pull at once, and hands over what comes in time. What
+    /// comes later is handed over with the next pull, unless there are newer data by then.
+    pub fn pull_inputs(&mut self) {
+        if !self.pulls || !self.is_active() {
+            return;
+        }
+        let ports: Vec<_> = self.inputs.iter().map(|input| Arc::clone(&input.port)).collect();
+        ports.iter().filter(|port| port.is_pulling()).for_each(|port| port.ask_newest());
+        let period = self.participant.period().unwrap_or(Duration::MAX);
+        let deadline = Instant::now() + LONGEST_PULL.min(period / 4);
+        for (index, port) in ports.iter().enumerate().filter(|(_, port)| port.is_pulling()) {
+            if let Some(item) = port.take_pulled(deadline) {
+                self.hand_over_data(index, item.header, item.lost, &item.bytes, false);
+            }
+        }
+    }
+
+    fn hand_over_data(
+        &mut self,
+        index: usize,
+        header: DataHeader,
+        lost: u64,
+        payload: &[u8],
+        executes: bool,
+    ) {
         if self.participant.parameters.has_arrived() {
             self.deliver_parameters();
         }
@@ -88,10 +128,9 @@ impl RunningComponent {
         };
         let data = Data { bytes: payload, declared: input.port.declared() };
         let (code, participant) = (&mut self.code, &self.participant);
-        let executes_on_data = self.executes_on_data;
         let result = run_user_code(participant, CalledFunction::DataReceived, || {
             code.receive_data(&header, &data)?;
-            if executes_on_data {
+            if executes {
                 participant.calls.enter_exec();
                 code.execute(Call::Data)
             } else {

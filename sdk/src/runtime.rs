@@ -199,7 +199,11 @@ impl MainLoop<'_> {
         };
         let now = clock.tick_time().0;
         if beat.is_due(now) {
-            component.execute_call(Call::Tick);
+            component.pull_inputs();
+            // The data may have been its last.
+            if component.is_active() {
+                component.execute_call(Call::Tick);
+            }
             self.runtime.participant.calls.add_skipped_ticks(beat.record_tick(now));
         }
         // Simulated time wakes this thread when it passes.

@@ -271,6 +271,8 @@ pub struct InputStatus {
     pub lost: u64,
     /// Data dropped in this process because the component was busy.
     pub dropped: u64,
+    /// Data published between two pulls, which nobody has asked for.
+    pub skipped: u64,
     /// Number of times the link came up.
     pub connections: u64,
     /// Why the link is down, in words; empty if it is up.

@@ -38,7 +38,8 @@ pub enum FrameKind {
     Control = 8,
     /// Before the hello, from a gate: on whose behalf the connection acts.
     Preface = 9,
-    /// From a subscriber: which data are the newest?
+    /// From a subscriber: which data are the newest? One that pulls is sent them if they are newer
+    /// than the last that it was sent.
     Sync = 10,
     /// The answer: nothing newer than what came before it has been published, but for the data
     /// that follow at once if it says so ([`FLAG_FOLLOWS`]).

@@ -17,7 +17,7 @@ pub const MAGIC: [u8; 4] = *b"ARMR";
 /// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
 pub const MAX_FROM_LEN: usize = 128;
 /// Version of the protocol. Ends of different versions refuse each other.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// The client's name and purpose.
 #[derive(Clone, Debug, PartialEq, Message)]
@@ -222,16 +222,16 @@ mod tests {
 
     #[test]
     fn another_version_is_refused_whatever_follows() {
-        let body = [&MAGIC[..], &2_u16.to_le_bytes(), b"anything"].concat();
+        let body = [&MAGIC[..], &9_u16.to_le_bytes(), b"anything"].concat();
         let error = read(FrameKind::Hello, &body).expect_err("another version");
-        assert_eq!(error.to_string(), "you speak version 2 of the protocol, this is version 1");
+        assert_eq!(error.to_string(), "you speak version 9 of the protocol, this is version 2");
     }
 
     #[test]
     fn strangers_get_no_answer() {
         assert!(matches!(read(FrameKind::Hello, b"ARMS\x01\0"), Err(HandshakeError::Magic)));
         assert!(matches!(read(FrameKind::Hello, b"ARMR"), Err(HandshakeError::Magic)));
-        assert!(matches!(read(FrameKind::Hello, b"ARMR\x01\0"), Err(HandshakeError::Body(_))));
+        assert!(matches!(read(FrameKind::Hello, b"ARMR\x02\0"), Err(HandshakeError::Body(_))));
         assert!(matches!(read(FrameKind::Control, b""), Err(HandshakeError::Frame(_))));
     }
 

@@ -31,6 +31,9 @@ pub enum Keep {
         /// link.
         patience_ms: u32,
     },
+    /// Only the newest, and only when the subscriber asks for it
+    /// ([`FrameKind::Sync`](crate::frame::FrameKind::Sync)).
+    Pull,
 }
 
 /// How the two ends of a link wait for each other.
@@ -65,6 +68,7 @@ impl FromStr for Keep {
         match text {
             "latest" => Ok(Self::Latest),
             "all" => Ok(Self::ALL),
+            "pull" => Ok(Self::Pull),
             text if text.starts_with("all,") => text
                 .strip_prefix("all")
                 .and_then(|text| text.strip_prefix(PATIENCE)?.strip_suffix("ms")?.parse().ok())
@@ -89,6 +93,7 @@ impl fmt::Display for Keep {
                 write!(f, "all{PATIENCE}{patience_ms}ms")
             }
             Self::All { .. } => f.write_str("all"),
+            Self::Pull => f.write_str("pull"),
         }
     }
 }
@@ -125,7 +130,7 @@ mod tests {
 
     #[test]
     fn keep_and_wake_are_written_as_they_are_read() {
-        for text in ["latest", "all", "all, patience 200ms", "1", "50", "65536"] {
+        for text in ["latest", "all", "all, patience 200ms", "pull", "1", "50", "65536"] {
             assert_eq!(text.parse::<Keep>().map(|keep| keep.to_string()), Ok(text.into()));
         }
         for text in ["", "0", "-1", "65537", "Latest", "1.5", "all, 2ms", "all, patience -1ms"] {

@@ -212,6 +212,7 @@ mod tests {
             connected: true,
             paused: false,
             sent: 100,
+            skipped: 0,
             dropped: 0,
             lost: 0,
             queued: 0,

@@ -183,6 +183,7 @@ fn carried(ui: &mut egui::Ui, edge: &ObservedLink) {
         ("sent", edge.sent.to_string()),
         ("received", edge.received.to_string()),
         ("dropped because a process was slow", edge.dropped.to_string()),
+        ("skipped between two pulls", edge.skipped.to_string()),
         ("lost in transit", edge.lost.to_string()),
         ("waiting at the provider", edge.queued.to_string()),
         ("waiting at the consumer", edge.waiting.to_string()),

@@ -83,6 +83,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         waiting: 0,
         lost: 3,
         dropped: 0,
+        skipped: 0,
         connections: 1,
         problem: String::new(),
     };

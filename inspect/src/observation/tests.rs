@@ -214,6 +214,7 @@ fn links_of_an_ended_process_are_not_shown() {
         waiting: 0,
         lost: 0,
         dropped: 0,
+        skipped: 0,
         connections: 1,
         problem: String::new(),
     });

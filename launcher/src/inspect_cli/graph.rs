@@ -22,7 +22,7 @@ const RATE_OVER: Duration = Duration::from_secs(1);
 /// Where the column of the hosts stands, if there are several.
 const HOSTS_COLUMN: usize = 2;
 /// Columns that a narrow terminal does without, the least important first.
-const DISPENSABLE: [&str; 5] = ["WAITING", "QUEUED", "KEEP", "TYPE", "RECEIVED"];
+const DISPENSABLE: [&str; 6] = ["WAITING", "SKIPPED", "QUEUED", "KEEP", "TYPE", "RECEIVED"];
 
 /// Show the links of a running system, with counts of sent, dropped and lost data; `--format dot`
 /// for Graphviz.
@@ -71,7 +71,7 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
         OutputFormat::Text => {
             let mut headings = vec![
                 "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
-                "QUEUED", "WAITING", "STATE",
+                "SKIPPED", "QUEUED", "WAITING", "STATE",
             ];
             let mut rows: Vec<_> = edges.iter().map(format_row).collect();
             if hosts.are_several() {
@@ -145,6 +145,7 @@ fn format_row(edge: &ObservedLink) -> Vec<String> {
         if edge.to.contains('.') { edge.received.to_string() } else { "-".into() },
         edge.dropped.to_string(),
         edge.lost.to_string(),
+        if edge.keep == "pull" { edge.skipped.to_string() } else { "-".into() },
         edge.queued.to_string(),
         edge.waiting.to_string(),
         state,
@@ -220,6 +221,7 @@ mod tests {
             paused: false,
             sent: 140,
             dropped: 7,
+            skipped: 0,
             lost: 2,
             queued: 1,
             waiting: 5,
@@ -234,7 +236,9 @@ mod tests {
         let cells = format_row(&format_edge(""));
         let expected = ["laser.scan", "slam.scan", "LaserScan", "latest", "20.0 Hz", "140", "131"];
         assert_eq!(cells[..7], expected);
-        assert_eq!(cells[7..], ["7", "2", "1", "5", "up"]);
+        assert_eq!(cells[7..], ["7", "2", "-", "1", "5", "up"]);
+        let pulled = ObservedLink { keep: "pull".into(), skipped: 9, ..format_edge("") };
+        assert_eq!(format_row(&pulled)[9], "9");
         let one = place(&[("laser", "robot"), ("slam", "robot")]);
         let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")], &one);
         assert!(drawn.contains("\"laser\" -> \"slam\"") && !drawn.contains("cluster"), "{drawn}");

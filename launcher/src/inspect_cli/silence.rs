@@ -221,6 +221,7 @@ mod tests {
             waiting: 0,
             lost: 0,
             dropped: 0,
+            skipped: 0,
             connections: 1,
             problem: String::new(),
         };

@@ -129,7 +129,8 @@ fn quoted_if_needed(text: &str) -> String {
 /// What a link keeps, if it is not the usual one.
 fn keep_of(keep: Keep) -> String {
     match keep {
-        Keep::Latest => String::new(),
+        // What pulls is another aspect.
+        Keep::Latest | Keep::Pull => String::new(),
         Keep::All { .. } => "all".into(),
         keep @ Keep::Last { .. } => keep.to_string(),
     }

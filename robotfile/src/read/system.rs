@@ -203,7 +203,6 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let transport = fields.choice("transport", &Transport::NAMED);
     let history = fields.count("history", 1);
     let mut unusual = Vec::new();
-    unusual.extend(mode.as_ref().filter(|mode| mode.value == LinkMode::Pull).map(at));
     unusual.extend(
         transport.as_ref().filter(|t| matches!(t.value, Transport::Shm | Transport::Udp)).map(at),
     );
@@ -278,6 +277,9 @@ fn parse_keep(text: &str) -> Result<Keep, String> {
     // A count is written without sign and leading zeros, as the schema has it, and the patience as
     // an attribute of its own.
     let text = if text.starts_with(['+', '0']) || text.contains(',') { "" } else { text };
+    if text == "pull" {
+        return Err("write mode=\"pull\"".into());
+    }
     text.parse()
 }
 

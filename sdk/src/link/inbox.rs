@@ -60,7 +60,7 @@ impl Inbox {
         self.items.push_back(item);
         let most = match self.keep {
             Keep::All { .. } => return 0,
-            Keep::Latest => 1,
+            Keep::Latest | Keep::Pull => 1,
             Keep::Last { count } => count as usize,
         };
         let mut dropped = 0;

@@ -4,11 +4,12 @@
 use std::net::Shutdown;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
 
 use armor_socket::Stream;
 use armor_wire::config::InputSettings;
 use armor_wire::control::InputStatus;
-use armor_wire::frame::{self, FrameKind};
+use armor_wire::frame::{self, FrameKind, PREFIX_LEN};
 use armor_wire::hello::Welcome;
 use armor_wire::keep::Keep;
 use armor_wire::liveness::{BEAT, LOOK, MISSED_BEATS};
@@ -17,6 +18,7 @@ use armor_wire::schema;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::inbox::{Inbox, InboxItem};
+use super::pull::PullState;
 use crate::counter::SingleWriterCounter;
 use crate::data::DeclaredType;
 
@@ -49,6 +51,9 @@ pub(crate) struct InputPort {
     pub(super) received: SingleWriterCounter,
     pub(super) lost: AtomicU64,
     pub(super) dropped: AtomicU64,
+    pub(super) skipped: AtomicU64,
+    /// Of an input that pulls.
+    pub(super) pull: PullState,
 }
 
 /// The state of an input's link.
@@ -81,6 +86,8 @@ impl InputPort {
             received: SingleWriterCounter::default(),
             lost: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
+            skipped: AtomicU64::new(0),
+            pull: PullState::default(),
         }
     }
 
@@ -100,6 +107,7 @@ impl InputPort {
     /// Sets what feeds this input, as the file specifies.
     pub fn connect(&self, settings: InputSettings) {
         self.lock_inbox().set_keep(settings.keep);
+        self.pull.set_pulling(settings.keep == Keep::Pull);
         self.lock_state().settings = Some(settings);
     }
 
@@ -125,6 +133,7 @@ impl InputPort {
             waiting,
             lost: self.lost.load(Ordering::Relaxed),
             dropped: self.dropped.load(Ordering::Relaxed),
+            skipped: self.skipped.load(Ordering::Relaxed),
             connections: state.connections,
             problem: state.problem.clone(),
         }
@@ -147,6 +156,28 @@ impl InputPort {
             drop(inbox);
             self.room.notify_all();
         }
+    }
+
+    /// Whether it asks for its data before each call of `exec`.
+    pub fn is_pulling(&self) -> bool {
+        self.pull.is_pulling()
+    }
+
+    /// Asks the publisher for data that are newer than the last.
+    pub fn ask_newest(&self) {
+        let state = self.lock_state();
+        let Some(stream) = state.stream.as_deref() else { return };
+        self.pull
+            .ask(|| matches!(stream.try_send(&frame::signal(FrameKind::Sync)), Ok(PREFIX_LEN)));
+    }
+
+    /// Waits until the publisher has answered, but not beyond `deadline`. Returns the newest data
+    /// that have arrived, if there are any.
+    pub fn take_pulled(&self, deadline: Instant) -> Option<InboxItem> {
+        self.pull.wait_until(deadline);
+        let item = self.lock_inbox().pop()?;
+        self.received.increment();
+        Some(item)
     }
 
     /// Sends the publisher a beat.

@@ -93,6 +93,7 @@ impl InputReader {
                 Ok(dialled) => {
                     let reason = self.read_link(dialled, &mut last);
                     self.input.lock_state().stream = None;
+                    self.input.pull.forget();
                     tracing::info!("link from {} closed: {reason}", self.settings.data);
                     reason
                 }
@@ -258,7 +259,12 @@ impl InputReader {
         match frame.kind {
             FrameKind::Beat => return Ok(None),
             FrameKind::Synced => {
-                state.catch_up.answered(frame.flags & FLAG_FOLLOWS != 0);
+                let follows = frame.flags & FLAG_FOLLOWS != 0;
+                if self.settings.keep == Keep::Pull {
+                    self.input.pull.answer(follows);
+                } else {
+                    state.catch_up.answered(follows);
+                }
                 return Ok(None);
             }
             _ => {}
@@ -289,11 +295,24 @@ impl InputReader {
                 self.input.dropped.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
+            if self.settings.keep == Keep::Pull {
+                self.store_pulled(header, lost, payload);
+                continue;
+            }
             if entered.is_none() {
                 entered = self.runtime.try_enter();
             }
             self.hand_over(&mut entered, header, lost, payload);
         }
+    }
+
+    /// Stores the answer to a pull for the thread that waits for it, or for the next pull if it has
+    /// come too late.
+    fn store_pulled(&self, header: DataHeader, lost: u64, payload: &[u8]) {
+        let (arrival, bytes) = (self.runtime.next_arrival(), payload.to_vec());
+        let unseen = self.input.lock_inbox().push(InboxItem { arrival, header, lost, bytes });
+        self.input.skipped.fetch_add(unseen, Ordering::Relaxed);
+        self.input.pull.receive();
     }
 
     /// Compares with the sequence so far: how many are missing before this one, or `None` if it has
@@ -325,6 +344,11 @@ impl InputReader {
             self.input.was_paused.store(false, Ordering::Relaxed);
         }
         *last = Some(LastArrival { instance: header.instance, sequence: header.sequence });
+        if lost > 0 && self.settings.keep == Keep::Pull {
+            // What was published between two pulls, nobody has asked for.
+            self.input.skipped.fetch_add(lost, Ordering::Relaxed);
+            return Some(0);
+        }
         if lost > 0 {
             self.input.lost.fetch_add(lost, Ordering::Relaxed);
         }

@@ -8,6 +8,7 @@ use armor_wire::codec::{self, EncodeError, MAX_DATA_LEN};
 use armor_wire::control::OutputStatus;
 use armor_wire::frame::DataHeader;
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
+use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
 use armor_wire::schema;
@@ -121,7 +122,7 @@ impl OutputPort {
     ) -> Result<(), E> {
         let mut state = self.lock_state();
         welcome()?;
-        if !link.paused {
+        if self.entry.latched {
             state.offer_last(&mut link);
         }
         state.links.push(link);
@@ -146,20 +147,28 @@ impl OutputPort {
             let frame = Arc::new(encode_frame(message, header)?);
             state.publish_shared(sequence, &frame, how);
             state.last = Some((sequence, frame));
-        } else if state.links.is_empty() {
-            // Whether it can be sent must not depend on who subscribes.
-            if !self.is_bounded {
+        } else {
+            let pulls = state.links.iter().filter(|link| link.keep == Keep::Pull).count();
+            if pulls == 0 {
+                state.last = None;
+            } else {
+                state.store_newest(message, header)?;
+            }
+            if pulls < state.links.len() {
+                if !state.publish_small(message, header, how)? {
+                    state.publish_large(message, header, how)?;
+                }
+            } else if pulls == 0 && !self.is_bounded {
+                // Whether it can be sent must not depend on who subscribes.
                 codec::encoded_len(message)?;
             }
-        } else if !state.publish_small(message, header, how)? {
-            state.publish_large(message, header, how)?;
         }
         if let Some(record) = &mut state.record {
             record.push(codec::encode(message)?);
         }
         // Counted only now: a message that cannot be encoded leaves no gap in the sequence.
         state.published += 1;
-        let to = state.links.iter().filter(|link| !link.paused && !link.broken).count();
+        let to = state.links.iter().filter(|link| link.is_pushed()).count();
         if state.links.iter().any(is_over_full) {
             state = self.wait_for_room(state);
         }
@@ -224,8 +233,11 @@ impl OutputPort {
         let OutputState { links, last, .. } = &mut *state;
         for link in links.iter_mut() {
             // A subscriber that was paused has missed the latched value if it changed meanwhile.
-            let resumed = link.read_signals(now);
-            if resumed && let Some((sequence, frame)) = last {
+            let resumed = link.read_signals(now, last.as_ref());
+            if resumed
+                && self.entry.latched
+                && let Some((sequence, frame)) = last
+            {
                 offer_shared(link, *sequence, frame);
             }
             if !link.queue.is_empty() {

@@ -34,7 +34,7 @@ pub(super) struct OutputState {
     pub(super) published: u64,
     pub(super) links: Vec<OutgoingLink>,
     pub(super) buffer: Vec<u8>,
-    /// The last value of a latched output, as a frame.
+    /// The last value of a latched output, or of one from which a subscriber pulls, as a frame.
     pub(super) last: Option<(u64, Arc<Vec<u8>>)>,
     /// Every message so far, encoded; `None` unless a test reads them.
     pub(super) record: Option<Vec<Vec<u8>>>,
@@ -43,7 +43,7 @@ pub(super) struct OutputState {
 }
 
 pub(super) fn offer_shared(link: &mut OutgoingLink, sequence: u64, frame: &Arc<Vec<u8>>) -> bool {
-    if link.paused || link.broken || link.last_sequence == Some(sequence) {
+    if !link.is_pushed() || link.last_sequence == Some(sequence) {
         return false;
     }
     link.last_sequence = Some(sequence);
@@ -95,6 +95,23 @@ impl OutputState {
         if let Some((sequence, frame)) = &self.last {
             offer_shared(link, *sequence, frame);
         }
+    }
+
+    /// Keeps the message for the subscribers that pull, in the memory of the one before if no link
+    /// still writes that.
+    pub(super) fn store_newest<T: Message>(
+        &mut self,
+        message: &T,
+        header: DataHeader,
+    ) -> Result<(), EncodeError> {
+        let before = self.last.take().and_then(|(_, frame)| Arc::try_unwrap(frame).ok());
+        let mut frame = before.unwrap_or_default();
+        let len = codec::encoded_len(message)?;
+        frame.clear();
+        frame.extend_from_slice(&header.to_bytes(len));
+        codec::encode_into(message, &mut frame)?;
+        self.last = Some((header.sequence, Arc::new(frame)));
+        Ok(())
     }
 
     pub(super) fn publish_shared(
@@ -165,7 +182,7 @@ impl OutputState {
         };
         let mut free = Vec::new();
         let mut queued = false;
-        for link in self.links.iter_mut().filter(|link| !link.paused && !link.broken) {
+        for link in self.links.iter_mut().filter(|link| link.is_pushed()) {
             link.sent += 1;
             let gathered = !link.queue.is_empty() && !link.queue.is_congested();
             let is_free =

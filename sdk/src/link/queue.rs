@@ -131,7 +131,7 @@ impl LinkQueue {
     fn drop_oldest(&mut self) -> u64 {
         let most = match self.keep {
             Keep::All { .. } => return 0,
-            Keep::Latest => 1,
+            Keep::Latest | Keep::Pull => 1,
             Keep::Last { count } => count as usize,
         };
         if !self.congested {

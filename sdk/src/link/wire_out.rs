@@ -64,6 +64,11 @@ impl OutgoingLink {
         }
     }
 
+    /// Whether data are sent on it when they are published.
+    pub fn is_pushed(&self) -> bool {
+        !self.paused && !self.broken && self.keep != Keep::Pull
+    }
+
     pub fn break_off(&mut self) {
         self.broken = true;
         let _ = self.stream.shutdown(Shutdown::Both);
@@ -71,7 +76,7 @@ impl OutgoingLink {
 
     /// Sends, gathers or queues a small frame.
     pub fn offer_frame(&mut self, frame: &mut [u8], call: u64) -> OfferResult {
-        if self.paused || self.broken {
+        if !self.is_pushed() {
             return OfferResult::Skipped;
         }
         self.sent += 1;
@@ -140,6 +145,30 @@ impl OutgoingLink {
         }
     }
 
+    /// Sends the newest data, if they are newer than the last that were sent.
+    fn answer_pull(&mut self, newest: Option<&(u64, Arc<Vec<u8>>)>) {
+        // The subscriber has not taken the answer before: that is all it gets.
+        if !self.queue.is_empty() && !self.drain_queue() {
+            return self.queue.insert_answer(frame::synced);
+        }
+        let newer = newest.filter(|(sequence, _)| self.last_sequence != Some(*sequence));
+        let Some((sequence, frame)) = newer.filter(|_| !self.paused) else {
+            return self.answer_sync();
+        };
+        self.last_sequence = Some(*sequence);
+        self.sent += 1;
+        let answer = frame::synced(true);
+        let written = self.write(&answer);
+        if written < answer.len() {
+            self.queue.push_tail(answer[written..].to_vec());
+        }
+        let written = if self.queue.is_empty() { self.write(frame) } else { 0 };
+        if written < frame.len() && !self.broken {
+            self.queue.set_congested();
+            self.dropped += self.queue.push_shared(Arc::clone(frame), written);
+        }
+    }
+
     pub fn status(&self) -> LinkStatus {
         LinkStatus {
             to: self.to.clone(),
@@ -151,8 +180,9 @@ impl OutgoingLink {
         }
     }
 
-    /// Reads the subscriber's signals. Returns whether it has just resumed.
-    pub fn read_signals(&mut self, now: Duration) -> bool {
+    /// Reads the subscriber's signals, and answers them; `newest` is the sequence and the frame of the
+    /// newest data, where a subscriber pulls. Returns whether it has just resumed.
+    pub fn read_signals(&mut self, now: Duration, newest: Option<&(u64, Arc<Vec<u8>>)>) -> bool {
         let mut resumed = false;
         match self.stream.try_receive(self.reader.space()) {
             Ok(0) => self.break_off(),
@@ -173,6 +203,7 @@ impl OutgoingLink {
                     self.fresh |= self.paused;
                     self.paused = false;
                 }
+                Ok(Some(FrameKind::Sync)) if self.keep == Keep::Pull => self.answer_pull(newest),
                 Ok(Some(FrameKind::Sync)) => self.answer_sync(),
                 Ok(Some(_)) | Err(_) => {
                     let why = format!("`{}` sends what a subscriber does not send", self.to);

@@ -6,6 +6,7 @@
 mod acting;
 mod bench_system;
 mod links;
+mod pull;
 mod simulated_time;
 mod standard_messages;
 mod states;

@@ -111,7 +111,8 @@ impl SystemView {
         let field = Field::Attribute(*item, "keep");
         let last = |count: u32| format!("the newest {count}");
         let shown = match keep {
-            Keep::Latest => "the newest".to_owned(),
+            // A file pulls by the mode of the link.
+            Keep::Latest | Keep::Pull => "the newest".to_owned(),
             Keep::Last { count } => last(count),
             Keep::All { .. } => "everything; the sender waits".to_owned(),
         };

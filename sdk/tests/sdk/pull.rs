@@ -1,0 +1,158 @@
+//! Links that pull: the newest data before each call of `exec`, and nothing in between.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+
+use armor_sdk::control::{Command, Role};
+use armor_sdk::prelude::*;
+
+use crate::bench_system::{ProbeEvent, System, data, sample};
+
+/// Publishes 1, 2, 3, … once per tick.
+fn count_up(len: usize) -> impl FnMut(&Armor, Call) -> Result<Outcome, Fault> {
+    let mut next = 0;
+    move |armor, call| {
+        if call == Call::Tick {
+            next += 1;
+            armor.send_data("out", &sample(next, len))?;
+        }
+        Ok(Outcome::CarryOn)
+    }
+}
+
+/// Runs a subscriber that pulls; returns its events, and counts its calls.
+fn run_puller(
+    system: &mut System,
+    arguments: &[&str],
+    how: &str,
+) -> (Receiver<ProbeEvent>, Arc<AtomicU64>) {
+    let calls = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&calls);
+    let link = system.link("in", "source", "out", "pull") + how;
+    let arguments: Vec<_> = [&link as &str].into_iter().chain(arguments.iter().copied()).collect();
+    let probe = system.run("sink", &arguments, None, move |_, call| {
+        if call == Call::Tick || call == Call::Data {
+            counted.fetch_add(1, Ordering::SeqCst);
+        }
+        Ok(Outcome::CarryOn)
+    });
+    (probe, calls)
+}
+
+#[test]
+fn one_message_is_sent_for_each_call_and_what_is_passed_over_is_counted_as_skipped() {
+    for (len, how) in [(10, ""), (20_000, ""), (1 << 20, ""), (10, ",transport=tcp")] {
+        let mut system = System::start();
+        let (probe, calls) = run_puller(&mut system, &["--rate=50Hz"], how);
+        system.run("source", &["--rate=500Hz"], None, count_up(len));
+        let values: Vec<_> = (0..20).map(|_| data(&probe)).collect();
+        assert!(values.is_sorted_by(|a, b| a.1 < b.1), "in order, each once: {values:?}");
+        assert!(values.iter().all(|(_, _, lost)| *lost == 0), "nothing is lost: {values:?}");
+        let published = system.status("source").outputs[0].published;
+        let source = system.until("source", |it| it.outputs[0].published > published + 50);
+        let link = &source.outputs[0].links[0];
+        assert_eq!((link.keep.to_string().as_str(), link.dropped), ("pull", 0), "{len} bytes{how}");
+        let most = calls.load(Ordering::SeqCst) + 1;
+        assert!(link.sent <= most, "{len} bytes{how}: {} sent, {most} calls", link.sent);
+        system.terminate("source");
+        let sink = system.until("sink", |it| !it.inputs[0].connected).inputs.remove(0);
+        assert_eq!((sink.lost, sink.dropped), (0, 0));
+        let rest = std::iter::from_fn(|| probe.try_recv().ok());
+        let rest = rest.filter_map(|it| match it {
+            ProbeEvent::Data { value, .. } => Some(value),
+            _ => None,
+        });
+        let last = rest.last().unwrap_or(values[19].1);
+        let counted = sink.received + sink.skipped;
+        assert_eq!(counted, last - values[0].1 + 1, "{len} bytes{how}: {sink:#?}");
+    }
+}
+
+#[test]
+fn data_that_are_not_newer_are_not_sent_again_and_the_calls_go_on() {
+    let mut system = System::start();
+    let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], "");
+    let (send, go) = channel();
+    let mut next = 0;
+    system.run("source", &["--rate=100Hz"], None, move |armor, _| {
+        while go.try_recv().is_ok() {
+            next += 1;
+            armor.send_data("out", &sample(next, 10))?;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    system.until("sink", |it| it.inputs[0].connected);
+    for value in 1..=3 {
+        send.send(()).unwrap();
+        assert_eq!(data(&probe), ("in".into(), value, 0));
+        let before = calls.load(Ordering::SeqCst);
+        system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 10);
+        assert_eq!(system.status("sink").inputs[0].received, value, "once each");
+    }
+}
+
+#[test]
+fn a_component_without_a_rate_pulls_before_the_call_that_other_data_cause() {
+    let mut system = System::start();
+    let pushed = system.link("in2", "clock", "out", "all");
+    let (probe, _) = run_puller(&mut system, &[&pushed], "");
+    system.run("source", &["--rate=200Hz"], None, count_up(10));
+    system.until("sink", |it| it.inputs[0].connected);
+    let mut left = 10;
+    system.run("clock", &["--rate=20Hz"], None, move |armor, call| {
+        if call == Call::Tick && left > 0 {
+            left -= 1;
+            armor.send_data("out", &sample(left, 10))?;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let mut inputs = Vec::new();
+    while inputs.len() < 16 {
+        inputs.push(data(&probe).0);
+    }
+    // Before each of the pushed data, at most one that was pulled.
+    let doubled = inputs.windows(2).filter(|pair| pair[0] == "in" && pair[1] == "in").count();
+    assert_eq!(doubled, 0, "{inputs:?}");
+    assert!(inputs.iter().filter(|input| *input == "in").count() >= 6, "{inputs:?}");
+}
+
+#[test]
+fn a_frozen_component_pulls_nothing_and_one_that_is_activated_again_the_newest() {
+    let mut system = System::start();
+    let (probe, _) = run_puller(&mut system, &["--rate=100Hz"], "");
+    system.run("source", &["--rate=200Hz"], None, count_up(10));
+    data(&probe);
+    let (control, _events) = system.control("sink", Role::Executive);
+    control.send(&Command::Freeze { activation: 1 }).unwrap();
+    system.until("sink", |it| it.state.to_string() == "frozen");
+    while probe.try_recv().is_ok() {}
+    let sent = |system: &System| {
+        let output = system.status("source").outputs.remove(0);
+        (output.links[0].sent, output.published)
+    };
+    let (before, published) = sent(&system);
+    system.until("source", |it| it.outputs[0].published > published + 40);
+    assert_eq!(sent(&system).0, before, "nothing is sent to it");
+    let skipped = system.status("sink").inputs[0].skipped;
+    control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
+    let (_, value, lost) = data(&probe);
+    assert!(value > published + 40 && lost == 0, "{value} of {published}");
+    let sink = system.status("sink").inputs.remove(0);
+    assert!(sink.skipped < skipped + 40, "what was published meanwhile was not meant for it");
+}
+
+#[test]
+fn a_publisher_that_comes_back_is_pulled_from_again() {
+    let mut system = System::start();
+    let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], "");
+    system.run("source", &["--rate=200Hz"], None, count_up(10));
+    data(&probe);
+    system.terminate("source");
+    let before = calls.load(Ordering::SeqCst);
+    system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 10);
+    while probe.try_recv().is_ok() {}
+    system.run("source", &["--rate=200Hz"], None, count_up(10));
+    let (_, value, lost) = data(&probe);
+    assert!(value > 0 && lost == 0);
+}
