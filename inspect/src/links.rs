@@ -27,6 +27,9 @@ pub struct ObservedLink {
     pub dropped: u64,
     /// Data published between two pulls, which nobody has asked for.
     pub skipped: u64,
+    /// Messages of the input's history that were dropped before their time, because all were too
+    /// long together.
+    pub history_dropped: u64,
     /// Data lost in between, seen as gaps in the sequence.
     pub lost: u64,
     /// Data queued at the provider.
@@ -104,6 +107,7 @@ fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> ObservedLink {
         sent: end.link.sent,
         dropped: end.link.dropped,
         skipped: 0,
+        history_dropped: 0,
         lost: 0,
         queued: end.link.queued,
         waiting: 0,
@@ -129,6 +133,7 @@ fn component_link(
         sent: link.map_or(0, |link| link.sent),
         dropped: link.map_or(0, |link| link.dropped) + input.dropped,
         skipped: input.skipped,
+        history_dropped: input.history_dropped,
         lost: input.lost,
         queued: link.map_or(0, |link| link.queued),
         waiting: input.waiting,
@@ -185,6 +190,7 @@ mod tests {
             lost: 2,
             dropped: 4,
             skipped: 9,
+            history_dropped: 0,
             connections: 1,
             problem: String::new(),
         };

@@ -13,8 +13,6 @@ use crate::source::{Location, Spanned};
 /// A feature of the format that not every program supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Feature {
-    /// `history="n"`.
-    History,
     /// `transport="shm"`.
     SharedMemory,
     /// `transport="udp"`.
@@ -62,7 +60,6 @@ pub enum Feature {
 impl fmt::Display for Feature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Feature::History => "a link's history",
             Feature::SharedMemory => "shared memory (transport=\"shm\")",
             Feature::Udp => "UDP (transport=\"udp\")",
             Feature::Clock => "time that follows data (<clock>)",
@@ -96,7 +93,6 @@ impl Configuration {
             let mut places = link.unusual.iter();
             used.next_of(link.transport == Transport::Shm, Feature::SharedMemory, &mut places);
             used.next_of(link.transport == Transport::Udp, Feature::Udp, &mut places);
-            used.next_of(link.history > 1, Feature::History, &mut places);
         }
         used.add_uses(Feature::Clock, self.system.clock.iter().map(|clock| &clock.source.at));
         self.missions().for_each(|mission| used.add_mission(mission));

@@ -4,6 +4,10 @@ use armor_wire::codec::{self, DecodeError};
 use armor_wire::message::Message;
 use thiserror::Error;
 
+use crate::declared::DeclaredType;
+use crate::fed_input::FedInput;
+use crate::history::{History, HistoryOfInput};
+
 /// Where data comes from, when it was created, and what is missing before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Header<'a> {
@@ -34,16 +38,10 @@ impl<'a> Header<'a> {
 /// The content of data, as it arrived.
 #[derive(Clone, Copy, Debug)]
 pub struct Data<'a> {
-    pub(crate) bytes: &'a [u8],
-    pub(crate) declared: DeclaredType<'a>,
-}
-
-/// The type that an input was declared with.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DeclaredType<'a> {
-    pub input: &'a str,
-    pub name: &'static str,
-    pub schema_hash: u64,
+    bytes: &'a [u8],
+    declared: DeclaredType<'a>,
+    /// The inputs of the component; none for data that are themselves of a history.
+    inputs: &'a [FedInput],
 }
 
 /// Why data cannot be read as the type asked for.
@@ -61,6 +59,20 @@ pub enum DataError {
         /// The type that it was decoded as.
         asked: &'static str,
     },
+    /// The component has no such input.
+    #[error("there is no input `{asked}` whose history could be read (there are: {known})")]
+    UnknownInput {
+        /// The name that was asked for.
+        asked: String,
+        /// The inputs that there are.
+        known: String,
+    },
+    /// The file does not ask for a history of the input.
+    #[error("input `{input}` keeps no history; write history=\"n\" on its link in the file")]
+    NoHistory {
+        /// The input.
+        input: String,
+    },
     /// The bytes are not one message of the declared type.
     #[error("input `{input}`, a {declared}: {cause}")]
     Malformed {
@@ -74,6 +86,40 @@ pub enum DataError {
 }
 
 impl<'a> Data<'a> {
+    /// Data of an input, from which the history of each input can be read.
+    pub(crate) fn of_input(
+        bytes: &'a [u8],
+        declared: DeclaredType<'a>,
+        inputs: &'a [FedInput],
+    ) -> Self {
+        Self { bytes, declared, inputs }
+    }
+
+    /// Data from which no history can be read.
+    pub(crate) fn alone(bytes: &'a [u8], declared: DeclaredType<'a>) -> Self {
+        Self { bytes, declared, inputs: &[] }
+    }
+
+    /// The last messages of an input of this component, this one or another, as many as the file says
+    /// (`history="n"` of its link).
+    ///
+    /// # Errors
+    /// [`DataError`] if there is no such input, or its link keeps no history.
+    pub fn history(&self, input: &str) -> Result<History<'a>, DataError> {
+        let Some(found) = self.inputs.iter().find(|one| one.port.id == input) else {
+            let known: Vec<_> = self.inputs.iter().map(|one| one.port.id.as_str()).collect();
+            return Err(DataError::UnknownInput { asked: input.into(), known: known.join(", ") });
+        };
+        if !found.history.is_kept() {
+            return Err(DataError::NoHistory { input: input.into() });
+        }
+        Ok(History(HistoryOfInput {
+            store: &found.history,
+            data: &found.data,
+            declared: found.port.declared(),
+        }))
+    }
+
     /// Reads the content as a message of the type the input was declared with.
     ///
     /// # Errors
@@ -120,7 +166,7 @@ mod tests {
     fn declared_as<T: Message>(bytes: &[u8]) -> Data<'_> {
         let declared =
             DeclaredType { input: "steps", name: T::NAME, schema_hash: T::schema_hash() };
-        Data { bytes, declared }
+        Data::alone(bytes, declared)
     }
 
     #[test]

@@ -214,7 +214,7 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
         .ok_or("a link is INPUT=COMPONENT.OUTPUT")?;
     let (id, data) = (id.to_owned(), data.to_owned());
     let (keep, wake, transport) = (Keep::Latest, Wake::Sleep, Transport::Auto);
-    let mut settings = InputSettings { id, data, keep, wake, transport };
+    let mut settings = InputSettings { id, data, keep, wake, transport, history: 1 };
     for part in parts {
         match part.split_once('=') {
             Some(("keep", keep)) => settings.keep = keep.parse()?,
@@ -228,8 +228,14 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
             }
             Some(("wake", wake)) => settings.wake = wake.parse()?,
             Some(("transport", transport)) => settings.transport = transport.parse()?,
+            Some(("history", count)) => {
+                let count = count.parse().ok().filter(|count| *count >= 1);
+                settings.history = count.ok_or("history is a number from 1")?;
+            }
             _ => {
-                return Err(format!("`{part}` is none of keep=…, patience=…, wake=…, transport=…"));
+                return Err(format!(
+                    "`{part}` is none of keep=…, patience=…, wake=…, transport=…, history=…"
+                ));
             }
         }
     }

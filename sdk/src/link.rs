@@ -4,6 +4,7 @@ mod catch_up;
 pub(crate) mod inbox;
 pub(crate) mod input;
 pub(crate) mod input_reader;
+mod kept;
 pub(crate) mod output;
 pub(crate) mod patience;
 pub(crate) mod publishing;

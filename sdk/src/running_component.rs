@@ -11,20 +11,14 @@ use armor_wire::frame::DataHeader;
 use crate::call::{Call, Outcome};
 use crate::calls::CalledFunction;
 use crate::data::{Data, Header};
+use crate::fed_input::FedInput;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
-use crate::link::input::InputPort;
 use crate::parameter::Value;
 use crate::participant::Participant;
 use crate::user_code::{UserCode, check_outcome, run_user_code};
 
 /// The longest wait for the answers to a pull; of a fast component, a quarter of its period.
 const LONGEST_PULL: Duration = Duration::from_millis(20);
-
-/// An input and the system-wide name of the data that feeds it; empty if nothing does.
-struct FedInput {
-    port: Arc<InputPort>,
-    data: String,
-}
 
 /// See the module.
 pub(crate) struct RunningComponent {
@@ -51,8 +45,7 @@ impl RunningComponent {
         participant: Arc<Participant>,
         executes_on_data: bool,
     ) -> Self {
-        let fed = |port: Arc<InputPort>| FedInput { data: port.data().unwrap_or_default(), port };
-        let inputs: Vec<_> = participant.ports.inputs().into_iter().map(fed).collect();
+        let inputs: Vec<_> = participant.ports.inputs().into_iter().map(FedInput::new).collect();
         let pulls = inputs.iter().any(|input| input.port.is_pulling());
         Self {
             code,
@@ -117,6 +110,11 @@ impl RunningComponent {
         if !self.is_active() {
             return;
         }
+        let history = &mut self.inputs[index].history;
+        if history.is_kept() {
+            let dropped = history.push(header, lost, payload);
+            self.inputs[index].port.count_dropped_history(dropped);
+        }
         let input = &self.inputs[index];
         let header = Header {
             id: &input.port.id,
@@ -126,7 +124,7 @@ impl RunningComponent {
             instance: header.instance,
             lost,
         };
-        let data = Data { bytes: payload, declared: input.port.declared() };
+        let data = Data::of_input(payload, input.port.declared(), &self.inputs);
         let (code, participant) = (&mut self.code, &self.participant);
         let result = run_user_code(participant, CalledFunction::DataReceived, || {
             code.receive_data(&header, &data)?;
@@ -315,6 +313,7 @@ impl RunningComponent {
         let was_active = self.is_active();
         if !was_active {
             self.state = RunState::Frozen;
+            self.inputs.iter_mut().for_each(|input| input.history.clear());
         }
         let given = self.participant.parameters.apply_given(order.parameters, !was_active);
         if let Err(problem) = given {

@@ -92,6 +92,7 @@ impl Tap {
             keep,
             wake: Wake::Sleep,
             paused: false,
+            history: 1,
         };
         let hello = Hello::new(&from, instance, Purpose::Link { link });
         let dialled = dial::dial_component(&found.provider, &hello, Transport::Auto)?;

@@ -153,10 +153,13 @@ impl fmt::Debug for TestError {
     }
 }
 
+/// The last messages that each input of a component under test stores.
+pub const TESTED_HISTORY: u32 = 100;
+
 /// A component under test. Time begins at [`START_S`] and passes only in
 /// [`tick_after`](Self::tick_after) and [`pass_time`](Self::pass_time).
 ///
-/// Each input counts as fed, by data named `test.INPUT`.
+/// Each input counts as fed, by data named `test.INPUT`, with a history of [`TESTED_HISTORY`].
 ///
 /// A panic of a thread that the component has started is a failure of the component, as in a system;
 /// the next step finds it.
@@ -208,6 +211,7 @@ impl TestedComponent {
                 keep: Keep::ALL,
                 wake: Wake::Sleep,
                 transport: Transport::Auto,
+                history: TESTED_HISTORY,
             });
         }
         let mut component = RunningComponent::new(Box::new(code), Arc::clone(&participant), false);

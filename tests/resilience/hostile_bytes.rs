@@ -194,6 +194,7 @@ fn link_to(data: &str) -> Purpose {
         keep: Keep::Latest,
         wake: Wake::Sleep,
         paused: true,
+        history: 1,
     };
     Purpose::Link { link }
 }

@@ -47,7 +47,8 @@ fn read_frame(stream: &mut TcpStream) -> Option<(FrameKind, Vec<u8>)> {
 fn request(data: &str, instance: u64, schema: &str) -> Purpose {
     let (schema_hash, schema) = (schema::hash_text(schema), schema.to_owned());
     let (keep, wake, data) = (Keep::ALL, Wake::Sleep, data.into());
-    let link = LinkRequest { data, instance, schema, schema_hash, keep, wake, paused: false };
+    let link =
+        LinkRequest { data, instance, schema, schema_hash, keep, wake, paused: false, history: 1 };
     Purpose::Link { link }
 }
 

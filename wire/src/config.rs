@@ -189,4 +189,6 @@ pub struct InputSettings {
     pub wake: Wake,
     /// What the data travels on.
     pub transport: Transport,
+    /// How many of its last messages the input stores; 1: none beyond the one it is given.
+    pub history: u32,
 }

@@ -273,6 +273,9 @@ pub struct InputStatus {
     pub dropped: u64,
     /// Data published between two pulls, which nobody has asked for.
     pub skipped: u64,
+    /// Messages of its history that were dropped before their time, because all were too long
+    /// together.
+    pub history_dropped: u64,
     /// Number of times the link came up.
     pub connections: u64,
     /// Why the link is down, in words; empty if it is up.

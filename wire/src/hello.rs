@@ -76,6 +76,8 @@ pub struct LinkRequest {
     pub wake: Wake,
     /// Whether the subscriber is frozen: nothing is sent until it sends `Resume`.
     pub paused: bool,
+    /// How many of its last values a latched output sends at the beginning.
+    pub history: u32,
 }
 
 /// Accepts a hello.
@@ -185,6 +187,7 @@ mod tests {
             keep: Keep::Latest,
             wake: Wake::Sleep,
             paused: false,
+            history: 1,
         }
     }
 

@@ -122,6 +122,7 @@ fn hello() -> Hello {
         keep: Keep::Last { count: 50 },
         wake: Wake::Sleep,
         paused: false,
+        history: 1,
     };
     Hello::new("echo-12", 7, Purpose::Link { link })
 }

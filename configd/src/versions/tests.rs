@@ -116,6 +116,7 @@ fn a_component_learns_how_it_runs_and_is_connected() {
         keep,
         wake,
         transport: if wake == Wake::Spin { Transport::Tcp } else { Transport::Auto },
+        history: 1,
     };
     let wanted = ComponentSettings {
         version: 1,

@@ -213,6 +213,7 @@ mod tests {
             paused: false,
             sent: 100,
             skipped: 0,
+            history_dropped: 0,
             dropped: 0,
             lost: 0,
             queued: 0,

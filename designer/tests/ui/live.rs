@@ -84,6 +84,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         lost: 3,
         dropped: 0,
         skipped: 0,
+        history_dropped: 0,
         connections: 1,
         problem: String::new(),
     };

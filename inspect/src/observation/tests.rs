@@ -215,6 +215,7 @@ fn links_of_an_ended_process_are_not_shown() {
         lost: 0,
         dropped: 0,
         skipped: 0,
+        history_dropped: 0,
         connections: 1,
         problem: String::new(),
     });

@@ -222,6 +222,7 @@ mod tests {
             sent: 140,
             dropped: 7,
             skipped: 0,
+            history_dropped: 0,
             lost: 2,
             queued: 1,
             waiting: 5,

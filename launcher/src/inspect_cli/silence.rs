@@ -222,6 +222,7 @@ mod tests {
             lost: 0,
             dropped: 0,
             skipped: 0,
+            history_dropped: 0,
             connections: 1,
             problem: String::new(),
         };

@@ -207,7 +207,6 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
         transport.as_ref().filter(|t| matches!(t.value, Transport::Shm | Transport::Udp)).map(at),
     );
     let keep_at = keep.as_ref().map(at);
-    unusual.extend(history.as_ref().filter(|history| history.value > 1).map(at));
     let pulls = mode.as_ref().is_some_and(|mode| mode.value == LinkMode::Pull);
     if pulls && keep.as_ref().is_some_and(|keep| keep.value != Keep::Latest) {
         fields.without_effect(

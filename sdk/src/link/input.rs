@@ -20,7 +20,7 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 use super::inbox::{Inbox, InboxItem};
 use super::pull::PullState;
 use crate::counter::SingleWriterCounter;
-use crate::data::DeclaredType;
+use crate::declared::DeclaredType;
 
 /// Looks in a row without any byte after which a publisher is taken for dead: those of as many
 /// beats as may be missed. The last byte came up to one look before the first of them, so this
@@ -52,6 +52,7 @@ pub(crate) struct InputPort {
     pub(super) lost: AtomicU64,
     pub(super) dropped: AtomicU64,
     pub(super) skipped: AtomicU64,
+    history_dropped: AtomicU64,
     /// Of an input that pulls.
     pub(super) pull: PullState,
 }
@@ -87,6 +88,7 @@ impl InputPort {
             lost: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
             skipped: AtomicU64::new(0),
+            history_dropped: AtomicU64::new(0),
             pull: PullState::default(),
         }
     }
@@ -134,6 +136,7 @@ impl InputPort {
             lost: self.lost.load(Ordering::Relaxed),
             dropped: self.dropped.load(Ordering::Relaxed),
             skipped: self.skipped.load(Ordering::Relaxed),
+            history_dropped: self.history_dropped.load(Ordering::Relaxed),
             connections: state.connections,
             problem: state.problem.clone(),
         }
@@ -155,6 +158,13 @@ impl InputPort {
             self.waiting.store(false, Ordering::Relaxed);
             drop(inbox);
             self.room.notify_all();
+        }
+    }
+
+    /// Counts messages of its history that were dropped before their time.
+    pub fn count_dropped_history(&self, dropped: u64) {
+        if dropped > 0 {
+            self.history_dropped.fetch_add(dropped, Ordering::Relaxed);
         }
     }
 

@@ -131,6 +131,7 @@ impl InputReader {
             keep: settings.keep,
             wake: settings.wake,
             paused,
+            history: settings.history,
         };
         let identity = &participant.identity;
         let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
@@ -460,7 +461,7 @@ mod tests {
         let input = participant.ports.inputs().remove(0);
         let (keep, wake, transport) = (Keep::ALL, Wake::Sleep, Transport::Auto);
         let (id, data) = ("in".into(), "source.out".into());
-        input.connect(InputSettings { id, data, keep, wake, transport });
+        input.connect(InputSettings { id, data, keep, wake, transport, history: 1 });
         participant.lifecycle.enter_state(RunState::Active, 0);
         let runtime = Arc::new(Runtime::new(Box::new(NoCode), participant, None));
         InputReader::new(input, 0, runtime).expect("it is fed")

@@ -15,6 +15,7 @@ use armor_wire::schema;
 use parking_lot::{Mutex, MutexGuard};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use super::kept::KeptFrames;
 use super::publishing::{OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
@@ -123,7 +124,10 @@ impl OutputPort {
         let mut state = self.lock_state();
         welcome()?;
         if self.entry.latched {
-            state.offer_last(&mut link);
+            if !link.to.starts_with(TOOL_PREFIX) {
+                state.kept.ask_for(link.history);
+            }
+            offer_kept(&mut link, &state.kept);
         }
         state.links.push(link);
         Ok(())
@@ -146,11 +150,11 @@ impl OutputPort {
         if self.entry.latched {
             let frame = Arc::new(encode_frame(message, header)?);
             state.publish_shared(sequence, &frame, how);
-            state.last = Some((sequence, frame));
+            state.kept.push(sequence, frame);
         } else {
             let pulls = state.links.iter().filter(|link| link.keep == Keep::Pull).count();
             if pulls == 0 {
-                state.last = None;
+                state.kept.clear();
             } else {
                 state.store_newest(message, header)?;
             }
@@ -230,15 +234,11 @@ impl OutputPort {
     /// Reads, writes and beats on every link; called by the service thread.
     pub fn serve_links(&self, now: Duration, beat: &[u8]) {
         let mut state = self.lock_state();
-        let OutputState { links, last, .. } = &mut *state;
+        let OutputState { links, kept, .. } = &mut *state;
         for link in links.iter_mut() {
             // A subscriber that was paused has missed the latched value if it changed meanwhile.
-            let resumed = link.read_signals(now, last.as_ref());
-            if resumed
-                && self.entry.latched
-                && let Some((sequence, frame)) = last
-            {
-                offer_shared(link, *sequence, frame);
+            if link.read_signals(now, kept.last()) && self.entry.latched {
+                offer_kept(link, kept);
             }
             if !link.queue.is_empty() {
                 link.drain_queue();
@@ -280,6 +280,13 @@ impl OutputPort {
             published: state.published,
             links: state.links.iter().map(OutgoingLink::status).collect(),
         }
+    }
+}
+
+/// Sends the last values of a latched output that the link has not carried yet.
+fn offer_kept(link: &mut OutgoingLink, kept: &KeptFrames) {
+    for (sequence, frame) in kept.newest(link.history) {
+        offer_shared(link, *sequence, frame);
     }
 }
 

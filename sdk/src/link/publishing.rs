@@ -10,6 +10,7 @@ use armor_wire::codec::{self, EncodeError};
 use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FLAG_FRESH};
 use armor_wire::message::Message;
 
+use super::kept::KeptFrames;
 use super::stream::FrameFanOut;
 use super::wire_out::{FLAGS_AT, OfferResult, OutgoingLink};
 
@@ -34,8 +35,8 @@ pub(super) struct OutputState {
     pub(super) published: u64,
     pub(super) links: Vec<OutgoingLink>,
     pub(super) buffer: Vec<u8>,
-    /// The last value of a latched output, or of one from which a subscriber pulls, as a frame.
-    pub(super) last: Option<(u64, Arc<Vec<u8>>)>,
+    /// The last values of a latched output, or the last of one from which a subscriber pulls.
+    pub(super) kept: KeptFrames,
     /// Every message so far, encoded; `None` unless a test reads them.
     pub(super) record: Option<Vec<Vec<u8>>>,
     /// Dropped on links that are gone.
@@ -43,7 +44,7 @@ pub(super) struct OutputState {
 }
 
 pub(super) fn offer_shared(link: &mut OutgoingLink, sequence: u64, frame: &Arc<Vec<u8>>) -> bool {
-    if !link.is_pushed() || link.last_sequence == Some(sequence) {
+    if !link.is_pushed() || link.last_sequence.is_some_and(|last| last >= sequence) {
         return false;
     }
     link.last_sequence = Some(sequence);
@@ -91,12 +92,6 @@ impl OutputState {
         });
     }
 
-    pub(super) fn offer_last(&mut self, link: &mut OutgoingLink) {
-        if let Some((sequence, frame)) = &self.last {
-            offer_shared(link, *sequence, frame);
-        }
-    }
-
     /// Keeps the message for the subscribers that pull, in the memory of the one before if no link
     /// still writes that.
     pub(super) fn store_newest<T: Message>(
@@ -104,13 +99,13 @@ impl OutputState {
         message: &T,
         header: DataHeader,
     ) -> Result<(), EncodeError> {
-        let before = self.last.take().and_then(|(_, frame)| Arc::try_unwrap(frame).ok());
+        let before = self.kept.take_last().and_then(|frame| Arc::try_unwrap(frame).ok());
         let mut frame = before.unwrap_or_default();
         let len = codec::encoded_len(message)?;
         frame.clear();
         frame.extend_from_slice(&header.to_bytes(len));
         codec::encode_into(message, &mut frame)?;
-        self.last = Some((header.sequence, Arc::new(frame)));
+        self.kept.push(header.sequence, Arc::new(frame));
         Ok(())
     }
 

@@ -23,6 +23,8 @@ pub(crate) struct OutgoingLink {
     pub to: String,
     pub faults: Arc<PeerFaultLog>,
     pub keep: Keep,
+    /// How many of its last values a latched output sends at the beginning.
+    pub history: u32,
     pub queue: LinkQueue,
     pub reader: FrameReader,
     pub liveness: Liveness,

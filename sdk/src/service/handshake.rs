@@ -194,6 +194,7 @@ impl Handshakes {
             to: from.into(),
             faults: Arc::clone(&self.participant.faults),
             keep,
+            history: link.history,
             queue: LinkQueue::new(keep),
             // A subscriber sends only beats, pause and resume, which have no body.
             reader: FrameReader::with_limit(0),

@@ -22,8 +22,15 @@ const INPUTS: usize = 3;
 #[derive(Debug, PartialEq)]
 pub enum ProbeEvent {
     Call(Call),
-    Data { id: String, value: u64, lost: u64, len: usize },
+    Data {
+        id: String,
+        value: u64,
+        lost: u64,
+        len: usize,
+    },
     Parameter(String, f64),
+    /// The values of the input's history, newest first, after each data.
+    History(Vec<u64>),
 }
 
 type Script = Box<dyn FnMut(&Armor, Call) -> Result<Outcome, Fault> + Send>;
@@ -85,6 +92,14 @@ impl Component for Probe {
             len: sample.bulk.len(),
         };
         let _ = self.plan.events.send(events);
+        if let Ok(history) = data.history(header.id()) {
+            let values = history.iter().map(|past| {
+                assert!(past.data.history("in").is_err(), "a past message has none of its own");
+                past.data.decode::<Sample>().map(|sample| sample.value)
+            });
+            let values = values.collect::<Result<Vec<_>, _>>()?;
+            let _ = self.plan.events.send(ProbeEvent::History(values));
+        }
         if let Some(gate) = &self.plan.gate {
             let _ = gate.recv();
         }
@@ -217,7 +232,7 @@ pub fn data(probe: &Receiver<ProbeEvent>) -> (String, u64, u64) {
     loop {
         match probe.recv_timeout(DEADLINE).expect("data in time") {
             ProbeEvent::Data { id, value, lost, .. } => return (id, value, lost),
-            ProbeEvent::Call(_) | ProbeEvent::Parameter(..) => {}
+            ProbeEvent::Call(_) | ProbeEvent::Parameter(..) | ProbeEvent::History(_) => {}
         }
     }
 }

@@ -5,6 +5,7 @@
 
 mod acting;
 mod bench_system;
+mod histories;
 mod links;
 mod pull;
 mod simulated_time;

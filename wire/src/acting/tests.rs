@@ -5,7 +5,7 @@ use crate::registry::ComponentEntry;
 fn link(keep: Keep, wake: Wake) -> Purpose {
     let (data, schema) = ("laser.scan".into(), String::new());
     let (instance, schema_hash, paused) = (0, 0, false);
-    let link = LinkRequest { data, instance, schema, schema_hash, keep, wake, paused };
+    let link = LinkRequest { data, instance, schema, schema_hash, keep, wake, paused, history: 1 };
     Purpose::Link { link }
 }
 

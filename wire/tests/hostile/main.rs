@@ -62,6 +62,7 @@ fn seeds() -> Vec<Vec<u8>> {
         keep: Keep::Last { count: 50 },
         wake: Wake::Spin,
         paused: true,
+        history: 5,
     };
     let schema = "Count{count:u64}".into();
     let entry = DataEntry { data: "a.b".into(), type_name: "Count".into(), schema, latched: true };
@@ -79,6 +80,7 @@ fn seeds() -> Vec<Vec<u8>> {
             keep: Keep::ALL,
             wake: Wake::Sleep,
             transport: Transport::Tcp,
+            history: 10,
         }],
         ..Default::default()
     };
