@@ -21,6 +21,8 @@ use crate::verb::Verb;
 const RATE_OVER: Duration = Duration::from_secs(1);
 /// Where the column of the hosts stands, if there are several.
 const HOSTS_COLUMN: usize = 2;
+/// Where the count of links that pull stands, if there are any.
+const SKIPPED_COLUMN: usize = 9;
 /// Columns that a narrow terminal does without, the least important first.
 const DISPENSABLE: [&str; 6] = ["WAITING", "SKIPPED", "QUEUED", "KEEP", "TYPE", "RECEIVED"];
 
@@ -74,6 +76,10 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
                 "SKIPPED", "QUEUED", "WAITING", "STATE",
             ];
             let mut rows: Vec<_> = edges.iter().map(format_row).collect();
+            if edges.iter().all(|edge| edge.keep != "pull") {
+                headings.remove(SKIPPED_COLUMN);
+                rows.iter_mut().for_each(|row| drop(row.remove(SKIPPED_COLUMN)));
+            }
             if hosts.are_several() {
                 headings.insert(HOSTS_COLUMN, "HOSTS");
                 for (row, edge) in rows.iter_mut().zip(&edges) {
@@ -239,7 +245,7 @@ mod tests {
         assert_eq!(cells[..7], expected);
         assert_eq!(cells[7..], ["7", "2", "-", "1", "5", "up"]);
         let pulled = ObservedLink { keep: "pull".into(), skipped: 9, ..format_edge("") };
-        assert_eq!(format_row(&pulled)[9], "9");
+        assert_eq!(format_row(&pulled)[SKIPPED_COLUMN], "9");
         let one = place(&[("laser", "robot"), ("slam", "robot")]);
         let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")], &one);
         assert!(drawn.contains("\"laser\" -> \"slam\"") && !drawn.contains("cluster"), "{drawn}");
