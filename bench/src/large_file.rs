@@ -57,6 +57,7 @@ fn make_manifest(kind: String) -> Manifest {
             schema,
             doc: String::new(),
             required: true,
+            many: false,
             latched: false,
             stale_after: String::new(),
         }

@@ -116,6 +116,7 @@ fn kinds() -> Kinds {
         schema_hash: 1,
         doc: String::new(),
         required: false,
+        many: false,
         latched: false,
         stale_after: String::new(),
     };

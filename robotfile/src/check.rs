@@ -182,7 +182,7 @@ fn by_itself(
     findings: &mut Findings,
 ) {
     let system = &configuration.system;
-    system::check(system, findings);
+    system::check(system, manifests, findings);
     links::check(system, findings);
     mission::check(configuration, manifests, findings);
     for mission in configuration.missions() {

@@ -16,6 +16,7 @@ fn manifests() -> Manifests {
         schema_hash: 1,
         doc: String::new(),
         required: false,
+        many: false,
         latched: false,
         stale_after: String::new(),
     };

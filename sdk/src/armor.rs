@@ -33,13 +33,14 @@ impl Armor {
         self.participant.ports.add_output::<T::Message>(id, T::LATCHED)
     }
 
-    /// Declares an input of message type `T`, or `Optional<T>`. Only in the constructor.
+    /// Declares an input of message type `T`, `Optional<T>`, or `Many<T>` for one that several links may
+    /// feed. Only in the constructor.
     ///
     /// # Errors
     /// [`DeclareError`] if the name is malformed or taken.
     pub fn subscribe<T: InputType>(&self, id: &str) -> Result<(), DeclareError> {
         self.check_declaration(id)?;
-        self.participant.ports.add_input::<T::Message>(id, T::REQUIRED)
+        self.participant.ports.add_input::<T::Message>(id, T::REQUIRED, T::MANY)
     }
 
     fn check_declaration(&self, id: &str) -> Result<(), DeclareError> {
@@ -58,11 +59,14 @@ impl Armor {
         outputs.iter().find(|output| output.id == id).map(|output| output.entry.data.clone())
     }
 
-    /// The system-wide name of what feeds an input; `None` if nothing does. Known from the first
+    /// The system-wide name of what feeds an input; `None` if nothing does. Those of an input with
+    /// several sources are in the order of the file, with spaces between them. Known from the first
     /// call of `exec` on.
     pub fn subscribed_data(&self, id: &str) -> Option<String> {
         let inputs = self.participant.ports.inputs();
-        inputs.iter().find(|input| input.id == id).and_then(|input| input.data())
+        let sources = inputs.iter().filter(|input| input.id == id).filter_map(|input| input.data());
+        let sources: Vec<_> = sources.collect();
+        (!sources.is_empty()).then(|| sources.join(" "))
     }
 
     /// Asks for a parameter; the answer arrives in `parameter_received`, before any call that

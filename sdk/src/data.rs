@@ -40,8 +40,10 @@ impl<'a> Header<'a> {
 pub struct Data<'a> {
     bytes: &'a [u8],
     declared: DeclaredType<'a>,
-    /// The inputs of the component; none for data that are themselves of a history.
+    /// The inputs of the component, one for each source; none for data that are themselves of a history.
     inputs: &'a [FedInput],
+    /// Which of them the data are of.
+    place: usize,
 }
 
 /// Why data cannot be read as the type asked for.
@@ -67,6 +69,27 @@ pub enum DataError {
         /// The inputs that there are.
         known: String,
     },
+    /// The input has several sources, and it was not stated which one's history is meant.
+    #[error(
+        "input `{input}` has several sources: read the history of one with \
+             history_from(\"{input}\", SOURCE), of {sources}"
+    )]
+    SeveralSources {
+        /// The input.
+        input: String,
+        /// The data that feed it.
+        sources: String,
+    },
+    /// The data do not feed the input.
+    #[error("`{source_data}` does not feed the input `{input}` (these do: {sources})")]
+    UnknownSource {
+        /// The input.
+        input: String,
+        /// The data that were asked for.
+        source_data: String,
+        /// The data that feed it.
+        sources: String,
+    },
     /// The file does not ask for a history of the input.
     #[error("input `{input}` keeps no history; write history=\"n\" on its link in the file")]
     NoHistory {
@@ -86,38 +109,65 @@ pub enum DataError {
 }
 
 impl<'a> Data<'a> {
-    /// Data of an input, from which the history of each input can be read.
-    pub(crate) fn of_input(
-        bytes: &'a [u8],
-        declared: DeclaredType<'a>,
-        inputs: &'a [FedInput],
-    ) -> Self {
-        Self { bytes, declared, inputs }
+    /// Data of the input at `place`, from which the history of each input can be read.
+    pub(crate) fn of_input(bytes: &'a [u8], inputs: &'a [FedInput], place: usize) -> Self {
+        Self { bytes, declared: inputs[place].port.declared(), inputs, place }
     }
 
     /// Data from which no history can be read.
     pub(crate) fn alone(bytes: &'a [u8], declared: DeclaredType<'a>) -> Self {
-        Self { bytes, declared, inputs: &[] }
+        Self { bytes, declared, inputs: &[], place: 0 }
     }
 
     /// The last messages of an input of this component, this one or another, as many as the file says
     /// (`history="n"` of its link).
     ///
+    /// A history is that of one source: messages of two are no series to interpolate in. For an input
+    /// that takes several ([`Many`](crate::Many)), it is that of the source of these data, if they are
+    /// of this input; otherwise [`history_from`](Self::history_from) names the source.
+    ///
     /// # Errors
-    /// [`DataError`] if there is no such input, or its link keeps no history.
+    /// [`DataError`] if there is no such input, its link keeps no history, or it has several sources
+    /// and these data are of none of them.
     pub fn history(&self, input: &str) -> Result<History<'a>, DataError> {
-        let Some(found) = self.inputs.iter().find(|one| one.port.id == input) else {
-            let known: Vec<_> = self.inputs.iter().map(|one| one.port.id.as_str()).collect();
-            return Err(DataError::UnknownInput { asked: input.into(), known: known.join(", ") });
-        };
-        if !found.history.is_kept() {
-            return Err(DataError::NoHistory { input: input.into() });
+        if let Some(own) = self.inputs.get(self.place).filter(|own| own.port.id == input) {
+            return open_history(own);
         }
-        Ok(History(HistoryOfInput {
-            store: &found.history,
-            data: &found.data,
-            declared: found.port.declared(),
-        }))
+        match self.list_sources(input)?.as_slice() {
+            [only] => open_history(only),
+            several => Err(DataError::SeveralSources {
+                input: input.into(),
+                sources: name_sources(several),
+            }),
+        }
+    }
+
+    /// The last messages that an input with several sources has from the data `source`,
+    /// `component.output`, as [`history`](Self::history).
+    ///
+    /// # Errors
+    /// [`DataError`] if there is no such input, `source` does not feed it, or its link keeps no history.
+    pub fn history_from(&self, input: &str, source: &str) -> Result<History<'a>, DataError> {
+        let sources = self.list_sources(input)?;
+        match sources.iter().find(|one| one.data == source) {
+            Some(found) => open_history(found),
+            None => Err(DataError::UnknownSource {
+                input: input.into(),
+                source_data: source.into(),
+                sources: name_sources(&sources),
+            }),
+        }
+    }
+
+    /// The sources of an input; never empty.
+    fn list_sources(&self, input: &str) -> Result<Vec<&'a FedInput>, DataError> {
+        let sources: Vec<_> = self.inputs.iter().filter(|one| one.port.id == input).collect();
+        if !sources.is_empty() {
+            return Ok(sources);
+        }
+        let mut known: Vec<_> = self.inputs.iter().map(|one| one.port.id.as_str()).collect();
+        known.dedup();
+        Err(DataError::UnknownInput { asked: input.into(), known: known.join(", ") })
     }
 
     /// Reads the content as a message of the type the input was declared with.
@@ -141,6 +191,23 @@ impl<'a> Data<'a> {
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
+}
+
+fn open_history(input: &FedInput) -> Result<History<'_>, DataError> {
+    if !input.history.is_kept() {
+        return Err(DataError::NoHistory { input: input.port.id.clone() });
+    }
+    Ok(History(HistoryOfInput {
+        store: &input.history,
+        data: &input.data,
+        declared: input.port.declared(),
+    }))
+}
+
+fn name_sources(sources: &[&FedInput]) -> String {
+    let named = sources.iter().map(|one| one.data.as_str()).filter(|data| !data.is_empty());
+    let named: Vec<_> = named.collect();
+    if named.is_empty() { "none".into() } else { named.join(", ") }
 }
 
 #[cfg(test)]

@@ -49,6 +49,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         schema: input.schema.clone(),
         schema_hash: schema::hash_text(&input.schema),
         required: input.required,
+        many: input.many,
         latched: false,
         stale_after: stale_after(&input.id),
     });
@@ -59,6 +60,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         schema: output.entry.schema.clone(),
         schema_hash: schema::hash_text(&output.entry.schema),
         required: false,
+        many: false,
         latched: output.entry.latched,
         stale_after: String::new(),
     });

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use crate::history::HistoryStore;
 use crate::link::input::InputPort;
 
-/// An input, the data that feeds it, and its last messages.
+/// An input, the data that feeds it, and its last messages; one for each source of an input that takes
+/// several.
 pub(crate) struct FedInput {
     pub port: Arc<InputPort>,
     /// System-wide name of the data; empty if nothing feeds it.

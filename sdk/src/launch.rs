@@ -345,12 +345,10 @@ fn apply_settings(participant: &Participant, settings: &ComponentSettings) {
         participant.set_watchdog(watchdog);
     }
     let name = &participant.identity.name;
-    let inputs = participant.ports.inputs();
     for fed in &settings.inputs {
-        for input in inputs.iter().filter(|input| input.id == fed.id) {
-            input.connect(fed.clone());
-        }
+        participant.ports.connect_input(fed);
     }
+    let inputs = participant.ports.inputs();
     for input in inputs.iter().filter(|input| input.required && input.data().is_none()) {
         tracing::warn!("input `{name}.{}` is required but nothing feeds it", input.id);
     }

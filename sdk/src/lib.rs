@@ -107,14 +107,14 @@ pub use link::output::Sent;
 pub use parameter::{Parameter, Value, ValueError};
 pub use parameters::{FromValue, ParameterError, Parameters};
 pub use port_table::{DeclareError, SendError};
-pub use ports::{InputType, Latched, Optional, OutputType};
+pub use ports::{InputType, Latched, Many, Optional, OutputType};
 pub use timeline::{ClockReading, Passage, Timeline};
 
 /// Everything a component's source file needs.
 pub mod prelude {
     pub use crate::messages::*;
     pub use crate::{
-        Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, Header, Latched,
+        Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, Header, Latched, Many,
         Message, Optional, Outcome, Parameter, ParameterEffect, Parameters, Value,
     };
 }

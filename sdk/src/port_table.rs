@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use armor_wire::codec::EncodeError;
+use armor_wire::config::InputSettings;
 use armor_wire::message::Message;
 use parking_lot::RwLock;
 use thiserror::Error;
@@ -141,11 +142,39 @@ impl PortTable {
     ///
     /// # Errors
     /// If the name is taken or there are too many inputs.
-    pub fn add_input<T: Message>(&self, id: &str, required: bool) -> Result<(), DeclareError> {
+    pub fn add_input<T: Message>(
+        &self,
+        id: &str,
+        required: bool,
+        many: bool,
+    ) -> Result<(), DeclareError> {
         let mut inputs = self.inputs.write();
         check_free(id, inputs.iter().map(|input| input.id.as_str()))?;
-        inputs.push(Arc::new(InputPort::new::<T>(id, required)));
+        inputs.push(Arc::new(InputPort::new::<T>(id, required, many)));
         Ok(())
+    }
+
+    /// Connects an input as the file specifies. One more source of an input that takes many is a port
+    /// of its own, next to the others; any other input has the last source that it is connected to.
+    /// Returns the place of the port among the inputs; `None` if there is no such input.
+    pub fn connect_input(&self, settings: &InputSettings) -> Option<usize> {
+        let mut inputs = self.inputs.write();
+        let mut places = (0..inputs.len()).filter(|place| inputs[*place].id == settings.id);
+        let first = places.next()?;
+        let last = places.last().unwrap_or(first);
+        let is_taken = |port: &InputPort| port.data().is_some_and(|data| data != settings.data);
+        let place = if inputs[first].many {
+            let free = (first..=last).find(|place| !is_taken(&inputs[*place]));
+            free.unwrap_or(last + 1)
+        } else {
+            first
+        };
+        if place > last {
+            let source = inputs[first].new_source();
+            inputs.insert(place, Arc::new(source));
+        }
+        inputs[place].connect(settings.clone());
+        Some(place)
     }
 
     pub fn outputs(&self) -> Vec<Arc<OutputPort>> {
@@ -276,7 +305,7 @@ mod tests {
     fn ports_have_names_of_their_own_and_there_is_a_limit() {
         let ports = table();
         ports.add_output::<Flag>("light", false).unwrap();
-        ports.add_input::<Flag>("light", true).expect("an input may be called as an output");
+        ports.add_input::<Flag>("light", true, false).expect("an input may be called as an output");
         let again = ports.add_output::<Number>("light", false);
         assert!(matches!(again, Err(DeclareError::Twice(id)) if id == "light"));
         for n in 1..MAX_PORTS {

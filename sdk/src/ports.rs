@@ -1,4 +1,4 @@
-//! How ports are declared: by message type, or by `Latched` or `Optional` of one.
+//! How ports are declared: by message type, or by `Latched`, `Optional` or `Many` of one.
 
 use std::marker::PhantomData;
 
@@ -16,16 +16,19 @@ pub trait OutputType: 'static {
     const LATCHED: bool;
 }
 
-/// An input type: a message, or [`Optional`] of one.
+/// An input type: a message, [`Optional`] or [`Many`] of one, or `Optional<Many<…>>`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be the type of an input",
-    note = "an input is of a message, or `Optional` of one; `Latched` is for outputs"
+    note = "an input is of a message, `Optional` or `Many` of one, or `Optional<Many<…>>`; `Latched` is \
+            for outputs"
 )]
 pub trait InputType: 'static {
     /// The type of what is received.
     type Message: Message;
     /// Whether the file must feed it.
     const REQUIRED: bool;
+    /// Whether any number of links may feed it.
+    const MANY: bool;
 }
 
 /// An output whose last value a late subscriber gets immediately: maps, states, results.
@@ -33,6 +36,10 @@ pub struct Latched<T>(PhantomData<T>);
 
 /// An input that may stay unconnected.
 pub struct Optional<T>(PhantomData<T>);
+
+/// An input that any number of links may feed, at least one unless it is `Optional<Many<T>>`. Each link
+/// has its own queue, counters and history; [`Header::data`](crate::Header::data) names the source.
+pub struct Many<T>(PhantomData<T>);
 
 impl<T: Message> OutputType for T {
     type Message = T;
@@ -47,9 +54,23 @@ impl<T: Message> OutputType for Latched<T> {
 impl<T: Message> InputType for T {
     type Message = T;
     const REQUIRED: bool = true;
+    const MANY: bool = false;
 }
 
 impl<T: Message> InputType for Optional<T> {
     type Message = T;
     const REQUIRED: bool = false;
+    const MANY: bool = false;
+}
+
+impl<T: Message> InputType for Many<T> {
+    type Message = T;
+    const REQUIRED: bool = true;
+    const MANY: bool = true;
+}
+
+impl<T: Message> InputType for Optional<Many<T>> {
+    type Message = T;
+    const REQUIRED: bool = false;
+    const MANY: bool = true;
 }

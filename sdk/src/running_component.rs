@@ -61,6 +61,16 @@ impl RunningComponent {
         }
     }
 
+    /// Takes the input at `place` of the port table, which has been connected: a source that was added
+    /// there, or one that is fed by other data now.
+    pub fn take_input(&mut self, place: usize) {
+        let input = FedInput::new(self.participant.ports.inputs().remove(place));
+        match self.inputs.get_mut(place) {
+            Some(known) if Arc::ptr_eq(&known.port, &input.port) => *known = input,
+            _ => self.inputs.insert(place, input),
+        }
+    }
+
     pub fn is_active(&self) -> bool {
         self.state == RunState::Active
     }
@@ -124,7 +134,7 @@ impl RunningComponent {
             instance: header.instance,
             lost,
         };
-        let data = Data::of_input(payload, input.port.declared(), &self.inputs);
+        let data = Data::of_input(payload, &self.inputs, index);
         let (code, participant) = (&mut self.code, &self.participant);
         let result = run_user_code(participant, CalledFunction::DataReceived, || {
             code.receive_data(&header, &data)?;

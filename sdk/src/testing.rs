@@ -41,6 +41,7 @@
 //! failure takes the error (`let error = doubler.send(…).unwrap_err();`), or goes on and reads
 //! [`TestedComponent::reports`].
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -62,6 +63,7 @@ use crate::component::Component;
 use crate::describe::list_declarations;
 use crate::identity::ProcessIdentity;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
+use crate::link::input::InputPort;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
 use crate::thread_panics::{ThreadMark, report_thread_panics};
@@ -106,6 +108,22 @@ pub enum TestError {
         declared: String,
         /// The type that the test gives or asks for.
         given: &'static str,
+    },
+    /// A second source for an input that takes one.
+    #[error("input `{input}` of `{kind}` takes one source; declare it as `Many<…>` for several")]
+    OneSource {
+        /// The kind of component.
+        kind: &'static str,
+        /// The input.
+        input: String,
+    },
+    /// The data do not feed the input.
+    #[error("`{source_data}` does not feed input `{input}`; add it with `link_from`")]
+    UnknownSource {
+        /// The input.
+        input: String,
+        /// The data that were to be sent.
+        source_data: String,
     },
     /// The component is not active, so it gets no calls.
     #[error("`{kind}` gets no calls: {why}")]
@@ -172,8 +190,8 @@ pub struct TestedComponent {
     passed: Duration,
     activations: u64,
     reports: Vec<ReportKind>,
-    /// The number of messages sent to each input.
-    sent: Vec<u64>,
+    /// The number of messages sent by each source to each input.
+    sent: BTreeMap<(String, String), u64>,
 }
 
 impl TestedComponent {
@@ -205,14 +223,7 @@ impl TestedComponent {
         participant.parameters.wait_for_all(Duration::ZERO)?;
         let inputs = participant.ports.inputs();
         for input in &inputs {
-            input.connect(InputSettings {
-                id: input.id.clone(),
-                data: format!("test.{}", input.id),
-                keep: Keep::ALL,
-                wake: Wake::Sleep,
-                transport: Transport::Auto,
-                history: TESTED_HISTORY,
-            });
+            participant.ports.connect_input(&tested_link(&input.id, default_source(&input.id)));
         }
         let mut component = RunningComponent::new(Box::new(code), Arc::clone(&participant), false);
         component.deliver_parameters();
@@ -226,7 +237,7 @@ impl TestedComponent {
             passed: Duration::ZERO,
             activations: 0,
             reports: Vec::new(),
-            sent: vec![0; inputs.len()],
+            sent: BTreeMap::new(),
         };
         tested.take_reports();
         Ok(tested)
@@ -301,23 +312,73 @@ impl TestedComponent {
         self.participant.clock.timestamp()
     }
 
-    /// Hands `message`, created now, to the component as data of `input`.
+    /// Adds a link from the data `source`, `component.output`, to an input that takes several. The first
+    /// one takes the place of `test.INPUT`. Call it before [`start`](Self::start): a system has all its
+    /// links before the first call of `exec`.
+    ///
+    /// # Errors
+    /// If there is no such input, or it takes one source only.
+    pub fn link_from(&mut self, input: &str, source: &str) -> Result<(), TestError> {
+        let inputs = self.participant.ports.inputs();
+        let Some(port) = inputs.iter().find(|port| port.id == input) else {
+            return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
+        };
+        if !port.many {
+            return Err(TestError::OneSource { kind: self.kind, input: input.into() });
+        }
+        let settings = tested_link(input, source.into());
+        let place = match inputs.iter().position(|port| port.data() == Some(default_source(input)))
+        {
+            Some(place) => {
+                inputs[place].connect(settings);
+                Some(place)
+            }
+            None => self.participant.ports.connect_input(&settings),
+        };
+        if let Some(place) = place {
+            self.component.take_input(place);
+        }
+        Ok(())
+    }
+
+    /// Hands `message`, created now, to the component as data of `input`; of an input that takes
+    /// several sources as that of `test.INPUT`.
     ///
     /// # Errors
     /// If there is no such input, it has another type, or the component is not active or fails.
     pub fn send<T: Message>(&mut self, input: &str, message: &T) -> Result<(), TestError> {
+        self.send_from(input, &default_source(input), message)
+    }
+
+    /// Hands `message`, created now, to the component as data of one source of an input.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send), or if the source does not feed the input
+    /// ([`link_from`](Self::link_from)).
+    pub fn send_from<T: Message>(
+        &mut self,
+        input: &str,
+        source: &str,
+        message: &T,
+    ) -> Result<(), TestError> {
         let inputs = self.participant.ports.inputs();
-        let Some(index) = inputs.iter().position(|port| port.id == input) else {
+        let Some(declared) = inputs.iter().find(|port| port.id == input) else {
             return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
         };
-        let port = &inputs[index];
-        if port.schema_hash != T::schema_hash() {
-            return Err(other_type::<T>("input", input, port.type_name));
+        if declared.schema_hash != T::schema_hash() {
+            return Err(other_type::<T>("input", input, declared.type_name));
         }
+        let is_it =
+            |port: &Arc<InputPort>| port.id == input && port.data().as_deref() == Some(source);
+        let Some(index) = inputs.iter().position(is_it) else {
+            let (input, source) = (input.into(), source.into());
+            return Err(TestError::UnknownSource { input, source_data: source });
+        };
         self.check_active()?;
-        let sequence = self.sent[index];
+        let sent = self.sent.entry((input.into(), source.into())).or_default();
+        let sequence = *sent;
+        *sent += 1;
         let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
-        self.sent[index] += 1;
         let bytes = codec::encode(message)?;
         self.take_step(|component| component.deliver_data(index, header, 0, &bytes))
     }
@@ -428,6 +489,17 @@ impl TestedComponent {
     }
 }
 
+/// The data that feed an input in a test.
+fn default_source(input: &str) -> String {
+    format!("test.{input}")
+}
+
+/// A link of a test.
+fn tested_link(input: &str, data: String) -> InputSettings {
+    let (keep, wake, transport) = (Keep::ALL, Wake::Sleep, Transport::Auto);
+    InputSettings { id: input.into(), data, keep, wake, transport, history: TESTED_HISTORY }
+}
+
 /// The reason of the last failure.
 fn find_failure(reports: &[ReportKind]) -> Option<&str> {
     reports.iter().rev().find_map(|report| match report {
@@ -440,5 +512,7 @@ fn other_type<T: Message>(noun: &'static str, id: &str, declared: &str) -> TestE
     TestError::OtherType { noun, id: id.into(), declared: declared.into(), given: T::NAME }
 }
 
+#[cfg(test)]
+mod many;
 #[cfg(test)]
 mod tests;

@@ -112,6 +112,9 @@ pub struct PortManifest {
     /// For an input: whether it must be fed.
     #[serde(default)]
     pub required: bool,
+    /// For an input: whether any number of links may feed it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub many: bool,
     /// For an output: whether a late subscriber gets the last value immediately.
     #[serde(default)]
     pub latched: bool,

@@ -230,6 +230,7 @@ fn live_manifests() -> Manifests {
         schema_hash: 1,
         doc: String::new(),
         required: false,
+        many: false,
         latched: false,
         stale_after: String::new(),
     };

@@ -21,6 +21,7 @@ fn port(id: &str, type_name: &str, schema: &str, required: bool) -> PortManifest
         schema_hash,
         doc: format!("the {id}"),
         required,
+        many: false,
         latched: false,
         stale_after: String::new(),
     }

@@ -317,7 +317,7 @@ impl<'a> Fed<'a> {
             let (Some(output), Some(input)) = ends else { continue };
             if !is_same_type(output, input) {
                 fed.misdirected.insert((&link.to.component.value, output.schema_hash));
-            } else if is_second {
+            } else if is_second && !input.many {
                 fed.doubled.insert(output.schema_hash);
             }
         }

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use crate::check::manifests::Manifests;
 use crate::check::names::KnownNames;
 use crate::code::Code;
 use crate::finding::Finding;
@@ -30,7 +31,7 @@ pub(super) fn keep_first(system: &mut System, findings: &mut Findings) {
     system.components.retain(|component| seen.insert(component.name.value.clone()));
 }
 
-pub(super) fn check(system: &System, findings: &mut Findings) {
+pub(super) fn check(system: &System, manifests: Option<&Manifests>, findings: &mut Findings) {
     let names = system.components.iter().map(|component| &component.name);
     let names = KnownNames::collect("component", Code::DuplicateComponent, names, findings);
     let names = names.including(&system.unreadable).of_kinds(&system.components);
@@ -53,7 +54,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     if let Some(clock) = &system.clock {
         names.expect(&clock.source.component, Code::UnknownComponent, findings);
     }
-    inputs_fed_once(&system.links, findings);
+    inputs_fed_once(system, manifests, findings);
 }
 
 /// Each host once, each component on one that there is, each host with a component.
@@ -140,15 +141,38 @@ fn parameters_once(component: &Component, findings: &mut Findings) {
     KnownNames::collect("parameter", Code::DuplicateParameter, names, findings);
 }
 
-fn inputs_fed_once(links: &[Link], findings: &mut Findings) {
-    let mut fed = BTreeMap::new();
-    for link in links {
+/// An input has one link, unless its kind declares that it takes many; then each of its links has
+/// another source. Which inputs take many is not known without manifests.
+fn inputs_fed_once(system: &System, manifests: Option<&Manifests>, findings: &mut Findings) {
+    let mut fed: BTreeMap<_, Vec<&Link>> = BTreeMap::new();
+    for link in &system.links {
         let input = (link.to.component.value.as_str(), link.to.port.value.as_str());
-        if let Some(first) = fed.insert(input, &link.to.at) {
-            let message = format!("the input {} is fed twice", link.to.data());
+        let others = fed.entry(input).or_default();
+        let is_same = |other: &&&Link| other.from.data() == link.from.data();
+        let (first, message) = if let Some(first) = others.iter().find(is_same) {
+            let (input, data) = (link.to.data(), link.from.data());
+            (Some(first), format!("the input {input} is fed twice by {data}"))
+        } else {
+            let takes_one = takes_many(system, manifests, input) == Some(false);
+            let first = others.last().filter(|_| takes_one);
+            (first, format!("the input {} is fed twice", link.to.data()))
+        };
+        if let Some(first) = first {
             let finding = Finding::new(Code::InputFedTwice, &link.to.at, message);
-            findings
-                .push(finding.remedy("remove one of the two links").related(first, "first here"));
+            findings.push(
+                finding.remedy("remove one of the two links").related(&first.to.at, "first here"),
+            );
         }
+        others.push(link);
     }
+}
+
+/// Whether any number of links may feed the input; none if its kind is not known.
+fn takes_many(
+    system: &System,
+    manifests: Option<&Manifests>,
+    (component, input): (&str, &str),
+) -> Option<bool> {
+    let kind = manifests?.get(&system.component(component)?.kind.value)?;
+    Some(kind.inputs.iter().any(|it| it.id == input && it.many))
 }

@@ -242,6 +242,7 @@ fn port(id: &str, of: usize) -> PortManifest {
         schema,
         doc: String::new(),
         required: of.is_multiple_of(2),
+        many: false,
         latched: false,
         stale_after: String::new(),
     }

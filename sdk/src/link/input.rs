@@ -31,6 +31,8 @@ const MAX_QUIET_LOOKS: u32 = (BEAT.as_millis() * MISSED_BEATS as u128 / LOOK.as_
 pub(crate) struct InputPort {
     pub id: String,
     pub required: bool,
+    /// Any number of links may feed it: each is a port of its own, of the same id.
+    pub many: bool,
     pub type_name: &'static str,
     pub schema: String,
     pub schema_hash: u64,
@@ -70,13 +72,33 @@ pub(super) struct InputState {
 }
 
 impl InputPort {
-    pub fn new<T: Message>(id: &str, required: bool) -> Self {
+    pub fn new<T: Message>(id: &str, required: bool, many: bool) -> Self {
+        let schema = T::schema().to_string();
+        Self::unconnected(id, required, many, T::NAME, schema, T::schema_hash())
+    }
+
+    /// The same input for one more source.
+    pub fn new_source(&self) -> Self {
+        let (id, schema) = (self.id.as_str(), self.schema.clone());
+        let (required, many) = (self.required, self.many);
+        Self::unconnected(id, required, many, self.type_name, schema, self.schema_hash)
+    }
+
+    fn unconnected(
+        id: &str,
+        required: bool,
+        many: bool,
+        type_name: &'static str,
+        schema: String,
+        schema_hash: u64,
+    ) -> Self {
         Self {
             id: id.into(),
             required,
-            type_name: T::NAME,
-            schema: T::schema().to_string(),
-            schema_hash: T::schema_hash(),
+            many,
+            type_name,
+            schema,
+            schema_hash,
             state: Mutex::default(),
             inbox: Mutex::new(Inbox::new(Keep::Latest)),
             waiting: AtomicBool::new(false),

@@ -457,7 +457,7 @@ mod tests {
         let identity = ProcessIdentity { name: "sink".into(), kind: "sink".into(), instance: 1 };
         let participant =
             Arc::new(Participant::new(identity, Declarations::default(), false).unwrap());
-        participant.ports.add_input::<Flag>("in", true).unwrap();
+        participant.ports.add_input::<Flag>("in", true, false).unwrap();
         let input = participant.ports.inputs().remove(0);
         let (keep, wake, transport) = (Keep::ALL, Wake::Sleep, Transport::Auto);
         let (id, data) = ("in".into(), "source.out".into());

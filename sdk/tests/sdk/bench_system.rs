@@ -15,8 +15,8 @@ use armor_sdk::wire::registry::ComponentEntry;
 /// Only a hang takes this long.
 pub const DEADLINE: Duration = Duration::from_secs(20);
 
-/// What a probe subscribes to; the last of the ports that it declares.
-const INPUTS: usize = 3;
+/// What a probe subscribes to, at least; the last of the ports that it declares.
+const INPUTS: usize = 4;
 
 /// What happens to a probe, as the test sees it.
 #[derive(Debug, PartialEq)]
@@ -24,6 +24,7 @@ pub enum ProbeEvent {
     Call(Call),
     Data {
         id: String,
+        source: String,
         value: u64,
         lost: u64,
         len: usize,
@@ -71,6 +72,7 @@ impl Component for Probe {
         armor.subscribe::<Optional<Sample>>("in")?;
         armor.subscribe::<Optional<Sample>>("in2")?;
         armor.subscribe::<Optional<Text>>("words")?;
+        armor.subscribe::<Optional<Many<Sample>>>("all")?;
         armor.get_parameter("speed")?;
         armor.synchronize()?;
         let name = armor.provided_data("out").unwrap_or_default().replace(".out", "");
@@ -87,6 +89,7 @@ impl Component for Probe {
         let sample: Sample = data.decode()?;
         let events = ProbeEvent::Data {
             id: header.id().into(),
+            source: header.data().into(),
             value: sample.value,
             lost: header.lost,
             len: sample.bulk.len(),
@@ -186,7 +189,7 @@ impl System {
         loop {
             let status = control.status(DEADLINE).unwrap();
             // Ports are declared one by one, a moment after the name is registered.
-            if status.inputs.len() == INPUTS && wanted(&status) {
+            if status.inputs.len() >= INPUTS && wanted(&status) {
                 return status;
             }
             assert!(start.elapsed() < DEADLINE, "never in the wanted state: {status:#?}");

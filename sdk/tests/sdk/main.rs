@@ -7,6 +7,7 @@ mod acting;
 mod bench_system;
 mod histories;
 mod links;
+mod many;
 mod pull;
 mod simulated_time;
 mod standard_messages;

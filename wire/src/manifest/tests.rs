@@ -143,6 +143,7 @@ fn the_json_form_comes_back_as_it_was() {
         schema_hash,
         doc: String::new(),
         required: true,
+        many: false,
         latched: false,
         stale_after: String::new(),
     };

@@ -392,6 +392,7 @@ mod tests {
             schema_hash: schema::hash_text(schema),
             doc: String::new(),
             required: false,
+            many: false,
             latched: false,
             stale_after: String::new(),
         };
