@@ -34,10 +34,11 @@ fn ports(ui: &mut egui::Ui, heading: &str, ports: &[PortManifest]) {
     ui.weak(heading);
     Grid::new((heading, ports[0].id.as_str())).num_columns(3).show(ui, |ui| {
         for port in ports {
-            ui.label(if port.required {
-                format!("{} (must be fed)", port.id)
-            } else {
-                port.id.clone()
+            ui.label(match (port.required, port.many) {
+                (true, true) => format!("{} (at least one link)", port.id),
+                (false, true) => format!("{} (any number of links)", port.id),
+                (true, false) => format!("{} (must be fed)", port.id),
+                (false, false) => port.id.clone(),
             });
             ui.weak(&port.type_name);
             ui.label(RichText::new(shown(ui, &port.doc)).small());

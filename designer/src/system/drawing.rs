@@ -209,9 +209,11 @@ fn port(
     let sort = if is_output { "output" } else { "input" };
     let doc = match manifest {
         Some(port) => {
-            let nature = match (port.required, port.latched) {
-                (true, _) => ", must be fed",
-                (_, true) => ", keeps its last value for late subscribers",
+            let nature = match (port.required, port.latched, port.many) {
+                (true, _, true) => ", takes any number of links, at least one",
+                (_, _, true) => ", takes any number of links",
+                (true, ..) => ", must be fed",
+                (_, true, _) => ", keeps its last value for late subscribers",
                 _ => "",
             };
             let about = if port.doc.is_empty() { "" } else { "\n" };
@@ -225,7 +227,10 @@ fn port(
         None => format!("{sort} {id}"),
     };
     NodePort {
-        name: id.to_owned(),
+        name: match manifest {
+            Some(port) if port.many => format!("{id} …"),
+            _ => id.to_owned(),
+        },
         at: vec2(0.0, y),
         side: if is_output { PortSide::Right } else { PortSide::Left },
         direction,
@@ -266,10 +271,7 @@ fn wires(links: &[Link], names: &BTreeMap<&str, usize>, joints: &mut Joints) -> 
         // The check reports a link to a component that does not exist.
         let (Some(from), Some(to)) = (from, to) else { continue };
         let number = wires.len();
-        let fed = &mut joints.ports[to.node][to.port].fed_by;
-        if fed.is_none() {
-            *fed = Some((number, link.from.data()));
-        }
+        joints.ports[to.node][to.port].fed_by.push((number, link.from.data()));
         wires.push(wire(link, from, to));
     }
     wires

@@ -1,4 +1,5 @@
-//! ArMoR's rules of links (4.1): an output to an input, of one type, and an input once.
+//! ArMoR's rules of links (4.1): an output to an input, of one type, and an input once
+//! unless it takes many.
 
 use armor_wire::manifest::PortManifest;
 use armor_wire::schema::difference;
@@ -23,8 +24,10 @@ pub struct Joint {
     pub direction: Direction,
     /// Name, hash and text of its type; none if the kind has no such port.
     pub message: Option<(String, u64, String)>,
-    /// Of an input: the wire that feeds it, and the output that this is from.
-    pub fed_by: Option<(usize, String)>,
+    /// Of an input: whether any number of wires may feed it.
+    pub takes_many: bool,
+    /// Of an input: the wires that feed it, each with the output that it is from.
+    pub fed_by: Vec<(usize, String)>,
     /// How many wires end there.
     pub wires: usize,
 }
@@ -43,7 +46,8 @@ impl Joint {
             port: port.to_owned(),
             direction,
             message,
-            fed_by: None,
+            takes_many: manifest.is_some_and(|port| port.many),
+            fed_by: Vec::new(),
             wires: 0,
         }
     }
@@ -88,13 +92,16 @@ impl Joints {
             _ => return Err("two inputs cannot be linked".into()),
         };
         types_fit(output, input)?;
-        match &input.fed_by {
-            Some((fed_by, _)) if Some(*fed_by) == wire => Ok((output, input)),
-            Some((_, from)) if *from == output.data() => {
-                Err(format!("{} already feeds {}", output.data(), input.data()))
+        let mut others = input.fed_by.iter().filter(|(other, _)| Some(*other) != wire);
+        let data = output.data();
+        match others.clone().find(|(_, from)| *from == data).or_else(|| others.next()) {
+            Some((_, from)) if *from == data => {
+                Err(format!("{data} already feeds {}", input.data()))
             }
-            Some((_, from)) => Err(format!("{} is already fed by {from}", input.data())),
-            None => Ok((output, input)),
+            Some((_, from)) if !input.takes_many => {
+                Err(format!("{} is already fed by {from}", input.data()))
+            }
+            _ => Ok((output, input)),
         }
     }
 }
@@ -124,9 +131,11 @@ impl JoinRules for Joints {
         self.ends_without(Some(wire), stays, to).map(|_| ())
     }
 
-    /// A wire is taken by its end at an input, which has only one.
+    /// A wire is taken by its end at an input that has only one. From an input that takes many, a drag
+    /// begins a new one; its wires are led elsewhere by their grips.
     fn taken_by(&self, port: PortAt) -> Option<usize> {
         let joint = self.joint(port)?;
-        joint.fed_by.as_ref().map(|(wire, _)| *wire).filter(|_| joint.direction == Direction::In)
+        let (wire, _) = joint.fed_by.first()?;
+        (joint.direction == Direction::In && !joint.takes_many).then_some(*wire)
     }
 }

@@ -102,6 +102,12 @@ pub fn manifests() -> Vec<Manifest> {
             )
         },
         kind("lamp", vec![port("place", "Point", OTHER_POINT, false)], vec![], vec![]),
+        kind(
+            "wall",
+            vec![PortManifest { many: true, ..port("images", "Image", IMAGE, true) }],
+            vec![],
+            vec![],
+        ),
         Manifest { controllable: false, ..kind("view", vec![], vec![], view_parameters()) },
     ]
 }

@@ -87,6 +87,26 @@ fn an_input_that_is_fed_takes_no_second_link() {
 }
 
 #[test]
+fn an_input_that_takes_many_has_a_wire_from_each_output_once() {
+    let wall = r#"    <component name="wall" kind="wall"/>
+    <layout>
+      <block of="wall" x="300" y="500"/>"#;
+    let mut window = Window::open(Some(&TWO_EACH.replace("    <layout>", wall)));
+    window.drag_between("output eye.image", "input wall.images");
+    window.drag_between("input wall.images", "output eye-2.image");
+    for eye in ["eye", "eye-2"] {
+        let link = format!(r#"<link from="{eye}.image" to="wall.images"/>"#);
+        assert!(window.text().contains(&link), "{}", window.text());
+        assert!(window.has(&format!("link {eye}.image to wall.images")));
+    }
+    let before = window.text();
+    window.drag_between("output eye.image", "input wall.images");
+    assert_eq!(window.text(), before);
+    let message = window.last_message();
+    assert!(message.contains("eye.image already feeds wall.images"), "{message}");
+}
+
+#[test]
 fn a_link_is_taken_by_its_end_and_led_elsewhere_or_let_go() {
     let mut window = Window::open(Some(TWO_EACH));
     window.drag_between("output eye.target", "input arm.target");

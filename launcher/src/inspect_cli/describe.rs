@@ -199,11 +199,13 @@ fn format_port(port: &PortManifest) -> Vec<String> {
         (_, true) => "latched",
         _ => "",
     };
+    let sources = if port.many { "any number of links" } else { "" };
     let age = match port.stale_after.as_str() {
         "" => String::new(),
         age => format!("not older than {age}"),
     };
-    let nature: Vec<_> = [nature.to_owned(), age].into_iter().filter(|it| !it.is_empty()).collect();
+    let parts = [nature.to_owned(), sources.to_owned(), age];
+    let nature: Vec<_> = parts.into_iter().filter(|it| !it.is_empty()).collect();
     vec![port.id.clone(), port.type_name.clone(), nature.join(", "), port.doc.clone()]
 }
 

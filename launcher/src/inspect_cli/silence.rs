@@ -111,10 +111,16 @@ pub fn explain_missing(error: Error, observed: &ObservedSystem, data: &str) -> E
 /// Returns what feeds the input, if the name is that of an input: only outputs can be read.
 fn describe_input(status: &Status, data: &str) -> Option<String> {
     let (_, port) = data.split_once('.')?;
-    let input = status.inputs.iter().find(|input| input.id == port)?;
-    Some(match input.data.as_str() {
-        "" => format!("{data} is an input, and no link feeds it"),
-        source => format!("{data} is an input; what arrives there is {source}: give that name"),
+    let links: Vec<_> = status.inputs.iter().filter(|input| input.id == port).collect();
+    let sources = links.iter().map(|input| input.data.as_str()).filter(|source| !source.is_empty());
+    Some(match sources.collect::<Vec<_>>().as_slice() {
+        [] if links.is_empty() => return None,
+        [] => format!("{data} is an input, and no link feeds it"),
+        [source] => format!("{data} is an input; what arrives there is {source}: give that name"),
+        several => {
+            let several = several.join(", ");
+            format!("{data} is an input; what arrives there is {several}: give one of these names")
+        }
     })
 }
 
@@ -226,12 +232,19 @@ mod tests {
             connections: 1,
             problem: String::new(),
         };
-        let inputs = vec![input("pose", "slam.pose"), input("goal", "")];
+        let inputs = vec![
+            input("pose", "slam.pose"),
+            input("goal", ""),
+            input("scans", "front.scan"),
+            input("scans", "rear.scan"),
+        ];
         let status = Status { inputs, ..status(RunState::Active, 0, 0) };
         let text = describe_input(&status, "laser.pose").expect("an input");
         assert_eq!(text, "laser.pose is an input; what arrives there is slam.pose: give that name");
         let text = describe_input(&status, "laser.goal").expect("an input");
         assert_eq!(text, "laser.goal is an input, and no link feeds it");
+        let text = describe_input(&status, "laser.scans").expect("an input");
+        assert!(text.ends_with("is front.scan, rear.scan: give one of these names"), "{text}");
         assert_eq!(describe_input(&status, "laser.scan"), None);
     }
 

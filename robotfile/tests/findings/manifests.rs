@@ -452,6 +452,31 @@ fn an_input_that_is_fed_twice_names_one_that_was_meant() {
 }
 
 #[test]
+fn an_input_that_takes_many_has_any_number_of_links_and_at_least_one() {
+    let with = |links: &[&str]| {
+        let links = links.iter().map(|link| format!(r#"<link {link}/>"#)).collect::<String>();
+        let components = r#"<component name="front" kind="laser"/><component name="rear" kind="laser"/><component name="maps" kind="scan-mapper"/><component name="draws" kind="cartographer"/>"#;
+        let found = warnings_of(&system(&format!("{components}{links}")));
+        found.into_iter().filter(|it| it.starts_with('E')).collect::<Vec<_>>()
+    };
+    let (front, rear) =
+        (r#"from="front.scan" to="maps.scans""#, r#"from="rear.scan" to="maps.scans""#);
+    let (draws, map) =
+        (r#"from="front.scan" to="draws.scan""#, r#"from="draws.map" to="maps.scans""#);
+    assert_eq!(with(&[front, rear, draws]), [] as [String; 0]);
+    let unfed = with(&[draws]);
+    assert!(unfed.len() == 1 && unfed[0].contains("nothing feeds maps.scans"), "{unfed:?}");
+    let twice = with(&[front, rear, front, draws]);
+    assert!(twice.len() == 1, "{twice:?}");
+    assert!(
+        twice[0].starts_with("E0104 the input maps.scans is fed twice by front.scan"),
+        "{twice:?}"
+    );
+    let other = with(&[front, map, draws]);
+    assert!(other.len() == 1 && other[0].starts_with("E0108 draws.map cannot feed"), "{other:?}");
+}
+
+#[test]
 fn a_component_that_is_never_done() {
     let with = |event: &str| {
         warnings_of(&format!(

@@ -31,7 +31,7 @@ fn a_misspelt_end_tag_is_one_mistake() {
 #[test]
 fn a_malformed_tag_brings_no_follow_up() {
     // The component is not understood, so whether links lead to it is not known.
-    let file = r#"<component name="a" kind=k/><component name="b" kind="k" rate="x"/><link from="a.x" to="b.y"/><link from="b.x" to="b.y"/>"#;
+    let file = r#"<component name="a" kind=k/><component name="b" kind="k" rate="x"/><link from="a.x" to="b.y"/><link from="a.x" to="b.y"/>"#;
     assert_eq!(all_of(&system(file)), ["E0004", "E0019", "E0104"]);
     let cut = r#"<armor version="1"><system><component name="b" kind="k" rate="x"/><link from="a.x" to="b"#;
     assert_eq!(all_of(cut), ["E0019", "E0004"]);

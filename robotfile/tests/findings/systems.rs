@@ -22,7 +22,7 @@ fn systems() {
     one(
         "E0104",
         &system(
-            r#"<component name="a" kind="k"/><link from="a.x" to="a.z"/><link from="a.y" to="[[a.z]]"/>"#,
+            r#"<component name="a" kind="k"/><link from="a.x" to="a.z"/><link from="a.x" to="[[a.z]]"/>"#,
         ),
     );
     one("E0115", &system(r#"<component name="[[registry]]" kind="k"/>"#));
