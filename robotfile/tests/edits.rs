@@ -233,6 +233,30 @@ fn new_elements_follow_the_last_of_their_kind() {
 }
 
 #[test]
+fn an_input_takes_a_link_from_each_output_once() {
+    let mut document = open(ROVER);
+    let (one, other) = ("sim.scan", "slam.map");
+    let link = |from, to| Item::Link { from, to };
+    let mut set = |from, name, value| {
+        let changed = document.set_attribute(link(from, "sim.map"), name, Some(value));
+        changed.map_err(|error| error.to_string())
+    };
+    let known = |error: Result<(), String>| error.is_err_and(|it| it.contains("exists already"));
+    assert!(set(one, "keep", "2").is_err(), "there is no such link yet");
+    set(other, "to", "sim.map").expect("nothing changes");
+    document.add(link(one, "sim.map"), &[]).expect("the input may take several");
+    let mut set = |from, name, value| {
+        let changed = document.set_attribute(link(from, "sim.map"), name, Some(value));
+        changed.map_err(|error| error.to_string())
+    };
+    assert!(known(set(one, "to", "slam.scan")));
+    assert!(known(set(other, "from", one)));
+    set(one, "keep", "2").expect("the second of the two");
+    let expected = "<link from=\"sim.scan\" to=\"sim.map\" keep=\"2\"/>";
+    assert!(text(&document).contains(expected), "{}", text(&document));
+}
+
+#[test]
 fn edits_that_break_the_format_are_refused() {
     let mut document = open(ROVER);
     let link = |from, to| Item::Link { from, to };
@@ -248,12 +272,9 @@ fn edits_that_break_the_format_are_refused() {
     refused(document.add(Item::Component("x"), &[("name", "y")]), "error[E0011]");
     refused(document.add(Item::Component("x"), &[("a b", "y")]), "cannot be the name");
     refused(document.add(link("sim.scan", "slam"), &[]), "two names joined by a dot");
-    refused(document.add(link("sim.x", "slam.scan"), &[]), "a link to slam.scan exists already");
+    let twice = "link from sim.scan to slam.scan exists already";
+    refused(document.add(link("sim.scan", "slam.scan"), &[]), twice);
     refused(document.add(link("laser.x", "slam.y"), &[]), "no component laser");
-    refused(
-        document.set_attribute(link("sim.scan", "slam.scan"), "to", Some("sim.map")),
-        "already",
-    );
     refused(document.set_attribute(link("sim.scan", "slam.scan"), "to", None), "two names");
     refused(document.set_attribute(Item::Place("home"), "name", None), "is not a name");
     refused(document.rename(Item::Place("home"), "explore"), "place explore exists already");

@@ -161,7 +161,7 @@ impl PortTable {
         let mut inputs = self.inputs.write();
         let mut places = (0..inputs.len()).filter(|place| inputs[*place].id == settings.id);
         let first = places.next()?;
-        let last = places.last().unwrap_or(first);
+        let last = places.next_back().unwrap_or(first);
         let is_taken = |port: &InputPort| port.data().is_some_and(|data| data != settings.data);
         let place = if inputs[first].many {
             let free = (first..=last).find(|place| !is_taken(&inputs[*place]));

@@ -59,7 +59,7 @@ pub fn add_component(documents: &mut Documents, kind: &str, at: Pos2) -> Result<
 /// Links an output to an input, both as `component.port`.
 ///
 /// # Errors
-/// If the input is fed already, or a component is missing.
+/// If there is such a link already, or a component is missing.
 pub fn join(documents: &mut Documents, from: &str, to: &str) -> Result<(), Refused> {
     documents.system()?.add(Named::Link { from, to }, &[])?;
     Ok(())
@@ -68,7 +68,7 @@ pub fn join(documents: &mut Documents, from: &str, to: &str) -> Result<(), Refus
 /// Leads a link elsewhere: to another input, or from another output. Its attributes stay.
 ///
 /// # Errors
-/// If the new input is fed already, or the link is not there.
+/// If there is such a link already, or the link is not there.
 pub fn rewire(
     documents: &mut Documents,
     (from, to): (&str, &str),

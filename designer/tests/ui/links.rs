@@ -92,11 +92,11 @@ fn an_input_that_takes_many_has_a_wire_from_each_output_once() {
     <layout>
       <block of="wall" x="300" y="500"/>"#;
     let mut window = Window::open(Some(&TWO_EACH.replace("    <layout>", wall)));
-    window.drag_between("output eye.image", "input wall.images");
-    window.drag_between("input wall.images", "output eye-2.image");
+    window.drag_between("input wall.images", "output eye.image");
+    window.drag_between("output eye-2.image", "input wall.images");
     for eye in ["eye", "eye-2"] {
         let link = format!(r#"<link from="{eye}.image" to="wall.images"/>"#);
-        assert!(window.text().contains(&link), "{}", window.text());
+        assert!(window.text().contains(&link), "{}: {}", window.last_message(), window.text());
         assert!(window.has(&format!("link {eye}.image to wall.images")));
     }
     let before = window.text();

@@ -31,8 +31,7 @@ impl Document {
     /// ends, are the item's and not among the attributes.
     ///
     /// # Errors
-    /// If there is one of its name, an input of a link is fed already or a component of it is
-    /// missing, the system or mission that it belongs to is missing, or a name is none.
+    /// If there is one of its name, or a link between the same ends, a component of a link is missing, the system or mission that it belongs to is missing, or a name is none.
     pub fn add(&mut self, item: Item<'_>, attributes: &[(&str, &str)]) -> Result<(), EditError> {
         let (owner, sort) = item.names();
         let mut new = NewElement::new(sort);
@@ -75,9 +74,13 @@ impl Document {
             (Item::Link { from, .. }, "to") => {
                 let to = value.unwrap_or_default();
                 self.check_link(from, to)?;
-                self.refuse_fed(Some(item), to)?;
+                self.refuse_linked(item, Item::Link { from, to })?;
             }
-            (Item::Link { to, .. }, "from") => self.check_link(value.unwrap_or_default(), to)?,
+            (Item::Link { to, .. }, "from") => {
+                let from = value.unwrap_or_default();
+                self.check_link(from, to)?;
+                self.refuse_linked(item, Item::Link { from, to })?;
+            }
             (Item::Link { .. }, _) => {}
             (_, "name") => return self.rename(item, value.unwrap_or_default()),
             _ => {}
@@ -94,29 +97,18 @@ impl Document {
         Ok(())
     }
 
-    /// Refuses an item if there is one that is known by the same name, or feeds the same input.
+    /// Refuses an item if there is one that is known by the same name, or links the same ends. Whether
+    /// an input takes a second link is in the manifests: the check finds it.
     pub(super) fn refuse_taken(&self, item: Item<'_>) -> Result<(), EditError> {
-        if let Item::Link { to, .. } = item {
-            return self.refuse_fed(None, to);
-        }
         match self.find(item) {
             Some(path) => Err(self.taken(item.to_string(), self.element(&path)?)),
             None => Ok(()),
         }
     }
 
-    /// Refuses an input that a link feeds, other than the one that is being changed.
-    fn refuse_fed(&self, changed: Option<Item<'_>>, to: &str) -> Result<(), EditError> {
-        let Some(system) = self.find(Item::System) else { return Ok(()) };
-        let own = changed.and_then(|link| self.find(link)).and_then(|path| path.last().copied());
-        let mut links = self.element(&system)?.elements().enumerate();
-        let feeds = |element: &Element| {
-            element.name == "link" && element.attribute("to").is_some_and(|a| a.value == to)
-        };
-        match links.find(|(n, element)| Some(*n) != own && feeds(element)) {
-            Some((_, element)) => Err(self.taken(format!("a link to {to}"), element)),
-            None => Ok(()),
-        }
+    /// Refuses to change a link to one that exists already, unless it is itself.
+    fn refuse_linked(&self, link: Item<'_>, changed: Item<'_>) -> Result<(), EditError> {
+        if self.find(link) == self.find(changed) { Ok(()) } else { self.refuse_taken(changed) }
     }
 
     pub(super) fn taken(&self, what: String, element: &Element) -> EditError {

@@ -49,7 +49,7 @@ impl Component for Adder {
         if call == Call::Started {
             self.last.clear();
             let fed = self.armor.subscribed_data("parts").unwrap_or_default();
-            fed.split(' ').for_each(|source| drop(self.last.insert(source.into(), 0.0)));
+            self.last.extend(fed.split(' ').map(|source| (source.into(), 0.0)));
         }
         Ok(Outcome::CarryOn)
     }
