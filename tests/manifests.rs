@@ -33,6 +33,7 @@ fn everything() -> Value {
     };
     let mut input = port("in");
     input["stale_after"] = json!("0.5s");
+    input["many"] = json!(true);
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
         "reports_done": false, "needs_rate": true, "needs_one_of": [["buttons"]],

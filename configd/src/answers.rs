@@ -41,10 +41,9 @@ pub(crate) fn component_settings(
         wake: link.wake,
         transport: match link.transport {
             model::Transport::Tcp => Transport::Tcp,
-            // A file that asks for shared memory or UDP is refused by the check.
-            model::Transport::Auto | model::Transport::Shm | model::Transport::Udp => {
-                Transport::Auto
-            }
+            model::Transport::Shm => Transport::Shm,
+            // A file that asks for UDP is refused by the check.
+            model::Transport::Auto | model::Transport::Udp => Transport::Auto,
         },
         history: link.history,
     });

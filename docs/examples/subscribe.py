@@ -113,7 +113,7 @@ class Connection:
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.socket.settimeout(1.75)
         self.writing, self.closed = threading.Lock(), threading.Event()
-        hello = b"ARMR" + struct.pack("<H", 2) + text(f"subscribe.py {os.getpid()}")
+        hello = b"ARMR" + struct.pack("<H", 3) + text(f"subscribe.py {os.getpid()}")
         self.send(HELLO, hello + struct.pack("<Q", random.getrandbits(64) | 1) + purpose)
         kind, body = self.receive()
         if kind == REFUSAL:
@@ -176,7 +176,7 @@ def main():
 
     provider = found["provider"]
     request = text(options.data) + struct.pack("<Q", provider["instance"]) + text("")
-    request += struct.pack("<QIIBI", 0, 0, 0, 0, 1)  # any hash, keep latest, sleep, not paused
+    request += struct.pack("<QIIBII", 0, 0, 0, 0, 1, 0)  # any hash, keep latest, sleep, no memory
     link = Connection(provider["endpoint"], struct.pack("<I", 2) + request)
     layout, last = schema(link.welcome["schema"]), None
     print(f"{options.data}: {found['entry']['type_name']} from {provider['name']}"

@@ -17,6 +17,8 @@ pub struct ObservedLink {
     pub type_name: String,
     /// The queueing policy for a slow consumer.
     pub keep: String,
+    /// What carries its data: `unix`, `tcp` or `shm`; empty if that is not known.
+    pub transport: String,
     /// Whether it is up.
     pub connected: bool,
     /// Whether the consumer has asked for a pause.
@@ -102,6 +104,7 @@ fn tool_link(data: &str, to: &str, end: &ProviderEnd<'_>) -> ObservedLink {
         to: to.into(),
         type_name: end.type_name.into(),
         keep: end.link.keep.to_string(),
+        transport: end.link.transport.clone(),
         connected: true,
         paused: end.link.paused,
         sent: end.link.sent,
@@ -128,6 +131,7 @@ fn component_link(
         to: format!("{}.{}", consumer.name, input.id),
         type_name: end.map(|end| end.type_name).unwrap_or_default().into(),
         keep: link.map(|link| link.keep.to_string()).unwrap_or_default(),
+        transport: link.map(|link| link.transport.clone()).unwrap_or_default(),
         connected: input.connected,
         paused: link.is_some_and(|link| link.paused),
         sent: link.map_or(0, |link| link.sent),
@@ -173,6 +177,7 @@ mod tests {
             dropped: 3,
             queued: 1,
             paused: false,
+            transport: "unix".into(),
         };
         let output = OutputStatus {
             id: "scan".into(),

@@ -13,8 +13,6 @@ use crate::source::{Location, Spanned};
 /// A feature of the format that not every program supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Feature {
-    /// `transport="shm"`.
-    SharedMemory,
     /// `transport="udp"`.
     Udp,
     /// `<clock>`.
@@ -60,7 +58,6 @@ pub enum Feature {
 impl fmt::Display for Feature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Feature::SharedMemory => "shared memory (transport=\"shm\")",
             Feature::Udp => "UDP (transport=\"udp\")",
             Feature::Clock => "time that follows data (<clock>)",
             Feature::Guard => "a guard (when=\"…\")",
@@ -91,7 +88,6 @@ impl Configuration {
         let mut used = Uses::default();
         for link in &self.system.links {
             let mut places = link.unusual.iter();
-            used.next_of(link.transport == Transport::Shm, Feature::SharedMemory, &mut places);
             used.next_of(link.transport == Transport::Udp, Feature::Udp, &mut places);
         }
         used.add_uses(Feature::Clock, self.system.clock.iter().map(|clock| &clock.source.at));

@@ -131,7 +131,6 @@ fn unsupported_features_are_refused_by_name_and_place() {
     let used: std::collections::BTreeSet<_> =
         all.features().iter().map(|used| used.value).collect();
     let every = [
-        F::SharedMemory,
         F::Udp,
         F::Clock,
         F::Guard,

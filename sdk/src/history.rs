@@ -7,6 +7,7 @@ use armor_wire::frame::DataHeader;
 
 use crate::data::{Data, Header};
 use crate::declared::DeclaredType;
+use crate::link::payload::{Payload, StoredPayload};
 
 /// Longest history of an input, in bytes; beyond it the oldest messages are dropped and counted.
 const MAX_LEN: usize = 64 << 20;
@@ -24,7 +25,7 @@ pub(crate) struct HistoryStore {
 struct StoredMessage {
     header: DataHeader,
     lost: u64,
-    bytes: Vec<u8>,
+    payload: StoredPayload,
 }
 
 impl HistoryStore {
@@ -45,7 +46,7 @@ impl HistoryStore {
     }
 
     /// Adds a message. Returns how many older ones were dropped because all are too long together.
-    pub fn push(&mut self, header: DataHeader, lost: u64, payload: &[u8]) -> u64 {
+    pub fn push(&mut self, header: DataHeader, lost: u64, payload: Payload<'_>) -> u64 {
         self.push_within(header, lost, payload, MAX_LEN)
     }
 
@@ -53,30 +54,29 @@ impl HistoryStore {
         &mut self,
         header: DataHeader,
         lost: u64,
-        payload: &[u8],
+        payload: Payload<'_>,
         max_len: usize,
     ) -> u64 {
-        let mut bytes = Vec::new();
+        let mut spare = StoredPayload::default();
         if self.messages.len() >= self.most {
-            bytes = self.pop_oldest();
+            spare = self.pop_oldest();
         }
         let mut dropped = 0;
-        while self.len + payload.len() > max_len && !self.messages.is_empty() {
-            bytes = self.pop_oldest();
+        while self.len + payload.bytes().len() > max_len && !self.messages.is_empty() {
+            spare = self.pop_oldest();
             dropped += 1;
         }
-        bytes.clear();
-        bytes.extend_from_slice(payload);
-        self.len += bytes.len();
-        self.messages.push_back(StoredMessage { header, lost, bytes });
+        let payload = payload.store(spare);
+        self.len += payload.len();
+        self.messages.push_back(StoredMessage { header, lost, payload });
         dropped
     }
 
     /// Takes the oldest message; returns its memory.
-    fn pop_oldest(&mut self) -> Vec<u8> {
-        let bytes = self.messages.pop_front().map(|message| message.bytes).unwrap_or_default();
-        self.len -= bytes.len();
-        bytes
+    fn pop_oldest(&mut self) -> StoredPayload {
+        let payload = self.messages.pop_front().map(|message| message.payload).unwrap_or_default();
+        self.len -= payload.len();
+        payload
     }
 }
 
@@ -132,7 +132,7 @@ impl<'a> History<'a> {
         let lost = message.lost;
         Some(PastMessage {
             header: Header { id: declared.input, data, sequence, stamp_s, instance, lost },
-            data: Data::alone(&message.bytes, declared),
+            data: Data::alone(&message.payload, declared),
             restarted: before.is_some_and(|before| before.header.instance != instance),
         })
     }
@@ -209,7 +209,7 @@ mod tests {
         for count in 0..5 {
             let bytes = codec::encode(&Count { count }).unwrap();
             let lost = if count == 3 { 7 } else { 0 };
-            store.push(message(count, count as f64, 1 + count / 4), lost, &bytes);
+            store.push(message(count, count as f64, 1 + count / 4), lost, Payload::Buffer(&bytes));
         }
         let history = view(&store);
         let counts: Vec<_> =
@@ -226,7 +226,7 @@ mod tests {
     fn a_history_is_no_longer_than_its_memory_and_what_is_dropped_is_counted() {
         let mut store = HistoryStore::new(1000);
         let push = |store: &mut HistoryStore, sequence, len: usize| {
-            store.push_within(message(sequence, 0.0, 1), 0, &vec![0; len], 100)
+            store.push_within(message(sequence, 0.0, 1), 0, Payload::Buffer(&vec![0; len]), 100)
         };
         assert_eq!((push(&mut store, 0, 40), push(&mut store, 1, 40)), (0, 0));
         assert_eq!((push(&mut store, 2, 40), store.messages.len()), (1, 2));
@@ -288,7 +288,7 @@ mod tests {
         ) {
             let mut store = HistoryStore::new(most);
             for (sequence, (stamp_s, instance)) in stream.iter().enumerate() {
-                store.push(message(sequence as u64, *stamp_s, *instance), 0, &[]);
+                store.push(message(sequence as u64, *stamp_s, *instance), 0, Payload::Buffer(&[]));
             }
             let kept = &stream[stream.len().saturating_sub(most as usize)..];
             let first = stream.len() - kept.len();

@@ -13,6 +13,7 @@ use crate::calls::CalledFunction;
 use crate::data::{Data, Header};
 use crate::fed_input::FedInput;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
+use crate::link::payload::Payload;
 use crate::parameter::Value;
 use crate::participant::Participant;
 use crate::user_code::{UserCode, check_outcome, run_user_code};
@@ -82,7 +83,13 @@ impl RunningComponent {
 
     /// Hands data of input `index` to the component, if it is active; `exec` follows if it has no
     /// rate.
-    pub fn deliver_data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+    pub fn deliver_data(
+        &mut self,
+        index: usize,
+        header: DataHeader,
+        lost: u64,
+        payload: Payload<'_>,
+    ) {
         if self.executes_on_data {
             self.pull_inputs();
         }
@@ -101,7 +108,8 @@ impl RunningComponent {
         let deadline = Instant::now() + LONGEST_PULL.min(period / 4);
         for (index, port) in ports.iter().enumerate().filter(|(_, port)| port.is_pulling()) {
             if let Some(item) = port.take_pulled(deadline) {
-                self.hand_over_data(index, item.header, item.lost, &item.bytes, false);
+                let payload = item.payload.as_payload();
+                self.hand_over_data(index, item.header, item.lost, payload, false);
             }
         }
     }
@@ -111,7 +119,7 @@ impl RunningComponent {
         index: usize,
         header: DataHeader,
         lost: u64,
-        payload: &[u8],
+        payload: Payload<'_>,
         executes: bool,
     ) {
         if self.participant.parameters.has_arrived() {
@@ -134,7 +142,7 @@ impl RunningComponent {
             instance: header.instance,
             lost,
         };
-        let data = Data::of_input(payload, &self.inputs, index);
+        let data = Data::of_input(payload.bytes(), &self.inputs, index);
         let (code, participant) = (&mut self.code, &self.participant);
         let result = run_user_code(participant, CalledFunction::DataReceived, || {
             code.receive_data(&header, &data)?;

@@ -12,6 +12,7 @@ use crate::call::Call;
 use crate::call_gate::CallGate;
 use crate::link::inbox::next_turn;
 use crate::link::input::InputPort;
+use crate::link::payload::Payload;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
 use crate::timeline::TickSchedule;
@@ -28,7 +29,13 @@ pub(crate) struct EnteredComponent<'a>(MutexGuard<'a, RunningComponent>);
 
 impl EnteredComponent<'_> {
     /// Hands data of input `index` to the component, if it is active.
-    pub fn deliver_data(&mut self, index: usize, header: DataHeader, lost: u64, payload: &[u8]) {
+    pub fn deliver_data(
+        &mut self,
+        index: usize,
+        header: DataHeader,
+        lost: u64,
+        payload: Payload<'_>,
+    ) {
         self.0.deliver_data(index, header, lost, payload);
     }
 }
@@ -122,7 +129,8 @@ impl Runtime {
             let turn_end = end.min(turn.end).min(self.gate.arrivals());
             let has_rest = turn.oldest >= end
                 || self.inputs[turn.input].deliver_waiting(turn_end, |item| {
-                    component.deliver_data(turn.input, item.header, item.lost, &item.bytes);
+                    let payload = item.payload.as_payload();
+                    component.deliver_data(turn.input, item.header, item.lost, payload);
                     self.main_waits() || self.participant.lifecycle.has_orders() || is_tick_due()
                 });
             if has_rest {

@@ -134,6 +134,9 @@ impl ServiceThread {
         }
         if self.last_look.elapsed() >= LOOK {
             self.last_look = Instant::now();
+            for output in self.participant.ports.outputs() {
+                output.release_idle_memory();
+            }
             for input in self.participant.ports.inputs() {
                 input.check_silence();
             }

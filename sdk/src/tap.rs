@@ -9,6 +9,7 @@ use armor_wire::hello::{Hello, LinkRequest, Purpose};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::liveness::{BEAT, LOOK, SILENCE};
 use armor_wire::schema::{self, Schema};
+use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Transport;
 use thiserror::Error;
 
@@ -93,6 +94,7 @@ impl Tap {
             wake: Wake::Sleep,
             paused: false,
             history: 1,
+            memory: MemoryUse::Never,
         };
         let hello = Hello::new(&from, instance, Purpose::Link { link });
         let dialled = dial::dial_component(&found.provider, &hello, Transport::Auto)?;

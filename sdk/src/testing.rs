@@ -64,6 +64,7 @@ use crate::describe::list_declarations;
 use crate::identity::ProcessIdentity;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
+use crate::link::payload::Payload;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
 use crate::thread_panics::{ThreadMark, report_thread_panics};
@@ -380,7 +381,9 @@ impl TestedComponent {
         *sent += 1;
         let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
         let bytes = codec::encode(message)?;
-        self.take_step(|component| component.deliver_data(index, header, 0, &bytes))
+        self.take_step(|component| {
+            component.deliver_data(index, header, 0, Payload::Buffer(&bytes));
+        })
     }
 
     /// Changes a live parameter, as an edit of the file does in a running system.

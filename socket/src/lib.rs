@@ -13,6 +13,7 @@ pub mod hosts;
 mod identity;
 pub mod listener;
 pub mod owner;
+mod passing;
 pub mod port_holder;
 mod proxy;
 pub mod stream;

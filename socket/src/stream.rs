@@ -9,7 +9,7 @@ use std::time::Duration;
 use rustix::net::{RecvFlags, SendFlags, recv, send, sendmsg};
 
 /// What every send without waiting asks for: an error instead of waiting, and instead of SIGPIPE.
-const SEND_NOW: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
+pub(crate) const SEND_NOW: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
 
 /// A connected socket.
 ///

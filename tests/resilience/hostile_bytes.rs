@@ -11,6 +11,7 @@ use armor_wire::frame::{FrameKind, FrameReader, to_bytes};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::ComponentEntry;
+use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Endpoint;
 
 use super::system::{Draft, System, proc_number};
@@ -195,6 +196,7 @@ fn link_to(data: &str) -> Purpose {
         wake: Wake::Sleep,
         paused: true,
         history: 1,
+        memory: MemoryUse::Large,
     };
     Purpose::Link { link }
 }

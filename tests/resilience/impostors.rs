@@ -13,6 +13,7 @@ use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welco
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};
 use armor_wire::schema;
+use armor_wire::shared_memory::MemoryUse;
 
 use super::system::Draft;
 use crate::fixture::{DEADLINE, Folder, free_port, wait_for};
@@ -47,8 +48,9 @@ fn read_frame(stream: &mut TcpStream) -> Option<(FrameKind, Vec<u8>)> {
 fn request(data: &str, instance: u64, schema: &str) -> Purpose {
     let (schema_hash, schema) = (schema::hash_text(schema), schema.to_owned());
     let (keep, wake, data) = (Keep::ALL, Wake::Sleep, data.into());
+    let (paused, history, memory) = (false, 1, MemoryUse::Large);
     let link =
-        LinkRequest { data, instance, schema, schema_hash, keep, wake, paused: false, history: 1 };
+        LinkRequest { data, instance, schema, schema_hash, keep, wake, paused, history, memory };
     Purpose::Link { link }
 }
 

@@ -251,6 +251,8 @@ pub struct LinkStatus {
     pub queued: u64,
     /// Whether the subscriber asked for a pause.
     pub paused: bool,
+    /// What carries the data: `shm`, `unix` or `tcp`.
+    pub transport: String,
 }
 
 /// An input.

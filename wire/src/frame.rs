@@ -44,16 +44,40 @@ pub enum FrameKind {
     /// The answer: nothing newer than what came before it has been published, but for the data
     /// that follow at once if it says so ([`FLAG_FOLLOWS`]).
     Synced = 11,
+    /// From a publisher, with a file: from here on data come by shared memory.
+    MemoryOffer = 12,
+    /// From a publisher, with a file: a slot of its shared memory.
+    SlotOffer = 13,
+    /// From a publisher: a slot that will not be used any more.
+    SlotEnd = 14,
+    /// From a publisher: data are in shared memory.
+    Ready = 15,
 }
 
 impl FrameKind {
     fn from_byte(byte: u8) -> Option<Self> {
         use FrameKind::{
-            Beat, Control, Data, Hello, Pause, Preface, Refusal, Resume, Sync, Synced, Welcome,
+            Beat, Control, Data, Hello, MemoryOffer, Pause, Preface, Ready, Refusal, Resume,
+            SlotEnd, SlotOffer, Sync, Synced, Welcome,
         };
-        [Hello, Welcome, Refusal, Data, Beat, Pause, Resume, Control, Preface, Sync, Synced]
-            .into_iter()
-            .find(|kind| *kind as u8 == byte)
+        let kinds = [
+            Hello,
+            Welcome,
+            Refusal,
+            Data,
+            Beat,
+            Pause,
+            Resume,
+            Control,
+            Preface,
+            Sync,
+            Synced,
+            MemoryOffer,
+            SlotOffer,
+            SlotEnd,
+            Ready,
+        ];
+        kinds.into_iter().find(|kind| *kind as u8 == byte)
     }
 
     /// The longest body such a frame may have, in bytes.
@@ -63,7 +87,9 @@ impl FrameKind {
             Self::Preface => MAX_PREFACE_LEN,
             Self::Welcome | Self::Refusal | Self::Control => MAX_CONTROL_LEN,
             Self::Data => MAX_DATA_LEN + DATA_HEADER_LEN - PREFIX_LEN,
-            Self::Beat | Self::Pause | Self::Resume | Self::Sync | Self::Synced => 0,
+            Self::MemoryOffer | Self::SlotOffer => 12,
+            Self::SlotEnd => 4,
+            Self::Beat | Self::Pause | Self::Resume | Self::Sync | Self::Synced | Self::Ready => 0,
         }
     }
 }

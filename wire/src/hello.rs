@@ -11,13 +11,14 @@ use crate::keep::{Keep, MAX_KEEP, Wake};
 use crate::name::split_data;
 pub use crate::refusal::{Refusal, RefusalCode};
 use crate::registry::ComponentEntry;
+use crate::shared_memory::MemoryUse;
 
 /// The first bytes of the first frame's body.
 pub const MAGIC: [u8; 4] = *b"ARMR";
 /// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
 pub const MAX_FROM_LEN: usize = 128;
 /// Version of the protocol. Ends of different versions refuse each other.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// The client's name and purpose.
 #[derive(Clone, Debug, PartialEq, Message)]
@@ -78,6 +79,8 @@ pub struct LinkRequest {
     pub paused: bool,
     /// How many of its last values a latched output sends at the beginning.
     pub history: u32,
+    /// Whether it takes data from shared memory.
+    pub memory: MemoryUse,
 }
 
 /// Accepts a hello.
@@ -188,6 +191,7 @@ mod tests {
             wake: Wake::Sleep,
             paused: false,
             history: 1,
+            memory: MemoryUse::Never,
         }
     }
 
@@ -227,14 +231,14 @@ mod tests {
     fn another_version_is_refused_whatever_follows() {
         let body = [&MAGIC[..], &9_u16.to_le_bytes(), b"anything"].concat();
         let error = read(FrameKind::Hello, &body).expect_err("another version");
-        assert_eq!(error.to_string(), "you speak version 9 of the protocol, this is version 2");
+        assert_eq!(error.to_string(), "you speak version 9 of the protocol, this is version 3");
     }
 
     #[test]
     fn strangers_get_no_answer() {
         assert!(matches!(read(FrameKind::Hello, b"ARMS\x01\0"), Err(HandshakeError::Magic)));
         assert!(matches!(read(FrameKind::Hello, b"ARMR"), Err(HandshakeError::Magic)));
-        assert!(matches!(read(FrameKind::Hello, b"ARMR\x02\0"), Err(HandshakeError::Body(_))));
+        assert!(matches!(read(FrameKind::Hello, b"ARMR\x03\0"), Err(HandshakeError::Body(_))));
         assert!(matches!(read(FrameKind::Control, b""), Err(HandshakeError::Frame(_))));
     }
 

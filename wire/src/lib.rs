@@ -28,6 +28,7 @@ pub mod refusal;
 pub mod registry;
 pub mod remote_process;
 pub mod schema;
+pub mod shared_memory;
 pub mod text_format;
 pub mod transport;
 

@@ -16,6 +16,8 @@ pub enum Transport {
     Auto,
     /// TCP, also within one host.
     Tcp,
+    /// Shared memory within one host, TCP between two.
+    Shm,
 }
 
 impl FromStr for Transport {
@@ -24,7 +26,8 @@ impl FromStr for Transport {
         match text {
             "auto" => Ok(Self::Auto),
             "tcp" => Ok(Self::Tcp),
-            _ => Err("transport is auto or tcp".into()),
+            "shm" => Ok(Self::Shm),
+            _ => Err("transport is auto, tcp or shm".into()),
         }
     }
 }
@@ -50,8 +53,10 @@ impl Endpoint {
     ) -> Vec<Self> {
         let tcp = Self::Tcp(entry.endpoint.clone());
         match transport {
-            Transport::Auto if is_same_host => vec![Self::Unix(entry.instance), tcp],
-            Transport::Auto | Transport::Tcp => vec![tcp],
+            Transport::Auto | Transport::Shm if is_same_host => {
+                vec![Self::Unix(entry.instance), tcp]
+            }
+            Transport::Auto | Transport::Tcp | Transport::Shm => vec![tcp],
         }
     }
 }
@@ -95,6 +100,8 @@ mod tests {
         let (unix, tcp) = ("armor-00000000000000ab", "127.0.0.1:10007");
         assert_eq!(spell(Transport::Auto, true), [unix, tcp]);
         assert_eq!(spell(Transport::Auto, false), [tcp]);
+        assert_eq!(spell(Transport::Shm, true), [unix, tcp]);
+        assert_eq!(spell(Transport::Shm, false), [tcp]);
         assert_eq!(spell(Transport::Tcp, true), [tcp]);
     }
 
@@ -102,6 +109,7 @@ mod tests {
     fn a_transport_is_read_as_the_file_spells_it() {
         assert_eq!("auto".parse(), Ok(Transport::Auto));
         assert_eq!("tcp".parse(), Ok(Transport::Tcp));
-        assert!("shm".parse::<Transport>().is_err());
+        assert_eq!("shm".parse(), Ok(Transport::Shm));
+        assert!("udp".parse::<Transport>().is_err());
     }
 }

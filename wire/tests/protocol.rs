@@ -9,6 +9,7 @@ use armor_wire::frame::{self, DataHeader, Frame, FrameKind, FrameReader};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::{ComponentEntry, DataEntry};
+use armor_wire::shared_memory::{MemoryOfferBody, MemoryUse, SlotEndBody, SlotOfferBody};
 use armor_wire::{
     Array, Message, WireType, codec, config, control, gate, registry, remote_process, schema,
 };
@@ -58,6 +59,9 @@ fn the_schemas_are_those_of_the_types() {
             ("ConfigurationState", text::<config::ConfigurationState>()),
             ("control::Command", text::<control::Command>()),
             ("control::Answer", text::<control::Answer>()),
+            ("MemoryOffer", text::<MemoryOfferBody>()),
+            ("SlotOffer", text::<SlotOfferBody>()),
+            ("SlotEnd", text::<SlotEndBody>()),
             ("Preface", text::<Preface>()),
             ("gate::Request", text::<gate::GateRequest>()),
             ("gate::Reply", text::<gate::GateReply>()),
@@ -123,6 +127,7 @@ fn hello() -> Hello {
         wake: Wake::Sleep,
         paused: false,
         history: 1,
+        memory: MemoryUse::Never,
     };
     Hello::new("echo-12", 7, Purpose::Link { link })
 }

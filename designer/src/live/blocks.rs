@@ -209,6 +209,7 @@ mod tests {
             to: "slam.scan".into(),
             type_name: "LaserScan".into(),
             keep: "10".into(),
+            transport: "unix".into(),
             connected: true,
             paused: false,
             sent: 100,

@@ -180,6 +180,7 @@ fn carried(ui: &mut egui::Ui, edge: &ObservedLink) {
     let rows = [
         ("type", edge.type_name.clone()),
         ("keep", edge.keep.clone()),
+        ("carried by", edge.transport.clone()),
         ("sent", edge.sent.to_string()),
         ("received", edge.received.to_string()),
         ("dropped because a process was slow", edge.dropped.to_string()),

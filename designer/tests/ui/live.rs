@@ -67,6 +67,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         dropped: 0,
         queued: 0,
         paused: false,
+        transport: "unix".into(),
     };
     let output = OutputStatus {
         id: "target".into(),

@@ -237,6 +237,7 @@ fn an_ended_system_keeps_the_links_that_it_had() {
         dropped: 0,
         queued: 0,
         paused: false,
+        transport: "unix".into(),
     };
     let output = OutputStatus {
         id: "scan".into(),

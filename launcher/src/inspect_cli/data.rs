@@ -148,6 +148,7 @@ mod tests {
             dropped: 0,
             queued: 0,
             paused: false,
+            transport: "unix".into(),
         };
         let output = OutputStatus {
             id: "scan".into(),

@@ -22,9 +22,9 @@ const RATE_OVER: Duration = Duration::from_secs(1);
 /// Where the column of the hosts stands, if there are several.
 const HOSTS_COLUMN: usize = 2;
 /// Where the count of links that pull stands, if there are any.
-const SKIPPED_COLUMN: usize = 9;
+const SKIPPED_COLUMN: usize = 10;
 /// Columns that a narrow terminal does without, the least important first.
-const DISPENSABLE: [&str; 6] = ["WAITING", "SKIPPED", "QUEUED", "KEEP", "TYPE", "RECEIVED"];
+const DISPENSABLE: [&str; 7] = ["WAITING", "SKIPPED", "QUEUED", "VIA", "KEEP", "TYPE", "RECEIVED"];
 
 /// Show the links of a running system, with counts of sent, dropped and lost data; `--format dot`
 /// for Graphviz.
@@ -72,7 +72,7 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
         OutputFormat::Dot => print_line(format_dot(&statuses, &edges, &hosts)),
         OutputFormat::Text => {
             let mut headings = vec![
-                "FROM", "TO", "TYPE", "KEEP", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
+                "FROM", "TO", "TYPE", "KEEP", "VIA", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
                 "SKIPPED", "QUEUED", "WAITING", "STATE",
             ];
             let mut rows: Vec<_> = edges.iter().map(format_row).collect();
@@ -145,6 +145,7 @@ fn format_row(edge: &ObservedLink) -> Vec<String> {
         edge.to.clone(),
         edge.type_name.clone(),
         edge.keep.clone(),
+        if edge.transport.is_empty() { "-".into() } else { edge.transport.clone() },
         edge.rate_hz.map_or("-".into(), |hz| format!("{hz:.1} Hz")),
         edge.sent.to_string(),
         // A tool, and the time of a process, report no counts of their own.
@@ -223,6 +224,7 @@ mod tests {
             to: "slam.scan".into(),
             type_name: "LaserScan".into(),
             keep: "latest".into(),
+            transport: "shm".into(),
             connected: problem.is_empty(),
             paused: false,
             sent: 140,
@@ -241,9 +243,10 @@ mod tests {
     #[test]
     fn a_link_is_a_row_and_an_arrow() {
         let cells = format_row(&format_edge(""));
-        let expected = ["laser.scan", "slam.scan", "LaserScan", "latest", "20.0 Hz", "140", "131"];
-        assert_eq!(cells[..7], expected);
-        assert_eq!(cells[7..], ["7", "2", "-", "1", "5", "up"]);
+        let expected =
+            ["laser.scan", "slam.scan", "LaserScan", "latest", "shm", "20.0 Hz", "140", "131"];
+        assert_eq!(cells[..8], expected);
+        assert_eq!(cells[8..], ["7", "2", "-", "1", "5", "up"]);
         let pulled = ObservedLink { keep: "pull".into(), skipped: 9, ..format_edge("") };
         assert_eq!(format_row(&pulled)[SKIPPED_COLUMN], "9");
         let one = place(&[("laser", "robot"), ("slam", "robot")]);

@@ -19,7 +19,8 @@ const NEXT_TO_PROGRAM: [&str; 2] = ["sdk", "../share/armor/sdk"];
 /// The folder of a project's own copy, inside it.
 pub const VENDORED: &str = "vendor/armor";
 /// The crates of a copy: armor-sdk and what it needs of Armor.
-const CRATES: [&str; 6] = ["sdk", "sdk/derive", "socket", "wire", "wire/derive", "wire/quantity"];
+const CRATES: [&str; 7] =
+    ["sdk", "sdk/derive", "memory", "socket", "wire", "wire/derive", "wire/quantity"];
 /// Parts of a crate that are not needed to build it.
 const LEFT_OUT: [&str; 3] = ["target", "tests", "benches"];
 /// Tables of a manifest that concern what is left out.

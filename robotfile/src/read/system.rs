@@ -19,6 +19,10 @@ use crate::source::{Source, Spanned};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
 
+/// Most messages that wait on a link with shared memory: the cells of its ring
+/// (docs/protocol.md, Shared memory).
+const MAX_IN_MEMORY: u32 = 32;
+
 /// Most addresses of a host: those of its networks, and a name.
 const MAX_ADDRESSES: usize = 8;
 
@@ -203,9 +207,7 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let transport = fields.choice("transport", &Transport::NAMED);
     let history = fields.count("history", 1);
     let mut unusual = Vec::new();
-    unusual.extend(
-        transport.as_ref().filter(|t| matches!(t.value, Transport::Shm | Transport::Udp)).map(at),
-    );
+    unusual.extend(transport.as_ref().filter(|t| t.value == Transport::Udp).map(at));
     let keep_at = keep.as_ref().map(at);
     let pulls = mode.as_ref().is_some_and(|mode| mode.value == LinkMode::Pull);
     if pulls && keep.as_ref().is_some_and(|keep| keep.value != Keep::Latest) {
@@ -221,6 +223,24 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
         );
     }
     let mut keep = keep.map(|keep| keep.value).unwrap_or_default();
+    if transport.as_ref().is_some_and(|transport| transport.value == Transport::Shm) {
+        let count = match keep {
+            Keep::Last { count } if !pulls => count,
+            _ => 0,
+        };
+        if pulls {
+            fields.without_effect(
+                "transport",
+                "a link that pulls uses the socket: remove transport, or make it push",
+            );
+        } else if count > MAX_IN_MEMORY {
+            let advice = format!(
+                "shared memory holds at most {MAX_IN_MEMORY} messages that wait: write \
+                 keep=\"{MAX_IN_MEMORY}\" or less, or remove transport"
+            );
+            fields.without_effect("transport", &advice);
+        }
+    }
     match (&mut keep, patience) {
         (Keep::All { patience_ms }, Some(patience)) => {
             *patience_ms = u32::try_from(patience.value.as_millis()).unwrap_or(u32::MAX).max(1);

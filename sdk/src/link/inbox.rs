@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 use armor_wire::frame::DataHeader;
 use armor_wire::keep::Keep;
 
+use super::payload::StoredPayload;
+
 /// A `keep="all"` inbox is full at this length; then its reader waits, and the publisher with it.
 const ALL_LEN: usize = 1 << 20;
 
@@ -14,7 +16,7 @@ pub(crate) struct InboxItem {
     pub arrival: u64,
     pub header: DataHeader,
     pub lost: u64,
-    pub bytes: Vec<u8>,
+    pub payload: StoredPayload,
 }
 
 /// The data that wait for one input.
@@ -56,7 +58,7 @@ impl Inbox {
     /// takes its arrival: otherwise the newest data of a fast publisher would always be younger
     /// than the data at another input, and never be delivered.
     pub fn push(&mut self, item: InboxItem) -> u64 {
-        self.len += item.bytes.len().max(1);
+        self.len += item.payload.len().max(1);
         self.items.push_back(item);
         let most = match self.keep {
             Keep::All { .. } => return 0,
@@ -66,7 +68,7 @@ impl Inbox {
         let mut dropped = 0;
         while self.items.len() > most {
             if let Some(item) = self.items.pop_front() {
-                self.len -= item.bytes.len().max(1);
+                self.len -= item.payload.len().max(1);
                 dropped += 1;
                 if let Some(next) = self.items.front_mut() {
                     next.arrival = item.arrival;
@@ -79,7 +81,7 @@ impl Inbox {
     /// Takes the oldest.
     pub fn pop(&mut self) -> Option<InboxItem> {
         let item = self.items.pop_front()?;
-        self.len -= item.bytes.len().max(1);
+        self.len -= item.payload.len().max(1);
         Some(item)
     }
 
@@ -123,7 +125,8 @@ mod tests {
 
     fn item(sequence: u64, len: usize) -> InboxItem {
         let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
-        InboxItem { arrival: 10 + sequence, header, lost: 0, bytes: vec![0; len] }
+        let payload = StoredPayload::Copied(vec![0; len]);
+        InboxItem { arrival: 10 + sequence, header, lost: 0, payload }
     }
 
     fn check(keep: Keep, expected: &[u64]) {

@@ -4,7 +4,9 @@
 //! It also runs the component's code whenever the component is free: no hand-over between threads
 //! on a message's path.
 
+use std::collections::VecDeque;
 use std::io;
+use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -18,17 +20,26 @@ use armor_wire::frame::{
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::schema;
+use armor_wire::shared_memory::MemoryUse;
+use armor_wire::transport::Transport;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::catch_up::{CatchUp, NewestFrame};
 use super::inbox::InboxItem;
 use super::input::InputPort;
+use super::memory_in::{MemoryReader, TakenMessage};
+use super::payload::{Payload, StoredPayload};
 use crate::dial::{self, Dialled};
 use crate::participant::Participant;
 use crate::runtime::{EnteredComponent, Runtime};
 
 /// Polls between two looks of a spinning reader at whether the component is still active.
 const SPINS_PER_LOOK: u32 = 1 << 12;
+/// Polls of the ring of a link between two of its socket.
+const SPINS_PER_RECEIVE: u32 = 64;
+/// Messages that are taken from a ring before the reader looks at the socket: a publisher that never
+/// pauses must not keep the reader from noticing that it is ordered to end.
+const RING_VISIT: usize = 64;
 /// First and longest delay between two attempts to link. After a cut a link needs the registry, then
 /// its provider: two of these delays, and a second for both.
 const RETRY: (Duration, Duration) = (Duration::from_millis(10), Duration::from_millis(400));
@@ -60,6 +71,10 @@ struct ReadState<'a> {
     /// No data have come on this link.
     is_first: bool,
     catch_up: CatchUp,
+    /// Came with bytes that have been received.
+    files: VecDeque<OwnedFd>,
+    /// Once the publisher has offered it.
+    memory: Option<MemoryReader>,
 }
 
 /// See the module.
@@ -132,6 +147,11 @@ impl InputReader {
             wake: settings.wake,
             paused,
             history: settings.history,
+            memory: match settings.transport {
+                Transport::Auto => MemoryUse::Large,
+                Transport::Shm => MemoryUse::Always,
+                Transport::Tcp => MemoryUse::Never,
+            },
         };
         let identity = &participant.identity;
         let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
@@ -158,19 +178,30 @@ impl InputReader {
         if let Err(error) = stream.set_read_timeout(None) {
             return error.to_string();
         }
-        let mut state = ReadState { last, is_first: true, catch_up: CatchUp::default() };
+        let mut state = ReadState {
+            last,
+            is_first: true,
+            catch_up: CatchUp::default(),
+            files: VecDeque::new(),
+            memory: None,
+        };
         let wants_newest = self.settings.keep == Keep::Latest;
         let mut newest: Option<NewestFrame> = None;
         loop {
             let start = wants_newest.then(Instant::now);
             if let Some(NewestFrame { header, lost, payload }) = newest.take() {
-                self.hand_over(&mut self.runtime.try_enter(), header, lost, &payload);
+                let payload = Payload::Buffer(&payload);
+                self.hand_over(&mut self.runtime.try_enter(), header, lost, payload);
             }
             if let Err(reason) = self.process_frames(reader, &mut state) {
                 return reason;
             }
+            if let Err(reason) = self.process_ring(stream, reader, &mut state) {
+                return reason;
+            }
             self.runtime.after_release();
-            if start.is_some_and(|start| start.elapsed() > BUSY) {
+            // The ring holds the newest, and is emptied before each wait.
+            if state.memory.is_none() && start.is_some_and(|start| start.elapsed() > BUSY) {
                 match self.catch_up(stream, reader, &mut state) {
                     Ok(None) => {}
                     Ok(found) => {
@@ -181,7 +212,7 @@ impl InputReader {
                 }
             }
             self.input.listening.store(true, Ordering::Relaxed);
-            let received = receive_bytes(stream, reader, self.settings.wake, self.participant());
+            let received = self.receive_bytes(stream, reader, &mut state);
             self.input.listening.store(false, Ordering::Relaxed);
             match received {
                 // The service thread takes the stream of a link that it ends.
@@ -209,7 +240,7 @@ impl InputReader {
         let mut newest: Option<NewestFrame> = None;
         let mut has_asked = false;
         loop {
-            match stream.try_receive(reader.space()) {
+            match stream.try_receive_with_files(reader.space(), &mut state.files) {
                 Ok(0) => return Ok(newest),
                 Ok(len) => {
                     reader.filled(len);
@@ -268,6 +299,16 @@ impl InputReader {
                 }
                 return Ok(None);
             }
+            FrameKind::Ready => return Ok(None),
+            FrameKind::MemoryOffer => {
+                state.memory = Some(MemoryReader::open(frame, &mut state.files)?);
+                return Ok(None);
+            }
+            FrameKind::SlotOffer | FrameKind::SlotEnd => {
+                let memory =
+                    state.memory.as_mut().ok_or("a slot of memory that was not offered")?;
+                return memory.follow(frame, &mut state.files).map(|()| None);
+            }
             _ => {}
         }
         let (header, payload) = frame.data().map_err(|error| error.to_string())?;
@@ -303,15 +344,91 @@ impl InputReader {
             if entered.is_none() {
                 entered = self.runtime.try_enter();
             }
-            self.hand_over(&mut entered, header, lost, payload);
+            self.hand_over(&mut entered, header, lost, Payload::Buffer(payload));
         }
+    }
+
+    /// Hands over the messages in the ring of the link, if it has shared memory.
+    fn process_ring(
+        &self,
+        stream: &Stream,
+        reader: &mut FrameReader,
+        state: &mut ReadState<'_>,
+    ) -> Result<(), String> {
+        let mut entered = None;
+        for _ in 0..RING_VISIT {
+            let Some(memory) = &mut state.memory else { return Ok(()) };
+            match memory.take_message()? {
+                TakenMessage::Nothing => return Ok(()),
+                TakenMessage::Message(header, slot) => {
+                    let is_first = std::mem::take(&mut state.is_first);
+                    let lost = self.follow_sequence(state.last, &header, is_first);
+                    let Some(lost) = lost else { continue };
+                    if entered.is_none() {
+                        entered = self.runtime.try_enter();
+                    }
+                    self.hand_over(&mut entered, header, lost, Payload::Slot(&slot));
+                }
+                TakenMessage::OfferAwaited => {
+                    // It was sent before the message was put into the ring.
+                    match stream.try_receive_with_files(reader.space(), &mut state.files) {
+                        Ok(0) => return Err("the publisher closed it".into()),
+                        Ok(len) => reader.filled(len),
+                        Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                        Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                            return Err("a message in memory that was not offered".into());
+                        }
+                        Err(error) => return Err(error.to_string()),
+                    }
+                    self.input.reads.increment();
+                    entered = None;
+                    self.process_frames(reader, state)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits for bytes or for messages in the ring: asleep in the kernel, or polling while the
+    /// component is active.
+    fn receive_bytes(
+        &self,
+        stream: &Stream,
+        reader: &mut FrameReader,
+        state: &mut ReadState<'_>,
+    ) -> io::Result<usize> {
+        let ReadState { files, memory, .. } = state;
+        let lifecycle = &self.participant().lifecycle;
+        while self.settings.wake == Wake::Spin && lifecycle.is_active() {
+            for spin in 0..SPINS_PER_LOOK {
+                if memory.as_ref().is_some_and(MemoryReader::has_messages) {
+                    return Err(io::ErrorKind::WouldBlock.into());
+                }
+                // A link with memory gets little else.
+                if memory.is_some() && spin % SPINS_PER_RECEIVE != 0 {
+                    std::hint::spin_loop();
+                    continue;
+                }
+                match stream.try_receive_with_files(reader.space(), files) {
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                        std::hint::spin_loop();
+                    }
+                    received => return received,
+                }
+            }
+        }
+        if memory.as_ref().is_some_and(|memory| !memory.announce_sleep()) {
+            return Err(io::ErrorKind::WouldBlock.into());
+        }
+        stream.receive_with_files(reader.space(), files)
     }
 
     /// Stores the answer to a pull for the thread that waits for it, or for the next pull if it has
     /// come too late.
     fn store_pulled(&self, header: DataHeader, lost: u64, payload: &[u8]) {
-        let (arrival, bytes) = (self.runtime.next_arrival(), payload.to_vec());
-        let unseen = self.input.lock_inbox().push(InboxItem { arrival, header, lost, bytes });
+        let payload = StoredPayload::Copied(payload.to_vec());
+        let arrival = self.runtime.next_arrival();
+        let unseen = self.input.lock_inbox().push(InboxItem { arrival, header, lost, payload });
         self.input.skipped.fetch_add(unseen, Ordering::Relaxed);
         self.input.pull.receive();
     }
@@ -362,7 +479,7 @@ impl InputReader {
         entered: &mut Option<EnteredComponent<'_>>,
         header: DataHeader,
         lost: u64,
-        payload: &[u8],
+        payload: Payload<'_>,
     ) {
         let (input, runtime) = (&self.input, &self.runtime);
         // Older data that wait in the inbox go first.
@@ -385,7 +502,8 @@ impl InputReader {
             input.room.wait_for(&mut inbox, ROOM_LOOK);
         }
         let arrival = runtime.next_arrival();
-        let dropped = inbox.push(InboxItem { arrival, header, lost, bytes: payload.to_vec() });
+        let payload = payload.store(StoredPayload::default());
+        let dropped = inbox.push(InboxItem { arrival, header, lost, payload });
         // Counted before the inbox is released: otherwise a status could miss a loss that has
         // happened.
         input.dropped.fetch_add(dropped, Ordering::Relaxed);
@@ -393,24 +511,6 @@ impl InputReader {
         drop(inbox);
         runtime.add_backlog();
     }
-}
-
-/// Waits for bytes: asleep in the kernel, or polling while the component is active.
-fn receive_bytes(
-    stream: &Stream,
-    reader: &mut FrameReader,
-    wake: Wake,
-    participant: &Participant,
-) -> io::Result<usize> {
-    while wake == Wake::Spin && participant.lifecycle.is_active() {
-        for _ in 0..SPINS_PER_LOOK {
-            match stream.try_receive(reader.space()) {
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => std::hint::spin_loop(),
-                received => return received,
-            }
-        }
-    }
-    stream.receive(reader.space())
 }
 
 /// Returns whether bytes, or the end, have come within `limit`.
@@ -471,7 +571,8 @@ mod tests {
     fn a_reader_that_waits_for_room_does_not_stay_in_the_component() {
         let reader = reader();
         let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
-        let full = InboxItem { arrival: 0, header, lost: 0, bytes: vec![0; 2 << 20] };
+        let payload = StoredPayload::Copied(vec![0; 2 << 20]);
+        let full = InboxItem { arrival: 0, header, lost: 0, payload };
         reader.input.lock_inbox().push(full);
         reader.input.waiting.store(true, Ordering::Relaxed);
         let (sender, entered) = channel();
@@ -479,7 +580,7 @@ mod tests {
             let handed = scope.spawn(|| {
                 let mut component = reader.runtime.try_enter();
                 sender.send(component.is_some()).unwrap();
-                reader.hand_over(&mut component, header, 0, &[0; 10]);
+                reader.hand_over(&mut component, header, 0, Payload::Buffer(&[0; 10]));
             });
             assert_eq!(entered.recv(), Ok(true));
             let start = Instant::now();

@@ -12,10 +12,11 @@ use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
 use armor_wire::schema;
+use armor_wire::shared_memory::MemoryUse;
 use parking_lot::{Mutex, MutexGuard};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::kept::KeptFrames;
+use super::memory_publishing::LARGE_LEN;
 use super::publishing::{OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
@@ -25,6 +26,11 @@ use crate::tap::TOOL_PREFIX;
 /// call. The links that a file asks for are far fewer, and tools cannot take their places.
 const MAX_LINKS: usize = 512;
 const MAX_TOOLS: usize = 64;
+
+/// A sender that waits for a subscriber looks again after this, in ns: the socket wakes it earlier,
+/// a ring does not.
+const QUEUE_WAIT: i64 = 20_000_000;
+const RING_WAIT: i64 = 50_000;
 
 /// The result of publishing data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,19 +49,24 @@ pub(crate) struct OutputPort {
     schema_hash: u64,
     /// No message of its type is too large, so none is measured.
     is_bounded: bool,
+    /// Messages of its type may be so large that shared memory is worth it.
+    may_be_large: bool,
     state: Mutex<OutputState>,
 }
 
 impl OutputPort {
     pub fn new<T: Message>(id: &str, data: &str, latched: bool) -> Self {
         let schema = T::schema();
-        let is_bounded = schema.max_len().is_some_and(|len| len <= MAX_DATA_LEN);
+        let most = schema.max_len();
+        let is_bounded = most.is_some_and(|len| len <= MAX_DATA_LEN);
+        let may_be_large = most.is_none_or(|len| len >= LARGE_LEN);
         let schema = schema.to_string();
         Self {
             id: id.into(),
             message: TypeId::of::<T>(),
             schema_hash: T::schema_hash(),
             is_bounded,
+            may_be_large,
             entry: DataEntry { data: data.into(), type_name: T::NAME.into(), schema, latched },
             state: Mutex::default(),
         }
@@ -118,7 +129,7 @@ impl OutputPort {
     /// misses nothing that is published afterwards. A latched value is sent immediately.
     pub fn add_link<E>(
         &self,
-        mut link: OutgoingLink,
+        link: OutgoingLink,
         welcome: impl FnOnce() -> Result<(), E>,
     ) -> Result<(), E> {
         let mut state = self.lock_state();
@@ -127,9 +138,12 @@ impl OutputPort {
             if !link.to.starts_with(TOOL_PREFIX) {
                 state.kept.ask_for(link.history);
             }
-            offer_kept(&mut link, &state.kept);
+            state.links.push(link);
+            let newest = state.links.len() - 1;
+            state.offer_kept(newest);
+        } else {
+            state.links.push(link);
         }
-        state.links.push(link);
         Ok(())
     }
 
@@ -140,6 +154,9 @@ impl OutputPort {
         how: &PublishContext<'_>,
     ) -> Result<Sent, EncodeError> {
         let mut state = self.lock_state();
+        if state.links.iter().any(OutgoingLink::is_ring_full) {
+            state = self.wait_for_room(state);
+        }
         let sequence = state.published;
         let header =
             DataHeader { sequence, stamp_s: how.stamp_s, instance: how.instance, fresh: false };
@@ -150,6 +167,9 @@ impl OutputPort {
         if self.entry.latched {
             let frame = Arc::new(encode_frame(message, header)?);
             state.publish_shared(sequence, &frame, how);
+            if state.wants_memory(self.may_be_large) {
+                state.share_frame(&frame, None);
+            }
             state.kept.push(sequence, frame);
         } else {
             let pulls = state.links.iter().filter(|link| link.keep == Keep::Pull).count();
@@ -159,7 +179,12 @@ impl OutputPort {
                 state.store_newest(message, header)?;
             }
             if pulls < state.links.len() {
-                if !state.publish_small(message, header, how)? {
+                if state.wants_memory(self.may_be_large) {
+                    state.publish_in_memory(message, &header)?;
+                }
+                if state.links.iter().any(OutgoingLink::sends_frames)
+                    && !state.publish_small(message, header, how)?
+                {
                     state.publish_large(message, header, how)?;
                 }
             } else if pulls == 0 && !self.is_bounded {
@@ -201,16 +226,18 @@ impl OutputPort {
             let full: Vec<_> = state
                 .links
                 .iter()
-                .filter(|l| is_over_full(l))
+                .filter(|l| is_over_full(l) && l.memory.is_none())
                 .map(|l| Arc::clone(&l.stream))
                 .collect();
-            if full.is_empty() {
+            let is_ring_full = state.links.iter().any(OutgoingLink::is_ring_full);
+            if full.is_empty() && !is_ring_full {
                 return state;
             }
             // Without the lock, so that other threads can publish or close links meanwhile.
             drop(state);
             let mut fds: Vec<_> = full.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
-            let _ = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 20_000_000 }));
+            let wait = if is_ring_full { RING_WAIT } else { QUEUE_WAIT };
+            let _ = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: wait }));
             state = self.lock_state();
         }
     }
@@ -234,12 +261,14 @@ impl OutputPort {
     /// Reads, writes and beats on every link; called by the service thread.
     pub fn serve_links(&self, now: Duration, beat: &[u8]) {
         let mut state = self.lock_state();
-        let OutputState { links, kept, .. } = &mut *state;
-        for link in links.iter_mut() {
+        for at in 0..state.links.len() {
+            let OutputState { links, kept, .. } = &mut *state;
+            let has_resumed = links[at].read_signals(now, kept.last());
             // A subscriber that was paused has missed the latched value if it changed meanwhile.
-            if link.read_signals(now, kept.last()) && self.entry.latched {
-                offer_kept(link, kept);
+            if has_resumed && self.entry.latched {
+                state.offer_kept(at);
             }
+            let link = &mut state.links[at];
             if !link.queue.is_empty() {
                 link.drain_queue();
             }
@@ -262,6 +291,13 @@ impl OutputPort {
             }
         }
         state.remove_broken();
+        state.clear_paused_rings();
+    }
+
+    /// Gives memory that is not used back to the system; called by the service thread every
+    /// [`LOOK`](armor_wire::liveness::LOOK).
+    pub fn release_idle_memory(&self) {
+        self.lock_state().release_idle_slots();
     }
 
     /// Ends every link.
@@ -283,13 +319,21 @@ impl OutputPort {
     }
 }
 
-/// Sends the last values of a latched output that the link has not carried yet.
-fn offer_kept(link: &mut OutgoingLink, kept: &KeptFrames) {
-    for (sequence, frame) in kept.newest(link.history) {
-        offer_shared(link, *sequence, frame);
+impl OutputState {
+    /// Sends the last values of a latched output that the link has not carried yet.
+    fn offer_kept(&mut self, at: usize) {
+        let history = self.links[at].history;
+        let kept: Vec<_> = self.kept.newest(history).cloned().collect();
+        for (sequence, frame) in kept {
+            offer_shared(&mut self.links[at], sequence, &frame);
+            if self.links[at].memory_use != MemoryUse::Never {
+                self.share_frame(&frame, Some(at));
+            }
+        }
     }
 }
 
 fn is_over_full(link: &OutgoingLink) -> bool {
-    link.keep.is_all() && link.queue.is_congested() && link.queue.len() > ALL_LEN && !link.broken
+    let is_queue_full = link.queue.is_congested() && link.queue.len() > ALL_LEN && !link.broken;
+    (link.keep.is_all() && is_queue_full) || link.is_ring_full()
 }

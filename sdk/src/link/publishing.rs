@@ -11,6 +11,7 @@ use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FLAG_FRESH};
 use armor_wire::message::Message;
 
 use super::kept::KeptFrames;
+use super::memory_out::OutputSlots;
 use super::stream::FrameFanOut;
 use super::wire_out::{FLAGS_AT, OfferResult, OutgoingLink};
 
@@ -41,10 +42,14 @@ pub(super) struct OutputState {
     pub(super) record: Option<Vec<Vec<u8>>>,
     /// Dropped on links that are gone.
     pub(super) dropped_before: u64,
+    /// The memory that links share with their subscribers.
+    pub(super) slots: OutputSlots,
+    /// The system has refused memory, which was logged.
+    pub(super) has_failed_slot: bool,
 }
 
 pub(super) fn offer_shared(link: &mut OutgoingLink, sequence: u64, frame: &Arc<Vec<u8>>) -> bool {
-    if !link.is_pushed() || link.last_sequence.is_some_and(|last| last >= sequence) {
+    if !link.sends_frames() || link.last_sequence.is_some_and(|last| last >= sequence) {
         return false;
     }
     link.last_sequence = Some(sequence);
@@ -177,7 +182,7 @@ impl OutputState {
         };
         let mut free = Vec::new();
         let mut queued = false;
-        for link in self.links.iter_mut().filter(|link| link.is_pushed()) {
+        for link in self.links.iter_mut().filter(|link| link.sends_frames()) {
             link.sent += 1;
             let gathered = !link.queue.is_empty() && !link.queue.is_congested();
             let is_free =

@@ -150,11 +150,11 @@ impl LinkQueue {
 
     /// Puts an answer behind the frame that is partly written, before those that wait: `make` gets
     /// whether there are any.
-    pub fn insert_answer(&mut self, make: impl FnOnce(bool) -> [u8; PREFIX_LEN]) {
+    pub fn insert_answer<B: Into<Vec<u8>>>(&mut self, make: impl FnOnce(bool) -> B) {
         let first = self.count_kept_chunks();
-        let answer = make(self.chunks.len() > first);
+        let answer = make(self.chunks.len() > first).into();
         self.bytes += answer.len();
-        self.chunks.insert(first, (Chunk::Own(answer.to_vec()), 0));
+        self.chunks.insert(first, (Chunk::Own(answer), 0));
     }
 
     /// The first chunks, which no policy drops: what is partly written, and answers behind it.

@@ -9,7 +9,9 @@ use armor_wire::control::LinkStatus;
 use armor_wire::frame::{self, FLAG_FRESH, FrameKind, FrameReader};
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
+use armor_wire::shared_memory::MemoryUse;
 
+use super::memory_out::LinkMemory;
 use super::patience::Patience;
 use super::queue::{GATHER_LEN, LinkQueue};
 use crate::faults::{PeerFault, PeerFaultLog};
@@ -39,6 +41,10 @@ pub(crate) struct OutgoingLink {
     pub patience: Patience,
     /// Sequence of the last data given to this link.
     pub last_sequence: Option<u64>,
+    /// Whether the subscriber takes data from shared memory.
+    pub memory_use: MemoryUse,
+    /// The memory, once it is offered: data come by its ring from then on.
+    pub memory: Option<LinkMemory>,
     pub broken: bool,
 }
 
@@ -71,6 +77,15 @@ impl OutgoingLink {
         !self.paused && !self.broken && self.keep != Keep::Pull
     }
 
+    /// What carries its data, as `armor graph` shows it.
+    fn transport(&self) -> &'static str {
+        match *self.stream {
+            Stream::Unix(_) if self.memory.is_some() => "shm",
+            Stream::Unix(_) => "unix",
+            Stream::Tcp(_) => "tcp",
+        }
+    }
+
     pub fn break_off(&mut self) {
         self.broken = true;
         let _ = self.stream.shutdown(Shutdown::Both);
@@ -78,7 +93,7 @@ impl OutgoingLink {
 
     /// Sends, gathers or queues a small frame.
     pub fn offer_frame(&mut self, frame: &mut [u8], call: u64) -> OfferResult {
-        if !self.is_pushed() {
+        if !self.sends_frames() {
             return OfferResult::Skipped;
         }
         self.sent += 1;
@@ -140,11 +155,7 @@ impl OutgoingLink {
         if !self.queue.is_empty() && !self.drain_queue() {
             return self.queue.insert_answer(frame::synced);
         }
-        let answer = frame::synced(false);
-        let written = self.write(&answer);
-        if written < answer.len() && !self.broken {
-            self.queue.push_tail(answer[written..].to_vec());
-        }
+        self.send_unqueued(&frame::synced(false));
     }
 
     /// Sends the newest data, if they are newer than the last that were sent.
@@ -177,8 +188,10 @@ impl OutgoingLink {
             keep: self.keep,
             sent: self.sent - self.dropped,
             dropped: self.dropped,
-            queued: self.queue.count_frames() as u64,
+            queued: self.queue.count_frames() as u64
+                + self.memory.as_ref().map_or(0, LinkMemory::count_waiting),
             paused: self.paused,
+            transport: self.transport().into(),
         }
     }
 

@@ -16,9 +16,11 @@ use armor_wire::hello::{
 };
 use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
+use armor_wire::shared_memory::MemoryUse;
 use rustix::event::PollFd;
 
 use crate::faults::PeerFault;
+use crate::link::memory_out::suits_memory;
 use crate::link::patience::Patience;
 use crate::link::queue::LinkQueue;
 use crate::link::wire_out::OutgoingLink;
@@ -206,6 +208,11 @@ impl Handshakes {
             dropped: 0,
             patience: Patience::of(keep),
             last_sequence: None,
+            memory_use: match stream {
+                Stream::Unix(_) if suits_memory(keep) => link.memory,
+                Stream::Unix(_) | Stream::Tcp(_) => MemoryUse::Never,
+            },
+            memory: None,
             broken: false,
         };
         output.add_link(added, || self.send_welcome(stream, output.entry.schema.clone(), true))

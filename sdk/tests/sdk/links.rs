@@ -90,6 +90,12 @@ fn a_link_over_tcp_is_a_link_like_any_other() {
     is_a_link_like_any_other(",transport=tcp,wake=spin");
 }
 
+#[test]
+fn a_link_over_shared_memory_is_a_link_like_any_other() {
+    is_a_link_like_any_other(",transport=shm");
+    is_a_link_like_any_other(",transport=shm,wake=spin");
+}
+
 fn is_a_link_like_any_other(how: &str) {
     let mut system = System::start();
     let link = system.link("in", "source", "out", "all") + how;

@@ -9,6 +9,7 @@ mod histories;
 mod links;
 mod many;
 mod pull;
+mod shared_memory;
 mod simulated_time;
 mod standard_messages;
 mod states;

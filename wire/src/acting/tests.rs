@@ -1,11 +1,14 @@
 use super::*;
 use crate::frame::{FrameError, PREFIX_LEN, to_bytes};
 use crate::registry::ComponentEntry;
+use crate::shared_memory::MemoryUse;
 
 fn link(keep: Keep, wake: Wake) -> Purpose {
     let (data, schema) = ("laser.scan".into(), String::new());
     let (instance, schema_hash, paused) = (0, 0, false);
-    let link = LinkRequest { data, instance, schema, schema_hash, keep, wake, paused, history: 1 };
+    let (history, memory) = (1, MemoryUse::Never);
+    let link =
+        LinkRequest { data, instance, schema, schema_hash, keep, wake, paused, history, memory };
     Purpose::Link { link }
 }
 

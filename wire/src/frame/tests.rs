@@ -88,7 +88,7 @@ fn what_is_not_ours_is_refused_by_the_prefix_alone() {
     };
     assert_eq!(first_error(b"GET / HT"), FrameError::UnknownKind(b'/'));
     assert_eq!(prefix(0, [0, 0, 0, 0]), FrameError::UnknownKind(0));
-    assert_eq!(prefix(0, [12, 0, 0, 0]), FrameError::UnknownKind(12));
+    assert_eq!(prefix(0, [200, 0, 0, 0]), FrameError::UnknownKind(200));
     for kind in [FrameKind::Hello, FrameKind::Control, FrameKind::Data, FrameKind::Beat] {
         let len = kind.max_body_len() + 1;
         let error = prefix(len as u32, [kind as u8, 0, 0, 0]);

@@ -19,6 +19,7 @@ use armor_wire::remote_process::{
     CutOff, HostAddress, OutputStream, ProcessResources, RemoteEvent, RemoteStart, Takeover,
     VariableSetting,
 };
+use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Transport;
 use armor_wire::{codec, config};
 use cap::Cap;
@@ -63,6 +64,7 @@ fn seeds() -> Vec<Vec<u8>> {
         wake: Wake::Spin,
         paused: true,
         history: 5,
+        memory: MemoryUse::Large,
     };
     let schema = "Count{count:u64}".into();
     let entry = DataEntry { data: "a.b".into(), type_name: "Count".into(), schema, latched: true };

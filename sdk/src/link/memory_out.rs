@@ -1,0 +1,208 @@
+//! The publisher's end of shared memory: the slots of an output, which its links share, and the ring
+//! of each link.
+
+use std::collections::BTreeSet;
+use std::os::fd::OwnedFd;
+use std::sync::atomic::AtomicU64;
+
+use armor_memory::page::{MAX_CELLS, MAX_SLOTS};
+use armor_memory::{
+    LinkPage, MemoryError, PageLayout, PageWords, Placement, RingEntry, RingWriter, SlotMemory,
+    SlotPool,
+};
+use armor_wire::bincode;
+use armor_wire::bincode::enc::write::Writer;
+use armor_wire::keep::Keep;
+use armor_wire::shared_memory::SLOT_HEADER_LEN;
+
+/// The slots of an output.
+pub(super) type OutputSlots = SlotPool<SlotMemory>;
+
+/// Free slots that are kept while an output has links with memory: the next message finds its memory
+/// ready.
+const SPARE_SLOTS: usize = 2;
+/// Cells of the ring of a `keep="all"` link.
+const CELLS_FOR_ALL: u32 = 8;
+/// Slots have lengths that are multiples of this, and some room to grow.
+const SLOT_STEP: usize = 4 << 10;
+/// Slots that the publisher itself may need beyond those that subscribers hold: the one that it
+/// writes and the newest.
+const OWN_SLOTS: u32 = 2;
+
+/// Whether a link of this policy can use shared memory: each message that waits needs a slot.
+pub(crate) fn suits_memory(keep: Keep) -> bool {
+    match keep {
+        Keep::Latest | Keep::All { .. } => true,
+        Keep::Last { count } => count <= MAX_CELLS,
+        Keep::Pull => false,
+    }
+}
+
+/// The memory of one link.
+pub(crate) struct LinkMemory {
+    page: LinkPage,
+    ring: RingWriter,
+    layout: PageLayout,
+    /// How many slots the subscriber may hold, those in the ring not counted.
+    most_held: u32,
+    /// Numbers of the slots that it has been offered.
+    offered: BTreeSet<u32>,
+}
+
+/// The result of giving a slot to a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RingResult {
+    /// It is in the ring; `missed` if an older message was taken back for it.
+    Pushed { missed: bool },
+    /// The subscriber holds all the slots that it may.
+    Refused,
+}
+
+impl LinkMemory {
+    /// Memory for a link of this policy whose subscriber stores a history of `history` messages.
+    /// Returns it with the file for the other end.
+    pub fn create(keep: Keep, history: u32) -> Result<(Self, OwnedFd), MemoryError> {
+        let cells = match keep {
+            Keep::Latest | Keep::Pull => 1,
+            Keep::Last { count } => count.clamp(1, MAX_CELLS),
+            Keep::All { .. } => CELLS_FOR_ALL,
+        };
+        // As many wait in the subscriber's inbox, one is in the component's code, one on its way there.
+        let stored = if history > 1 { history.min(MAX_CELLS) } else { 0 };
+        let most_held = cells + 2 + stored;
+        let layout = PageLayout { cells, slots: MAX_SLOTS };
+        let (page, file) = LinkPage::create(layout)?;
+        let (ring, offered) = (RingWriter::default(), BTreeSet::new());
+        Ok((Self { page, ring, layout, most_held, offered }, file))
+    }
+
+    /// Sizes of the page.
+    pub fn layout(&self) -> PageLayout {
+        self.layout
+    }
+
+    /// How many slots the subscriber may hold, those in the ring not counted.
+    pub fn most_held(&self) -> u32 {
+        self.most_held
+    }
+
+    fn words(&self) -> PageWords<'_, AtomicU64> {
+        self.page.words()
+    }
+
+    /// Whether the ring has no room: the next message would take back the oldest.
+    pub fn is_full(&self) -> bool {
+        self.ring.is_full(self.words())
+    }
+
+    pub fn must_wake(&self) -> bool {
+        self.words().must_wake()
+    }
+
+    /// Whether the slot must be offered before it is pushed.
+    pub fn needs_offer(&self, slot: u32) -> bool {
+        !self.offered.contains(&slot)
+    }
+
+    /// Notes that the slot has been offered.
+    pub fn note_offer(&mut self, slot: u32) {
+        self.offered.insert(slot);
+    }
+
+    /// Notes that the slot is gone. Returns whether it was offered.
+    pub fn forget_slot(&mut self, slot: u32) -> bool {
+        self.offered.remove(&slot)
+    }
+
+    /// Lends a slot to the subscriber and puts it into the ring.
+    pub fn push(&mut self, slots: &OutputSlots, place: usize, fresh: bool) -> RingResult {
+        let words = self.page.words();
+        let lent = words.count_held(slots.slots().iter().map(|slot| slot.index));
+        // One that gives nothing back must not take the slots of all others.
+        if lent as u32 >= self.most_held + self.layout.cells {
+            return RingResult::Refused;
+        }
+        let slot = &slots.slots()[place];
+        words.lend(slot.index);
+        let old = self.ring.push(words, RingEntry { slot: slot.number, fresh });
+        if let Some(old) = old.and_then(|old| slots.find(old.slot)) {
+            words.release(old.index);
+        }
+        RingResult::Pushed { missed: old.is_some() }
+    }
+
+    /// Takes back what waits in the ring.
+    pub fn clear(&mut self, slots: &OutputSlots) {
+        let words = self.page.words();
+        for entry in self.ring.clear(words) {
+            if let Some(slot) = slots.find(entry.slot) {
+                words.release(slot.index);
+            }
+        }
+    }
+
+    /// How many messages wait in the ring.
+    pub fn count_waiting(&self) -> u64 {
+        self.ring.count_waiting(self.words())
+    }
+
+    fn is_held(&self, index: u32) -> bool {
+        self.words().is_held(index)
+    }
+}
+
+/// Finds a slot for `len` bytes that none of the links holds; adds one if there is none. Returns its
+/// place and the slot that was removed for it, or `None` if there may be no more.
+pub(super) fn place_message<'a>(
+    slots: &mut OutputSlots,
+    len: usize,
+    links: impl Iterator<Item = &'a LinkMemory> + Clone,
+) -> Result<Option<(usize, Option<u32>)>, MemoryError> {
+    let most = links.clone().map(|link| link.most_held + link.layout.cells).sum::<u32>();
+    let most = (most + OWN_SLOTS).min(MAX_SLOTS);
+    let is_held = |index| links.clone().any(|link| link.is_held(index));
+    let mut removed = None;
+    let place = match slots.place(SLOT_HEADER_LEN + len, most, is_held) {
+        Placement::Reuse(place) => place,
+        Placement::Exhausted => return Ok(None),
+        Placement::Add { index, instead_of, .. } => {
+            let needed = SLOT_HEADER_LEN + len;
+            let len = (needed + needed / 8).next_multiple_of(SLOT_STEP);
+            let memory = SlotMemory::create(len)?;
+            removed = instead_of.map(|place| slots.remove(place).number);
+            slots.add(index, len, memory)
+        }
+    };
+    slots.mark_used(place);
+    Ok(Some((place, removed)))
+}
+
+/// Removes the slots that have not been used for a while, or all if no link has memory. Returns
+/// their numbers.
+pub(super) fn remove_idle<'a>(
+    slots: &mut OutputSlots,
+    links: impl Iterator<Item = &'a LinkMemory> + Clone,
+) -> Vec<u32> {
+    let has_links = links.clone().next().is_some();
+    let spare = if has_links { SPARE_SLOTS } else { 0 };
+    let idle = match has_links {
+        true => slots.take_idle(spare, |index| links.clone().any(|link| link.is_held(index))),
+        false => slots.take_all(),
+    };
+    idle.into_iter().map(|slot| slot.number).collect()
+}
+
+/// Writes a message into a slot.
+pub(super) struct SlotWriter<'a>(pub &'a mut [u8]);
+
+impl Writer for SlotWriter<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+        let slot = std::mem::take(&mut self.0);
+        let Some((room, rest)) = slot.split_at_mut_checked(bytes.len()) else {
+            return Err(bincode::error::EncodeError::Other("the slot is too short"));
+        };
+        room.copy_from_slice(bytes);
+        self.0 = rest;
+        Ok(())
+    }
+}
