@@ -2,7 +2,7 @@
 //!
 //! # Safety argument
 //! This is the only file with `unsafe` code. A mapping is a pointer and a length from `mmap`, owned
-//! by one [`Mapping`] and unmapped when that is dropped, so every slice that borrows from it is of
+//! by one `Mapping` and unmapped when that is dropped, so every slice that borrows from it is of
 //! mapped memory. Three more things must be true for a slice to be sound.
 //!
 //! * *The memory stays.* A file that became shorter would turn reads into SIGBUS. Before a file is
