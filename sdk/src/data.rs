@@ -176,15 +176,45 @@ impl<'a> Data<'a> {
     /// [`DataError`] if the input was declared with a type of another schema, or the bytes are not one
     /// message of type `T`.
     pub fn decode<T: Message>(&self) -> Result<T, DataError> {
+        self.check_type::<T>()?;
+        codec::decode(self.bytes).map_err(|cause| self.explain_bytes(cause))
+    }
+
+    fn check_type<T: Message>(&self) -> Result<(), DataError> {
         let DeclaredType { input, name: declared, schema_hash } = self.declared;
-        if T::schema_hash() != schema_hash {
-            return Err(DataError::OtherType { input: input.into(), declared, asked: T::NAME });
+        if T::schema_hash() == schema_hash {
+            return Ok(());
         }
-        codec::decode(self.bytes).map_err(|cause| DataError::Malformed {
-            input: input.into(),
-            declared,
-            cause,
-        })
+        Err(DataError::OtherType { input: input.into(), declared, asked: T::NAME })
+    }
+
+    fn explain_bytes(&self, cause: DecodeError) -> DataError {
+        let DeclaredType { input, name: declared, .. } = self.declared;
+        DataError::Malformed { input: input.into(), declared, cause }
+    }
+
+    /// Reads the content where it is, in the receive buffer or in shared memory: bulk arrays and texts
+    /// are borrowed, not copied. What [`decode`](Self::decode) accepts and refuses, this does too.
+    ///
+    /// The standard messages with bulk arrays have a view of their own (`ImageView` of `Image`), and so
+    /// does each message that is derived with `#[message(view)]`; every other message is copied.
+    ///
+    /// ```
+    /// # use armor_sdk::prelude::*;
+    /// use armor_sdk::messages::Image;
+    ///
+    /// fn mean_brightness(data: &Data<'_>) -> Result<f64, Fault> {
+    ///     let image = data.view::<Image>()?;
+    ///     let sum: u64 = image.data.iter().map(u64::from).sum();
+    ///     Ok(sum as f64 / image.data.len() as f64)
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`decode`](Self::decode).
+    pub fn view<T: Message>(&self) -> Result<T::View<'a>, DataError> {
+        self.check_type::<T>()?;
+        codec::view::<T>(self.bytes).map_err(|cause| self.explain_bytes(cause))
     }
 
     /// The encoded message (`docs/protocol.md`, Values).
@@ -215,7 +245,7 @@ mod tests {
     use armor_wire::{Message, codec};
 
     use super::*;
-    use crate::messages::{Count, Number};
+    use crate::messages::{Count, Image, Number};
 
     #[derive(Debug, PartialEq, Message)]
     #[message(name = "Count", wire = "armor_wire")]
@@ -228,6 +258,17 @@ mod tests {
     #[message(name = "Count", wire = "armor_wire")]
     struct OwnCount {
         count: u64,
+    }
+
+    #[test]
+    fn an_image_is_viewed_in_the_bytes_that_arrived() {
+        let image = Image { width: 2, height: 1, data: vec![7, 9].into(), ..Image::default() };
+        let bytes = codec::encode(&image).unwrap();
+        let view = declared_as::<Image>(&bytes).view::<Image>().unwrap();
+        assert_eq!((view.width, view.encoding, &*view.data), (2, "", &[7, 9][..]));
+        assert!(bytes.as_ptr_range().contains(&view.data.as_ptr()), "no copy");
+        let error = declared_as::<Image>(&bytes[..9]).view::<Image>().unwrap_err().to_string();
+        assert!(error.contains("input `steps`, a Image: the bytes do not fit"), "{error}");
     }
 
     fn declared_as<T: Message>(bytes: &[u8]) -> Data<'_> {
@@ -248,6 +289,8 @@ mod tests {
         }
         let error = data.decode::<LongerCount>().unwrap_err().to_string();
         assert!(error.contains("declared as Count, but was decoded as Count with other fields"));
+        let error = data.view::<Number>().unwrap_err().to_string();
+        assert!(error.contains("declared as Count, but was decoded as Number"), "{error}");
         let error = declared_as::<Count>(&bytes[..7]).decode::<Count>().unwrap_err().to_string();
         assert!(error.contains("input `steps`, a Count: the bytes do not fit"), "{error}");
     }

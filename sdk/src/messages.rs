@@ -2,7 +2,8 @@
 //! `sensor_msgs`; units and axes by REP-103, frames by REP-105.
 //!
 //! Where ROS has a `std_msgs/Header`, these have `stamp` (system time, seconds since the Unix
-//! epoch) and `frame` (the frame's name).
+//! epoch) and `frame` (the frame's name). The types that end in `View` are those with bulk arrays as
+//! [`Data::view`](crate::Data::view) reads them, without a copy.
 
 pub use armor_wire::clock::Clock;
 pub use armor_wire::config::ConfigurationState;
@@ -19,10 +20,11 @@ pub use geometry::{
     Quaternion, Twist, TwistWithCovariance, Vector3,
 };
 pub use navigation::{
-    MapMetaData, OccupancyGrid, OccupancyGridUpdate, Odometry, Path, SlamDiagnostics,
+    MapMetaData, OccupancyGrid, OccupancyGridUpdate, OccupancyGridUpdateView, OccupancyGridView,
+    Odometry, Path, SlamDiagnostics,
 };
 pub use sensing::{
-    BatteryState, CompressedImage, Image, Imu, LaserScan, NavSatFix, NavSatService, NavSatStatus,
-    PowerSupplyStatus,
+    BatteryState, CompressedImage, CompressedImageView, Image, ImageView, Imu, LaserScan,
+    LaserScanView, NavSatFix, NavSatService, NavSatStatus, PowerSupplyStatus,
 };
 pub use standard::{Count, Flag, Log, Number, Progress, Text};

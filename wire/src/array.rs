@@ -2,13 +2,15 @@
 
 use std::ops::{Deref, DerefMut};
 
-use bincode::de::Decoder;
+use bincode::de::read::BorrowReader;
+use bincode::de::{BorrowDecoder, Decoder};
 use bincode::enc::write::Writer;
 use bincode::enc::{Encode, Encoder};
 use bincode::error::{DecodeError, EncodeError};
 use bytemuck::Pod;
 
-use crate::message::WireType;
+use crate::array_view::ArrayView;
+use crate::message::{WireType, read_count};
 use crate::schema::Schema;
 
 /// A growable array of plain numbers that is sent as one little-endian blob.
@@ -78,5 +80,12 @@ impl<T: ArrayElement> WireType for Array<T> {
     }
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         Vec::read_value(decoder).map(Self)
+    }
+    type View<'a> = ArrayView<'a, T>;
+    fn view_value<'a, D: BorrowDecoder<'a>>(
+        decoder: &mut D,
+    ) -> Result<ArrayView<'a, T>, DecodeError> {
+        let count = read_count(decoder, size_of::<T>())?;
+        decoder.borrow_reader().take_bytes(count * size_of::<T>()).map(ArrayView::of)
     }
 }

@@ -2,7 +2,7 @@
 //! "Values"), always with a limit, and never with bytes left over.
 
 use bincode::config;
-use bincode::de::read::Reader;
+use bincode::de::read::{BorrowReader, Reader};
 use bincode::de::{Decoder, DecoderImpl};
 use bincode::enc::write::{SizeWriter, Writer};
 use thiserror::Error;
@@ -91,6 +91,15 @@ pub fn decode<T: WireType>(bytes: &[u8]) -> Result<T, DecodeError> {
     decode_within(bytes, MAX_DATA_LEN)
 }
 
+/// Reads a data payload where it is: its arrays and texts are not copied
+/// ([`WireType::View`]). Accepts and refuses the same bytes as [`decode`].
+///
+/// # Errors
+/// As [`decode`].
+pub fn view<T: WireType>(bytes: &[u8]) -> Result<T::View<'_>, DecodeError> {
+    read_within(bytes, MAX_DATA_LEN, T::view_value)
+}
+
 /// As [`decode`] for handshakes and control frames: at most [`MAX_CONTROL_LEN`] bytes.
 ///
 /// # Errors
@@ -102,16 +111,30 @@ pub fn decode_control<T: WireType>(bytes: &[u8]) -> Result<T, DecodeError> {
 fn decode_within<T: WireType>(bytes: &[u8], limit: usize) -> Result<T, DecodeError> {
     // Evaluates the checks that the type's parts make at compile time.
     let _ = const { T::MIN_LEN };
+    read_within(bytes, limit, T::read_value)
+}
+
+/// Reads one value, which must take all bytes.
+fn read_within<'a, V>(
+    bytes: &'a [u8],
+    limit: usize,
+    read: impl FnOnce(
+        &mut DecoderImpl<Payload<'a>, Layout, ()>,
+    ) -> Result<V, bincode::error::DecodeError>,
+) -> Result<V, DecodeError> {
     if bytes.len() > limit {
         return Err(DecodeError::Layout(bincode::error::DecodeError::LimitExceeded));
     }
     let mut decoder = DecoderImpl::new(Payload(bytes), config::legacy(), ());
-    let value = T::read_value(&mut decoder).map_err(DecodeError::Layout)?;
+    let value = read(&mut decoder).map_err(DecodeError::Layout)?;
     match decoder.reader().0.len() {
         0 => Ok(value),
         left => Err(DecodeError::LeftOver(left)),
     }
 }
+
+/// What `config::legacy()` is.
+type Layout = config::Configuration<config::LittleEndian, config::Fixint, config::NoLimit>;
 
 /// The bytes not yet read.
 struct Payload<'a>(&'a [u8]);
@@ -133,6 +156,17 @@ impl Reader for Payload<'_> {
 
     fn consume(&mut self, len: usize) {
         self.0 = self.0.get(len..).unwrap_or_default();
+    }
+}
+
+impl<'a> BorrowReader<'a> for Payload<'a> {
+    fn take_bytes(&mut self, len: usize) -> Result<&'a [u8], bincode::error::DecodeError> {
+        let Some((taken, rest)) = self.0.split_at_checked(len) else {
+            let additional = len - self.0.len();
+            return Err(bincode::error::DecodeError::UnexpectedEnd { additional });
+        };
+        self.0 = rest;
+        Ok(taken)
     }
 }
 

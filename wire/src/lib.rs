@@ -9,6 +9,7 @@ extern crate self as armor_wire;
 
 pub mod acting;
 pub mod array;
+pub mod array_view;
 pub mod backoff;
 pub mod clock;
 pub mod codec;
@@ -35,6 +36,7 @@ pub mod transport;
 pub use armor_quantity as quantity;
 pub use armor_wire_derive::Message;
 pub use array::Array;
+pub use array_view::ArrayView;
 pub use message::{Message, WireType};
 
 #[doc(hidden)]

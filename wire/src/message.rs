@@ -9,8 +9,8 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use bincode::Encode;
-use bincode::de::read::Reader;
-use bincode::de::{Decode, Decoder};
+use bincode::de::read::{BorrowReader, Reader};
+use bincode::de::{BorrowDecoder, Decode, Decoder};
 use bincode::enc::Encoder;
 use bincode::error::{DecodeError, EncodeError};
 
@@ -44,6 +44,18 @@ pub trait WireType: Encode + Sized + 'static {
     /// # Errors
     /// If the bytes are not a value of this type or end too early.
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError>;
+
+    /// A value that is read where its bytes are: of an [`Array`](crate::Array) an
+    /// [`ArrayView`](crate::ArrayView), of a text a `&str`, of a type derived with `#[message(view)]` a
+    /// struct of the views of its fields. Every other value is copied and is its own view.
+    type View<'a>;
+
+    /// Reads one value without copying its arrays and texts.
+    ///
+    /// # Errors
+    /// As [`read_value`](Self::read_value).
+    fn view_value<'a, D: BorrowDecoder<'a>>(decoder: &mut D)
+    -> Result<Self::View<'a>, DecodeError>;
 
     /// Encodes a field. By this trait, not `Encode`, so that a type without a wire form is one error.
     #[doc(hidden)]
@@ -99,6 +111,19 @@ pub(crate) fn read_count<D: Decoder>(
     Ok(count as usize)
 }
 
+/// Reads `count` values without copying their arrays and texts.
+fn view_items<'a, T: WireType, D: BorrowDecoder<'a>>(
+    decoder: &mut D,
+    count: usize,
+) -> Result<Vec<T::View<'a>>, DecodeError> {
+    let first = FIRST_LIST_LEN / size_of::<T::View<'a>>().max(1);
+    let mut items = Vec::with_capacity(count.min(first));
+    for _ in 0..count {
+        items.push(T::view_value(decoder)?);
+    }
+    Ok(items)
+}
+
 /// Encodes a value as the string it is displayed as: a field marked `#[message(text)]`.
 #[doc(hidden)]
 pub fn encode_text<T: Display, E: Encoder>(value: &T, encoder: &mut E) -> Result<(), EncodeError> {
@@ -133,6 +158,10 @@ impl WireType for bool {
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         Self::decode(decoder)
     }
+    type View<'a> = Self;
+    fn view_value<'a, D: BorrowDecoder<'a>>(decoder: &mut D) -> Result<Self, DecodeError> {
+        Self::read_value(decoder)
+    }
 }
 
 macro_rules! numbers {
@@ -144,6 +173,10 @@ macro_rules! numbers {
             }
             fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
                 Self::decode(decoder)
+            }
+            type View<'a> = Self;
+            fn view_value<'a, D: BorrowDecoder<'a>>(decoder: &mut D) -> Result<Self, DecodeError> {
+                Self::read_value(decoder)
             }
             // Numbers travel as they lie in memory (array.rs): one copy for all of them.
             fn read_items<D: Decoder>(
@@ -192,6 +225,12 @@ impl WireType for String {
         let bytes = u8::read_items(decoder, len)?;
         Self::from_utf8(bytes).map_err(|e| DecodeError::Utf8 { inner: e.utf8_error() })
     }
+    type View<'a> = &'a str;
+    fn view_value<'a, D: BorrowDecoder<'a>>(decoder: &mut D) -> Result<&'a str, DecodeError> {
+        let len = read_count(decoder, 1)?;
+        let bytes = decoder.borrow_reader().take_bytes(len)?;
+        std::str::from_utf8(bytes).map_err(|inner| DecodeError::Utf8 { inner })
+    }
 }
 
 impl<T: WireType> WireType for Vec<T> {
@@ -206,6 +245,13 @@ impl<T: WireType> WireType for Vec<T> {
         let count = read_count(decoder, T::MIN_LEN)?;
         T::read_items(decoder, count)
     }
+    type View<'a> = Vec<T::View<'a>>;
+    fn view_value<'a, D: BorrowDecoder<'a>>(
+        decoder: &mut D,
+    ) -> Result<Self::View<'a>, DecodeError> {
+        let count = read_count(decoder, T::MIN_LEN)?;
+        view_items::<T, D>(decoder, count)
+    }
 }
 
 impl<T: WireType> WireType for Option<T> {
@@ -219,6 +265,12 @@ impl<T: WireType> WireType for Option<T> {
     }
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         if bool::decode(decoder)? { T::read_value(decoder).map(Some) } else { Ok(None) }
+    }
+    type View<'a> = Option<T::View<'a>>;
+    fn view_value<'a, D: BorrowDecoder<'a>>(
+        decoder: &mut D,
+    ) -> Result<Self::View<'a>, DecodeError> {
+        if bool::decode(decoder)? { T::view_value(decoder).map(Some) } else { Ok(None) }
     }
 }
 
@@ -237,6 +289,13 @@ impl<T: WireType, const N: usize> WireType for [T; N] {
         }
         T::read_array(decoder)
     }
+    type View<'a> = [T::View<'a>; N];
+    fn view_value<'a, D: BorrowDecoder<'a>>(
+        decoder: &mut D,
+    ) -> Result<Self::View<'a>, DecodeError> {
+        let items = view_items::<T, D>(decoder, N)?;
+        items.try_into().map_err(|_| DecodeError::Other("an array of another length"))
+    }
 }
 
 impl<T: WireType> WireType for Box<T> {
@@ -246,5 +305,11 @@ impl<T: WireType> WireType for Box<T> {
     }
     fn read_value<D: Decoder>(decoder: &mut D) -> Result<Self, DecodeError> {
         T::read_value(decoder).map(Self::new)
+    }
+    type View<'a> = T::View<'a>;
+    fn view_value<'a, D: BorrowDecoder<'a>>(
+        decoder: &mut D,
+    ) -> Result<Self::View<'a>, DecodeError> {
+        T::view_value(decoder)
     }
 }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use serde::Serialize;
 
 #[derive(Clone, Debug, PartialEq, Message, Serialize)]
-#[message(wire = "armor_wire")]
+#[message(wire = "armor_wire", view)]
 struct Everything {
     flag: bool,
     small: Small,
@@ -19,6 +19,24 @@ struct Everything {
     pair: Option<[i8; 2]>,
     steps: Vec<Step>,
     nested: Vec<Vec<Option<String>>>,
+}
+
+impl EverythingView<'_> {
+    /// The message, copied.
+    fn to_message(&self) -> Everything {
+        let copy_text = |text: &Option<&str>| text.map(str::to_owned);
+        let copy_texts = |texts: &Vec<Option<&str>>| texts.iter().map(copy_text).collect();
+        Everything {
+            flag: self.flag,
+            small: self.small.clone(),
+            numbers: self.numbers.clone(),
+            bulk: self.bulk.iter().collect(),
+            name: self.name.to_owned(),
+            pair: self.pair,
+            steps: self.steps.clone(),
+            nested: self.nested.iter().map(copy_texts).collect(),
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Message, Serialize)]
@@ -142,7 +160,7 @@ proptest! {
     }
 
     #[test]
-    fn a_damaged_value_is_refused_by_both_readers_or_by_none(
+    fn a_damaged_value_is_refused_by_all_readers_or_by_none(
         value in everything(), at in any::<prop::sample::Index>(), byte in any::<u8>(),
     ) {
         let mut bytes = codec::encode(&value).expect("short");
@@ -151,6 +169,22 @@ proptest! {
         let typed = codec::decode::<Everything>(&bytes);
         let untyped = to_json(&Everything::schema(), &bytes);
         prop_assert_eq!(typed.is_ok(), untyped.is_ok(), "{:?} {:?}", typed, untyped);
+        let viewed = codec::view::<Everything>(&bytes);
+        prop_assert_eq!(typed.is_ok(), viewed.is_ok(), "{:?} {:?}", typed, viewed);
+        if let Ok(view) = viewed {
+            prop_assert_eq!(codec::encode(&view.to_message()).expect("short"), bytes);
+        }
+    }
+
+    #[test]
+    fn a_view_borrows_its_arrays_and_texts(value in everything()) {
+        let bytes = codec::encode(&value).expect("short");
+        let view = codec::view::<Everything>(&bytes).expect("as encoded");
+        prop_assert_eq!(&view.to_message(), &value);
+        for borrowed in [view.bulk.bytes(), view.name.as_bytes()] {
+            let inside = bytes.as_ptr_range().contains(&borrowed.as_ptr());
+            prop_assert!(inside || borrowed.is_empty());
+        }
     }
 
     #[test]

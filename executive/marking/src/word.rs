@@ -51,6 +51,14 @@ macro_rules! words {
                     ))),
                 }
             }
+
+            type View<'a> = Self;
+
+            fn view_value<'a, D: ::armor_wire::bincode::de::BorrowDecoder<'a>>(
+                decoder: &mut D,
+            ) -> Result<Self, ::armor_wire::bincode::error::DecodeError> {
+                Self::read_value(decoder)
+            }
         }
     };
 }

@@ -24,7 +24,7 @@ pub struct MapMetaData {
 
 /// Which parts of the plane are occupied.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
+#[message(wire = "armor_wire", view)]
 pub struct OccupancyGrid {
     /// System time in seconds.
     #[message(unit = "s")]
@@ -39,7 +39,7 @@ pub struct OccupancyGrid {
 
 /// A rectangle of a map that has changed (`map_msgs`).
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
+#[message(wire = "armor_wire", view)]
 pub struct OccupancyGridUpdate {
     /// System time in seconds.
     #[message(unit = "s")]

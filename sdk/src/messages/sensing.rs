@@ -6,7 +6,7 @@ use super::geometry::{Quaternion, Vector3};
 
 /// One sweep of a planar laser range-finder.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
+#[message(wire = "armor_wire", view)]
 pub struct LaserScan {
     /// System time in seconds of the first ray.
     #[message(unit = "s")]
@@ -43,7 +43,7 @@ pub struct LaserScan {
 
 /// An uncompressed image.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
+#[message(wire = "armor_wire", view)]
 pub struct Image {
     /// System time in seconds of the exposure.
     #[message(unit = "s")]
@@ -67,7 +67,7 @@ pub struct Image {
 
 /// A compressed image.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-#[message(wire = "armor_wire")]
+#[message(wire = "armor_wire", view)]
 pub struct CompressedImage {
     /// System time in seconds of the exposure.
     #[message(unit = "s")]

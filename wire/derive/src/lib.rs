@@ -4,6 +4,7 @@
 
 #[cfg(test)]
 mod tests;
+mod view;
 
 use armor_quantity::{Unit, explain_unknown};
 use proc_macro::TokenStream;
@@ -13,6 +14,7 @@ use syn::{
     Attribute, Data, DeriveInput, Error, Field, Fields, GenericArgument, Ident, LitStr,
     PathArguments, Result, Type, parse_macro_input,
 };
+use view::ViewTokens;
 
 /// Names of the types that schema text uses without a definition.
 const PRIMITIVES: [&str; 12] =
@@ -21,6 +23,7 @@ const PRIMITIVES: [&str; 12] =
 /// Derives `Encode`, `WireType` and `Message`.
 ///
 /// `#[message(name = "…")]` on the type names it otherwise than the Rust type;
+/// `#[message(view)]` on a struct also derives `…View`, the struct as it is read without a copy;
 /// `#[message(unit = "m")]` on a field states the unit of its number;
 /// `#[message(text)]` on a field sends its value as the string that `Display` writes and `FromStr`
 /// reads; `#[message(wire = "path::to::armor_wire")]` names the path of the wire crate.
@@ -63,6 +66,12 @@ fn stub_message(input: &DeriveInput) -> Tokens {
             ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
                 ::core::unreachable!()
             }
+            type View<'view> = Self;
+            fn view_value<'view, D: #wire::bincode::de::BorrowDecoder<'view>>(
+                _: &mut D,
+            ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
+                ::core::unreachable!()
+            }
         }
         impl #impl_generics #wire::Message for #ident #generics #conditions {
             const NAME: &'static str = "";
@@ -100,6 +109,7 @@ struct MessageAttributes {
     name: Option<String>,
     unit: Option<LitStr>,
     text: bool,
+    view: bool,
     wire: Option<syn::Path>,
 }
 
@@ -111,6 +121,10 @@ fn read_attributes(attributes: &[Attribute]) -> Result<MessageAttributes> {
                 options.text = true;
                 return Ok(());
             }
+            if meta.path.is_ident("view") {
+                options.view = true;
+                return Ok(());
+            }
             let value: LitStr = meta.value()?.parse()?;
             if meta.path.is_ident("name") {
                 options.name = Some(value.value());
@@ -119,7 +133,7 @@ fn read_attributes(attributes: &[Attribute]) -> Result<MessageAttributes> {
             } else if meta.path.is_ident("wire") {
                 options.wire = Some(value.parse()?);
             } else {
-                return Err(meta.error("expected name, unit, text or wire"));
+                return Err(meta.error("expected name, unit, text, view or wire"));
             }
             Ok(())
         })?;
@@ -135,9 +149,9 @@ fn field_label(ident: &Ident) -> Result<String> {
 }
 
 fn field_unit(field: &Field, attributes: MessageAttributes) -> Result<Option<String>> {
-    let MessageAttributes { unit, name, wire, text: is_text } = attributes;
-    if name.is_some() || wire.is_some() {
-        return Err(Error::new_spanned(field, "name and wire belong on the type"));
+    let MessageAttributes { unit, name, wire, view, text: is_text } = attributes;
+    if name.is_some() || wire.is_some() || view {
+        return Err(Error::new_spanned(field, "name, view and wire belong on the type"));
     }
     let Some(unit) = unit else { return Ok(None) };
     let text = unit.value();
@@ -312,9 +326,16 @@ fn expand_message(input: &DeriveInput) -> Result<Tokens> {
         Data::Union(_) => Err(Error::new_spanned(ident, "a union cannot travel")),
     };
     let parts = faults.keep(parts);
+    let view = faults.keep(match (opts.view, &input.data) {
+        (false, _) => Ok(view::copy_value(&wire)),
+        (true, Data::Struct(data)) => view::expand_view(input, &data.fields, &wire),
+        (true, _) => Err(Error::new_spanned(ident, view::NEEDS_NAMED_FIELDS)),
+    });
     faults.into_result()?;
     let Some(Parts { encode, decode, schema, min_len }) = parts else { return Ok(Tokens::new()) };
+    let Some(ViewTokens { definition, members }) = view else { return Ok(Tokens::new()) };
     Ok(quote! {
+        #definition
         #[allow(unused_variables)]
         impl #wire::bincode::Encode for #ident {
             fn encode<E: #wire::bincode::enc::Encoder>(
@@ -333,6 +354,7 @@ fn expand_message(input: &DeriveInput) -> Result<Tokens> {
             ) -> ::core::result::Result<Self, #wire::bincode::error::DecodeError> {
                 ::core::result::Result::Ok(#decode)
             }
+            #members
         }
         impl #wire::Message for #ident {
             const NAME: &'static str = #name;

@@ -33,7 +33,7 @@ fn all_faults_are_reported_together() {
         "a unit belongs on a field",
         "no unit `furlong`",
         "only numbers have a unit",
-        "expected name, unit, text or wire",
+        "expected name, unit, text, view or wire",
         "`größe` is not",
     ];
     assert_eq!(found.len(), parts.len(), "{found:#?}");
@@ -114,4 +114,18 @@ fn a_field_is_asked_for_one_trait_only() {
     let encode =
         "< usize as :: armor_sdk :: wire :: WireType > :: encode_field (field_0 , encoder)";
     assert!(code.contains(encode) && !code.contains("Encode :: encode (field_0"), "{code}");
+}
+
+#[test]
+fn only_a_struct_with_named_fields_has_a_view() {
+    for source in [
+        "#[message(view)] struct Pair(u8, u8);",
+        "#[message(view)] struct Nothing;",
+        "#[message(view)] enum Level { Low, High }",
+    ] {
+        let error = refusal(source);
+        assert!(error.contains("for a struct with named fields; remove `view`"), "{error}");
+    }
+    let error = refusal("struct Depth { #[message(view)] depth: f64 }");
+    assert!(error.contains("name, view and wire belong on the type"), "{error}");
 }
