@@ -110,7 +110,7 @@ impl Bench {
                 (echo, ping)
             }
             Contender::Armor => {
-                let how = if spin { ",wake=spin" } else { "" };
+                let how = if spin { ",wake=spin,transport=shm" } else { "" };
                 let mut settings = set_argument("len", len).to_vec();
                 settings.extend(self.link_arguments("ping", "ping.ping", how));
                 let echo = self.start_component(self.other_core(), "echo", "echo", &settings)?;
@@ -123,8 +123,8 @@ impl Bench {
         };
         let reported = ping.wait_for_line("round", PATIENCE + self.window * 2)?;
         let goal = match (len, spin) {
-            (_, true) if len > KIB => FigureGoal::None,
-            (_, true) => FigureGoal::TimesStdAtMost(1.2),
+            (_, true) if len > KIB => FigureGoal::AtMost(6.0),
+            (_, true) => FigureGoal::AtMost(3.0),
             (..=KIB, _) if self.same_core => FigureGoal::TimesStdAtMost(1.3),
             _ if self.same_core => FigureGoal::None,
             (..=65_536, _) => FigureGoal::TimesStdAtMost(1.05),

@@ -9,6 +9,8 @@ mod freshness;
 mod job;
 mod large_file;
 mod machine;
+mod memory_faults;
+mod numbered;
 mod options;
 mod petri;
 mod process;
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
     } else {
         options::parse_arguments(arguments).and_then(|options| match options {
             Some(options) if options.fault_job.is_some() => run_fault_job(&options),
+            Some(options) if options.memory_job.is_some() => run_memory_job(&options),
             Some(options) if options.mapper_kills => {
                 reliability::measure_mapper_kills(&options.reliability)
             }
@@ -87,6 +90,10 @@ fn play_role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
         ),
         _ => sdk_roles::play_role(&role, arguments),
     }
+}
+
+fn run_memory_job(options: &BenchOptions) -> Result<()> {
+    options.memory_job.map_or(Ok(()), |job| job.run(options))
 }
 
 fn run_fault_job(options: &BenchOptions) -> Result<()> {

@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 use lexopt::prelude::{Long, ValueExt};
 
 use crate::job::BenchJob;
+use crate::memory_faults::MemoryJob;
 use crate::reliability::{ReliabilityJob, ReliabilityOptions};
 
 pub const USAGE: &str = "\
@@ -18,6 +19,7 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     Or nets: states and firings of Petri nets, and nothing else.
                     Or, as root, faults in a system of several hosts, and nothing else:
                     hosts-kills, hosts-cuts, hosts-stops or soak.
+                    Or memory-faults or memory-kills: shared memory under faults.
                     Or mapper-kills, in simulated missions on this host, and nothing else
   --armor PATH      the program `armor` for these (default: next to this program)
   --hosts N         2 or 3 hosts (default 2)
@@ -47,6 +49,8 @@ pub struct BenchOptions {
     pub nets: bool,
     /// Faults in a system of several hosts, and nothing else.
     pub fault_job: Option<ReliabilityJob>,
+    /// Shared memory under faults, and nothing else.
+    pub memory_job: Option<MemoryJob>,
     /// Kills of the mapper in simulated missions, and nothing else.
     pub mapper_kills: bool,
     pub reliability: ReliabilityOptions,
@@ -73,6 +77,7 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
         quiet_wait: Duration::ZERO,
         nets: false,
         fault_job: None,
+        memory_job: None,
         mapper_kills: false,
         reliability: ReliabilityOptions::default(),
         only: Vec::new(),
@@ -88,6 +93,9 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             Long("only") => match parser.value()?.parse::<String>()? {
                 part if part == NETS => options.nets = true,
                 part if part == MAPPER_KILLS => options.mapper_kills = true,
+                part if MemoryJob::from_part(&part).is_some() => {
+                    options.memory_job = MemoryJob::from_part(&part);
+                }
                 part if ReliabilityJob::from_part(&part).is_some() => {
                     options.fault_job = ReliabilityJob::from_part(&part);
                 }

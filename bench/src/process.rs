@@ -58,6 +58,17 @@ impl RoleProcess {
         }
     }
 
+    /// The next line that begins with `key` among those printed so far; those before it are passed
+    /// over.
+    pub fn next_line(&self, key: &str) -> Option<RoleLine> {
+        self.wait_for_line(key, Duration::ZERO).ok()
+    }
+
+    /// Its process id.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Reads a number of `/proc/PID/status`, such as `VmRSS`.
     pub fn read_status(&self, key: &str) -> Result<f64> {
         let text = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()))?;

@@ -3,7 +3,7 @@
 
 mod cuts;
 mod diary;
-mod dice;
+pub mod dice;
 mod interrupt;
 mod kills;
 mod log_times;
@@ -12,7 +12,7 @@ mod network;
 mod options;
 pub mod parts;
 mod processes;
-mod report;
+pub mod report;
 mod soak;
 mod stops;
 mod system;

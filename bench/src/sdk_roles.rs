@@ -15,6 +15,7 @@ use armor_sdk::prelude::*;
 use parking_lot::Mutex;
 
 use crate::freshness::{SlowSubscriber, TimedPublisher};
+use crate::numbered::{NumberedPublisher, NumberedReader};
 use crate::readings::{
     MOST_ROUND_TRIPS, monotonic_ns, print_round_trips, publishing_time, watch_window,
 };
@@ -31,6 +32,8 @@ pub fn play_role(role: &str, arguments: impl Iterator<Item = OsString>) -> Resul
         "first" => armor_sdk::run_with::<First>(arguments),
         "timed-publisher" => armor_sdk::run_with::<TimedPublisher>(arguments),
         "slow-subscriber" => armor_sdk::run_with::<SlowSubscriber>(arguments),
+        "numbered-publisher" => armor_sdk::run_with::<NumberedPublisher>(arguments),
+        "numbered-reader" => armor_sdk::run_with::<NumberedReader>(arguments),
         "turn" => armor_sdk::run_with::<TurnComponent>(arguments),
         _ => bail!("there is no role `{role}`"),
     };

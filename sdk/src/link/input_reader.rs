@@ -417,8 +417,16 @@ impl InputReader {
                 }
             }
         }
-        if memory.as_ref().is_some_and(|memory| !memory.announce_sleep()) {
-            return Err(io::ErrorKind::WouldBlock.into());
+        if let Some(memory) = memory {
+            // Of several subscribers on one core, each gives way to the others once: when they have had
+            // their turn there is often another message, and the publisher need not wake this one for
+            // it. Where the newest message matters and not their number, it would come later.
+            if self.settings.keep.is_all() {
+                std::thread::yield_now();
+            }
+            if memory.has_messages() || !memory.announce_sleep() {
+                return Err(io::ErrorKind::WouldBlock.into());
+            }
         }
         stream.receive_with_files(reader.space(), files)
     }

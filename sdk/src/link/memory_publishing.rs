@@ -13,11 +13,8 @@ use armor_wire::shared_memory::{
 use super::memory_out::{
     LinkMemory, OutputSlots, RingResult, SlotWriter, place_message, remove_idle,
 };
-use super::publishing::OutputState;
+use super::publishing::{LARGE_LEN, OutputState};
 use super::wire_out::OutgoingLink;
-
-/// From this length of a message on, shared memory is faster than the socket (docs/performance.md).
-pub(super) const LARGE_LEN: usize = 32 << 10;
 
 impl OutputState {
     /// Encodes the message into a slot and gives that to every link with memory. Links that can
@@ -59,7 +56,7 @@ impl OutputState {
         for link in self.links.iter_mut().filter(|link| link.memory.is_none()) {
             let is_due = match link.memory_use {
                 MemoryUse::Never => false,
-                MemoryUse::Large => len >= LARGE_LEN,
+                MemoryUse::Large => len > LARGE_LEN,
                 MemoryUse::Always => true,
             };
             if is_due && link.is_pushed() {

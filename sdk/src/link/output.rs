@@ -16,8 +16,7 @@ use armor_wire::shared_memory::MemoryUse;
 use parking_lot::{Mutex, MutexGuard};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::memory_publishing::LARGE_LEN;
-use super::publishing::{OutputState, PublishContext, encode_frame, offer_shared};
+use super::publishing::{LARGE_LEN, OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
 use crate::tap::TOOL_PREFIX;
@@ -31,6 +30,9 @@ const MAX_TOOLS: usize = 64;
 /// a ring does not.
 const QUEUE_WAIT: i64 = 20_000_000;
 const RING_WAIT: i64 = 50_000;
+/// A subscriber that keeps up empties its ring within a few calls. For so long the sender only gives
+/// way to others: a sleep would take longer.
+const RING_YIELD: Duration = Duration::from_micros(100);
 
 /// The result of publishing data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,7 +61,7 @@ impl OutputPort {
         let schema = T::schema();
         let most = schema.max_len();
         let is_bounded = most.is_some_and(|len| len <= MAX_DATA_LEN);
-        let may_be_large = most.is_none_or(|len| len >= LARGE_LEN);
+        let may_be_large = most.is_none_or(|len| len > LARGE_LEN);
         let schema = schema.to_string();
         Self {
             id: id.into(),
@@ -209,6 +211,7 @@ impl OutputPort {
         &'a self,
         mut state: MutexGuard<'a, OutputState>,
     ) -> MutexGuard<'a, OutputState> {
+        let start = Instant::now();
         loop {
             for link in state.links.iter_mut().filter(|link| !link.queue.is_empty()) {
                 link.drain_queue();
@@ -235,6 +238,11 @@ impl OutputPort {
             }
             // Without the lock, so that other threads can publish or close links meanwhile.
             drop(state);
+            if full.is_empty() && now - start < RING_YIELD {
+                std::thread::yield_now();
+                state = self.lock_state();
+                continue;
+            }
             let mut fds: Vec<_> = full.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
             let wait = if is_ring_full { RING_WAIT } else { QUEUE_WAIT };
             let _ = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: wait }));

@@ -15,8 +15,10 @@ use super::memory_out::OutputSlots;
 use super::stream::FrameFanOut;
 use super::wire_out::{FLAGS_AT, OfferResult, OutgoingLink};
 
-/// A message with a piece longer than this is written piece by piece, without a copy.
-const DIRECT_LEN: usize = 16 << 10;
+/// Messages up to this length are gathered, so that many of them are one system call. A longer one is
+/// large: on one host shared memory is faster for it by then, even where several could be gathered
+/// (docs/performance.md); a socket gets it piece by piece, without a copy.
+pub(super) const LARGE_LEN: usize = 16 << 10;
 
 /// The circumstances in which a message is published.
 pub(crate) struct PublishContext<'a> {
@@ -223,7 +225,7 @@ struct SmallMessageWriter<'a> {
 
 impl Writer for SmallMessageWriter<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
-        if self.buffer.len() + bytes.len() > DIRECT_LEN {
+        if self.buffer.len() + bytes.len() > LARGE_LEN {
             self.large = true;
             return Err(bincode::error::EncodeError::Other("large"));
         }
