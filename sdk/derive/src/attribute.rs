@@ -1,18 +1,22 @@
 //! One field: its `#[parameter(…)]`, its doc comment and its type, checked against each other.
 
 use armor_wire::manifest::{ParameterManifest, ParameterType};
+use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
-use proc_macro2::{Span, TokenTree};
+use proc_macro2::Span;
+use quote::ToTokens;
 use syn::ext::IdentExt;
 use syn::meta::ParseNestedMeta;
-use syn::parse::ParseBuffer;
-use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::{
     Attribute, Error, Expr, ExprLit, Field, GenericArgument, Ident, Lit, LitStr, Path,
-    PathArguments, RangeLimits, Result, Token, Type, parenthesized,
+    PathArguments, Result, Type,
 };
 
+use crate::advice::{explain_list, explain_type};
+use crate::entry::{
+    float_of, parse_choices, parse_default, parse_format, parse_range, parse_value,
+};
 use crate::integer::IntegerType;
 
 /// The type of the parameter, as the manifest has it.
@@ -73,7 +77,7 @@ impl ParameterField {
         let Some(ident) = field.ident.clone() else {
             return Err(Error::new_spanned(field, "a parameter is a field with a name"));
         };
-        let stated = Stated::read(&field.attrs)?;
+        let stated = Stated::read(field)?;
         let kind = stated.value_kind(&field.ty)?;
         let integer = IntegerType::of(&field.ty).filter(|_| kind == ValueKind::Integer);
         let mut errors = Vec::new();
@@ -125,25 +129,25 @@ impl ParameterField {
 }
 
 impl Stated {
-    fn read(attributes: &[Attribute]) -> Result<Self> {
+    fn read(field: &Field) -> Result<Self> {
         let mut stated = Self::default();
-        for attribute in attributes.iter().filter(|a| a.path().is_ident("parameter")) {
-            attribute.parse_nested_meta(|meta| stated.take_entry(&meta))?;
+        for attribute in field.attrs.iter().filter(|a| a.path().is_ident("parameter")) {
+            attribute.parse_nested_meta(|meta| stated.take_entry(&meta, &field.ty))?;
         }
         Ok(stated)
     }
 
-    fn take_entry(&mut self, meta: &ParseNestedMeta<'_>) -> Result<()> {
+    fn take_entry(&mut self, meta: &ParseNestedMeta<'_>, field: &Type) -> Result<()> {
         let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
             return Err(meta.error(UNKNOWN));
         };
         let is_new = match key.as_str() {
-            "name" => self.name.replace(meta.value()?.parse()?).is_none(),
-            "unit" => self.unit.replace(meta.value()?.parse()?).is_none(),
-            "default" => self.default.replace(parse_literal(meta)?).is_none(),
+            "name" => self.name.replace(parse_value(meta, NAME)?).is_none(),
+            "unit" => self.unit.replace(parse_value(meta, UNIT)?).is_none(),
+            "default" => self.default.replace(parse_default(meta)?).is_none(),
             "range" => self.range.replace(parse_range(meta)?).is_none(),
-            "choices" => self.choices.replace(parse_choices(meta)?).is_none(),
-            "parse" => self.parse.replace(meta.value()?.parse()?).is_none(),
+            "choices" => self.choices.replace(parse_choices(meta, field)?).is_none(),
+            "parse" => self.parse.replace(parse_value(meta, PARSE)?).is_none(),
             "colour" => self.colour.replace(meta.path.span()).is_none(),
             "format" => self.format.replace(parse_format(meta)?).is_none(),
             "written" => self.written.replace(meta.path.span()).is_none(),
@@ -162,9 +166,15 @@ impl Stated {
             (None, Some(_)) => ValueKind::Text,
             // `armor_sdk::FromValue` reads the list, whose type is none of those that are known here.
             (None, None) if self.format.is_some() && kind_of_type(field).is_none() => {
-                ValueKind::Text
+                let format = self.format.map(|(_, format)| format);
+                match format.and_then(|format| explain_list(format, field)) {
+                    Some(why) => return Err(Error::new_spanned(field, why)),
+                    None => ValueKind::Text,
+                }
             }
-            (None, None) => kind_of_type(field).ok_or_else(|| Error::new_spanned(field, TYPES))?,
+            (None, None) => {
+                kind_of_type(field).ok_or_else(|| Error::new_spanned(field, explain_type(field)))?
+            }
         };
         match self.colour {
             Some(_) if kind == ValueKind::Text && self.parse.is_none() => Ok(ValueKind::Colour),
@@ -201,6 +211,12 @@ impl Stated {
             }
             (Lit::Float(number), ValueKind::Number) if self.unit.is_none() => {
                 number.base10_digits().to_owned()
+            }
+            (Lit::Int(_) | Lit::Float(_), ValueKind::Number) => {
+                let unit = self.unit.as_ref().map(LitStr::value).unwrap_or_default();
+                let number = default.to_token_stream();
+                let why = format!("write the default with its unit: default = \"{number}{unit}\"");
+                return Err(Error::new_spanned(default, why));
             }
             _ => return Err(Error::new_spanned(default, literal_wanted(kind))),
         };
@@ -274,17 +290,18 @@ impl Stated {
 
     /// The name that is given, or the field's without the suffix of its SI unit.
     fn parameter_name(&self, ident: &Ident) -> Result<String> {
-        let Some(name) = &self.name else {
-            let field = ident.unraw().to_string();
-            let suffix = self.unit.as_ref().map(|unit| format!("_{}", si_suffix(&unit.value())));
-            let short = suffix.and_then(|suffix| field.strip_suffix(&suffix).map(str::to_owned));
-            return Ok(short.filter(|short| !short.is_empty()).unwrap_or(field));
+        let (span, name) = match &self.name {
+            Some(name) => (name.span(), name.value()),
+            None => {
+                let field = ident.unraw().to_string();
+                let suffix =
+                    self.unit.as_ref().map(|unit| format!("_{}", si_suffix(&unit.value())));
+                let short =
+                    suffix.and_then(|suffix| field.strip_suffix(&suffix).map(str::to_owned));
+                (ident.span(), short.filter(|short| !short.is_empty()).unwrap_or(field))
+            }
         };
-        let text = name.value();
-        let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic())
-            && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
-        let why = "a name has letters, digits, _ and -, and begins with a letter";
-        if is_name { Ok(text) } else { Err(Error::new_spanned(name, why)) }
+        if is_name(&name) { Ok(name) } else { Err(Error::new(span, NAME_RULE)) }
     }
 }
 
@@ -318,18 +335,15 @@ fn literal_wanted(kind: ValueKind) -> &'static str {
 
 const UNKNOWN: &str =
     "expected name, unit, default, range, choices, parse, format, colour, written or live";
-const DEFAULTS: &str = "a default is a number, true or false, or a text in quotation marks as the \
-                        file would have it, such as \"20cm/s\"";
-const RANGE: &str = "a range is written LOW..=HIGH, both numbers in SI, without quotation marks and \
-                     units: range = 0.0..=2.0";
-/// What may follow a number in Rust; all else is a unit.
-const RUST_NUMBERS: [&str; 14] = [
-    "i8", "i16", "i32", "i64", "i128", "isize", "u8", "u16", "u32", "u64", "u128", "usize", "f32",
-    "f64",
-];
-const TYPES: &str = "a parameter is a number, bool, String, PathBuf, or an Option of the last two; \
-                     any other type needs `choices(…)`, `parse = …` or `format = …`";
+pub(crate) const NAME_RULE: &str =
+    "a name has ASCII letters, digits, _ and -, at most 64, and begins with a letter";
+/// How entries are written.
+const NAME: &str = "name = \"max-speed\"";
+const UNIT: &str = "unit = \"m/s\"";
+const PARSE: &str =
+    "parse = read_side, the path of a fn(&str) -> Result<T, E> without quotation marks";
 
+/// Returns the type of the parameter that a field of this type is, unless its attribute states it.
 pub(crate) fn kind_of_type(of: &Type) -> Option<ValueKind> {
     let Type::Path(path) = of else { return None };
     let last = path.path.segments.last()?;
@@ -365,107 +379,6 @@ fn si_suffix(unit: &str) -> String {
         unit => unit.to_lowercase(),
     };
     unit.split('/').map(base).collect::<Vec<_>>().join("p")
-}
-
-/// A literal, which may be negative.
-fn parse_literal(meta: &ParseNestedMeta<'_>) -> Result<Lit> {
-    let value = meta.value()?;
-    let whole = value.fork();
-    let minus: Option<Token![-]> = value.parse()?;
-    let literal: Lit = value.parse().map_err(|error| Error::new(error.span(), DEFAULTS))?;
-    let suffix = match &literal {
-        Lit::Int(number) => number.suffix(),
-        Lit::Float(number) => number.suffix(),
-        _ => "",
-    };
-    let is_number = matches!(literal, Lit::Int(_) | Lit::Float(_));
-    let ends = value.is_empty() || value.peek(Token![,]);
-    let is_of_rust = suffix.is_empty() || RUST_NUMBERS.contains(&suffix);
-    if is_number && !(ends && is_of_rust) {
-        return Err(explain_unquoted(&whole));
-    }
-    Ok(match (minus, literal) {
-        (None, literal) => literal,
-        (Some(_), Lit::Int(number)) => {
-            Lit::Str(LitStr::new(&format!("-{}", number.base10_digits()), number.span()))
-        }
-        (Some(_), Lit::Float(number)) => {
-            Lit::Str(LitStr::new(&format!("-{}", number.base10_digits()), number.span()))
-        }
-        (Some(minus), _) => return Err(Error::new_spanned(minus, "only a number is negative")),
-    })
-}
-
-/// Says how a number with a unit is written, such as the one that `value` begins with.
-fn explain_unquoted(value: &ParseBuffer<'_>) -> Error {
-    let mut span: Option<Span> = None;
-    let mut text = String::new();
-    while !value.is_empty() && !value.peek(Token![,]) {
-        let Ok(token) = value.parse::<TokenTree>() else { break };
-        text.push_str(&token.to_string());
-        let so_far = span.unwrap_or_else(|| token.span());
-        span = Some(so_far.join(token.span()).unwrap_or(so_far));
-    }
-    let why = format!("write it as the file would, in quotation marks: default = \"{text}\"");
-    Error::new(span.unwrap_or_else(Span::call_site), why)
-}
-
-fn parse_range(meta: &ParseNestedMeta<'_>) -> Result<(Span, Expr, Expr)> {
-    let value = meta.value()?;
-    let range: Expr = value.parse().map_err(|error| Error::new(error.span(), RANGE))?;
-    let Expr::Range(range) = range else { return Err(Error::new_spanned(range, RANGE)) };
-    let span = range.span();
-    match (range.start, range.limits, range.end) {
-        (Some(low), RangeLimits::Closed(_), Some(high)) => {
-            if let (Some(least), Some(most)) = (float_of(&low), float_of(&high))
-                && least > most
-            {
-                return Err(Error::new(span, "the range is empty"));
-            }
-            Ok((span, *low, *high))
-        }
-        _ => Err(Error::new(span, RANGE)),
-    }
-}
-
-/// The number that an expression is, if it is a literal.
-fn float_of(expression: &Expr) -> Option<f64> {
-    match expression {
-        Expr::Lit(ExprLit { lit: Lit::Float(number), .. }) => number.base10_parse().ok(),
-        Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => number.base10_parse().ok(),
-        Expr::Unary(unary) if matches!(unary.op, syn::UnOp::Neg(_)) => {
-            float_of(&unary.expr).map(|number| -number)
-        }
-        _ => None,
-    }
-}
-
-fn parse_format(meta: &ParseNestedMeta<'_>) -> Result<(Span, TextFormat)> {
-    let name: LitStr = meta.value()?.parse()?;
-    let format = TextFormat::named(&name.value()).ok_or_else(|| {
-        let known = TextFormat::ALL.map(TextFormat::name).join(", ");
-        Error::new(name.span(), format!("there is no such format; there are {known}"))
-    })?;
-    Ok((name.span(), format))
-}
-
-fn parse_choices(meta: &ParseNestedMeta<'_>) -> Result<Vec<(LitStr, Expr)>> {
-    let content;
-    parenthesized!(content in meta.input);
-    let choices = Punctuated::<_, Token![,]>::parse_terminated_with(&content, |input| {
-        let text: LitStr = input.parse()?;
-        input.parse::<Token![=]>()?;
-        Ok((text, input.parse::<Expr>()?))
-    })?;
-    if choices.is_empty() {
-        return Err(meta.error("a choice needs at least one text"));
-    }
-    for (index, (text, _)) in choices.iter().enumerate() {
-        if choices.iter().take(index).any(|(earlier, _)| earlier.value() == text.value()) {
-            return Err(Error::new_spanned(text, "this choice is given twice"));
-        }
-    }
-    Ok(choices.into_iter().collect())
 }
 
 /// The doc comment in one line.

@@ -8,7 +8,8 @@ use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::{Data, DeriveInput, Error, Fields, Ident, LitStr, Result, Variant};
 
-use crate::attribute::{ValueKind, combine_errors, kind_of_type, read_doc};
+use crate::attribute::{NAME_RULE, ValueKind, combine_errors, kind_of_type, read_doc};
+use crate::entry::parse_value;
 
 /// A variant that is an event.
 struct EventVariant<'a> {
@@ -114,7 +115,8 @@ impl<'a> EventVariant<'a> {
                 } else {
                     return Err(meta.error("expected name or unit"));
                 };
-                match place.replace(meta.value()?.parse()?) {
+                let example = "name = \"lap\" or unit = \"m/s\"";
+                match place.replace(parse_value(&meta, example)?) {
                     None => Ok(()),
                     Some(_) => Err(meta.error("this is given twice")),
                 }
@@ -131,8 +133,7 @@ impl<'a> EventVariant<'a> {
         };
         let name_span = name.as_ref().map_or(variant.ident.span(), Spanned::span);
         if !is_name(&manifest.name) {
-            let why = "a name has letters, digits, _ and -, and begins with a letter";
-            return Err(Error::new(name_span, why));
+            return Err(Error::new(name_span, NAME_RULE));
         }
         let faults = manifest.list_faults().into_iter().map(|fault| {
             let span = match (fault.member, &unit) {

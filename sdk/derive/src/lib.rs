@@ -2,7 +2,9 @@
 //! table for the manifest, the requests in the constructor and the setter. `#[derive(Events)]`: an
 //! enum whose variants are the events of a component becomes their table and their reports.
 
+mod advice;
 mod attribute;
+mod entry;
 mod event;
 mod expansion;
 mod integer;
@@ -16,8 +18,8 @@ use syn::{DeriveInput, Result, parse_macro_input};
 /// Derives `armor_sdk::Parameters` for a struct with named fields, each of which is a parameter.
 ///
 /// The doc comment of a field is the parameter's documentation; `#[parameter(…)]` takes `name`,
-/// `unit`, `default`, `range`, `choices(…)`, `parse`, `colour`, `written` and `live`. The README of this crate
-/// has the tables.
+/// `unit`, `default`, `range`, `choices(…)`, `parse`, `format`, `colour`, `written` and `live`. The
+/// README of this crate has the tables.
 #[proc_macro_derive(Parameters, attributes(parameter))]
 pub fn derive_parameters(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);

@@ -36,7 +36,7 @@ fn a_wrong_default_is_refused_where_it_stands() {
     check_refused("#[parameter(default = 1)] a: String", "1", "as the file would: a text");
     check_refused("#[parameter(default = \"yes\")] a: bool", "\"yes\"", "true or false");
     check_refused("#[parameter(default = \"2.5\")] a: u32", "\"2.5\"", "no whole number");
-    check_refused("#[parameter(unit = \"m\", default = 0.2)] a: f64", "0.2", "with its unit");
+    check_refused("#[parameter(unit = \"m\", default = 0.2)] a: f64", "0.2", "default = \"0.2m\"");
     check_refused(
         "#[parameter(choices(\"left\" = Side::Left), default = \"up\")] a: Side",
         "\"up\"",
@@ -118,8 +118,6 @@ fn an_integer_without_a_range_has_that_of_its_type() {
 
 #[test]
 fn a_wrong_choice_or_type_is_refused_where_it_stands() {
-    check_refused("a: Vec<f64>", "Vec<f64>", "needs `choices(…)`, `parse = …` or `format = …`");
-    check_refused("a: Option<f64>", "Option<f64>", "an Option of the last two");
     check_refused(
         "#[parameter(choices(\"a\" = 1, \"a\" = 2))] a: u8",
         "\"a\"",
@@ -131,6 +129,106 @@ fn a_wrong_choice_or_type_is_refused_where_it_stands() {
         "b",
         "two parameters are called",
     );
+}
+
+#[test]
+fn a_type_that_is_none_of_a_parameter_is_answered_with_what_to_write() {
+    for (field, advice) in [
+        ("Vec<f64>", "is a Vec<f64> with #[parameter(format = \"numbers\")]"),
+        ("Vec<u8>", "is a Vec<f64> with #[parameter(format = \"numbers\")]"),
+        ("[f64; 2]", "is a Vec<f64> with #[parameter(format = \"numbers\")]"),
+        ("Vec<[f64; 2]>", "with #[parameter(format = \"points\")]"),
+        ("Vec<String>", "with #[parameter(format = \"names\")]"),
+        ("std::time::Duration", "is an f64 with a unit: #[parameter(unit = \"s\")]"),
+        ("&'static str", "a `&str` as it stands: write String"),
+        ("Box<str>", "write String"),
+        ("char", "write String"),
+        ("&'static Path", "write PathBuf"),
+        ("u128", "write i64 or u64"),
+        ("Option<f64>", "only String and PathBuf may be an Option"),
+        ("Option<bool>", "give a number or a bool a default"),
+        (
+            "Manners",
+            "#[parameter(choices(\"first\" = Manners::First, \"second\" = Manners::Second))]",
+        ),
+        ("Manners", "`parse = FUNCTION` with a fn(&str) -> Result<Manners, E>"),
+        ("HashMap<String, f64>", "a number, bool, String, PathBuf, or an Option of the last two"),
+    ] {
+        check_refused(&format!("a: {field}"), field, advice);
+    }
+    for (format, field, wanted) in [
+        ("numbers", "Vec<u32>", "is a Vec<f64>"),
+        ("points", "Vec<(f64, f64)>", "is a Vec<[f64; 2]>"),
+        ("names", "Vec<&'static str>", "is a Vec<String>"),
+        ("numbers", "[f64; 2]", "is a Vec<f64>"),
+    ] {
+        let declared = format!("#[parameter(format = \"{format}\")] a: {field}");
+        check_refused(&declared, field, wanted);
+    }
+}
+
+#[test]
+fn choices_in_another_form_are_answered_with_the_right_one() {
+    let sides = "choices(\"left\" = Side::Left, \"right\" = Side::Right)";
+    for (written, at) in [
+        ("choices(\"left\", \"right\")", ","),
+        ("choices(Left, Right)", "Left"),
+        ("choices(Side::Left, Side::Right)", "Side"),
+        ("choices(\"left\": Side::Left, \"right\": Side::Right)", ":"),
+        ("choices(\"left\" => Side::Left, \"right\" => Side::Right)", ">"),
+    ] {
+        check_refused(&format!("#[parameter({written})] a: Side"), at, sides);
+    }
+    let example = "choices(\"first\" = Side::First, \"second\" = Side::Second)";
+    check_refused("#[parameter(choices())] a: Side", "choices", example);
+    check_refused("#[parameter(choices = [\"left\"])] a: Side", "choices", example);
+    for (field, value) in [
+        ("String", "\"slow-down\".into()"),
+        ("u8", "1"),
+        ("f32", "1.0"),
+        ("bool", "false"),
+        ("Pace", "Pace::SlowDown"),
+    ] {
+        let declared = format!("#[parameter(choices(\"go\", \"slow-down\"))] a: {field}");
+        check_refused(&declared, ",", &format!("\"slow-down\" = {value})"));
+    }
+    // What is advised compiles as far as the derive can see.
+    let declared = format!("struct S {{ #[parameter({sides})] a: Side }}");
+    expand_struct(&parse_str(&declared).expect("Rust")).expect("choices");
+}
+
+#[test]
+fn an_entry_in_another_form_is_answered_with_how_it_is_written() {
+    for (written, at, example) in [
+        ("unit = m", "m", "write it like unit = \"m/s\""),
+        ("unit: \"m\"", ":", "write it like unit = \"m/s\""),
+        ("name = speed", "speed", "write it like name = \"max-speed\""),
+        ("parse = \"read\"", "\"read\"", "without quotation marks"),
+        ("format = points", "points", "write it like format = \"points\""),
+        ("default: 3", ":", "a default is a number"),
+        ("range = 0m..=5m", "0m..=5m", "without quotation marks and units: range = 0.0..=2.0"),
+        ("range = -5deg..=5.0", "-5deg..=5.0", "range = 0.0..=2.0"),
+        ("range: 1..=2", ":", "range = 0.0..=2.0"),
+        ("min = 0.0", "min", "expected name, unit, default, range"),
+    ] {
+        check_refused(&format!("#[parameter({written})] a: f64"), at, example);
+    }
+    check_refused("größe: f64", "größe", "ASCII letters, digits, _ and -");
+    check_event_refused("#[event(name = lap)] A", "lap", "write it like name = \"lap\"");
+    check_event_refused(
+        "#[event(unit = \"m\", unit = \"s\")] A(f64)",
+        "unit = \"s\"",
+        "given twice",
+    );
+}
+
+#[test]
+fn whole_numbers_are_a_range_of_any_number() {
+    for field in ["f64", "u8"] {
+        let source = format!("struct Settings {{ #[parameter(range = -1..=5)] a: {field} }}");
+        let code = expand_struct(&parse_str(&source).expect("Rust")).expect("code").to_string();
+        assert!(code.contains(&quote!(.range(-1.0, 5.0)).to_string()), "{code}");
+    }
 }
 
 #[test]
@@ -332,6 +430,18 @@ fn a_wrong_event_is_refused_where_it_stands() {
     check_event_refused("A(String)", "(String)", "is one number");
     check_event_refused("A { x: f64 }", "{ x: f64 }", "is one number");
     check_event_refused("LidOpen, #[event(name = \"lid_open\")] B", "B", "two events are called");
+}
+
+#[test]
+fn only_a_plain_enum_has_events() {
+    for (source, why) in [
+        ("struct Reported { lap: u32 }", "variants of an enum"),
+        ("enum Reported {}", "an enum without variants"),
+        ("enum Reported<T> { Lap(T) }", "not generic"),
+    ] {
+        let error = expand_enum(&parse_str(source).expect("Rust")).expect_err(source);
+        assert!(error.to_string().contains(why), "{source}: {error}");
+    }
 }
 
 #[test]

@@ -104,6 +104,9 @@ impl Faults {
     }
 }
 
+/// How an entry of `#[message(…)]` is written.
+const ENTRY: &str = "write it like unit = \"m/s\", with quotation marks";
+
 #[derive(Default)]
 struct MessageAttributes {
     name: Option<String>,
@@ -125,15 +128,18 @@ fn read_attributes(attributes: &[Attribute]) -> Result<MessageAttributes> {
                 options.view = true;
                 return Ok(());
             }
-            let value: LitStr = meta.value()?.parse()?;
+            let is_known = ["name", "unit", "wire"].iter().any(|key| meta.path.is_ident(key));
+            if !is_known {
+                return Err(meta.error("expected name, unit, text, view or wire"));
+            }
+            let value = meta.value().and_then(|value| value.parse::<LitStr>());
+            let value = value.map_err(|error| Error::new(error.span(), ENTRY))?;
             if meta.path.is_ident("name") {
                 options.name = Some(value.value());
             } else if meta.path.is_ident("unit") {
                 options.unit = Some(value);
-            } else if meta.path.is_ident("wire") {
-                options.wire = Some(value.parse()?);
             } else {
-                return Err(meta.error("expected name, unit, text, view or wire"));
+                options.wire = Some(value.parse()?);
             }
             Ok(())
         })?;

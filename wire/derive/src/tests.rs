@@ -18,6 +18,25 @@ fn a_unit_that_does_not_exist_is_refused() {
 }
 
 #[test]
+fn a_type_that_is_no_message_is_refused() {
+    for (source, why) in [
+        ("union Either { a: u8 }", "a union cannot travel"),
+        ("enum Nothing {}", "an enum without variants has no values"),
+        ("struct Pair<T>(T);", "a message type has no generic parameters"),
+        ("#[allow(non_camel_case_types)] struct string(u8);", "the name of a primitive type"),
+        (r#"#[message(name = "a b")] struct Depth(f64);"#, "`a b` is not"),
+        (r#"struct Depth { #[message(name = "d")] depth: f64 }"#, "name, view and wire belong on"),
+        ("struct Depth { #[message(unit = m)] depth: f64 }", "write it like unit = \"m/s\""),
+        ("struct Depth { #[message(unit)] depth: f64 }", "write it like unit = \"m/s\""),
+        (r#"#[message(unit = "m")] struct Depth(f64);"#, "a unit belongs on a field"),
+        (r#"struct Depth { #[message(flavour = "m")] depth: f64 }"#, "expected name, unit, text"),
+    ] {
+        let error = refusal(source);
+        assert!(error.contains(why), "{source}: {error}");
+    }
+}
+
+#[test]
 fn all_faults_are_reported_together() {
     let source = r#"#[message(unit = "m")] struct Depth<T> {
         #[message(unit = "furlong")] depth: f64,
