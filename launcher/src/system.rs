@@ -62,7 +62,7 @@ fn choose_system(
     name: Option<&str>,
     hint: impl Fn() -> String,
 ) -> Result<SocketAddr> {
-    let all: Vec<String> = records.iter().map(describe_system).collect();
+    let all = list_systems(&records);
     let advice = name.map(|name| advise_system(name, &records)).unwrap_or_default();
     if let Some(name) = name {
         records.retain(|record| record.system == name);
@@ -76,26 +76,29 @@ fn choose_system(
             )
         }
         ([], name) => {
-            bail!(
-                "no system called {} is running{advice}; there are:\n{}",
-                name.unwrap_or(""),
-                all.join("\n")
-            )
+            bail!("no system called {} is running{advice}; there are:\n{}", name.unwrap_or(""), all)
         }
-        (several, Some(name)) => {
-            let several: Vec<_> = several.iter().map(describe_system).collect();
-            bail!(
-                "several systems called {name} are running; give --registry of one:\n{}",
-                several.join("\n")
-            )
-        }
-        (_, None) => {
-            bail!(
-                "several systems are running; give --system or --registry of one:\n{}",
-                all.join("\n")
-            )
+        (several, name) => {
+            let called = name.map(|name| format!(" called {name}")).unwrap_or_default();
+            let several = list_systems(several);
+            bail!("several systems{called} are running; give one of these:\n{several}")
         }
     }
+}
+
+/// Lists the systems, one per line, each with what selects it alone: its name, or its registry if
+/// another one has the same name.
+fn list_systems(records: &[RunRecord]) -> String {
+    let lines = records.iter().map(|record| {
+        let RunRecord { system, registry, pid, file, .. } = record;
+        let namesakes = records.iter().filter(|other| other.system == *system).count();
+        let option = match namesakes {
+            1 => format!("--system {system}  (registry {registry}"),
+            _ => format!("--registry {registry}  (system {system}"),
+        };
+        format!("  {option}, process {pid}, {})", file.display())
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// Returns which running system was probably meant: one that runs the file or mission of that name,
@@ -117,11 +120,6 @@ fn hint_at_registry() -> String {
     let default = default_registry();
     let answers = TcpStream::connect_timeout(&default, REGISTRY_WITHIN).is_ok();
     if answers { format!(", such as {default}, where something listens") } else { String::new() }
-}
-
-fn describe_system(record: &RunRecord) -> String {
-    let RunRecord { system, registry, pid, file, .. } = record;
-    format!("  --system {system}  --registry {registry}  (process {pid}, {})", file.display())
 }
 
 #[cfg(test)]
@@ -156,13 +154,21 @@ mod tests {
         check(&[("rover", 1)], None, Ok(1));
         check(&[("rover", 1)], Some("rover"), Ok(1));
         check(&[("rover", 1)], Some("arm"), Err("--system rover"));
-        check(&[("rover", 1), ("arm", 2)], None, Err("--registry 127.0.0.1:2"));
+        let both = "several systems are running; give one of these:\n  --system rover  (registry \
+                    127.0.0.1:1, process 7, robots/explorer.xml)\n  --system arm  (";
+        check(&[("rover", 1), ("arm", 2)], None, Err(both));
         check(&[("rover", 1), ("arm", 2)], Some("arm"), Ok(2));
         for other in ["explorer", "explorer.xml", "robots/explorer.xml", "patrol"] {
             let meant = "explorer.xml runs as the system rover: give --system rover; there are:\n";
             check(&[("rover", 1)], Some(other), Err(meant));
         }
         check(&[("rover", 1)], Some("rovr"), Err("did you mean rover?"));
-        check(&[("rover", 1), ("rover", 2)], Some("rover"), Err("several systems called rover"));
+        // A name that two have selects none of them.
+        let same = "give one of these:\n  --registry 127.0.0.1:1  (system rover, process 7, \
+                    robots/explorer.xml)\n  --registry 127.0.0.1:2  (";
+        check(&[("rover", 1), ("rover", 2)], Some("rover"), Err(same));
+        check(&[("rover", 1), ("rover", 2), ("arm", 3)], None, Err(same));
+        check(&[("rover", 1), ("rover", 2), ("arm", 3)], None, Err("\n  --system arm  ("));
+        check(&[("rover", 1), ("rover", 2), ("arm", 3)], Some("arm"), Ok(3));
     }
 }

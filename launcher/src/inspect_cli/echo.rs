@@ -1,5 +1,6 @@
 //! `armor echo DATA`: data as it is published, as JSON whatever its type.
 
+mod byte_lists;
 mod csv;
 mod fields;
 mod pretty;
@@ -18,14 +19,15 @@ use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
 use crate::exit::CommandEnding;
 use crate::print::{end_printing, end_when_stdout_closes, print_line, terminal_width};
 use crate::verb::Verb;
+use byte_lists::expand_byte_lists;
 use csv::CsvTable;
 use fields::select_fields;
-use pretty::format_pretty;
+use pretty::{MAX_ITEMS, format_pretty};
 
 /// Print data as it is published.
 ///
-/// A terminal shows it indented and with long arrays shortened; a pipe or `--format json` gets
-/// one complete JSON object per line.
+/// A terminal shows it indented, and with long arrays and pictures shortened; a pipe or
+/// `--format json` gets one complete JSON object per line.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor echo simulator.odometry                       as it comes
@@ -98,10 +100,14 @@ struct DataPrinter<'a> {
 impl DataPrinter<'_> {
     fn print(&mut self, following: &FollowingTap, item: &TapData) -> Result<()> {
         let EchoArguments { data, fields, csv, full, .. } = self.arguments;
-        let value = to_json(following.schema(), &item.payload)
+        let mut value = to_json(following.schema(), &item.payload)
             .with_context(|| format!("{data} does not fit its own schema"))?;
         if *csv {
             return self.print_row(item, &value);
+        }
+        let width = terminal_width().filter(|_| self.format != OutputFormat::Json);
+        if width.is_some() && !*full {
+            expand_byte_lists(following.schema(), &mut value, MAX_ITEMS);
         }
         let value = if fields.is_empty() { value } else { select_fields(&value, fields)? };
         let shown = json!({
@@ -111,7 +117,7 @@ impl DataPrinter<'_> {
             "lost": item.lost,
             "value": value,
         });
-        match terminal_width().filter(|_| self.format != OutputFormat::Json) {
+        match width {
             Some(width) => print_line(format_pretty(&shown, width, *full)),
             None => print_line(shown),
         }

@@ -3,10 +3,10 @@
 use serde_json::Value;
 
 /// An array with more elements is shortened.
-const MAX_ITEMS: usize = 8;
+pub const MAX_ITEMS: usize = 8;
 /// Number of elements that a shortened array keeps.
 const KEPT_ITEMS: usize = 4;
-/// A text with more characters is shortened; such a text is usually an image or a map in base64.
+/// A text with more characters is shortened.
 const MAX_TEXT_LEN: usize = 160;
 /// Number of characters that a shortened text keeps.
 const KEPT_TEXT_LEN: usize = 40;
@@ -63,8 +63,33 @@ impl PrettyPrinter {
                 *out += &" ".repeat(INDENT * depth);
                 out.push(']');
             }
+            Value::Array(items) if items.len() > 1 => self.push_wrapped(items, depth, out),
             _ => *out += &line,
         }
+    }
+
+    /// Appends an array of single values over as many lines as it needs.
+    fn push_wrapped(&self, items: &[Value], depth: usize, out: &mut String) {
+        let indent = INDENT * (depth + 1);
+        let (kept, rest) = self.kept(items);
+        let items: Vec<_> = kept.iter().map(|item| self.inline(item)).chain(rest).collect();
+        out.push('[');
+        let mut used = self.width;
+        for (index, item) in items.iter().enumerate() {
+            let columns = item.chars().count();
+            // A space before the item, and a comma behind it.
+            if used + columns + 2 > self.width {
+                self.begin_line(index, depth + 1, out);
+                used = indent + columns;
+            } else {
+                *out += ", ";
+                used += columns + 2;
+            }
+            *out += item;
+        }
+        out.push('\n');
+        *out += &" ".repeat(INDENT * depth);
+        out.push(']');
     }
 
     fn begin_line(&self, index: usize, depth: usize, out: &mut String) {
@@ -136,5 +161,22 @@ mod tests {
         assert!(short.contains("    … 100 elements in all\n"), "{short}");
         let full = format_pretty(&value, 80, true);
         assert_eq!(serde_json::from_str::<Value>(&full).expect("JSON"), value);
+    }
+
+    #[test]
+    fn an_array_longer_than_a_line_is_wrapped() {
+        let value = json!({"covariance": vec![0.000_106_103_505_938_992_8; 36]});
+        let short = format_pretty(&value, 80, false);
+        let item = "0.0001061035059389928";
+        let expected = format!(
+            "{{\n  \"covariance\": [\n    {item}, {item}, {item},\n    {item}, … 36 elements in \
+             all\n  ]\n}}"
+        );
+        assert_eq!(short, expected);
+        for width in [1, 30, 31, 80] {
+            let full = format_pretty(&value, width, true);
+            assert!(full.lines().all(|line| line.len() <= width.max(26)), "{full}");
+            assert_eq!(serde_json::from_str::<Value>(&full).expect("JSON"), value);
+        }
     }
 }
