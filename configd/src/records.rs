@@ -40,7 +40,7 @@ fn set_location(at: &Location, record: &mut config::FindingRecord) {
 }
 
 /// Returns the first [`MAX_RECORDS`] changes between two versions with their effects, and the
-/// number of further ones. `is_unrequested`: whether a component runs and has not requested a live
+/// number of further ones. `is_unrequested`: whether a component runs and has not requested a
 /// parameter.
 pub(crate) fn change_records(
     before: &Configuration,
@@ -131,13 +131,13 @@ fn describe_effect(
             let kind = after.system.component(component).map(|found| found.kind.value.as_str());
             if rules.is_overridden(component, parameter) {
                 format!("has no effect: --set gives {name} its value")
-            } else if !kind.is_some_and(|kind| rules.is_live(kind, parameter)) {
-                at_next_start(component)
             } else if is_unrequested(component, parameter) {
                 format!(
                     "reaches {component} only when {component} requests {parameter}, which it \
                      declares but has not requested"
                 )
+            } else if !kind.is_some_and(|kind| rules.is_live(kind, parameter)) {
+                at_next_start(component)
             } else {
                 let places = list_places_that_set(after, component, parameter);
                 if places.is_empty() {

@@ -212,7 +212,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),
-            dropped_reports: 0,
+            untaken_events: 0,
             call: None,
             outputs: if name == "laser" { vec![output] } else { vec![] },
             inputs: if name == "slam" { vec![input] } else { vec![] },

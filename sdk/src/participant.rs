@@ -160,7 +160,7 @@ impl Participant {
             clock_offset_s: self.clock.offset_s(),
             clock_error_s: self.clock.estimate().map(|estimate| estimate.error_s),
             last_error: self.reports.current_error(state == RunState::Active, Instant::now()),
-            dropped_reports: self.reports.count_dropped(),
+            untaken_events: self.reports.count_untaken_events(Instant::now()),
             call,
             outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),
             inputs: self.ports.inputs().iter().map(|input| input.status()).collect(),

@@ -72,7 +72,10 @@ pub enum SendError {
         id: String,
     },
     /// The output was declared with another type.
-    #[error("`{data}` was declared as {declared}, but a {given} was given")]
+    #[error(
+        "`{data}` is declared as {declared}, but a {given} is sent: send a {declared}, or declare it \
+         with `provide::<{given}>` in `new`"
+    )]
     WrongType {
         /// The data.
         data: String,
@@ -322,7 +325,7 @@ mod tests {
         let unknown = ports.publish("sound", &Flag { data: true }, 1.0).unwrap_err();
         assert!(unknown.to_string().contains("`lamp` has no output `sound`"), "{unknown}");
         let wrong = ports.publish("light", &Number { data: 1.0 }, 1.0).unwrap_err();
-        assert!(wrong.to_string().contains("`lamp.light` was declared as"), "{wrong}");
+        assert!(wrong.to_string().contains("`lamp.light` is declared as"), "{wrong}");
         let misspelt = ports.publish("lihgt", &Flag { data: true }, 1.0).unwrap_err().to_string();
         let expected = "`lamp` has no output `lihgt`, only: light; correct the name";
         assert!(misspelt.contains(expected), "{misspelt}");

@@ -16,12 +16,23 @@ const MAX_WAITING: usize = 256;
 /// After this time without another error, a component that is active counts as healthy again.
 const HEALTHY_AFTER: Duration = Duration::from_secs(10);
 
+/// After this time an event that is not acknowledged counts as one that no executive takes.
+const UNTAKEN_AFTER: Duration = Duration::from_secs(1);
+
 /// A report that is not acknowledged yet.
 #[derive(Clone, Debug)]
 pub(crate) struct PendingReport {
     pub number: u64,
+    /// When it was made.
+    pub since: Instant,
     pub activation: u64,
     pub outcome: ReportKind,
+}
+
+impl PendingReport {
+    fn is_event(&self) -> bool {
+        matches!(self.outcome, ReportKind::Event { .. })
+    }
 }
 
 #[derive(Default)]
@@ -57,12 +68,15 @@ impl ReportQueue {
         let mut waiting = self.waiting.lock();
         waiting.last_number += 1;
         let number = waiting.last_number;
-        waiting.reports.push_back(PendingReport { number, activation, outcome });
+        waiting.reports.push_back(PendingReport {
+            number,
+            since: Instant::now(),
+            activation,
+            outcome,
+        });
         if waiting.reports.len() > MAX_WAITING {
             // Missions wait for `done` and `failed` first of all, so events go before them.
-            let is_event =
-                |report: &PendingReport| matches!(report.outcome, ReportKind::Event { .. });
-            let oldest = waiting.reports.iter().position(is_event).unwrap_or(0);
+            let oldest = waiting.reports.iter().position(PendingReport::is_event).unwrap_or(0);
             waiting.reports.remove(oldest);
             waiting.dropped += 1;
             // A component that runs without a mission reports as often as any other.
@@ -92,9 +106,14 @@ impl ReportQueue {
         self.waiting.lock().reports.is_empty()
     }
 
-    /// How many reports were dropped because no executive took them.
-    pub fn count_dropped(&self) -> u64 {
-        self.waiting.lock().dropped
+    /// How many events no executive has taken: those that have waited for a while, and the reports
+    /// that were dropped.
+    pub fn count_untaken_events(&self, now: Instant) -> u64 {
+        let waiting = self.waiting.lock();
+        let is_untaken = |report: &&PendingReport| {
+            report.is_event() && now.saturating_duration_since(report.since) >= UNTAKEN_AFTER
+        };
+        waiting.dropped + waiting.reports.iter().filter(is_untaken).count() as u64
     }
 
     /// Records and logs an error of the component.
@@ -164,6 +183,19 @@ mod tests {
     }
 
     #[test]
+    fn events_that_no_executive_takes_are_counted_and_ends_are_not() {
+        let queue = ReportQueue::new(Arc::new(Wakers::new().unwrap()));
+        queue.add_report(1, event(0.5));
+        queue.add_report(1, ReportKind::Done);
+        queue.add_report(1, event(0.75));
+        let (now, later) = (Instant::now(), Instant::now() + UNTAKEN_AFTER);
+        assert_eq!(queue.count_untaken_events(now), 0, "an executive may be about to take them");
+        assert_eq!(queue.count_untaken_events(later), 2);
+        queue.remove_acknowledged(1);
+        assert_eq!(queue.count_untaken_events(later), 1);
+    }
+
+    #[test]
     fn without_an_executive_the_oldest_event_is_dropped_and_no_end() {
         let queue = ReportQueue::new(Arc::new(Wakers::new().unwrap()));
         queue.add_report(1, ReportKind::Done);
@@ -171,7 +203,8 @@ mod tests {
             queue.add_report(2, event(value as f64));
         }
         let numbers = numbers(&queue, 0);
-        assert_eq!((numbers.len(), queue.count_dropped()), (MAX_WAITING, 1));
+        let now = Instant::now();
+        assert_eq!((numbers.len(), queue.count_untaken_events(now)), (MAX_WAITING, 1));
         assert_eq!(numbers[..2], [1, 3], "the first event is dropped, `done` is not");
     }
 

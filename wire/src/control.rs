@@ -208,8 +208,8 @@ pub struct Status {
     pub clock_error_s: Option<f64>,
     /// Its last error, in words; empty if there was none.
     pub last_error: String,
-    /// Reports that were dropped because no executive took them.
-    pub dropped_reports: u64,
+    /// Events that no executive has taken for a second, and reports that were dropped because none did.
+    pub untaken_events: u64,
     /// The call of user code that runs now.
     pub call: Option<CurrentCall>,
     /// Its outputs.

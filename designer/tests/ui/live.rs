@@ -102,7 +102,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         clock_offset_s: 0.0,
         clock_error_s: None,
         last_error: String::new(),
-        dropped_reports: 0,
+        untaken_events: 0,
         call: None,
         outputs: if name == "eye" { vec![output] } else { Vec::new() },
         inputs: if name == "arm" { vec![input] } else { Vec::new() },

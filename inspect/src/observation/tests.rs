@@ -27,7 +27,7 @@ fn status(name: &str, state: RunState, uptime_s: f64) -> Status {
         clock_offset_s: 0.0,
         clock_error_s: None,
         last_error: String::new(),
-        dropped_reports: 0,
+        untaken_events: 0,
         call: None,
         outputs: Vec::new(),
         inputs: Vec::new(),

@@ -170,7 +170,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),
-            dropped_reports: 0,
+            untaken_events: 0,
             call: None,
             outputs: vec![output],
             inputs: Vec::new(),

@@ -11,7 +11,7 @@ use armor_inspect::{ObservedLink, Sighting, combine_links, pair_reports};
 use armor_wire::control::Status;
 use clap::Args;
 
-use super::ps::describe_dropped_reports;
+use super::ps::describe_untaken_events;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
@@ -87,7 +87,7 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
                 }
             }
             let table = Table::new(&headings, rows).dispensable(&DISPENSABLE);
-            let text = table.format(terminal_width()) + &list_dropped_reports(&statuses);
+            let text = table.format(terminal_width()) + &list_untaken_events(&statuses);
             print_line(text.trim_end())
         }
     })
@@ -124,13 +124,13 @@ fn keep_statuses(sightings: Vec<Sighting>) -> Vec<Status> {
     sightings.into_iter().filter_map(|sighting| sighting.status.ok()).collect()
 }
 
-/// Returns a line for each component whose reports were dropped.
-fn list_dropped_reports(statuses: &[Status]) -> String {
-    let dropped = statuses.iter().filter_map(|status| {
-        let line = format!("{}: {}", status.name, describe_dropped_reports(status)?);
+/// Returns a line for each component with events that no executive has taken.
+fn list_untaken_events(statuses: &[Status]) -> String {
+    let lines = statuses.iter().filter_map(|status| {
+        let line = format!("{}: {}", status.name, describe_untaken_events(status)?);
         Some(flatten_text(&line) + "\n")
     });
-    dropped.collect()
+    lines.collect()
 }
 
 fn format_row(edge: &ObservedLink) -> Vec<String> {
@@ -163,9 +163,9 @@ fn format_dot(statuses: &[Status], edges: &[ObservedLink], hosts: &HostsOfCompon
     let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
     for status in statuses {
         let Status { name, kind, .. } = status;
-        let dropped = describe_dropped_reports(status).map(|text| format!("\\n{text}"));
-        let dropped = dropped.unwrap_or_default();
-        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}{dropped}\"];");
+        let untaken = describe_untaken_events(status).map(|text| format!("\\n{text}"));
+        let untaken = untaken.unwrap_or_default();
+        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}{untaken}\"];");
     }
     if hosts.are_several() {
         let names: BTreeSet<_> = hosts.0.values().collect();
@@ -211,7 +211,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: String::new(),
-            dropped_reports: 0,
+            untaken_events: 0,
             call: None,
             outputs: Vec::new(),
             inputs: Vec::new(),
@@ -273,16 +273,16 @@ mod tests {
 
     #[test]
     fn reports_that_no_executive_takes_are_part_of_the_drawing() {
-        let heater = Status { dropped_reports: 12, ..status("heater") };
+        let heater = Status { untaken_events: 12, ..status("heater") };
         let drawn = format_dot(&[heater], &[], &place(&[]));
-        assert!(drawn.contains("simulator\\n12 reports dropped: no executive"), "{drawn}");
+        assert!(drawn.contains("simulator\\n12 events that no executive"), "{drawn}");
     }
 
     #[test]
     fn a_line_below_the_table_stays_one_line() {
-        let heater = Status { dropped_reports: 1, ..status("hea\nter") };
-        let text = list_dropped_reports(&[heater, status("laser")]);
-        assert_eq!(text, "hea ter: 1 report dropped: no executive takes them\n");
+        let heater = Status { untaken_events: 1, ..status("hea\nter") };
+        let text = list_untaken_events(&[heater, status("laser")]);
+        assert_eq!(text, "hea ter: 1 event that no executive has taken\n");
     }
 
     #[test]

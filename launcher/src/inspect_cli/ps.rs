@@ -173,7 +173,7 @@ fn list_problems(status: &armor_wire::control::Status) -> String {
         .into_iter()
         .chain(own)
         .chain(describe_skipped_ticks(status))
-        .chain(describe_dropped_reports(status))
+        .chain(describe_untaken_events(status))
         .chain(inputs)
         .collect::<Vec<_>>()
         .join("; ")
@@ -186,12 +186,12 @@ fn describe_skipped_ticks(status: &armor_wire::control::Status) -> Option<String
         .then(|| format!("{:.0} % of its ticks skipped: too slow for its rate", share * 100.0))
 }
 
-/// Returns how many reports of a component were dropped, in words, if any was.
-pub(super) fn describe_dropped_reports(status: &armor_wire::control::Status) -> Option<String> {
-    match status.dropped_reports {
+/// Returns how many events of a component no executive has taken, in words, if there are any.
+pub(super) fn describe_untaken_events(status: &armor_wire::control::Status) -> Option<String> {
+    match status.untaken_events {
         0 => None,
-        1 => Some("1 report dropped: no executive takes them".to_owned()),
-        count => Some(format!("{count} reports dropped: no executive takes them")),
+        1 => Some("1 event that no executive has taken".to_owned()),
+        count => Some(format!("{count} events that no executive has taken")),
     }
 }
 

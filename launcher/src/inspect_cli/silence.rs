@@ -210,7 +210,7 @@ mod tests {
             clock_offset_s: 0.0,
             clock_error_s: None,
             last_error: "no power".into(),
-            dropped_reports: 0,
+            untaken_events: 0,
             call: None,
             outputs: vec![OutputStatus { id, data, type_name, published, links: Vec::new() }],
             inputs: Vec::new(),

@@ -293,7 +293,7 @@ impl ControlServer {
         let gets_reports =
             |peer: &&mut ControlPeer| matches!(peer.role, Role::Executive | Role::Observer);
         for peer in self.connections.iter_mut().filter(gets_reports) {
-            for PendingReport { number, activation, outcome } in
+            for PendingReport { number, activation, outcome, .. } in
                 self.participant.reports.list_after(peer.reported)
             {
                 peer.reported = number;
