@@ -129,6 +129,11 @@ impl ReportQueue {
         self.errors.lock().standing.insert(subject.into(), reason.into());
     }
 
+    /// The standing error of a subject.
+    pub fn find_standing_error(&self, subject: &str) -> Option<String> {
+        self.errors.lock().standing.get(subject).cloned()
+    }
+
     /// Forgets the standing error of a subject.
     pub fn resolve_error(&self, subject: &str) {
         self.errors.lock().standing.remove(subject);

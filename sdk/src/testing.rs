@@ -41,20 +41,21 @@
 //! failure takes the error (`let error = doubler.send(…).unwrap_err();`), or goes on and reads
 //! [`TestedComponent::reports`].
 
+mod error;
+
 use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_wire::codec::{self, DecodeError, EncodeError};
+use armor_wire::codec;
 use armor_wire::config::{Assigned, InputSettings};
 use armor_wire::frame::DataHeader;
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::message::Message;
 use armor_wire::transport::Transport;
-use thiserror::Error;
 
 pub use armor_wire::control::{ReportKind, RunState};
+pub use error::TestError;
 
 use crate::armor::Armor;
 use crate::call::{Call, Fault};
@@ -74,103 +75,6 @@ use crate::timeline::ClockReading;
 pub const START_S: f64 = 1000.0;
 /// Where the values come from, for messages about them.
 const ORIGIN: &str = "the test";
-
-/// Why a test cannot do what it asks for. `Debug` is the message, too: it is what a failed test shows.
-#[derive(Error)]
-pub enum TestError {
-    /// The component cannot be built.
-    #[error("`{kind}` cannot be built: {fault}")]
-    NotBuilt {
-        /// The kind of component.
-        kind: &'static str,
-        /// Why.
-        fault: Fault,
-    },
-    /// The component has no port of that name.
-    #[error("`{kind}` has no {noun} `{id}`, only: {existing}")]
-    NoPort {
-        /// The kind of component.
-        kind: &'static str,
-        /// `input` or `output`.
-        noun: &'static str,
-        /// The name given.
-        id: String,
-        /// The names of those that it has.
-        existing: String,
-    },
-    /// The port has another type.
-    #[error("{noun} `{id}` is declared as {declared}, but the test uses it as {given}")]
-    OtherType {
-        /// `input` or `output`.
-        noun: &'static str,
-        /// The port.
-        id: String,
-        /// The type that it was declared with.
-        declared: String,
-        /// The type that the test gives or asks for.
-        given: &'static str,
-    },
-    /// A second source for an input that takes one.
-    #[error("input `{input}` of `{kind}` takes one source; declare it as `Many<…>` for several")]
-    OneSource {
-        /// The kind of component.
-        kind: &'static str,
-        /// The input.
-        input: String,
-    },
-    /// The data do not feed the input.
-    #[error("`{source_data}` does not feed input `{input}`; add it with `link_from`")]
-    UnknownSource {
-        /// The input.
-        input: String,
-        /// The data that were to be sent.
-        source_data: String,
-    },
-    /// The component is not active, so it gets no calls.
-    #[error("`{kind}` gets no calls: {why}")]
-    NotActive {
-        /// The kind of component.
-        kind: &'static str,
-        /// Its state, and what led to it.
-        why: String,
-    },
-    /// The component has failed in this step.
-    #[error("`{kind}` has failed: {reason}")]
-    Failed {
-        /// The kind of component.
-        kind: &'static str,
-        /// Why, as it is reported.
-        reason: String,
-    },
-    /// A parameter cannot be set.
-    #[error("parameter `{name}`: {problem}")]
-    Parameter {
-        /// The parameter.
-        name: String,
-        /// Why.
-        problem: String,
-    },
-    /// Nothing has been published.
-    #[error("nothing has been published on output `{output}`{why}")]
-    NothingPublished {
-        /// The output.
-        output: String,
-        /// `: `, and why the component publishes nothing; empty if it could.
-        why: String,
-    },
-    /// The message is too large to be sent.
-    #[error(transparent)]
-    Encode(#[from] EncodeError),
-    /// What was published cannot be read as its type.
-    #[error(transparent)]
-    Decode(#[from] DecodeError),
-}
-
-impl fmt::Debug for TestError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, f)
-    }
-}
 
 /// The last messages that each input of a component under test stores.
 pub const TESTED_HISTORY: u32 = 100;
@@ -200,7 +104,8 @@ impl TestedComponent {
     /// others have their defaults. It is frozen until [`start`](Self::start).
     ///
     /// # Errors
-    /// If its constructor fails, or a parameter is not declared, malformed or missing.
+    /// If its constructor fails, or a parameter is not declared, malformed, missing, given twice, or
+    /// given and never requested.
     pub fn build<C: Component>(parameters: &[(&str, &str)]) -> Result<Self, TestError> {
         Self::try_build::<C>(parameters)
             .map_err(|fault| TestError::NotBuilt { kind: C::KIND, fault })
@@ -214,6 +119,11 @@ impl TestedComponent {
         participant.ports.start_recording();
         let own = |(name, text): &(&str, &str)| ((*name).to_owned(), (*text).to_owned());
         let values = parameters.iter().map(own).collect();
+        for (index, (name, _)) in parameters.iter().enumerate() {
+            if parameters[..index].iter().any(|(earlier, _)| earlier == name) {
+                return Err(format!("parameter `{name}`: the test gives it twice").into());
+            }
+        }
         participant.parameters.answer_locally(values, ORIGIN)?;
         report_thread_panics(&participant);
         let mark = participant.thread_panics.distinguish_threads();
@@ -222,6 +132,16 @@ impl TestedComponent {
         let code = C::new(Armor { participant: Arc::clone(&participant) })?;
         drop(running);
         participant.parameters.wait_for_all(Duration::ZERO)?;
+        let unrequested = participant.parameters.list_unrequested();
+        let is_given = |name: &str| parameters.iter().any(|(given, _)| *given == name);
+        if let Some(ignored) = unrequested.iter().find(|declared| is_given(&declared.name)) {
+            let name = &ignored.name;
+            return Err(format!(
+                "parameter `{name}`: the test gives it, but the component does not request it; call \
+                 get_parameter({name:?}) in `new`"
+            )
+            .into());
+        }
         let inputs = participant.ports.inputs();
         for input in &inputs {
             participant.ports.connect_input(&tested_link(&input.id, default_source(&input.id)));
@@ -389,8 +309,9 @@ impl TestedComponent {
     /// Changes a live parameter, as an edit of the file does in a running system.
     ///
     /// # Errors
-    /// If it is not declared, not live or not requested, `text` is no value of it, or the component
-    /// fails. A value that it refuses leaves the last good one in force and is no failure.
+    /// If it is not declared, not live or not requested, `text` is no value of it, the component
+    /// refuses the value, or it fails. A value that it refuses leaves the last good one in force, and
+    /// the component is active as before.
     pub fn set_parameter(&mut self, name: &str, text: &str) -> Result<(), TestError> {
         let parameters = &self.participant.parameters;
         let fails = |problem: &str| {
@@ -412,7 +333,11 @@ impl TestedComponent {
         }
         let assigned = Assigned { text: text.into(), base: String::new(), origin: ORIGIN.into() };
         parameters.accept_answer(name, Some(&assigned));
-        self.take_step(|component| drop(component.deliver_parameters()))
+        self.take_step(|component| drop(component.deliver_parameters()))?;
+        match self.participant.reports.find_standing_error(name) {
+            None => Ok(()),
+            Some(problem) => Err(TestError::Refused { problem }),
+        }
     }
 
     /// Returns all messages that have been published on `output`, in order.
@@ -486,8 +411,7 @@ impl TestedComponent {
         id: &str,
         existing: impl Iterator<Item = &'a str>,
     ) -> TestError {
-        let existing: Vec<_> = existing.collect();
-        let existing = if existing.is_empty() { "none".into() } else { existing.join(", ") };
+        let existing = existing.map(str::to_owned).collect();
         TestError::NoPort { kind: self.kind, noun, id: id.into(), existing }
     }
 }

@@ -204,6 +204,8 @@ fn what_a_test_does_wrong_is_named() {
     assert!(unknown.ends_with("only: step, end"), "{unknown}");
     let wrong = error(&[("step", "many")]);
     assert!(wrong.contains("`many` is not a whole number (the test)"), "{wrong}");
+    let twice = error(&[("step", "2"), ("step", "3")]);
+    assert!(twice.ends_with("parameter `step`: the test gives it twice"), "{twice}");
     let mut counter = counter(&[]);
     counter.start().unwrap();
     let again = counter.start().unwrap_err().to_string();
@@ -233,6 +235,32 @@ fn what_a_test_does_wrong_is_named() {
     ] {
         assert_eq!(error.to_string(), expected);
     }
+}
+
+/// Declares a parameter that it does not request, and has no ports.
+struct Unaware;
+
+impl Component for Unaware {
+    const KIND: &'static str = "unaware";
+    const SUMMARY: &'static str = "Does not look at its parameter.";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::integer("step").default("1")];
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        Ok(Self)
+    }
+}
+
+#[test]
+fn a_parameter_that_a_test_gives_in_vain_is_named() {
+    let built = TestedComponent::build::<Unaware>(&[("step", "2")]);
+    let error = built.map(|_| ()).unwrap_err().to_string();
+    let expected = "`unaware` cannot be built: parameter `step`: the test gives it, but the \
+                    component does not request it; call get_parameter(\"step\") in `new`";
+    assert_eq!(error, expected);
+    let mut unaware = TestedComponent::build::<Unaware>(&[]).expect("its default is fine");
+    unaware.start().unwrap();
+    let error = unaware.send("order", &Flag { data: true }).unwrap_err().to_string();
+    assert_eq!(error, "`unaware` has no input `order`; it has none");
 }
 
 /// Returns what it was built with from its last call.
@@ -467,12 +495,13 @@ fn an_activation_with_a_refused_value_names_it() {
 fn a_refused_live_value_is_a_problem_until_a_good_one_arrives() {
     let mut careful = TestedComponent::build::<Careful>(&[]).expect("built");
     careful.start().unwrap();
-    careful.set_parameter("speed", "1.6m/s").unwrap();
+    let refused = careful.set_parameter("speed", "1.6m/s").unwrap_err().to_string();
     let later = std::time::Instant::now() + Duration::from_secs(60);
     let error = |careful: &TestedComponent| careful.participant.reports.current_error(true, later);
     let expected = "parameter `speed`: the motor cannot go so fast (its value: `1.6m/s`); its last \
                     good value stays in force";
-    assert_eq!(error(&careful), expected);
+    assert_eq!((error(&careful).as_str(), refused.as_str()), (expected, expected));
+    assert_eq!(careful.state(), RunState::Active);
     careful.set_parameter("speed", "1.2m/s").unwrap();
     assert_eq!(error(&careful), "");
 }
