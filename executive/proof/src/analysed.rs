@@ -1,6 +1,8 @@
 //! The net of a mission as it is analysed.
 
-use armor_petri::{FiringInterval, Net, NetBuilder, NetError, PlaceId, TransitionId};
+use armor_petri::{
+    FiringClass, FiringInterval, Net, NetBuilder, NetError, NetTransition, PlaceId, TransitionId,
+};
 use armor_robotfile::mission::LostLink;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -22,6 +24,8 @@ const DECLINED: &str = "/declined";
 const NEWLY_ENABLED: &str = "/newly-enabled";
 /// What comes behind the name of a transition that would set a variable to what it cannot be.
 const OUTSIDE: &str = "/outside";
+/// A place that is never marked.
+const NEVER: &str = "/never";
 
 /// A mission's net as it is analysed. It ends where the goal or the safe place is marked. A
 /// component may fail to stop, start or last at any time, where the file has a place for that; an
@@ -47,6 +51,9 @@ pub struct Analysed {
     /// Transitions whose clocks keep running in a mission when another copy takes over, and restart
     /// here.
     pub(super) loosened: Vec<String>,
+    /// Emergency exits: they lead from any marking to the safe place, but only if something is
+    /// reported or ordered.
+    pub(super) emergencies: BTreeSet<TransitionId>,
     /// Starts that may have to wait.
     pub(super) starts: Vec<DelayedStart>,
     /// How many of its places are the mission's.
@@ -70,7 +77,7 @@ impl Analysed {
         Self::ending_at(plan, ends, pairs)
     }
 
-    /// The same without an end: a net that only its arcs can stop.
+    /// The same without an end and without emergencies: a net that only its arcs can stop.
     pub(super) fn endless(plan: &Plan, pairs: &[[PlaceId; 2]]) -> Result<Self, NetError> {
         Self::ending_at(plan, Vec::new(), pairs)
     }
@@ -113,18 +120,21 @@ impl Analysed {
         let followed = plan.counters().iter().filter(|_| open.is_none());
         let pairs = followed.map(|counter| Pair::build(counter, &mut builder)).collect();
         let declined = asking::declined_places(plan, &mut builder);
+        let never = ends.is_empty().then(|| builder.place(NEVER, 0));
         let mut building = Building {
             plan,
             builder,
             ends,
             apart,
             declined,
+            never,
             starts: Vec::new(),
             pairs,
             shown: Vec::new(),
             sources: Vec::new(),
             outside: Vec::new(),
             loosened: Vec::new(),
+            emergencies: BTreeSet::new(),
         };
         for id in plan.net().transition_ids() {
             building.transition(id, &unfolding.copies[id.index()]);
@@ -134,10 +144,23 @@ impl Analysed {
                 building.failure(place, refuge);
             }
         }
-        let Building { builder, pairs, shown, sources, outside, loosened, starts, .. } = building;
+        let Building { shown, sources, outside, emergencies, .. } = building;
+        let Building { builder, pairs, loosened, starts, .. } = building;
         let names = plan.counters().iter().map(|counter| counter.name.clone()).collect();
         let (net, places) = (builder.build()?, plan.places().len());
-        Ok(Self { net, shown, sources, outside, pairs, open, loosened, starts, places, names })
+        Ok(Self {
+            net,
+            shown,
+            sources,
+            outside,
+            pairs,
+            open,
+            loosened,
+            emergencies,
+            starts,
+            places,
+            names,
+        })
     }
 }
 
@@ -149,12 +172,15 @@ struct Building<'a> {
     apart: &'a [[PlaceId; 2]],
     /// For each transition that silence declines: the place that is marked then.
     declined: BTreeMap<TransitionId, PlaceId>,
+    /// In a net without an end: a place that is never marked.
+    never: Option<PlaceId>,
     starts: Vec<DelayedStart>,
     pairs: Vec<Pair>,
     shown: Vec<String>,
     sources: Vec<Option<TransitionId>>,
     outside: Vec<(TransitionId, TransitionId)>,
     loosened: Vec<String>,
+    emergencies: BTreeSet<TransitionId>,
 }
 
 impl Building<'_> {
@@ -193,6 +219,9 @@ impl Building<'_> {
                 self.copy(id, copy, (&put, interval), name.clone());
                 self.shown.push(format!("{}{why}", transition.name));
                 self.sources.push(Some(id).filter(|_| why.is_empty()));
+                if need_not_fire(planned, copy, interval) && is_emergency(plan, transition) {
+                    self.emergencies.insert(added);
+                }
                 if copy.effects.is_none() {
                     self.outside.push((added, id));
                 }
@@ -225,6 +254,9 @@ impl Building<'_> {
         }
         for &place in &transition.resets {
             t = t.reset(place);
+        }
+        if is_emergency(self.plan, transition) && need_not_fire(planned, copy, interval) {
+            t = self.never.into_iter().fold(t, |t, never| t.input(never, 1));
         }
         t = copy.arcs(t, &self.pairs);
         t = self.declined.get(&id).into_iter().fold(t, |t, place| t.inhibitor(*place, 1));
@@ -341,6 +373,23 @@ impl Building<'_> {
 fn is_gated(planned: &PlannedTransition, copy: &Copy) -> bool {
     let waits = planned.on.is_some() || planned.dates.is_some();
     waits || (planned.guard.is_some() && !copy.is_decided)
+}
+
+/// Whether nothing but a report, an order or the like makes it fire.
+fn need_not_fire(planned: &PlannedTransition, copy: &Copy, interval: FiringInterval) -> bool {
+    interval.latest.is_none() || is_gated(planned, copy)
+}
+
+/// Whether it leads to the safe place, whatever is marked.
+fn is_emergency(plan: &Plan, transition: &NetTransition) -> bool {
+    let is_safe = |arc: &(PlaceId, u32)| Some(arc.0) == plan.safe();
+    let needs_nothing = transition.inputs.is_empty()
+        && transition.reads.is_empty()
+        && transition.inhibitors.is_empty();
+    needs_nothing
+        && transition.class == FiringClass::Safety
+        && !transition.outputs.is_empty()
+        && transition.outputs.iter().all(is_safe)
 }
 
 /// Whether it matters since when it is enabled.

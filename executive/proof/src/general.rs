@@ -1,5 +1,6 @@
 //! What is proven of every mission whose states can all be looked at.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use armor_petri::analysis::ExplorationEnd;
@@ -7,7 +8,7 @@ use armor_petri::analysis::boundedness::PumpingSequence;
 use armor_petri::analysis::components::find_components;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
-use armor_petri::{NetTransition, PlaceId};
+use armor_petri::{NetTransition, PlaceId, TransitionId};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
@@ -15,6 +16,36 @@ use armor_plan::ComponentId;
 
 /// Most transitions to the goal that a remedy explains.
 const MOST_LACKS: usize = 2;
+/// Most emergency exits that a message names.
+const MOST_EMERGENCIES: usize = 3;
+
+/// A graph of markings without the firings of emergencies.
+struct RegularGraph<'a> {
+    graph: &'a dyn MarkingGraph,
+    emergencies: &'a BTreeSet<TransitionId>,
+}
+
+impl MarkingGraph for RegularGraph<'_> {
+    fn nodes(&self) -> u32 {
+        self.graph.nodes()
+    }
+
+    fn tokens(&self, node: u32) -> Cow<'_, [u32]> {
+        self.graph.tokens(node)
+    }
+
+    fn firings(&self, node: u32) -> Cow<'_, [(TransitionId, u32)]> {
+        let mut firings = self.graph.firings(node);
+        if firings.iter().any(|firing| self.emergencies.contains(&firing.0)) {
+            firings.to_mut().retain(|firing| !self.emergencies.contains(&firing.0));
+        }
+        firings
+    }
+
+    fn path(&self, node: u32) -> Vec<TransitionId> {
+        self.graph.path(node)
+    }
+}
 
 impl Proof<'_> {
     pub(super) fn complete(&self, findings: &mut Findings) {
@@ -176,13 +207,19 @@ impl Proof<'_> {
         }
     }
 
-    /// The nearest marking in which nothing fires any more, and the mission is not over.
+    /// The nearest marking in which nothing but an emergency fires any more, and the mission is not
+    /// over.
     fn standing(&self) -> Option<Witness> {
         let rules = FiringRules::new(self.net);
+        let regular = || self.net.transition_ids().filter(|id| !self.is_emergency(*id));
         self.find_witness(&|marking| {
-            let fires = self.net.transition_ids().any(|id| rules.enabled(marking, id));
+            let fires = regular().any(|id| rules.enabled(marking, id));
             !fires && !self.is_over(marking)
         })
+    }
+
+    fn is_emergency(&self, transition: TransitionId) -> bool {
+        self.analysed.emergencies.contains(&transition)
     }
 
     /// The most tokens that a place holds in a state.
@@ -213,27 +250,35 @@ impl Proof<'_> {
             .remedy("take as many tokens as are put, or stop it with <inhibitor place=\"…\" weight=\"…\"/>")
     }
 
-    /// A marking from which neither goal nor safe place can be reached any more.
+    /// A marking from which neither goal nor safe place can be reached any more, except by an
+    /// emergency: an operator's order is no regular exit.
     fn end_lost(&self) -> Option<Finding> {
         let is_over = |marking: &[u32]| self.is_over(marking);
         let space = &self.exploration.space;
-        let with_times = self.timed_if_small().and_then(|classes| {
-            let found = nearest_lost(classes, &is_over, &self.budget()).ok()?;
-            Some((classes, found))
-        });
-        let untimed = || find_components(space, &self.untimed_budget(), is_over).ok()?.lost();
-        let (graph, node): (&dyn MarkingGraph, u32) = match with_times {
-            Some((classes, found)) => (classes, found?),
-            None => (space, untimed()?),
+        let emergencies = &self.analysed.emergencies;
+        if let Some(classes) = self.timed_if_small() {
+            let regular = RegularGraph { graph: classes, emergencies };
+            if let Ok(found) = nearest_lost(&regular, &is_over, &self.budget()) {
+                return Some(self.lost_in(&regular, found?));
+            }
+        }
+        let regular = RegularGraph { graph: space, emergencies };
+        let node = match emergencies.is_empty() {
+            true => find_components(space, &self.untimed_budget(), is_over).ok()?.lost(),
+            false => nearest_lost(&regular, &is_over, &self.untimed_budget()).ok()?,
         };
-        let seen = Witness::of(graph, node);
-        Some(self.lost_at(&seen, graph.firings(node).is_empty()))
+        Some(self.lost_in(&regular, node?))
+    }
+
+    fn lost_in(&self, graph: &RegularGraph<'_>, node: u32) -> Finding {
+        self.lost_at(&Witness::of(graph, node), graph.firings(node).is_empty())
     }
 
     pub(super) fn lost_at(&self, seen: &Witness, stands_still: bool) -> Finding {
         let at = self.nearest_mark(&seen.marking);
         let held = self.marked_names(&seen.marking) + &self.waiting_starts(&seen.marking);
         let after = self.after_firings(&seen.path);
+        let held = held + &self.emergencies_in_words();
         let finding = if stands_still {
             let message = format!("{after} the mission stands still, with a token in {held}");
             let read = self.advise_read(&seen.path).unwrap_or_default();
@@ -246,6 +291,18 @@ impl Proof<'_> {
                 .remedy("add a transition that leads out, such as one with a timeout")
         };
         finding.trace(self.trace_of(&seen.path, &[]))
+    }
+
+    /// "; only an emergency (stop) leads out": what a stuck mission is left by.
+    fn emergencies_in_words(&self) -> String {
+        // Not where a component does not start or stop, which is no exit of its own.
+        let is_own = |id: &&TransitionId| self.analysed.sources[id.index()].is_some();
+        let own = self.analysed.emergencies.iter().filter(is_own);
+        let names: BTreeSet<_> = own.map(|id| self.name(*id)).collect();
+        match names.into_iter().take(MOST_EMERGENCIES).collect::<Vec<_>>().as_slice() {
+            [] => String::new(),
+            names => format!("; only an emergency ({}) leads out", names.join(", ")),
+        }
     }
 
     /// A place is active or not: a second token in it means that two branches meet there without a join.

@@ -164,6 +164,31 @@ fn an_emergency_exit_is_proven() {
 }
 
 #[test]
+fn a_place_that_only_an_emergency_leaves_is_a_dead_end() {
+    let work = "<place name='x' initial='true' components='a'/>
+        <transition name='t' from='x' to='over' on='a.done'/>";
+    let stop = |how: &str| format!("<transition name='stop' to='hold' class='safety' {how}/>");
+    let stuck =
+        format!("{work}<place name='y'/><transition name='u' from='x' to='y' timeout='5s'/>");
+    let circle = format!(
+        "{stuck}<place name='z'/><transition name='v' from='y' to='z' timeout='1s'/>
+         <transition name='w' from='z' to='y' timeout='1s'/>"
+    );
+    for how in ["operator='true'", "on='b.stopped'", "operator='true' on-start-fail='hold'"] {
+        assert_eq!(codes(&format!("{work}{}", stop(how))), [""; 0]);
+        let findings = proven(&mission(&format!("{stuck}{}", stop(how))));
+        let [finding] = &findings.iter().collect::<Vec<_>>()[..] else { panic!("{findings:?}") };
+        assert_eq!(finding.code, Code::Standstill);
+        let shown = "after u the mission stands still, with a token in y; only an emergency (stop)";
+        assert!(finding.message.starts_with(shown), "{}", finding.message);
+        assert_eq!(codes(&format!("{circle}{}", stop(how))), ["W0243"]);
+    }
+    // A time after which it always fires is a regular exit.
+    assert_eq!(codes(&format!("{stuck}{}", stop("timeout='1min'"))), [""; 0]);
+    assert_eq!(codes(&format!("{stuck}{}", stop("timeout='1min' operator='true'"))), ["W0242"]);
+}
+
+#[test]
 fn the_end_ends_it_whatever_could_still_fire() {
     // The mission ends when `over` is marked, so no place can grow afterwards.
     let net = "<place name='x' initial='true'/>
