@@ -18,6 +18,7 @@ mod frozen;
 mod goals;
 mod graph;
 mod guards;
+mod kinds;
 mod layout;
 mod links;
 mod manifests;
@@ -35,6 +36,7 @@ mod system;
 mod transition;
 mod twice;
 mod unused;
+mod unused_done;
 mod value_effects;
 
 use std::collections::BTreeSet;
@@ -209,7 +211,7 @@ fn without_errors(
     }
     reports::check_always_active(configuration, findings);
     let unawaited =
-        manifests.map(|it| goals::find_unawaited(configuration, it)).unwrap_or_default();
+        manifests.map(|it| unused_done::find_unawaited(configuration, it)).unwrap_or_default();
     let mut is_reached = true;
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
@@ -219,7 +221,8 @@ fn without_errors(
         // With its sub-missions it may be larger than a mission may be, which is a finding then.
         if let Ok(whole) = configuration.flatten(mission) {
             is_reached &= reach::check(mission, &whole, is_main, findings);
-            goals::check(mission, &whole, is_main, &unawaited, findings);
+            unused_done::check(mission, &unawaited, findings);
+            goals::check(mission, &whole, is_main, findings);
         }
     }
     value_effects::merge_by_timeout(findings);

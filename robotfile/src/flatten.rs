@@ -127,6 +127,7 @@ fn join_mission(whole: &mut Mission, inner: &Mission, by: &Submission, name: &st
         on_start_fail: None,
         overrun: None,
         autonomy_at: None,
+        answer_at: None,
         is_doubtful: false,
     };
     let arc = |kind, place: &Spanned<String>, weight| Arc { kind, place: place.clone(), weight };

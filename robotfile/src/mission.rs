@@ -246,6 +246,8 @@ pub struct Transition {
     pub overrun: Option<Spanned<String>>,
     /// The location of the attribute that specifies who decides, if present.
     pub(crate) autonomy_at: Option<Location>,
+    /// The location of the time for an answer, if present.
+    pub(crate) answer_at: Option<Location>,
     /// Whether something in its element could not be read.
     pub(crate) is_doubtful: bool,
 }

@@ -30,7 +30,11 @@ impl Findings {
         if !causes.is_empty() {
             proven.retain(|result| result.code != Code::NeverFires);
         }
-        if causes.iter().any(|cause| matches!(cause.code, Code::NoOutput | Code::Tie)) {
+        let keeps_tokens = |cause: &Finding| {
+            use Code::{NeverFires, NoOutput, Tie, UnreachablePlace};
+            matches!(cause.code, NeverFires | NoOutput | Tie | UnreachablePlace)
+        };
+        if causes.iter().any(keeps_tokens) {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
         let is_fault = |result: &Finding| result.severity() != Severity::Note;
@@ -63,6 +67,7 @@ impl Findings {
             }
         }
         self.drop_ties_of_dead(&proven);
+        self.drop_ties_of_failures(&mut proven);
         causes::explain_never_fired(&mut proven);
         merging::merge_witnesses(&mut proven);
         merging::merge_last_firings(&mut proven);
@@ -88,6 +93,21 @@ impl Findings {
         self.retain(|finding| {
             let mut places = finding.at.iter().chain(finding.related.iter().map(|(at, _)| at));
             finding.code != Code::Tie || !places.any(|at| dead.contains(&at.span))
+        });
+    }
+
+    /// Leaves out that the failure of a component lets two transitions fire, if one of them was probably
+    /// to wait for its end.
+    fn drop_ties_of_failures(&self, proven: &mut Vec<Finding>) {
+        let doubted = self.iter().filter(|it| it.code == Code::DoneUnused);
+        let doubted: Vec<_> = doubted.map(|it| it.message.clone()).collect();
+        proven.retain(|result| {
+            let mut ends = result.at.iter().chain(result.related.iter().map(|(at, _)| at));
+            let is_doubted = |at: &Location| {
+                let begin = format!("{} waits in ", at.text());
+                doubted.iter().any(|message| message.starts_with(&begin))
+            };
+            result.code != Code::Tie || !ends.any(is_doubted)
         });
     }
 

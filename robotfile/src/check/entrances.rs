@@ -13,6 +13,7 @@ use crate::source::Spanned;
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     report_rivals(mission, findings);
     report_shared(mission, findings);
+    report_exchanged(mission, findings);
 }
 
 /// A sub-mission begins as soon as its place is marked. A transition from that place with a guard
@@ -72,6 +73,44 @@ fn report_shared(mission: &Mission, findings: &mut Findings) {
         };
         let first = first.enter.as_ref().map_or(&first.file.at, |first| &first.at);
         findings.push(finding.remedy(remedy).related(first, "the first one begins here"));
+    }
+}
+
+/// Reports a sub-mission that begins in a place from which a transition leads on, and leaves to a place
+/// that transitions lead to and from which nothing leads on: both places are probably exchanged.
+fn report_exchanged(mission: &Mission, findings: &mut Findings) {
+    for submission in &mission.submissions {
+        let (Some(enter), Some(leave)) = (&submission.enter, &submission.leave) else { continue };
+        let takes = |it: &&Transition, place: &str| it.inputs().any(|arc| arc.place.value == place);
+        let puts = |it: &Transition, place: &str| it.outputs().any(|arc| arc.place.value == place);
+        let mut transitions = mission.transitions.iter();
+        let next = transitions.clone().find(|it| takes(it, &enter.value));
+        let leads = |place: &str| mission.transitions.iter().any(|it| puts(it, place));
+        let is_end =
+            [&mission.goal, &mission.safe].into_iter().flatten().any(|it| it.value == leave.value);
+        let is_entered = mission
+            .submissions
+            .iter()
+            .any(|it| it.enter.as_ref().is_some_and(|other| other.value == leave.value));
+        let Some(next) = next.filter(|_| !is_end && !is_entered) else { continue };
+        if transitions.any(|it| takes(&it, &leave.value))
+            || !leads(&enter.value)
+            || !leads(&leave.value)
+        {
+            continue;
+        }
+        let message = format!(
+            "{} takes the token from {enter} before {next} can, and nothing leads on from {leave}",
+            submission.file.value,
+            enter = enter.value,
+            next = next.name.value,
+            leave = leave.value
+        );
+        let finding = Finding::new(Code::NeverFires, &enter.at, message).stops_transition();
+        let finding = finding.related(&next.name.at, "this transition never fires");
+        findings.push(
+            finding.remedy(format!("did you mean in=\"{}\" out=\"{}\"?", leave.value, enter.value)),
+        );
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
     // Lists and not maps: thousands of sets times thousands of places are read in a moment.
     let mut here = vec![None; mission.exclusives.len()];
     let mut at_start = vec![None; mission.exclusives.len()];
-    let mut found: Vec<(&str, usize, Finding)> = Vec::new();
+    let mut found: Vec<Meeting<'_>> = Vec::new();
     // Two components that several sets declare exclusive, or that are together in several places, are
     // one mistake.
     let mut reported = BTreeSet::new();
@@ -42,22 +42,51 @@ pub(super) fn exclusives_kept(mission: &Mission, findings: &mut Findings) {
                     };
                     let at = &mission.exclusives[*set].at;
                     let finding = finding.related(at, "declared exclusive here");
-                    let is_same = |it: &&mut (&str, usize, Finding)| {
-                        it.1 == *set && [&component.value, &other.value].contains(&&it.0.to_owned())
-                    };
-                    match found.iter_mut().find(is_same) {
-                        // One that is together with several of a set does not belong into it.
-                        Some((name, _, first)) => {
-                            first.remedy = format!("remove {name} from the exclusive set");
-                            first.merge_place(finding);
-                        }
-                        None => found.push((&component.value, *set, finding)),
+                    let pair = [component.value.as_str(), other.value.as_str()];
+                    let meeting = Meeting { pair, set: *set, places: [there, number], finding };
+                    match found.iter_mut().find(|first| first.is_same(&meeting)) {
+                        Some(first) => first.merge(meeting, place),
+                        None => found.push(meeting),
                     }
                 }
             }
         }
     }
-    findings.extend(found.into_iter().map(|(.., finding)| finding));
+    findings.extend(found.into_iter().map(|meeting| meeting.finding));
+}
+
+/// Two exclusive components that are together.
+struct Meeting<'a> {
+    pair: [&'a str; 2],
+    set: usize,
+    /// The places, by number, that activate them.
+    places: [usize; 2],
+    finding: Finding,
+}
+
+impl Meeting<'_> {
+    /// Whether one mistake may cause both: a component in a set or a place to which it does not
+    /// belong, or a place that is initial and should not be.
+    fn is_same(&self, other: &Self) -> bool {
+        let is_one_place = self.places[0] == self.places[1];
+        let shares_name = self.pair.iter().any(|name| other.pair.contains(name));
+        let is_same_place = self.places == other.places;
+        (self.set == other.set && shares_name) || (is_same_place && (shares_name || !is_one_place))
+    }
+
+    fn merge(&mut self, other: Self, place: &Place) {
+        if let Some(shared) = self.pair.iter().find(|name| other.pair.contains(name))
+            && self.places[0] == self.places[1]
+        {
+            let place = &place.name.value;
+            self.finding.remedy = match self.places == other.places {
+                true => format!("remove {shared} from the components of {place}"),
+                // One that is together with several of a set does not belong into it.
+                false => format!("remove {shared} from the exclusive set"),
+            };
+        }
+        self.finding.merge_place(other.finding);
+    }
 }
 
 /// Two sets of the same components: the second one excludes nothing more.

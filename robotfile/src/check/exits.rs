@@ -7,7 +7,8 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::Guard;
-use crate::mission::{ArcKind, Autonomy, Class, Mission, Place, Transition};
+use crate::mission::{ArcKind, Autonomy, Class, Interval, Mission, Place, Transition};
+use crate::source::Spanned;
 
 /// `active_places` are the places with components.
 pub(super) fn check(
@@ -44,6 +45,15 @@ pub(super) fn check(
         let place = arc.place.value.as_str();
         let is_plain =
             transition.arcs.iter().all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put));
+        // One that returns the token to its place only sets a variable after a while.
+        let returns = transition.outputs().any(|it| it.place.value == place);
+        if is_plain && !returns && has_only_delay(transition) {
+            let others =
+                mission.transitions.iter().filter(|it| it.name.value != transition.name.value);
+            let mut rivals = others.filter(|it| it.inputs().any(|arc| arc.place.value == place));
+            let rival = rivals.next();
+            findings.extend(rival.map(|rival| report_delay(transition, place, rival)));
+        }
         if !is_plain || has_moment(transition) {
             continue;
         }
@@ -114,6 +124,36 @@ fn report(transition: &Transition, place: &str, other: &Transition) -> Finding {
     let remedy = "write on=\"…\", when=\"…\", timeout=\"…\" or operator=\"true\", or remove it";
     let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
     finding.remedy(remedy).related(&other.name.at, "this one waits")
+}
+
+/// Returns whether the transition has an earliest time, and nothing that it waits for.
+fn has_only_delay(transition: &Transition) -> bool {
+    // `interval="[2s,inf)"` states that it has no latest time.
+    let is_delay = |it: &Spanned<Interval>| {
+        it.value.latest.is_none() && !it.value.earliest.is_zero() && !it.at.text().starts_with('[')
+    };
+    transition.class == Class::Normal
+        && transition.interval.as_ref().is_some_and(is_delay)
+        && transition.on.is_none()
+        && transition.when.is_none()
+        && transition.not_before.is_none()
+        && transition.not_after.is_none()
+        && transition.autonomy == Autonomy::Auto
+        && !transition.is_doubtful
+}
+
+fn report_delay(transition: &Transition, place: &str, other: &Transition) -> Finding {
+    let time = transition.interval.as_ref().map_or("", |interval| interval.at.text());
+    let message = format!(
+        "{} waits for nothing but its earliest time, `{time}` after {place} is marked",
+        transition.name.value
+    );
+    let remedy = format!(
+        "write on=\"…\" or when=\"…\" for what it waits for, or timeout=\"{time}\" if it fires after \
+         this time in any case"
+    );
+    let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+    finding.remedy(remedy).related(&other.name.at, "this one leads on from the same place")
 }
 
 fn report_decided(

@@ -75,8 +75,11 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         let of = |at: &Location| at.text().split('.').next().is_some_and(|it| unused.contains(it));
         finding.code != Code::LinkToItself || !finding.at.as_ref().is_some_and(of)
     });
-    // Where a guard is wrong, the variable that nothing uses may be the one that it should name.
-    if findings.iter().any(|finding| finding.code == Code::GuardConstant) {
+    // Where a guard is wrong or missing, the variable that nothing uses may be the one that it should
+    // name.
+    let lacks_guard = |it: &Finding| matches!(it.code, Code::GuardConstant | Code::ImmediateExit);
+    if findings.iter().any(lacks_guard) {
+        name_unused_variable(findings);
         findings.retain(|finding| finding.code != Code::UnusedVariable);
     }
     // One value that is wrong for all that it is compared with.
@@ -88,12 +91,30 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
                 _ => false,
             }
     });
+    // A component that its place lost, where parameters are set for it, is in no place therefore.
+    let forgotten = names_at(findings, Code::ForeignParameter);
+    findings.retain(|finding| {
+        finding.code != Code::ExclusiveTogether
+            || !finding.message.contains(" is in no place")
+            || finding.at.as_ref().is_none_or(|at| !forgotten.contains(at.text()))
+    });
     // A component of a set that is in no place is one mistake, also if a check names it.
-    let inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
+    let mut inactive: BTreeSet<_> = names_at(findings, Code::ExclusiveTogether);
+    inactive.extend(forgotten);
     findings.retain(|finding| {
         finding.code != Code::UnknownComponent
             || finding.at.as_ref().is_none_or(|at| !inactive.contains(at.text()))
     });
+}
+
+/// Names the only variable that no guard uses where a condition is missing.
+fn name_unused_variable(findings: &mut Findings) {
+    let mut unused = findings.iter().filter(|it| it.code == Code::UnusedVariable);
+    let (Some(only), None) = (unused.next(), unused.next()) else { return };
+    let Some(name) = only.at.clone() else { return };
+    for finding in findings.iter_mut().filter(|it| it.code == Code::ImmediateExit) {
+        finding.related.push((name.clone(), "no guard uses this variable".to_owned()));
+    }
 }
 
 /// Merges that the done of a component is not waited for with what it explains: a tie of two failures,

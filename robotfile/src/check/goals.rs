@@ -1,48 +1,18 @@
-//! Missions whose ways to the goal are certainly not what was meant: only failures lead there, or the
-//! goal and the safe place are exchanged; and places in which a component is done without effect.
+//! Missions whose paths to the goal are certainly not what was meant: only failures lead there, or the
+//! goal and the safe place are exchanged.
 
 use std::collections::BTreeSet;
 
-use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::check::reach::{find_reached, find_reached_without_failures};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{ArcKind, Class, Mission, Place, Transition};
-use crate::model::{Component, Configuration};
+use crate::source::Location;
 
-/// Returns the components that report that they are done, although no transition waits for it.
-pub(super) fn find_unawaited<'a>(
-    configuration: &'a Configuration,
-    manifests: &Manifests,
-) -> BTreeSet<&'a str> {
-    let awaited: BTreeSet<&str> = configuration
-        .missions()
-        .flat_map(|mission| &mission.transitions)
-        .filter_map(|transition| transition.on.as_ref())
-        .filter(|on| on.event.value == "done")
-        .map(|on| on.component.value.as_str())
-        .collect();
-    let is_done = |component: &&Component| {
-        let kind = manifests.get(&component.kind.value);
-        kind.is_some_and(|kind| kind.reports_done)
-            && !awaited.contains(component.name.value.as_str())
-    };
-    let components = configuration.system.components.iter().filter(is_done);
-    components.map(|component| component.name.value.as_str()).collect()
-}
-
-/// Checks a mission; `whole` is the mission with its sub-missions, `unawaited` as of
-/// [`find_unawaited`].
-pub(super) fn check(
-    mission: &Mission,
-    whole: &Mission,
-    is_main: bool,
-    unawaited: &BTreeSet<&str>,
-    findings: &mut Findings,
-) {
-    check_unused_done(mission, unawaited, findings);
+/// Checks a mission; `whole` is the mission with its sub-missions.
+pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
     check_exchanged(mission, findings);
     check_safe_left(mission, findings);
     check_failures(mission, whole, findings);
@@ -176,12 +146,25 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         let is_after = is_after_inner || before.any(|it| is_by(it, "done"));
         is_by(transition, "done") || (!has_others(transition) && is_after)
     };
-    let mut to_goal = entering(&goal.value).peekable();
-    if to_goal.peek().is_none() || !to_goal.all(is_exit) {
+    let to_goal: Vec<_> = entering(&goal.value).collect();
+    if to_goal.is_empty() || !to_goal.iter().copied().all(is_exit) {
         return;
     }
-    if let Some(done) = entering(&safe.value).find(|transition| is_after_done(transition)) {
+    // Where a failure leads to the goal, any report or guard that leads to the safe place is a success.
+    // Timeouts alone may be the plan: a patrol until its time is over, unless the battery is low.
+    let is_failed = to_goal.iter().any(|it| it.is_on_failure());
+    let is_success = |transition: &Transition| {
+        let waits = transition.on.is_some() || transition.when.is_some();
+        is_after_done(transition) || (is_failed && waits && !is_exit(transition))
+    };
+    if let Some(done) = entering(&safe.value).find(|transition| is_success(transition)) {
         let done = &done.name;
+        // A failure that leads to the real safe place is as it should be.
+        let is_of_exit = |at: &Location| {
+            to_goal.iter().filter_map(|it| it.on.as_ref()).any(|on| on.event.at.is_at(at))
+        };
+        findings
+            .retain(|it| it.code != Code::DoneUnused || !it.at.as_ref().is_some_and(is_of_exit));
         let message = format!(
             "only timeouts and failures lead to the goal {}, and {} leads to the safe place {}",
             goal.value, done.value, safe.value
@@ -225,73 +208,4 @@ fn check_safe_left(mission: &Mission, findings: &mut Findings) {
     let finding = Finding::new(Code::NeverFires, &safe.at, message).stops_transition();
     let finding = finding.related(&end.name.at, "nothing leads on from this place");
     findings.push(finding.remedy(format!("did you mean safe=\"{name}\"?")));
-}
-
-/// A place waits for the failure of a component and not for its end, although other places with it
-/// wait for that, or none does: once it is done there, only a timeout leads on.
-fn check_unused_done(mission: &Mission, unawaited: &BTreeSet<&str>, findings: &mut Findings) {
-    let waits_for = |place: &Place, component: &str, event: &str| {
-        mission.transitions.iter().any(|transition| {
-            let is_from = transition.inputs().any(|arc| arc.place.value == place.name.value);
-            let is_on = transition
-                .on
-                .as_ref()
-                .is_some_and(|on| on.component.value == component && on.event.value == event);
-            is_from && is_on
-        })
-    };
-    // A transition whose condition is missing, which is a finding already, may be the one for it.
-    if findings.iter().any(|it| it.code == Code::ImmediateExit) {
-        return;
-    }
-    let mut reported = BTreeSet::new();
-    for transition in &mission.transitions {
-        let Some(on) = transition.on.as_ref().filter(|on| on.event.value == "failed") else {
-            continue;
-        };
-        let component = on.component.value.as_str();
-        let is_active = |place: &Place| place.components.iter().any(|it| it.value == component);
-        let [from] = transition.inputs().collect::<Vec<_>>()[..] else { continue };
-        let Some(place) = mission.place(&from.place.value).filter(|place| is_active(place)) else {
-            continue;
-        };
-        if leads_to_failure(mission, transition) {
-            continue;
-        }
-        let others = mission.places.iter().filter(|it| it.name.value != place.name.value);
-        let mut others = others.filter(|other| is_active(other));
-        let is_missing = !waits_for(place, component, "done");
-        let is_usual = unawaited.contains(component)
-            || others.any(|other| waits_for(other, component, "done"));
-        // Otherwise the end of another component of the place may be meant.
-        let names = place.components.iter().map(|it| it.value.as_str());
-        let silent: Vec<_> =
-            names.filter(|it| unawaited.contains(it) && *it != component).collect();
-        let mut active = place.components.iter().map(|it| it.value.as_str());
-        let waits_for_none = !active.any(|name| waits_for(place, name, "done"));
-        let (meant, why) = match silent[..] {
-            _ if is_missing && is_usual => (component, "its done".to_owned()),
-            [only] if waits_for_none => (only, format!("the done of {only}")),
-            _ => continue,
-        };
-        let name = &place.name.value;
-        // Of the transitions from one place, the first is enough.
-        if !reported.insert((name.as_str(), meant.to_owned())) {
-            continue;
-        }
-        let message = format!(
-            "{} waits in {name} for a failure of {component}, but no transition waits there for {why}",
-            transition.name.value
-        );
-        let finding = Finding::new(Code::DoneUnused, &on.event.at, message);
-        findings.push(finding.remedy(format!(
-            "did you mean on=\"{meant}.done\"? Otherwise add a transition for it from {name}"
-        )));
-    }
-}
-
-/// Whether the transition leads to the safe place, as one for a failure usually does.
-fn leads_to_failure(mission: &Mission, transition: &Transition) -> bool {
-    let safe = mission.safe.as_ref().map(|safe| safe.value.as_str());
-    transition.outputs().any(|arc| Some(arc.place.value.as_str()) == safe)
 }

@@ -8,7 +8,7 @@ mod sets;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use self::data::{ANY_NUMBER, DataFields};
+use self::data::{ANY_NUMBER, DataFields, FieldRange};
 use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::claim::Claim;
@@ -162,9 +162,10 @@ fn claimed_names(mission: &Mission) -> BTreeSet<String> {
     claims.flat_map(names).collect()
 }
 
-fn measured_meaning(is: Type, range: Option<(f64, f64)>) -> Meaning {
-    let domain = range.map_or("any value".into(), |(low, high)| format!("{low} to {high}"));
-    Meaning { is, within: range.unwrap_or(ANY_NUMBER), domain, is_measured: true }
+fn measured_meaning(is: Type, range: Option<FieldRange>) -> Meaning {
+    let (within, domain) =
+        range.map_or_else(|| (ANY_NUMBER, "any value".into()), |range| (range.ends, range.text));
+    Meaning { is, within, domain, is_measured: true }
 }
 
 fn known_variable(

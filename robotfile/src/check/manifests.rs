@@ -1,12 +1,13 @@
 //! The system against the manifests of its kinds: existence and parameters; the ports are in
 //! `ports.rs`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, RESERVED_EVENTS};
 use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
 
+use crate::check::kinds::{self, Use, has};
 use crate::check::names::listed;
 use crate::check::ports;
 use crate::code::Code;
@@ -40,13 +41,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
     }
     // What a component of another kind has is not known, as that of an unknown kind.
-    for component in &system.components {
-        let name = component.name.value.as_str();
-        let Some(manifest) = kinds.get(name) else { continue };
-        if report_other_kind(component, manifest, system, manifests, findings) {
-            kinds.remove(name);
-        }
-    }
+    kinds::check(configuration, manifests, &mut kinds, findings);
     for link in &system.links {
         ports::check_link(link, &kinds, findings);
     }
@@ -84,65 +79,6 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
     }
     explain_foreign_parameters(system, &kinds, findings);
-}
-
-/// Reports a component of whose parameters and ports the kind knows two or more not, while exactly
-/// one other kind knows all.
-fn report_other_kind(
-    component: &Component,
-    manifest: &Manifest,
-    system: &System,
-    manifests: &Manifests,
-    findings: &mut Findings,
-) -> bool {
-    let name = &component.name.value;
-    let outputs = system.links.iter().map(|link| (Use::Output, &link.from));
-    let inputs = system.links.iter().map(|link| (Use::Input, &link.to));
-    let ports = outputs.chain(inputs).filter(|(_, port)| port.component.value == *name);
-    let given = component.parameters.iter();
-    let uses: BTreeSet<_> = given
-        .map(|given| (Use::Parameter, given.name.value.as_str()))
-        .chain(ports.map(|(is, port)| (is, port.port.value.as_str())))
-        .collect();
-    let unknown: Vec<_> = uses.iter().filter(|it| !has(manifest, **it)).collect();
-    if unknown.len() < 2 {
-        return false;
-    }
-    let is_other = |kind: &&Manifest| uses.iter().all(|it| has(kind, *it));
-    let mut others = manifests.values().filter(is_other);
-    let (Some(other), None) = (others.next(), others.next()) else { return false };
-    let is_parameter = unknown.iter().any(|(is, _)| *is == Use::Parameter);
-    let (code, noun) = match is_parameter {
-        true if unknown.iter().any(|(is, _)| *is != Use::Parameter) => {
-            (Code::UnknownParameter, "parameters and ports")
-        }
-        true => (Code::UnknownParameter, "parameters"),
-        false => (Code::UnknownPort, "ports"),
-    };
-    let names = listed(unknown.iter().map(|(_, name)| *name));
-    let message = format!(
-        "a {} has no {noun} called {names}; a {} has all that {name} uses",
-        component.kind.value, other.kind
-    );
-    let finding = Finding::new(code, &component.kind.at, message);
-    findings.push(finding.remedy(format!("did you mean kind=\"{}\"?", other.kind)));
-    true
-}
-
-/// What the file uses of a component.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Use {
-    Parameter,
-    Input,
-    Output,
-}
-
-fn has(kind: &Manifest, (is, name): (Use, &str)) -> bool {
-    match is {
-        Use::Parameter => kind.parameters.iter().any(|it| it.name == name),
-        Use::Input => kind.inputs.iter().any(|it| it.id == name),
-        Use::Output => kind.outputs.iter().any(|it| it.id == name),
-    }
 }
 
 /// Attributes that a `<component>` does not have, and that are parameters of its kind.
@@ -188,14 +124,23 @@ fn explain_foreign_parameters(
         let has_it = |component: &&Component| {
             let kind = kinds.get(component.name.value.as_str());
             kind.is_some_and(|kind| has(kind, (Use::Parameter, &name)))
-                && component.parameter(&name).is_none()
         };
-        let others = system.components.iter().filter(has_it);
-        let others: Vec<_> = others.map(|component| component.name.value.as_str()).collect();
-        if !others.is_empty() && others.len() <= MAX_OTHERS {
-            let others = others.join(" or ");
-            finding.remedy = format!("was it meant for {others}? Otherwise {}", finding.remedy);
+        let is_free = |component: &&Component| component.parameter(&name).is_none();
+        let all: Vec<_> = system.components.iter().filter(has_it).collect();
+        let free: Vec<_> = all.iter().copied().filter(is_free).collect();
+        let others = if free.is_empty() { &all } else { &free };
+        let names: Vec<_> = others.iter().map(|it| it.name.value.as_str()).collect();
+        if names.is_empty() || names.len() > MAX_OTHERS {
+            continue;
         }
+        let (verb, names) = (if names.len() > 1 { "have" } else { "has" }, names.join(" or "));
+        finding.remedy = match free.is_empty() {
+            false => format!("was it meant for {names}? Otherwise {}", finding.remedy),
+            true => format!(
+                "was it meant for {names}, which {verb} a value for it already? Otherwise {}",
+                finding.remedy
+            ),
+        };
     }
 }
 

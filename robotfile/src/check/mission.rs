@@ -349,7 +349,9 @@ impl<'a> MissionNames<'a> {
     fn check_place(&self, place: &Place, transitions: &[Transition], findings: &mut Findings) {
         self.expect_controllable(&place.components, findings);
         place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
-        if let Some(target) = place.on_failure.as_ref().filter(|_| place.components.is_empty()) {
+        // Parameters for components that it does not activate are a finding with the same remedy.
+        let is_passive = place.components.is_empty() && place.parameters.is_empty();
+        if let Some(target) = place.on_failure.as_ref().filter(|_| is_passive) {
             let message = "on-failure has no effect here";
             let finding = Finding::new(Code::NoEffect, &target.at, message);
             findings.push(finding.remedy(

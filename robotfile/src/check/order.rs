@@ -34,7 +34,14 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
             if compared > MAX_COMPARED {
                 return;
             }
-            if let Some(finding) = conditions.hindered_by(&all[other], other < index) {
+            if let Some(mut finding) = conditions.hindered_by(&all[other], other < index) {
+                if finding.code == Code::NeverFires {
+                    let pair = [&all[other], conditions];
+                    let hint = pair.iter().find_map(|it| it.suggest_exchange(mission, &all));
+                    if let Some(hint) = hint {
+                        finding.remedy = format!("{hint} Otherwise {}", finding.remedy);
+                    }
+                }
                 findings.push(finding);
                 break;
             }
@@ -122,6 +129,44 @@ impl<'a> Conditions<'a> {
             }
             _ => None,
         }
+    }
+
+    /// Asks whether from and to of the transition are exchanged, if it leads from the one place to the
+    /// other, and would neither hinder others nor be hindered in the other direction.
+    fn suggest_exchange(&self, mission: &Mission, all: &[Self]) -> Option<String> {
+        let own = self.transition;
+        let is_plain = own.arcs.iter().all(|arc| arc.weight == 1) && own.arcs.len() == 2;
+        let (from, to) = (own.inputs().next()?, own.outputs().next()?);
+        let (from, to) = (from.place.value.as_str(), to.place.value.as_str());
+        let mut ends = mission.goal.iter().chain(&mission.safe);
+        if !is_plain || from == to || ends.any(|end| end.value == to) {
+            return None;
+        }
+        let is_active = |name: &str| mission.place(to).is_some_and(|place| place.activates(name));
+        if let Some(on) = &own.on
+            && mission.controls(&on.component.value)
+            && !is_active(&on.component.value)
+        {
+            return None;
+        }
+        // A token comes to that place all the same.
+        let others = || all.iter().filter(|it| it.transition.name.value != own.name.value);
+        let is_entered = mission.place(to).is_some_and(|place| place.initial > 0)
+            || others().any(|it| it.transition.outputs().any(|arc| arc.place.value == to))
+            || mission
+                .submissions
+                .iter()
+                .filter_map(|it| it.leave.as_ref())
+                .any(|it| it.value == to);
+        // And from there nothing leads on at the same moment, or after a time.
+        let is_free = |it: &Self| it.transition.on.is_none() && it.transition.when.is_none();
+        let competes = |it: &&Self| {
+            !it.is_manual()
+                && it.transition.inputs().any(|arc| arc.place.value == to)
+                && (it.has_same_moment(self) || (is_free(it) && it.latest.is_some()))
+        };
+        (is_entered && !others().any(|it| competes(&it)))
+            .then(|| format!("did you mean from=\"{to}\" to=\"{from}\" in {}?", own.name.value))
     }
 
     /// Returns whether an operator, a date or an unreadable condition decides, so that the moment

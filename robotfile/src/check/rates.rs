@@ -1,19 +1,26 @@
-//! Time in the system: rates that are too low for what reads the data, and time that runs faster in
-//! one component than in all others.
+//! Time in the system: rates that are too low for what reads the data, circles that no rate starts, and
+//! time that runs faster in one component than in all others.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::Message;
 use armor_wire::clock::Clock;
 use armor_wire::manifest::ParameterValue;
 
+use crate::check::graph::CheckGraph;
 use crate::check::manifests::Manifests;
+use crate::check::names::listed;
 use crate::check::starved::is_about;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::model::{Component, Link, System};
+use crate::model::{Component, Link, LinkMode, System};
 
 /// The parameter with which a kind that publishes a clock states how fast its time runs.
 const CLOCK_SPEED: &str = "speed";
+
+/// Circles that are reported. When these are broken, the next ones are.
+const MAX_CIRCLES: usize = 8;
 
 /// Checks the rates of the system against its manifests.
 pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findings) {
@@ -47,8 +54,59 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
             && time(first).is_some()
             && time(first) == time(other)
     });
+    check_waiting_circles(system, manifests, findings);
     if system.clock.is_none() {
         check_speeds(system, manifests, findings);
+    }
+}
+
+/// Components without a rate are called by data. In a circle of them in which each requires data of the
+/// one before, none is ever called.
+fn check_waiting_circles(system: &System, manifests: &Manifests, findings: &mut Findings) {
+    let has_rate =
+        |name: &str| system.component(name).is_none_or(|component| component.rate_hz.is_some());
+    let is_required = |link: &&Link| {
+        let kind = system.component(&link.to.component.value);
+        let kind = kind.and_then(|component| manifests.get(&component.kind.value));
+        kind.is_some_and(|kind| {
+            kind.inputs.iter().any(|input| input.id == link.to.port.value && input.required)
+        })
+    };
+    let mut required: BTreeMap<_, Vec<&str>> = BTreeMap::new();
+    for link in system.links.iter().filter(is_required) {
+        let input = (link.to.component.value.as_str(), link.to.port.value.as_str());
+        required.entry(input).or_default().push(&link.from.component.value);
+    }
+    let all = system.components.iter().map(|component| component.name.value.as_str());
+    let mut waiting: BTreeSet<&str> = all.filter(|name| !has_rate(name)).collect();
+    // One all of whose inputs have a source that is called is called too.
+    loop {
+        let waits = |name: &str| {
+            let inputs = required.iter().filter(|(input, _)| input.0 == name);
+            inputs.into_iter().any(|(_, from)| from.iter().all(|source| waiting.contains(source)))
+        };
+        let still: BTreeSet<_> = waiting.iter().copied().filter(|name| waits(name)).collect();
+        if still.len() == waiting.len() {
+            break;
+        }
+        waiting = still;
+    }
+    let links = system.links.iter().filter(is_required).filter(|link| link.mode == LinkMode::Push);
+    let edges = links
+        .map(|link| (link.from.component.value.as_str(), link.to.component.value.as_str(), link));
+    let circles = CheckGraph::new(waiting.iter().copied(), edges).find_circles(MAX_CIRCLES);
+    for circle in circles {
+        // A link from a component to itself is a finding of its own.
+        let [first, _, ..] = circle.as_slice() else { continue };
+        let names = listed(circle.iter().map(|link| link.from.component.value.as_str()));
+        let Some(component) = system.component(&first.from.component.value) else { continue };
+        let message = format!(
+            "nothing calls {names}: they have no rate, and each requires data of another of them"
+        );
+        let finding = Finding::new(Code::NeverCalled, &component.name.at, message);
+        let finding = circle.iter().fold(finding, |it, link| it.related(&link.to.at, "this input"));
+        let remedy = "give the one that can begin without data a rate, such as rate=\"10Hz\"";
+        findings.push(finding.remedy(remedy));
     }
 }
 
@@ -116,7 +174,10 @@ fn check_speeds(system: &System, manifests: &Manifests, findings: &mut Findings)
             continue;
         };
         let Ok(ParameterValue::Number(number)) = speed.parse(&given.value.value) else { continue };
-        if (number - 1.0).abs() < 1e-9 {
+        // That it does nothing at all is the finding then.
+        let mut effects = kind.value_effects.iter();
+        let is_idle = number == 0.0 && effects.any(|it| it.parameter == CLOCK_SPEED);
+        if (number - 1.0).abs() < 1e-9 || is_idle {
             continue;
         }
         let name = &component.name.value;

@@ -1,5 +1,5 @@
 //! Timeouts that end before a component of their place was called even once, or before the operator's
-//! time for an answer is over.
+//! time for an answer is over; and times in which no person answers.
 
 use std::time::Duration;
 
@@ -9,9 +9,14 @@ use crate::findings::Findings;
 use crate::mission::{Autonomy, Mission, Place, Transition};
 use crate::model::System;
 
-/// Checks the transitions that leave a place with components after a time.
+/// In less time no person reads a question and answers it. The reaction to a light that is expected
+/// takes a quarter of a second; here a text is read first, and a key chosen.
+const SHORTEST_ANSWER: Duration = Duration::from_secs(1);
+
+/// Checks the transitions that leave a place with components after a time, and those that ask.
 pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings) {
     for transition in &mission.transitions {
+        findings.extend(find_short_answer(transition));
         let Some(interval) = &transition.interval else { continue };
         let Some(latest) = interval.value.latest.filter(|latest| !latest.is_zero()) else {
             continue;
@@ -41,6 +46,22 @@ pub(super) fn check(mission: &Mission, system: &System, findings: &mut Findings)
             findings.push(finding.remedy("write a longer time: is the unit right?"));
         }
     }
+}
+
+/// A question that is over before anyone can have read it.
+fn find_short_answer(transition: &Transition) -> Option<Finding> {
+    let Autonomy::Confirm { within: Some(within), fire_unanswered } = transition.autonomy else {
+        return None;
+    };
+    let at = transition.answer_at.as_ref().filter(|_| within < SHORTEST_ANSWER)?;
+    let result = if fire_unanswered { "fires" } else { "is declined" };
+    let message = format!(
+        "`{}` is too short: {} {result} before a person has read the question",
+        at.text(),
+        transition.name.value
+    );
+    let finding = Finding::new(Code::TimeTooShort, at, message);
+    Some(finding.remedy("write a time in which a person can answer, such as 30s"))
 }
 
 /// A question that the operator may answer for longer than its place is marked.

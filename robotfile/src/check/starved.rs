@@ -1,5 +1,6 @@
 //! A component that the mission waits for, and that gets no data meanwhile: what it requires comes
-//! from a component that is frozen, perhaps through others that only pass it on.
+//! from a component that is frozen, perhaps through others that only pass it on. One with a rate of
+//! its own is called without new data, and may send without them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,7 +36,9 @@ pub(super) fn check(
             }
             let marked = BTreeSet::from([place.name.value.as_str()]);
             let is_frozen = |name: &str| activity.may_be_active(name, &marked) == Some(false);
-            let Some(link) = frozen_source(name, &supplies, is_frozen, &mut steps) else {
+            let by_data =
+                |name: &str| system.component(name).is_some_and(|it| it.rate_hz.is_none());
+            let Some(link) = frozen_source(name, &supplies, is_frozen, by_data, &mut steps) else {
                 continue;
             };
             // That it never delivers is the graver finding.
@@ -100,6 +103,7 @@ fn frozen_source<'a>(
     component: &'a str,
     supplies: &BTreeMap<&'a str, Vec<&'a Link>>,
     is_frozen: impl Fn(&str) -> bool,
+    is_called_by_data: impl Fn(&str) -> bool,
     steps: &mut usize,
 ) -> Option<&'a Link> {
     let mut reached = BTreeSet::from([component]);
@@ -114,7 +118,7 @@ fn frozen_source<'a>(
             if is_frozen(source) {
                 return Some(link);
             }
-            if reached.insert(source) {
+            if reached.insert(source) && is_called_by_data(source) {
                 queue.push_back(source);
             }
         }

@@ -23,6 +23,8 @@ pub(super) fn read(
     let name = fields.required_name("name");
     let mut arcs = short_form(&mut fields);
     let autonomy_at = ["operator", "autonomy"].iter().find_map(|name| fields.attribute_at(name));
+    let within = fields.duration("answer-within");
+    let autonomy = read_autonomy(&mut fields, within.as_deref().copied());
     let named = name.is_some();
     let mut transition = Transition {
         name: name.unwrap_or_else(|| Spanned::new(String::new(), fields.at())),
@@ -33,7 +35,7 @@ pub(super) fn read(
         when: fields.text("when"),
         priority: fields.converted("priority", parse_priority).map_or(0, |priority| priority.value),
         class: super::mission::class(&mut fields),
-        autonomy: read_autonomy(&mut fields),
+        autonomy,
         lost_link: fields
             .choice("lost-link", &[("fire", LostLink::Fire), ("wait", LostLink::Wait)]),
         not_before: fields.converted("not-before", str::parse),
@@ -46,6 +48,7 @@ pub(super) fn read(
         on_start_fail: fields.name("on-start-fail"),
         overrun: fields.name("overrun"),
         autonomy_at,
+        answer_at: within.map(|within| within.at),
         is_doubtful: false,
     };
     let words: [(&str, &[&str]); 2] =
@@ -228,10 +231,9 @@ fn parse_priority(text: &str) -> Result<i32, String> {
 }
 
 /// `operator="true"` is `autonomy="operator"`.
-fn read_autonomy(fields: &mut ElementFields<'_, '_>) -> Autonomy {
+fn read_autonomy(fields: &mut ElementFields<'_, '_>, within: Option<Duration>) -> Autonomy {
     fields.only_one_of(&["operator", "autonomy"]);
     let operator = fields.flag("operator", false);
-    let within = fields.duration("answer-within").map(|within| within.value);
     let unanswered = fields.choice("unanswered", &[("fire", true), ("decline", false)]);
     let confirm = Autonomy::Confirm {
         within,

@@ -271,6 +271,9 @@ fn a_field_in_percent_is_compared_with_percent() {
     ] {
         assert_eq!(check(least, guard), "", "{least} {guard}");
     }
+    let never = check("30%", "link.state.quality > 120%");
+    assert!(never.contains("W0236") && never.contains("quality is 0 to 100 %"), "{never}");
+    assert_eq!(check("30%", "link.state.share > 1.2"), "");
     let bare = check("30%", "link.state.quality &lt; 30");
     assert!(bare.contains("is in %") && bare.contains("write 30%"), "{bare}");
     let outside = check("130%", "link.state.quality &lt; 30%");

@@ -98,7 +98,7 @@ fn systems_against_manifests() {
     one_with("E0109", &system(no_input), Some(&manifests));
     let no_file = format!(r#"<component name="[[a]]" kind="k"/>{fed}"#);
     one_with("E0111", &system(&no_file), Some(&manifests));
-    let right = r#"<component name="a" kind="k"><parameter name="file" value="x"/><parameter name="speed" value="5km/h"/></component>"#;
+    let right = r#"<component name="a" kind="k" rate="5Hz"><parameter name="file" value="x"/><parameter name="speed" value="5km/h"/></component>"#;
     let other = right.replace("\"a\"", "\"b\"");
     let all = format!(
         r#"{right}{other}<link from="a.out" to="b.in"/><link from="b.out" to="a.in"/><link from="a.map" to="b.extra"/><link from="b.map" to="a.extra"/>"#

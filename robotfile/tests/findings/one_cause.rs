@@ -8,7 +8,7 @@ use super::follow_ups::{END, LATE, only, robot};
 use super::{found_in, mission, none, one};
 
 /// With a sub-mission in `inner.xml`: the codes, and the findings as they are shown.
-fn with_inner(main: &str, inner: &str) -> (Vec<&'static str>, String) {
+pub(super) fn with_inner(main: &str, inner: &str) -> (Vec<&'static str>, String) {
     let inner = format!("<armor version=\"1\">{inner}</armor>");
     let reading = read(Path::new("a.xml"), &mut |path| match path == Path::new("a.xml") {
         true => Ok(main.into()),

@@ -82,6 +82,20 @@ fn a_timeout_leaves_a_component_time_for_one_call() {
 }
 
 #[test]
+fn a_question_leaves_a_person_time_to_read_it() {
+    let file = |time: &str, unanswered: &str| {
+        let ask = format!(
+            r#"<transition name="ask" from="a" to="hold" autonomy="confirm" answer-within="{time}"{unanswered}/></mission>"#
+        );
+        patrol("", "", "1min").replace("</mission>", &ask)
+    };
+    nothing(&file("1s", ""));
+    only("W0264", "`30ms` is too short: ask is declined before a person", &file("30ms", ""));
+    let fires = r#" unanswered="fire""#;
+    only("W0264", "ask fires before a person has read the question", &file("0.5s", fires));
+}
+
+#[test]
 fn a_question_may_be_answered_until_its_time_is_over() {
     let file = |time: &str| {
         let ask = r#"<transition name="ask" from="q" to="a" autonomy="confirm" answer-within="60s" unanswered="decline"/>"#;

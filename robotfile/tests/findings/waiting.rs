@@ -77,6 +77,23 @@ fn what_a_component_requires_comes_from_a_frozen_one() {
     let starved = starved.replace("[[guide]]", "guide");
     has_no_finding(&starved, &manifests(r#","latched":true"#));
     has_no_finding(&starved.replace(DONE, r#"operator="true""#), &manifests(""));
+    // The base is active and gives the pose; what it passes on comes from the frozen wheels.
+    let required = manifests("").into_iter().map(|(name, mut manifest)| {
+        manifest.inputs.iter_mut().for_each(|input| input.required = true);
+        manifest.outputs.retain(|output| output.id != "goal");
+        (name, manifest)
+    });
+    let required: Manifests = required.collect();
+    let through = mission(LOOP, "wheels", "[[guide]]", DONE)
+        .replace(r#"<link from="guide.goal" to="wheels.goal"/>"#, "")
+        .replace(r#"kind="wheels" rate="10Hz""#, r#"kind="source""#);
+    let source = r#"{"armor_manifest":1,"kind":"source","summary":"","inputs":[],"outputs":[{"id":"speed","type":"S","schema":"S{}","schema_hash":"0000000000000001"}],"parameters":[]}"#;
+    let source: Manifest = serde_json::from_str(source).unwrap();
+    let kinds: Manifests = required.into_iter().chain([("source".to_owned(), source)]).collect();
+    let by_data = through.replace(r#"kind="base" rate="10Hz""#, r#"kind="base""#);
+    one_with("W0270", &by_data, Some(&kinds));
+    // With a rate of its own it gives the pose also without a new speed.
+    has_no_finding(&through.replace("[[guide]]", "guide"), &kinds);
     has_no_finding(&mission(LOOP, "guide wheels", "guide wheels", DONE), &manifests(""));
 }
 

@@ -167,10 +167,10 @@ fn a_missing_safe_place_explains_the_checks_that_wait_for_it() {
 fn a_question_that_comes_too_late_is_never_asked() {
     let ask = |after: &str| {
         let ask = format!(
-            r#"<transition name="ask" from="c" to="home" after="{after}" autonomy="confirm" answer-within="0.5s" unanswered="fire"/>"#
+            r#"<transition name="ask" from="c" to="home" after="{after}" autonomy="confirm" answer-within="1s" unanswered="fire"/>"#
         );
         let lead = OUT.replace("to=\"b\"", "to=\"c\"");
-        let fast = r#"<transition name="fast" from="c" to="b" timeout="2s"/>"#;
+        let fast = r#"<transition name="fast" from="c" to="b" timeout="3s"/>"#;
         let home = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
         mission(BOTH, &format!(r#"<place name="c"/>{lead}{ask}{fast}{home}{LATE}"#))
     };

@@ -27,8 +27,18 @@ const COMMON_REPORTS: [&str; 2] = ["done", "failed"];
 
 /// Fields of standard messages with the least and the greatest value that their documentation states.
 const RANGES: [(&str, &str, (f64, f64)); 1] = [("BatteryState", "percentage", (0.0, 1.0))];
+/// The unit of a share, which is from 0 to 100 of it.
+const PERCENT: &str = "%";
 /// Any number.
 pub(super) const ANY_NUMBER: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// The values that a field can have.
+pub(super) struct FieldRange {
+    /// The least and the greatest, in SI.
+    pub(super) ends: (f64, f64),
+    /// Both in words.
+    pub(super) text: String,
+}
 
 /// The data that guards may name.
 pub(super) struct DataFields<'a> {
@@ -85,24 +95,39 @@ impl<'a> DataFields<'a> {
         let source = variable.source.as_ref().and_then(|source| Name::of_data(&source.value));
         // A domain that is wider than the field decides nothing.
         if let Some(range) = source.and_then(|source| self.find_range(&source))
-            && within.0 <= range.0
-            && within.1 >= range.1
-            && within != range
+            && within.0 <= range.ends.0
+            && within.1 >= range.ends.1
+            && within != range.ends
         {
             return measured_meaning(is, Some(range));
         }
         Meaning { is, within, domain, is_measured: variable.source.is_some() }
     }
 
-    /// The least and the greatest value of a field of a standard message, if it has them.
-    pub(super) fn find_range(&self, name: &Name) -> Option<(f64, f64)> {
-        let (component, output) = name.data()?.split_once('.')?;
+    /// The least and the greatest value of a field, if they are known: of a standard message, or of a
+    /// field in percent.
+    pub(super) fn find_range(&self, name: &Name) -> Option<FieldRange> {
+        let data = name.data()?;
+        let (component, output) = data.split_once('.')?;
         let manifest = self.kinds.as_ref()?.get(component)?;
         let port = manifest.outputs.iter().find(|port| port.id == output)?;
         let is_field = |(message, field, _): &&(&str, &str, _)| {
             *message == port.type_name && name.fields() == [*field]
         };
-        RANGES.iter().find(is_field).map(|(.., range)| *range)
+        if let Some((.., (low, high))) = RANGES.iter().find(is_field) {
+            return Some(FieldRange { ends: (*low, *high), text: format!("{low} to {high}") });
+        }
+        let schema = self.schema_of(data, &port.schema)?;
+        let path = FieldPath::find(&schema, &name.fields()).ok()?;
+        let is_share = path.unit == Some(PERCENT);
+        is_share.then(|| FieldRange { ends: (0.0, 1.0), text: "0 to 100 %".to_owned() })
+    }
+
+    /// The schema of the data of an output, parsed once.
+    fn schema_of(&self, data: &str, text: &str) -> Option<Rc<Schema>> {
+        let mut schemas = self.schemas.borrow_mut();
+        let parse = || schema::parse(text).ok().map(Rc::new);
+        schemas.entry(data.to_owned()).or_insert_with(parse).clone()
     }
 
     /// The type of a field of data; none, and a finding, if there is no such field.
@@ -139,13 +164,8 @@ impl<'a> DataFields<'a> {
             unknown(Code::UnknownPort, &what, output, &part(1), outputs(), findings);
             return None;
         };
-        let mut schemas = self.schemas.borrow_mut();
-        let schema = schemas
-            .entry(data.to_owned())
-            .or_insert_with(|| schema::parse(&port.schema).ok().map(Rc::new))
-            .clone();
         // A manifest whose schema cannot be read is its own finding.
-        let Some(schema) = schema else { return Some(Type::Any) };
+        let Some(schema) = self.schema_of(data, &port.schema) else { return Some(Type::Any) };
         let found = FieldPath::find(&schema, &name.fields());
         match found {
             Ok(path) => Some(type_of(&path)),
