@@ -174,6 +174,8 @@ pub struct Link {
     pub(crate) unusual: Vec<Location>,
     /// The location of `keep`, if present.
     pub(crate) keep_at: Option<Location>,
+    /// The location of `transport`, if present.
+    pub(crate) transport_at: Option<Location>,
 }
 
 /// `component.port`.

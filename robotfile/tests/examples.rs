@@ -86,7 +86,7 @@ fn every_part_of_the_format_reaches_the_model() {
     assert!(!system.component("screen").unwrap().controllable);
     assert_eq!(system.links[3].mode, LinkMode::Pull);
     assert_eq!(system.links[3].history, 5);
-    assert_eq!(system.links[2].transport, Transport::Shm);
+    assert_eq!(system.links[0].transport, Transport::Shm);
     assert_eq!(system.clock.as_ref().unwrap().source.data(), "laser.time");
 
     let mission = all.mission.as_ref().unwrap();

@@ -9,7 +9,7 @@ use crate::check::graph::CheckGraph;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::model::{Component, Link, LinkMode, System};
+use crate::model::{Component, Link, LinkMode, System, Transport};
 
 /// Links of a circle that are shown in addition to its last one.
 const MAX_SHOWN: usize = 8;
@@ -22,6 +22,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     never_called(system, findings);
     for link in &system.links {
         short_queue(link, &components, findings);
+        apart(link, &components, findings);
     }
 }
 
@@ -65,6 +66,28 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
             format!("write keep=\"{may_come}\", or keep=\"latest\" if only the newest is needed");
         findings.push(finding.remedy(remedy));
     }
+}
+
+/// Two hosts share no memory; between them a link uses TCP.
+fn apart(link: &Link, components: &BTreeMap<&str, &Component>, findings: &mut Findings) {
+    let (Transport::Shm, Some(at)) = (link.transport, &link.transport_at) else { return };
+    let (from, to) = (&link.from.component.value, &link.to.component.value);
+    let component = |name: &str| components.get(name).copied();
+    let (Some(sender), Some(receiver)) = (component(from), component(to)) else { return };
+    let host = |of: &Component| of.host.as_ref().map(|host| host.value.clone());
+    if host(sender) == host(receiver) {
+        return;
+    }
+    let name = |of: &Component| match host(of) {
+        Some(host) => format!("on host {host}"),
+        None => "on the host of armor run".to_owned(),
+    };
+    let finding = Finding::new(Code::NoEffect, at, "transport has no effect here");
+    findings.push(finding.remedy(format!(
+        "{from} is {} and {to} {}, and hosts share no memory: remove transport",
+        name(sender),
+        name(receiver)
+    )));
 }
 
 /// Links that drop nothing make their sender wait. In a circle of them, each component may wait for

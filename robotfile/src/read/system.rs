@@ -209,6 +209,7 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let mut unusual = Vec::new();
     unusual.extend(transport.as_ref().filter(|t| t.value == Transport::Udp).map(at));
     let keep_at = keep.as_ref().map(at);
+    let transport_at = transport.as_ref().map(at);
     let pulls = mode.as_ref().is_some_and(|mode| mode.value == LinkMode::Pull);
     if pulls && keep.as_ref().is_some_and(|keep| keep.value != Keep::Latest) {
         fields.without_effect(
@@ -262,6 +263,7 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
         history: history.map_or(1, |history| history.value),
         unusual,
         keep_at,
+        transport_at,
     })
 }
 
