@@ -1,23 +1,26 @@
 //! The decoders. What applies to any input is asserted here.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicU64;
 
 use armor_carmen_player::log::CarmenLog;
 use armor_executive::journal::verify_bytes;
 use armor_grid_slam::state::decode_state;
 use armor_keys::revoked::parse_revoked;
 use armor_keys::{CertificateFacts, KeyFile};
+use armor_memory::{PageLayout, PageWords, RingEntry, RingReader, RingWriter};
 use armor_petri::file::{self, NetFile, pnml, tina};
 use armor_robotfile::claim::Claim;
 use armor_robotfile::guard::{Guard, MAX_LEN};
 use armor_simulator::pose::Pose2;
 use armor_simulator::world::World;
+use armor_wire::shared_memory::read_slot;
 
 /// A decoder: its name, and what it does with bytes.
 pub type FileDecoder = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const DECODERS: [FileDecoder; 8] = [
+pub const DECODERS: [FileDecoder; 9] = [
     ("guards", read_guard),
     ("pnml", read_pnml),
     ("tina", read_tina),
@@ -26,6 +29,7 @@ pub const DECODERS: [FileDecoder; 8] = [
     ("journals", read_journal),
     ("keys", read_keys),
     ("states", read_state),
+    ("rings", read_ring),
 ];
 
 /// Separates the two files of one input.
@@ -164,4 +168,33 @@ pub fn read_keys(bytes: &[u8]) {
         Ok(serials) => assert!(serials.len() <= text.lines().count()),
         Err(why) => assert!(why.starts_with("line ") || why.starts_with("more than")),
     }
+}
+
+/// Memory that the other end of a link has written: a page, of which the first two bytes are the
+/// sizes, and the same bytes as a slot. Neither end waits for it, or reads beyond it.
+pub fn read_ring(bytes: &[u8]) {
+    if let Some((_, payload)) = read_slot(bytes) {
+        assert!(payload.len() < bytes.len());
+    }
+    let [cells, slots, content @ ..] = bytes else { return };
+    let layout = PageLayout { cells: u32::from(*cells % 32) + 1, slots: u32::from(*slots) + 1 };
+    assert!(layout.is_valid());
+    let word = |chunk: &[u8]| chunk.iter().fold(0, |word, byte| word << 8 | u64::from(*byte));
+    let mut words: Vec<_> = content.chunks(8).map(word).map(AtomicU64::new).collect();
+    words.resize_with(layout.count_words(), || AtomicU64::new(0));
+    let page = PageWords::of(&words, layout);
+    let mut reader = RingReader::default();
+    let taken = std::iter::from_fn(|| reader.take(page)).take(layout.cells as usize + 1);
+    for entry in taken.collect::<Vec<_>>() {
+        page.release(entry.slot);
+    }
+    assert_eq!(reader.take(page), None, "nothing is taken twice");
+    let mut writer = RingWriter::default();
+    for slot in 1..=2 * layout.cells {
+        page.lend(slot);
+        writer.push(page, RingEntry { slot, fresh: false });
+    }
+    assert_eq!(writer.count_waiting(page), u64::from(layout.cells));
+    assert_eq!(writer.clear(page).count(), layout.cells as usize);
+    assert!(page.count_held(0..layout.slots) <= layout.slots as usize);
 }

@@ -1,6 +1,7 @@
 //! Well-formed inputs of each decoder. They are made here, so that none is stored.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, anyhow};
 use armor_executive::journal;
@@ -11,7 +12,10 @@ use armor_grid_slam::scan::MapperScan;
 use armor_grid_slam::slam::Slam;
 use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
 use armor_keys::{Authority, KeyHolder, KeyPurpose, Validity};
+use armor_memory::{PageLayout, PageWords, RingEntry, RingWriter};
 use armor_petri::file::{pnml, tina};
+use armor_wire::frame::DataHeader;
+use armor_wire::shared_memory::write_slot_header;
 
 use crate::entry::SEPARATOR;
 
@@ -64,8 +68,27 @@ pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
         "journals" => vec![make_journal(folder)?],
         "keys" => make_keys()?,
         "states" => vec![make_state()],
+        "rings" => make_rings(),
         _ => return Err(anyhow!("there is no decoder called {name}")),
     })
+}
+
+/// A page with entries in its ring, and a slot with a message.
+fn make_rings() -> Vec<Vec<u8>> {
+    let layout = PageLayout { cells: 4, slots: 8 };
+    let words: Vec<_> = (0..layout.count_words()).map(|_| AtomicU64::new(0)).collect();
+    let page = PageWords::of(&words, layout);
+    let mut writer = RingWriter::default();
+    for slot in 1..=6 {
+        page.lend(slot);
+        writer.push(page, RingEntry { slot, fresh: slot == 3 });
+    }
+    let words = words.iter().flat_map(|word| word.load(Ordering::Relaxed).to_be_bytes());
+    let page = [layout.cells as u8 - 1, layout.slots as u8 - 1].into_iter().chain(words).collect();
+    let header = DataHeader { sequence: 3, stamp_s: 1.5, instance: 7, fresh: false };
+    let mut slot = vec![9; 200];
+    write_slot_header(&mut slot, &header, 30);
+    vec![page, slot]
 }
 
 fn with_written(text: &str, written: String) -> Vec<Vec<u8>> {
