@@ -10,6 +10,7 @@ use serde_json::Value;
 /// Each crate and the crates of the workspace it may import. Dev-dependencies do not count.
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-files", &[]),
+    ("armor-frames", &[]),
     ("armor-quantity", &[]),
     ("armor-wire-derive", &["armor-quantity"]),
     ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
