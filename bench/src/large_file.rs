@@ -84,6 +84,7 @@ fn make_manifest(kind: String) -> Manifest {
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
         inputs: (0..INPUTS).map(|n| port("in", n)).collect(),
         outputs: (0..INPUTS).map(|n| port("out", n)).collect(),
         parameters: vec![parameter("speed", "m/s"), parameter("turn", "deg")],

@@ -83,6 +83,7 @@ fn subject_of(subject: Subject) -> ChangeSubject {
     match subject {
         Subject::System => ChangeSubject::System,
         Subject::Host => ChangeSubject::Host,
+        Subject::Frame => ChangeSubject::Frame,
         Subject::Component => ChangeSubject::Component,
         Subject::Parameter => ChangeSubject::Parameter,
         Subject::Link => ChangeSubject::Link,
@@ -169,6 +170,8 @@ fn describe_effect(
             | Subject::Submission,
             _,
         ) => "takes effect once the executive finds it safe from where the mission stands".into(),
+        // The parameters that it fills are changes of their own.
+        (Subject::Frame, _) => "takes effect with the parameters that have the frames".into(),
         (Subject::System | Subject::Host | Subject::Component, _) => {
             "takes effect when the system is run again".into()
         }

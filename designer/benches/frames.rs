@@ -129,6 +129,7 @@ fn kinds() -> Kinds {
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
         inputs: (0..3).map(|n| port(format!("in{n}"))).collect(),
         outputs: (0..3).map(|n| port(format!("out{n}"))).collect(),
         parameters: Vec::new(),

@@ -14,6 +14,7 @@ mod exclusive;
 mod exits;
 mod feedback;
 mod followers;
+mod frames;
 mod frozen;
 mod goals;
 mod graph;
@@ -52,6 +53,7 @@ use crate::source::Location;
 use crate::suggestion::suggest_similar;
 
 pub use dates::passed_dates;
+pub use frames::{BASE_FRAME, MOVING_FRAMES, fill_frames};
 pub use manifests::Manifests;
 pub use paths::{NeededPath, needed_paths};
 pub use system::RESERVED_NAMES;
@@ -80,6 +82,7 @@ pub fn check(
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);
             manifests::explain_attributes(&configuration.system, manifests, &mut findings);
+            fill_frames(configuration, manifests);
         }
         // If a name is misspelt, the thing that was meant only seems to be unused.
         if !findings.has_errors() && !found.has_errors() {
@@ -87,6 +90,7 @@ pub fn check(
                 unused::check(configuration, manifests, &mut found);
                 crossed::check(&configuration.system, manifests, &mut found);
                 rates::check(&configuration.system, manifests, &mut found);
+                frames::check_parents(&configuration.system, manifests, &mut found);
                 value_effects::check(configuration, manifests, &mut found);
             }
             without_errors(configuration, manifests, &mut found);
@@ -185,6 +189,7 @@ fn by_itself(
 ) {
     let system = &configuration.system;
     system::check(system, manifests, findings);
+    frames::check(system, findings);
     links::check(system, findings);
     mission::check(configuration, manifests, findings);
     for mission in configuration.missions() {

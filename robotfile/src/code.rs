@@ -147,6 +147,11 @@ codes! {
         SpeedUnfollowed = "W0141", "time that runs faster in one component than in all others";
         RateTooLow = "W0142", "a rate that is too low for what takes the data";
         ValueIdle = "W0143", "a value with which a component does nothing";
+        DuplicateFrame = "E0144", "a frame is placed twice";
+        FrameCircle = "E0145", "frames in a circle";
+        FrameMissing = "E0146", "a frame that a component needs is not placed on the robot";
+        UnknownParent = "W0147", "a frame in one that nothing provides";
+        MovingFrame = "E0148", "a frame that moves has a fixed place";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -263,6 +268,7 @@ impl Code {
                     | Code::NoSystem
                     | Code::UnknownComponent
                     | Code::InputUnfed
+                    | Code::FrameMissing
                     | Code::ParameterUnassigned
                     | Code::UnknownPlace
                     | Code::NoInitialPlace

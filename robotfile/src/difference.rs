@@ -17,6 +17,8 @@ pub enum Subject {
     System,
     /// Another host.
     Host,
+    /// A frame of the file.
+    Frame,
     /// A component; its name is the component's.
     Component,
     /// A parameter; its name is `component.parameter`.
@@ -42,6 +44,7 @@ impl fmt::Display for Subject {
         f.write_str(match self {
             Self::System => "system",
             Self::Host => "host",
+            Self::Frame => "frame",
             Self::Component => "component",
             Self::Parameter => "parameter",
             Self::Link => "link",

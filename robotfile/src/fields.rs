@@ -178,6 +178,19 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         })
     }
 
+    /// A number with a unit of this quantity, a length or an angle, in SI.
+    pub(crate) fn number_in(
+        &mut self,
+        name: &'static str,
+        dimension: Dimension,
+    ) -> Option<Spanned<f64>> {
+        let wanted = if dimension == Dimension::Angle { &ANGLE } else { &LENGTH };
+        self.converted(name, |text| {
+            let parsed = quantity::parse_in(text, wanted.dimension, wanted.wanted);
+            parsed.map_err(|error| expected(text, error, wanted))
+        })
+    }
+
     /// A whole number of at most nine digits, at least `least`.
     pub(crate) fn count(&mut self, name: &'static str, least: u32) -> Option<Spanned<u32>> {
         self.converted(name, |text| {
@@ -433,7 +446,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 /// Returns the element that contains elements of this name.
 fn find_parent(name: &str) -> Option<&'static str> {
     Some(match name {
-        "host" | "component" | "link" | "clock" => "<system>",
+        "host" | "frame" | "component" | "link" | "clock" => "<system>",
         "variable" | "place" | "exclusive" | "transition" | "check" | "submission" => "<mission>",
         "parameter" => "a <component> or <place>",
         "arc" | "read" | "inhibitor" | "reset" | "set" => "a <transition>",
@@ -490,6 +503,19 @@ const RATE: WantedQuantity = WantedQuantity {
     wanted: "a rate such as 10Hz is expected",
     dimension: Dimension::Frequency,
     unit: "Hz",
+    mistaken: None,
+};
+
+const LENGTH: WantedQuantity = WantedQuantity {
+    wanted: "a length such as 0.3m is expected",
+    dimension: Dimension::Length,
+    unit: "m",
+    mistaken: None,
+};
+const ANGLE: WantedQuantity = WantedQuantity {
+    wanted: "an angle such as 90deg is expected",
+    dimension: Dimension::Angle,
+    unit: "deg",
     mistaken: None,
 };
 

@@ -48,7 +48,10 @@ pub mod tree;
 mod unreadable;
 mod xml;
 
-pub use check::{Manifests, NeededPath, RESERVED_NAMES, check, needed_paths, passed_dates};
+pub use check::{
+    BASE_FRAME, MOVING_FRAMES, Manifests, NeededPath, RESERVED_NAMES, check, fill_frames,
+    needed_paths, passed_dates,
+};
 pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::Date;
 pub use difference::{Change, Difference, Subject, differences};
@@ -62,7 +65,7 @@ pub use mission::Mission;
 pub use model::{Configuration, System};
 pub use overrides::Override;
 pub use page::PageExample;
-pub use read::{MAX_ELEMENTS, MAX_LINKS};
+pub use read::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
 pub use render::Colours;
 pub use source::{Location, Source, Span, Spanned};
 pub use suggestion::{advise_similar, suggest_similar};

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::remote_process::CutOff;
+use armor_wire::text_format::FixedFrame;
 
 use crate::mission::Mission;
 use crate::overrides::OVERRIDE;
@@ -51,6 +52,8 @@ pub struct System {
     pub group: Option<Spanned<String>>,
     /// The other hosts on which components run, in the order of the file.
     pub hosts: Vec<Host>,
+    /// Where things are fixed on others, in the order of the file.
+    pub frames: Vec<PlacedFrame>,
     /// The components in the order of the file.
     pub components: Vec<Component>,
     /// The links in the order of the file.
@@ -84,6 +87,17 @@ pub struct Host {
     /// How long a mission waits for its components while it is cut off; by default as for those that
     /// have died.
     pub patience: Option<Duration>,
+}
+
+/// `<frame name="laser" in="base_link" x="0.08m"/>`: a frame that is fixed in another one.
+#[derive(Clone, Debug)]
+pub struct PlacedFrame {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The frame that it is in.
+    pub parent: Spanned<String>,
+    /// Both, and where it is there.
+    pub fixed: FixedFrame,
 }
 
 /// A component: an executable of some kind under a name.

@@ -1,5 +1,6 @@
 //! Tree → model, one file at a time.
 
+mod frame;
 mod layout;
 mod limits;
 mod mission;
@@ -18,7 +19,7 @@ use crate::source::{Location, Source};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
 
-pub use limits::{MAX_ELEMENTS, MAX_LINKS};
+pub use limits::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
 
 /// The contents of one file.
 pub(crate) struct Contents {

@@ -32,7 +32,7 @@ const HOPELESS: [Code; 6] = [
 /// The elements that an element may contain; a `<layout>` may contain anything.
 const HOLDS: [(&str, &[&str]); 6] = [
     ("armor", &["system", "mission"]),
-    ("system", &["host", "component", "link", "clock", "layout"]),
+    ("system", &["clock", "host", "frame", "component", "link", "layout"]),
     ("mission", &["variable", "place", "exclusive", "transition", "check", "submission", "layout"]),
     ("component", &["parameter"]),
     ("place", &["parameter"]),

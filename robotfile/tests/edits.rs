@@ -444,3 +444,24 @@ fn several_items_are_removed_with_their_mentions() {
 "#;
     assert_eq!(std::str::from_utf8(document.bytes()).unwrap(), after);
 }
+
+#[test]
+fn a_frame_is_added_measured_renamed_and_removed() {
+    let before =
+        "<armor version='1'>\n <system>\n  <component name='a' kind='k'/>\n </system>\n</armor>";
+    let mut document = open(before);
+    document.add(Item::Frame("mast"), &[("in", "base_link"), ("z", "0.5m")]).unwrap();
+    document.add(Item::Frame("laser"), &[("in", "mast")]).unwrap();
+    document.set_attribute(Item::Frame("laser"), "yaw", Some("90deg")).unwrap();
+    let frames = "  <frame name=\"mast\" in=\"base_link\" z=\"0.5m\"/>\n  <frame name=\"laser\" in=\"mast\" yaw=\"90deg\"/>\n";
+    let with = before.replace("  <component", &format!("{frames}  <component"));
+    assert_eq!(text(&document), with, "before the components");
+    let taken = document.add(Item::Frame("laser"), &[("in", "base_link")]).unwrap_err();
+    assert!(taken.to_string().contains("frame laser"), "{taken}");
+    let needed = document.remove(Item::Frame("mast")).unwrap_err();
+    assert!(needed.to_string().starts_with("frame mast is still named at a.xml:4:27"), "{needed}");
+    document.rename(Item::Frame("mast"), "tower").unwrap();
+    assert_eq!(text(&document), with.replace("mast", "tower"), "also where it is a parent");
+    document.remove_all(&[Item::Frame("laser"), Item::Frame("tower")]).unwrap();
+    assert_eq!(text(&document), before);
+}

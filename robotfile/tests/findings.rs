@@ -4,6 +4,7 @@ mod exchanged;
 mod exits;
 mod file;
 mod follow_ups;
+mod frames;
 mod manifests;
 mod mission_slips;
 mod missions;

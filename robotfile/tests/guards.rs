@@ -29,6 +29,7 @@ fn manifests() -> Manifests {
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
         inputs: vec![],
         outputs: vec![
             port("state", STATE),

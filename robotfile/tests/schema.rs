@@ -12,7 +12,7 @@ use armor_robotfile::{SCHEMA, check, read};
 /// DOCTYPE).
 const STRUCTURAL: &[&str] = &[
     "E0004", "E0009", "E0010", "E0011", "E0012", "E0013", "E0014", "E0015", "E0016", "E0017",
-    "E0018", "E0020", "E0101", "E0102", "E0104", "E0201", "E0202", "E0210",
+    "E0018", "E0020", "E0101", "E0102", "E0104", "E0144", "E0201", "E0202", "E0210",
 ];
 
 /// What `everything.xml` puts in, for a file of another name.

@@ -48,6 +48,11 @@ pub trait Component: Sized + Send + 'static {
     /// a mission wait in vain.
     const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] = &[];
 
+    /// Ports whose data are taken in a frame of the robot, such as a laser's: each with the parameter of
+    /// the format `frame` that names it, `("scan", "laser_frame")`. `armor check` refuses a file that
+    /// links the port and does not place the frame on the robot.
+    const FRAMES: &'static [(&'static str, &'static str)] = &[];
+
     /// Declares ports and asks for parameters. Runs for `--describe` too, so it opens no hardware
     /// or files: `exec` does, at [`Call::Started`].
     ///

@@ -5,7 +5,7 @@ use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 
 use armor_wire::manifest::{
-    MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortManifest,
+    MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortFrame, PortManifest,
 };
 use armor_wire::schema;
 use thiserror::Error;
@@ -68,6 +68,10 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
     let needs_one_of =
         C::NEEDS_ONE_OF.iter().map(|group| group.iter().map(|id| (*id).to_owned()).collect());
     let value_effects = C::VALUE_EFFECTS.iter().map(|(name, effect)| effect.manifest(name));
+    let frames = C::FRAMES.iter().map(|(port, parameter)| PortFrame {
+        port: (*port).to_owned(),
+        parameter: (*parameter).to_owned(),
+    });
     let Declarations { parameters, events, reports_done } = list_declarations::<C>();
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
@@ -81,6 +85,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         needs_rate: C::NEEDS_RATE,
         needs_one_of: needs_one_of.collect(),
         value_effects: value_effects.collect(),
+        frames: frames.collect(),
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));

@@ -91,6 +91,7 @@ pub mod testing;
 pub use armor::Armor;
 pub use armor_sdk_derive::{Events, Parameters};
 pub use armor_wire as wire;
+pub use armor_wire::text_format::FixedFrame;
 pub use armor_wire::{Array, Message};
 pub use call::{Call, Fault, Outcome};
 pub use clock::SystemClock;
@@ -114,7 +115,7 @@ pub use timeline::{ClockReading, Passage, Timeline};
 pub mod prelude {
     pub use crate::messages::*;
     pub use crate::{
-        Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, Header, Latched, Many,
-        Message, Optional, Outcome, Parameter, ParameterEffect, Parameters, Value,
+        Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, FixedFrame, Header,
+        Latched, Many, Message, Optional, Outcome, Parameter, ParameterEffect, Parameters, Value,
     };
 }

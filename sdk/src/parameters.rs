@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use armor_wire::text_format::{self, TextFormatError};
+use armor_wire::text_format::{self, FixedFrame, TextFormatError};
 use thiserror::Error;
 
 use crate::armor::Armor;
@@ -156,6 +156,13 @@ impl FromValue for Vec<f64> {
 impl FromValue for Vec<String> {
     fn from_value(value: &Value) -> Result<Self, Fault> {
         read_list(value, text_format::parse_names)
+    }
+}
+
+/// A text with the format `frames`: the `<frame>`s of the file; empty text has none.
+impl FromValue for Vec<FixedFrame> {
+    fn from_value(value: &Value) -> Result<Self, Fault> {
+        read_list(value, text_format::parse_frames)
     }
 }
 

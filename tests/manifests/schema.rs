@@ -44,6 +44,7 @@ impl Schema {
             ("parameters", "parameter"),
             ("events", "event"),
             ("value_effects", "value_effect"),
+            ("frames", "port_frame"),
         ] {
             let items = manifest[list].as_array().into_iter().flatten();
             used.extend(items.flat_map(|item| names(of, item)));

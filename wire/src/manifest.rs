@@ -53,9 +53,22 @@ pub struct Manifest {
     /// Values of its parameters that decide whether, and when, it does what it is for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub value_effects: Vec<ValueEffect>,
+    /// The ports whose data are taken in a frame that the file places.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<PortFrame>,
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
+}
+
+/// The frame of a port: a file that links the port must place it on the robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PortFrame {
+    /// The input or output.
+    pub port: String,
+    /// The parameter that names the frame, of the format `frame`.
+    pub parameter: String,
 }
 
 fn true_by_default() -> bool {

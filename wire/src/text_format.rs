@@ -26,6 +26,10 @@ pub enum TextFormat {
     Names,
     /// A host and a port, `HOST:PORT`.
     Address,
+    /// The name of a `<frame>` of the file.
+    Frame,
+    /// The `<frame>`s of the file: the check fills a parameter of this format with them.
+    Frames,
     /// Of a path: a file. Whether it is there depends on the host, so that is not checked here.
     File,
     /// Of a path: a folder; as with a file.
@@ -34,8 +38,16 @@ pub enum TextFormat {
 
 impl TextFormat {
     /// All formats.
-    pub const ALL: [Self; 6] =
-        [Self::Points, Self::Numbers, Self::Names, Self::Address, Self::File, Self::Folder];
+    pub const ALL: [Self; 8] = [
+        Self::Points,
+        Self::Numbers,
+        Self::Names,
+        Self::Address,
+        Self::Frame,
+        Self::Frames,
+        Self::File,
+        Self::Folder,
+    ];
 
     /// Returns the format with this name.
     pub fn named(name: &str) -> Option<Self> {
@@ -49,6 +61,8 @@ impl TextFormat {
             Self::Numbers => "numbers",
             Self::Names => "names",
             Self::Address => "address",
+            Self::Frame => "frame",
+            Self::Frames => "frames",
             Self::File => "file",
             Self::Folder => "folder",
         }
@@ -66,6 +80,8 @@ impl TextFormat {
             Self::Numbers => "0 0.5 -1.2",
             Self::Names => "explore home",
             Self::Address => "192.168.0.7:2000",
+            Self::Frame => "laser",
+            Self::Frames => "laser,base_link,0.08,0,0.3,0,0,0",
             Self::File => "logs/office.log",
             Self::Folder => "pictures",
         }
@@ -78,6 +94,11 @@ impl TextFormat {
             Self::Numbers => "numbers with spaces between them",
             Self::Names => "names with spaces between them",
             Self::Address => "an address, HOST:PORT",
+            Self::Frame => "the name of a <frame>",
+            Self::Frames => {
+                "fixed frames NAME,PARENT,x,y,z,roll,pitch,yaw in metres and radians with spaces \
+                 between them"
+            }
             Self::File => "the path of a file",
             Self::Folder => "the path of a folder",
         }
@@ -90,6 +111,8 @@ impl TextFormat {
             Self::Numbers => "a list of numbers",
             Self::Names => "a list of names",
             Self::Address => "an address",
+            Self::Frame => "the name of a <frame>",
+            Self::Frames => "a list of fixed frames",
             Self::File => "the path of a file",
             Self::Folder => "the path of a folder",
         }
@@ -105,6 +128,8 @@ impl TextFormat {
             Self::Numbers => parse_numbers(text).map(drop),
             Self::Names => parse_names(text).map(drop),
             Self::Address => parse_address(text).map(drop),
+            Self::Frame => check_frame_name(text),
+            Self::Frames => parse_frames(text).map(drop),
             Self::File | Self::Folder => Ok(()),
         }
     }
@@ -116,6 +141,8 @@ impl TextFormat {
             Self::Numbers => ("number", "a number"),
             Self::Names => ("name", "a name (letters, digits, _ and -, a letter first)"),
             Self::Address => ("address", "HOST:PORT"),
+            Self::Frame => ("frame", "a name (letters, digits, _ and -, a letter first)"),
+            Self::Frames => ("frame", "NAME,PARENT,x,y,z,roll,pitch,yaw"),
             Self::File => ("file", "a path"),
             Self::Folder => ("folder", "a path"),
         }
@@ -147,6 +174,9 @@ pub enum TextFormatError {
         /// The beginning of the item.
         text: String,
     },
+    /// The text is not the name of a frame.
+    #[error("`{0}` is not the name of a frame; write one name, such as `laser`")]
+    WrongFrame(String),
     /// The address is not one.
     #[error("`{0}` is not an address; write HOST:PORT, such as `192.168.0.7:2000`")]
     WrongAddress(String),
@@ -180,6 +210,54 @@ pub fn parse_numbers(text: &str) -> Result<Vec<f64>, TextFormatError> {
 /// [`TextFormatError`] about the first item that is no name.
 pub fn parse_names(text: &str) -> Result<Vec<String>, TextFormatError> {
     parse_items(text, TextFormat::Names, |item| is_name(item).then(|| item.to_owned()))
+}
+
+/// A frame that is fixed in another one: a `<frame>` of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixedFrame {
+    /// Its name.
+    pub name: String,
+    /// The frame that it is in.
+    pub parent: String,
+    /// Where its origin is in the parent: ahead, left, up, in metres (REP-103).
+    pub translation_m: [f64; 3],
+    /// Roll, pitch and yaw, in radians: the turns about the parent's x, then y, then z axis.
+    pub rotation_rad: [f64; 3],
+}
+
+/// Writes it as an item of the format [`TextFormat::Frames`]; numbers are read back as they were.
+impl fmt::Display for FixedFrame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.name, self.parent)?;
+        self.translation_m.iter().chain(&self.rotation_rad).try_for_each(|it| write!(f, ",{it}"))
+    }
+}
+
+/// Reads fixed frames with white space between them.
+///
+/// # Errors
+/// [`TextFormatError`] about the first item that is no fixed frame.
+pub fn parse_frames(text: &str) -> Result<Vec<FixedFrame>, TextFormatError> {
+    parse_items(text, TextFormat::Frames, |item| {
+        let mut parts = item.split(',');
+        let mut next_name = || parts.next().filter(|name| is_name(name)).map(str::to_owned);
+        let (name, parent) = (next_name()?, next_name()?);
+        let mut numbers = [0.0; 6];
+        for number in &mut numbers {
+            *number = parse_number(parts.next()?)?;
+        }
+        let [x, y, z, roll, pitch, yaw] = numbers;
+        let (translation_m, rotation_rad) = ([x, y, z], [roll, pitch, yaw]);
+        parts.next().is_none().then_some(FixedFrame { name, parent, translation_m, rotation_rad })
+    })
+}
+
+fn check_frame_name(text: &str) -> Result<(), TextFormatError> {
+    match text {
+        "" => Err(TextFormatError::Empty(TextFormat::Frame)),
+        name if is_name(name) => Ok(()),
+        other => Err(TextFormatError::WrongFrame(shorten(other))),
+    }
 }
 
 /// Reads a host and a port. The host is a name, an IPv4 address, or an IPv6 address in brackets,
@@ -257,12 +335,19 @@ mod tests {
         assert_eq!(parse_numbers("0 -.5\t2e3"), Ok(vec![0.0, -0.5, 2000.0]));
         assert_eq!(parse_names("explore home"), Ok(vec!["explore".into(), "home".into()]));
         assert_eq!(parse_address("laser.local:2112"), Ok(("laser.local".into(), 2112)));
+        let laser = FixedFrame {
+            name: "laser".into(),
+            parent: "base_link".into(),
+            translation_m: [0.08, 0.0, 0.3],
+            rotation_rad: [0.0, 0.0, -1.5],
+        };
+        assert_eq!(parse_frames("laser,base_link,0.08,0,.3,0,0,-1.5 "), Ok(vec![laser]));
         assert_eq!(parse_address("[fe80::1]:80"), Ok(("fe80::1".into(), 80)));
     }
 
     #[test]
     fn what_people_write_instead_is_refused_with_an_example() {
-        use TextFormat::{Address, Names, Numbers, Points};
+        use TextFormat::{Address, Frame, Frames, Names, Numbers, Points};
         let wrong = [
             (Points, "3.6;1.5", "point 1, `3.6;1.5`, is not x,y in metres"),
             (Points, "4,1 9,1;0,0", "point 2, `9,1;0,0`,"),
@@ -284,6 +369,13 @@ mod tests {
             (Address, "robot:70000", "is not an address"),
             (Address, "fe80::1:80", "is not an address"),
             (Address, "", "the text is empty"),
+            (Frame, "front laser", "`front laser` is not the name of a frame"),
+            (Frame, "", "the text is empty"),
+            (Frames, "laser", "frame 1, `laser`, is not NAME,PARENT,x,y,z,roll,pitch,yaw"),
+            (Frames, "laser,base_link,0.08,0,0.3,0,0", "frame 1,"),
+            (Frames, "laser,base_link,0.08m,0,0.3,0,0,0", "frame 1,"),
+            (Frames, "laser,base_link,0,0,0,0,0,0,0", "frame 1,"),
+            (Frames, "laser,base/link,0,0,0,0,0,0", "frame 1,"),
         ];
         for (format, text, expected) in wrong {
             let why = format.check_text(text).expect_err(text).to_string();
@@ -299,6 +391,18 @@ mod tests {
         fn written_values_are_read_back(points in prop::collection::vec([-1e6..1e6, -1e6..1e6], 1..20)) {
             let text: Vec<_> = points.iter().map(|[x, y]| format!("{x},{y}")).collect();
             prop_assert_eq!(parse_points(&text.join(" ")), Ok(points));
+        }
+
+        #[test]
+        fn written_frames_are_read_back(numbers in prop::array::uniform6(-1e3..1e3)) {
+            let [x, y, z, roll, pitch, yaw] = numbers;
+            let frame = FixedFrame {
+                name: "laser".into(),
+                parent: "base_link".into(),
+                translation_m: [x, y, z],
+                rotation_rad: [roll, pitch, yaw],
+            };
+            prop_assert_eq!(parse_frames(&frame.to_string()), Ok(vec![frame]));
         }
 
         #[test]

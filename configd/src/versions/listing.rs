@@ -35,7 +35,7 @@ impl Versions {
     ) -> ConfigReply {
         let to = to.unwrap_or(self.number);
         let from = from.unwrap_or(to.saturating_sub(1));
-        let version = |number| self.history.configuration(number);
+        let version = |number| self.read_version(number);
         let (Some(before), Some(after)) = (version(from), version(to)) else {
             let (oldest, newest) = (self.history.oldest_number(), self.number);
             let text = if oldest == newest {
@@ -66,8 +66,15 @@ impl Versions {
         records::change_records(before, after, &self.rules, &is_unrequested)
     }
 
+    /// Returns the configuration of a version, without overrides.
+    fn read_version(&self, number: u64) -> Option<Configuration> {
+        let mut configuration = self.history.configuration(number)?;
+        self.rules.fill_frames(&mut configuration);
+        Some(configuration)
+    }
+
     pub(super) fn changes_of(&self, version: u64) -> (Vec<ChangeRecord>, u32) {
-        let one = |number| self.history.configuration(number);
+        let one = |number| self.read_version(number);
         match (one(version.saturating_sub(1)), one(version)) {
             (Some(before), Some(after)) => self.change_records(&before, &after),
             _ => (Vec::new(), 0),

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use armor_robotfile::{Configuration, Feature, Findings, Manifests, Override, Reading, check};
+use armor_robotfile::{
+    Configuration, Feature, Findings, Manifests, Override, Reading, check, fill_frames,
+};
 use armor_wire::manifest::ParameterManifest;
 use tracing::warn;
 
@@ -71,7 +73,18 @@ impl VersionRules {
     fn judge_again(&self, kept: &KeptVersion) -> Result<(Configuration, Findings), Findings> {
         let judged = self.judge_reading(kept.read_files());
         let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };
-        judged.or_else(|_| lenient.judge_reading(kept.read_files()))
+        judged.or_else(|_| {
+            let (mut configuration, findings) = lenient.judge_reading(kept.read_files())?;
+            self.fill_frames(&mut configuration);
+            Ok((configuration, findings))
+        })
+    }
+
+    /// Gives the file's frames to the components that have a parameter for them.
+    pub(super) fn fill_frames(&self, configuration: &mut Configuration) {
+        if let Some(manifests) = &self.manifests {
+            fill_frames(configuration, manifests);
+        }
     }
 
     /// Whether a kind writes to the path that a parameter names.

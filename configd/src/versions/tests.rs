@@ -1,5 +1,6 @@
 //! The state machine in memory: readings instead of a disk, events instead of sockets.
 
+mod frames;
 mod listing;
 mod setting;
 
@@ -256,6 +257,7 @@ fn live_manifests() -> Manifests {
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
         inputs: vec![port("scan"), port("odometry")],
         outputs: vec![port("scan"), port("odometry")],
         parameters: vec![parameter("file", false), parameter("speed", true)],

@@ -4,6 +4,7 @@
 mod component;
 mod editors;
 pub(super) mod field;
+mod frames;
 mod link;
 
 use eframe::egui::{self, Button, ComboBox, ScrollArea};
@@ -85,6 +86,7 @@ impl SystemView {
             })
             .response
             .accessible_name("system clock");
+        self.show_frames(ui, workspace, system);
         ui.add_space(crate::theme::NEAR);
         ui.weak(format!("{} components, {} links", system.components.len(), system.links.len()));
         ui.weak("Select a block or a link to see its properties.");
@@ -116,6 +118,9 @@ impl SystemView {
             Field::NoParameter(component, name) => format!("clear {component}.{name}"),
             Field::Text(_) => "edit text".to_owned(),
             Field::Clock => "set the clock".to_owned(),
+            Field::Frame(name, attribute) => format!("set {attribute} of frame {name}"),
+            Field::NewFrame => format!("add frame {text}"),
+            Field::NoFrame(name) => format!("remove frame {name}"),
         };
         let is_made = workspace.edit(what, |documents| write(documents, field, text));
         if is_made && let Field::Name(old) = field {

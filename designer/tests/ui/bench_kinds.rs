@@ -63,6 +63,7 @@ fn kind(
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
     }
 }
 

@@ -123,6 +123,31 @@ fn a_link_says_what_a_slow_consumer_gets() {
 }
 
 #[test]
+fn the_frames_of_the_system_are_listed_added_measured_renamed_and_removed() {
+    let mut window = Window::open(Some(EYE));
+    window.click("Add a frame");
+    let added = r#"    <frame name="laser" in="base_link" x="0m" z="0m"/>
+    <component name="eye" kind="eye"/>"#;
+    assert!(window.text().contains(added), "{}", window.text());
+    window.fill("frame laser x", "8cm");
+    window.fill("frame laser yaw", "180deg");
+    let measured = r#"<frame name="laser" in="base_link" x="8cm" z="0m" yaw="180deg"/>"#;
+    assert!(window.text().contains(measured), "{}", window.text());
+    window.click("Add a frame");
+    window.fill("frame camera in", "laser");
+    assert!(window.text().contains(r#"<frame name="camera" in="laser""#), "{}", window.text());
+    window.click("remove frame laser");
+    let refused = window.last_message();
+    assert!(refused.contains("laser"), "camera is in it: {refused}");
+    window.fill("frame laser name", "front");
+    let renamed = window.text();
+    assert!(renamed.contains(r#"<frame name="front""#) && renamed.contains(r#"in="front""#));
+    window.click("remove frame camera");
+    window.click("remove frame front");
+    assert_eq!(window.text(), EYE);
+}
+
+#[test]
 fn a_flag_and_a_choice_have_editors_that_fit() {
     let mut window = Window::open(Some(EYE));
     window.click("component arm");

@@ -131,7 +131,7 @@ fn in_words(kind: &ComponentKind) -> String {
     }
     let ports = [("INPUT", inputs), ("OUTPUT", outputs)];
     for (heading, ports) in ports.into_iter().filter(|(_, ports)| !ports.is_empty()) {
-        let rows: Vec<_> = ports.iter().map(format_port).collect();
+        let rows = ports.iter().map(|port| format_port(port, &kind.manifest)).collect();
         out += "\n";
         out += &Table::new(&[heading, "TYPE", "", ""], rows).format(width);
     }
@@ -193,7 +193,7 @@ fn format_event(event: &EventManifest) -> Vec<String> {
     vec![name, value, event.doc.clone()]
 }
 
-fn format_port(port: &PortManifest) -> Vec<String> {
+fn format_port(port: &PortManifest, of: &Manifest) -> Vec<String> {
     let nature = match (port.required, port.latched) {
         (true, _) => "required",
         (_, true) => "latched",
@@ -204,7 +204,9 @@ fn format_port(port: &PortManifest) -> Vec<String> {
         "" => String::new(),
         age => format!("not older than {age}"),
     };
-    let parts = [nature.to_owned(), sources.to_owned(), age];
+    let frame = of.frames.iter().find(|frame| frame.port == port.id);
+    let frame = frame.map(|it| format!("in the frame {}", it.parameter)).unwrap_or_default();
+    let parts = [nature.to_owned(), sources.to_owned(), age, frame];
     let nature: Vec<_> = parts.into_iter().filter(|it| !it.is_empty()).collect();
     vec![port.id.clone(), port.type_name.clone(), nature.join(", "), port.doc.clone()]
 }

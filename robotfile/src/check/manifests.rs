@@ -9,7 +9,7 @@ use armor_wire::text_format::TextFormat;
 
 use crate::check::kinds::{self, Use, has};
 use crate::check::names::listed;
-use crate::check::ports;
+use crate::check::{frames, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
@@ -58,6 +58,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
+    frames::check_needed(configuration, &kinds, findings);
     let places = configuration.missions().flat_map(|mission| &mission.places);
     for place in places {
         // The parameter of a component that is not active there is a finding already.
@@ -248,6 +249,14 @@ fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findin
         let known = manifest.parameters.iter().map(|wanted| wanted.name.as_str());
         return unknown(Code::UnknownParameter, &parameter.name, &noun, known, findings);
     };
+    if frames::is_filled(wanted) {
+        let name = &parameter.name.value;
+        let message = format!("{name}: its value is the <frame>s of the file");
+        let finding = Finding::new(Code::ParameterType, &parameter.value.at, message);
+        let remedy =
+            "remove the parameter, and write <frame name=\"…\" in=\"…\" x=\"…\"/> in the system";
+        return findings.push(finding.remedy(remedy));
+    }
     let Err(problem) = wanted.parse(&parameter.value.value) else {
         return check_event_names(parameter, manifest, findings);
     };

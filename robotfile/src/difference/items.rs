@@ -5,11 +5,14 @@ use std::collections::BTreeMap;
 
 use armor_wire::keep::Keep;
 use armor_wire::remote_process::CutOff;
+use armor_wire::text_format::FixedFrame;
 
 use super::Subject;
 use crate::date::Date;
 use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Place, Transition, Variable};
-use crate::model::{Component, Configuration, Host, Link, LinkMode, Parameter, Restart};
+use crate::model::{
+    Component, Configuration, Host, Link, LinkMode, Parameter, PlacedFrame, Restart,
+};
 use crate::resources::ResourceLimits;
 use crate::source::Spanned;
 
@@ -59,6 +62,7 @@ pub(super) fn of(configuration: &Configuration) -> Vec<ComparedItem> {
     ];
     let mut items = vec![ComparedItem::new(Subject::System, "", itself)];
     items.extend(system.hosts.iter().map(of_host));
+    items.extend(system.frames.iter().map(of_frame));
     for component in &system.components {
         items.push(of_component(component));
         items.extend(component.parameters.iter().map(|given| of_parameter(component, given)));
@@ -77,6 +81,22 @@ fn of_host(host: &Host) -> ComparedItem {
         host.patience.and_then(|it| plain_aspect("patience", format!("{}s", it.as_secs_f64()))),
     ];
     ComparedItem::new(Subject::Host, &*host.name.value, aspects)
+}
+
+fn of_frame(frame: &PlacedFrame) -> ComparedItem {
+    let FixedFrame { translation_m, rotation_rad, .. } = &frame.fixed;
+    let numbers = translation_m.iter().map(|number| (number, "m"));
+    let numbers = numbers.chain(rotation_rad.iter().map(|number| (number, "rad")));
+    let aspects = ["x", "y", "z", "roll", "pitch", "yaw"].into_iter().zip(numbers);
+    let aspects = aspects.map(|(name, (number, unit))| {
+        plain_aspect(name, if *number == 0.0 { String::new() } else { format!("{number}{unit}") })
+    });
+    let parent = plain_aspect("in", &*frame.parent.value);
+    ComparedItem::new(
+        Subject::Frame,
+        &*frame.name.value,
+        [parent].into_iter().chain(aspects).collect(),
+    )
 }
 
 fn of_component(component: &Component) -> ComparedItem {

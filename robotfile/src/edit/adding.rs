@@ -14,6 +14,7 @@ const ORDER: &[&str] = &[
     "system",
     "clock",
     "host",
+    "frame",
     "component",
     "link",
     "mission",

@@ -15,6 +15,8 @@ pub enum Item<'a> {
     System,
     /// `<mission>`.
     Mission,
+    /// The frame with this name.
+    Frame(&'a str),
     /// The component with this name.
     Component(&'a str),
     /// The link from an output to an input, both as `component.port`.
@@ -37,7 +39,8 @@ impl<'a> Item<'a> {
     pub(crate) fn name(self) -> Option<&'a str> {
         match self {
             Self::System | Self::Mission | Self::Link { .. } => None,
-            Self::Component(name)
+            Self::Frame(name)
+            | Self::Component(name)
             | Self::Place(name)
             | Self::Transition(name)
             | Self::Variable(name) => Some(name),
@@ -48,6 +51,7 @@ impl<'a> Item<'a> {
     pub(crate) fn renamed(self, new: &str) -> Option<Item<'_>> {
         match self {
             Self::System | Self::Mission | Self::Link { .. } => None,
+            Self::Frame(_) => Some(Item::Frame(new)),
             Self::Component(_) => Some(Item::Component(new)),
             Self::Place(_) => Some(Item::Place(new)),
             Self::Transition(_) => Some(Item::Transition(new)),
@@ -60,6 +64,7 @@ impl<'a> Item<'a> {
         match self {
             Self::System => ("armor", "system"),
             Self::Mission => ("armor", "mission"),
+            Self::Frame(_) => ("system", "frame"),
             Self::Component(_) => ("system", "component"),
             Self::Link { .. } => ("system", "link"),
             Self::Place(_) => ("mission", "place"),
@@ -88,7 +93,8 @@ impl fmt::Display for Item<'_> {
         match self {
             Self::System | Self::Mission => write!(f, "<{sort}>"),
             Self::Link { from, to } => write!(f, "link from {from} to {to}"),
-            Self::Component(name)
+            Self::Frame(name)
+            | Self::Component(name)
             | Self::Place(name)
             | Self::Transition(name)
             | Self::Variable(name) => write!(f, "{sort} {name}"),

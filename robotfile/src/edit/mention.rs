@@ -180,6 +180,9 @@ fn find_uses(
     };
     let definition = ("name", ListForm::Whole, MentionRole::Definition);
     let mut uses: Vec<_> = match (item, within, element) {
+        (Item::Frame(_), W::System, "frame") => {
+            vec![definition, ("in", ListForm::Whole, MentionRole::Needed)]
+        }
         (Item::Component(_), W::System, "component")
         | (Item::Transition(_), W::Mission, "transition")
         | (Item::Variable(_), W::Mission, "variable") => vec![definition],

@@ -10,6 +10,8 @@ use crate::source::Location;
 pub const MAX_ELEMENTS: usize = 4096;
 /// Most links of a system.
 pub const MAX_LINKS: usize = 16_384;
+/// Most frames of a system: as many as a tree of transforms has.
+pub const MAX_FRAMES: usize = 256;
 
 /// Adds to a list up to a limit; false, once with a finding, beyond it.
 pub(super) fn add_limited<T>(

@@ -12,8 +12,8 @@ use crate::fields::ElementFields;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::model::{Clock, Component, Host, Link, LinkMode, Parameter, Restart, System, Transport};
-use crate::read::layout;
-use crate::read::limits::{MAX_ELEMENTS, MAX_LINKS, add_limited};
+use crate::read::limits::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS, add_limited};
+use crate::read::{frame, layout};
 use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice, parse_realtime};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
@@ -31,7 +31,7 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
     let (name, at) = (fields.name("name"), Some(fields.at()));
     let group = fields.converted("group", parse_group);
     let mut system = System { name, group, at, ..System::default() };
-    for child in fields.finish(&["host", "component", "link", "clock", "layout"]) {
+    for child in fields.finish(&["clock", "host", "frame", "component", "link", "layout"]) {
         let at = child.at(source);
         match child.name.as_str() {
             "host" => match read_host(child, source, findings) {
@@ -48,6 +48,10 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
             "link" => match read_link(child, source, findings) {
                 Some(link) => add_limited(&mut system.links, link, MAX_LINKS, &at, findings),
                 None => system.unreadable.add_link(child),
+            },
+            "frame" => match frame::read(child, source, findings) {
+                Some(frame) => add_limited(&mut system.frames, frame, MAX_FRAMES, &at, findings),
+                None => system.unreadable.add_element(child),
             },
             "clock" => read_clock(child, source, &mut system, findings),
             _ => layout::read(child, source, &mut system.layout),

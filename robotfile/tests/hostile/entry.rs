@@ -226,6 +226,7 @@ fn kind(name: &str) -> Manifest {
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),

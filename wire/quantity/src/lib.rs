@@ -254,7 +254,15 @@ fn is_exponent(text: &str, at: usize) -> bool {
         && bytes.get(at + 1).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+'))
 }
 
-fn of(text: &str, dimension: Dimension, wanted: &'static str) -> Result<f64, QuantityError> {
+/// Reads a number with a unit of this quantity, in SI; `wanted` describes it with an example.
+///
+/// # Errors
+/// [`QuantityError`] if it is not one.
+pub fn parse_in(
+    text: &str,
+    dimension: Dimension,
+    wanted: &'static str,
+) -> Result<f64, QuantityError> {
     let quantity = parse(text)?;
     match quantity.unit {
         Some(unit) if unit.dimension == dimension => Ok(quantity.si),
@@ -268,7 +276,7 @@ fn of(text: &str, dimension: Dimension, wanted: &'static str) -> Result<f64, Qua
 /// # Errors
 /// [`QuantityError`] if it is not one.
 pub fn seconds(text: &str) -> Result<f64, QuantityError> {
-    let s = of(text, Dimension::Time, "a duration such as 0.2s or 10min")?;
+    let s = parse_in(text, Dimension::Time, "a duration such as 0.2s or 10min")?;
     if (0.0..=1e9).contains(&s) {
         Ok(s)
     } else {
@@ -281,7 +289,7 @@ pub fn seconds(text: &str) -> Result<f64, QuantityError> {
 /// # Errors
 /// [`QuantityError`] if it is not one.
 pub fn hertz(text: &str) -> Result<f64, QuantityError> {
-    let hz = of(text, Dimension::Frequency, "a rate such as 10Hz")?;
+    let hz = parse_in(text, Dimension::Frequency, "a rate such as 10Hz")?;
     if (1e-6..=1e6).contains(&hz) {
         Ok(hz)
     } else {

@@ -77,6 +77,8 @@ text_enum! {
         System = "system",
         /// Another host.
         Host = "host",
+        /// A frame that is fixed in another one.
+        Frame = "frame",
         /// A component.
         Component = "component",
         /// A parameter.
@@ -102,7 +104,12 @@ impl ChangeSubject {
     /// Whether it is part of the mission, of which the executive decides when to take a change.
     pub fn is_of_mission(self) -> bool {
         match self {
-            Self::System | Self::Host | Self::Component | Self::Parameter | Self::Link => false,
+            Self::System
+            | Self::Host
+            | Self::Frame
+            | Self::Component
+            | Self::Parameter
+            | Self::Link => false,
             Self::Mission
             | Self::Variable
             | Self::Place

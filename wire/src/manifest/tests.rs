@@ -156,6 +156,7 @@ fn the_json_form_comes_back_as_it_was() {
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
+        frames: Vec::new(),
         inputs: vec![port],
         outputs: vec![],
         parameters: vec![parameter(ParameterType::Number, "m")],

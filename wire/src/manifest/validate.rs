@@ -11,6 +11,7 @@ use super::{
 use crate::name::is_name;
 use crate::quantity::{self, QuantityError, Unit};
 use crate::schema::{self, Schema};
+use crate::text_format::TextFormat;
 
 /// Names that reports have: no event may have them.
 pub const RESERVED_EVENTS: [&str; 2] = ["done", "failed"];
@@ -107,6 +108,7 @@ impl Manifest {
         self.check_ages(&mut found);
         self.check_groups(&mut found);
         self.check_effects(&mut found);
+        self.check_frames(&mut found);
         found.extend(self.parameters.iter().flat_map(ParameterManifest::list_faults));
         found.extend(self.listed_events().iter().flat_map(EventManifest::list_faults));
         self.check_named_by(&mut found);
@@ -186,6 +188,24 @@ impl Manifest {
             } else if (effect.effect == EffectKind::Paces) != is_output {
                 let problem = format!("`{}` is not the output that it paces", effect.output);
                 faults.add("value_effects", problem, "name an output with the effect paces alone");
+            }
+        }
+    }
+
+    /// Of a port with a frame: the port, and a parameter that names the frame.
+    fn check_frames(&self, found: &mut Vec<ManifestFault>) {
+        let is_port = |id: &str| self.inputs.iter().chain(&self.outputs).any(|it| it.id == id);
+        for frame in &self.frames {
+            let mut faults =
+                Faults { subject: format!("the port {}", frame.port), found: &mut *found };
+            if !is_port(&frame.port) {
+                faults.add("frames", "it has a frame, and there is no such port", "name a port");
+            }
+            let named = self.parameters.iter().find(|it| it.name == frame.parameter);
+            if named.is_none_or(|it| it.format != Some(TextFormat::Frame)) {
+                let problem =
+                    format!("`{}` does not name its frame: it is no such text", frame.parameter);
+                faults.add("frames", problem, "name a parameter of the format frame");
             }
         }
     }
@@ -378,8 +398,7 @@ impl EventManifest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::manifest::ValueEffect;
-    use crate::text_format::TextFormat;
+    use crate::manifest::{PortFrame, ValueEffect};
 
     type Fault = fn(&mut Manifest);
 
@@ -425,6 +444,7 @@ mod tests {
             needs_rate: false,
             needs_one_of: Vec::new(),
             value_effects: Vec::new(),
+            frames: Vec::new(),
             inputs: vec![port("scan")],
             outputs: vec![port("map")],
             parameters: vec![speed],
@@ -449,7 +469,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 34] = [
+        let faults: [(&str, Fault); 36] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -507,6 +527,26 @@ mod tests {
                 m.value_effects = vec![effect("speed", EffectKind::DelaysDone, "", "")];
             }),
             ("the port map: it is an output", |m| m.outputs[0].stale_after = "1s".into()),
+            ("it has a frame, and there is no such port", |m| {
+                let (name, default) = ("mount".into(), Some("laser".into()));
+                let (kind, format) = (ParameterType::Text, Some(TextFormat::Frame));
+                let (unit, minimum, maximum) = (String::new(), None, None);
+                let speed = m.parameters[0].clone();
+                m.parameters.push(ParameterManifest {
+                    name,
+                    default,
+                    kind,
+                    format,
+                    unit,
+                    minimum,
+                    maximum,
+                    ..speed
+                });
+                m.frames = vec![PortFrame { port: "sound".into(), parameter: "mount".into() }];
+            }),
+            ("`speed` does not name its frame", |m| {
+                m.frames = vec![PortFrame { port: "scan".into(), parameter: "speed".into() }];
+            }),
             ("it has the format points, but is no text", |m| {
                 m.parameters[0].format = Some(TextFormat::Points);
             }),

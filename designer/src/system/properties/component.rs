@@ -5,6 +5,7 @@ use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice, parse_rea
 use armor_wire::manifest::{Manifest, ParameterManifest};
 use armor_wire::name::is_name;
 use armor_wire::quantity;
+use armor_wire::text_format::TextFormat;
 use eframe::egui::{self, ComboBox, RichText, TextEdit};
 
 use crate::item::Item;
@@ -88,8 +89,11 @@ impl SystemView {
         // Those that need a value come first.
         let (needed, others): (Vec<_>, Vec<_>) =
             kind.parameters.iter().partition(|parameter| parameter.default.is_none());
+        let is_filled = |it: &&ParameterManifest| it.format == Some(TextFormat::Frames);
         for parameter in needed.into_iter().chain(others) {
-            if self.hides(component, parameter, kind) {
+            if is_filled(&parameter) {
+                ui.weak(format!("{}: the frames of the system", parameter.name));
+            } else if self.hides(component, parameter, kind) {
                 hidden += 1;
             } else {
                 self.parameter(ui, workspace, component, parameter);

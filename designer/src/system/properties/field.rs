@@ -6,6 +6,7 @@ use crate::item::Item;
 use crate::layout;
 use crate::project::{Documents, Refused};
 use crate::system::edits;
+use crate::system::properties::frames;
 use crate::view::View;
 
 /// Which field is to get the focus.
@@ -35,6 +36,12 @@ pub(in crate::system) enum Field {
     Text(usize),
     /// The data that time follows; an empty text is the host's clock.
     Clock,
+    /// An attribute of a frame; an empty text removes it.
+    Frame(String, &'static str),
+    /// A frame that is added under this name.
+    NewFrame,
+    /// A frame that is removed.
+    NoFrame(String),
 }
 
 /// Makes the change of a field in the files.
@@ -61,6 +68,11 @@ pub(in crate::system) fn write(
             layout::write_decoration(documents.system()?, View::System, *number, text)
         }
         Field::Clock => set_clock(documents.system()?, text),
+        Field::Frame(name, attribute) => {
+            frames::write_frame(documents.system()?, name, attribute, text)
+        }
+        Field::NewFrame => frames::add_frame(documents.system()?, text),
+        Field::NoFrame(name) => frames::remove_frame(documents.system()?, name),
     }
 }
 
