@@ -10,6 +10,7 @@ mod dice;
 mod evaluation;
 mod figure_four;
 mod fixture;
+mod frames;
 mod full_disk;
 mod guards;
 mod hosts;

@@ -19,11 +19,11 @@ const WORLD: &str = r#"<svg>
 
 const SYSTEM: &str = r#"<armor version="1">
   <system name="homecoming">
+    <frame name="laser" in="base_link" x="0.08m" z="0.2m"/>
     <component name="simulator" kind="simulator" rate="20Hz">
       <parameter name="world" value="hall.svg"/>
     </component>
     <component name="mapper" kind="grid-slam" rate="10Hz">
-      <parameter name="laser_x" value="0.08m"/>
       <parameter name="map_period" value="0.5s"/>
     </component>
     <component name="homing" kind="homing" rate="5Hz">
@@ -32,7 +32,6 @@ const SYSTEM: &str = r#"<armor version="1">
     <component name="planner" kind="planner" rate="10Hz"/>
     <component name="driver" kind="driver" rate="20Hz">
       <parameter name="speed" value="0.4m/s"/>
-      <parameter name="laser_x" value="0.08m"/>
     </component>
     <link from="simulator.scan" to="mapper.scan" keep="10"/>
     <link from="simulator.odometry" to="mapper.odometry" keep="50"/>
@@ -135,6 +134,9 @@ fn check_loss_of_state(name: &str, reason: &str, lose_state: impl FnOnce(&Path))
     run.wait_for_log(&format!("the map of before is not continued: {reason}"), 1);
     let frame = wait_for("a pose", || newest(&folder, "mapper.pose"))["frame"].clone();
     assert!(frame.as_str().is_some_and(|frame| frame.starts_with("map#")), "{frame}");
+    let moved = wait_for("odom in the map", || newest(&folder, "mapper.transforms"));
+    let moved = &moved["transforms"][0];
+    assert_eq!((&moved["parent"], &moved["child"]), (&frame, &"odom".into()), "of the new epoch");
     wait_for("the mission to react", || is_marked(&folder, "stranded").then_some(()));
     // The driver is still active: it stands because there is no path that it may follow.
     let before_m = wait_for("the robot to stand", || {

@@ -19,6 +19,7 @@ fn system() -> String {
     format!(
         r#"<armor version="1">
   <system name="pictures">
+    <frame name="camera" in="base_link" x="0.1m" z="0.4m"/>
     <component name="simulator" kind="simulator" rate="50Hz">
       <parameter name="world" value="room.svg"/>
       <parameter name="camera_width" value="96"/>

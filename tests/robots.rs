@@ -15,6 +15,7 @@ const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
 const SYSTEM: &str = r#"<armor version="1">
   <system name="robots">
     <clock source="red.clock"/>
+    <frame name="laser" in="base_link" x="0.08m"/>
     <component name="red" kind="simulator" rate="50Hz">
       <parameter name="world" value="room.svg"/>
       <parameter name="speed" value="2"/>

@@ -72,11 +72,11 @@ fn a_call_that_hangs_is_in_the_plain_lines() {
 
 const RETURN: &str = "<armor version='1'>
 <system name='return'>
+  <frame name='laser' in='base_link' x='0.08m' z='0.2m'/>
   <component name='simulator' kind='simulator' rate='20Hz'>
     <parameter name='world' value='WORLDS/office.svg'/>
   </component>
   <component name='mapper' kind='grid-slam' rate='10Hz'>
-    <parameter name='laser_x' value='0.08m'/>
     <parameter name='map_period' value='0.5s'/>
   </component>
   <component name='explorer' kind='explorer' rate='5Hz'/>
@@ -84,9 +84,7 @@ const RETURN: &str = "<armor version='1'>
     <parameter name='x' value='1.5m'/>
   </component>
   <component name='planner' kind='planner' rate='10Hz'/>
-  <component name='driver' kind='driver' rate='20Hz'>
-    <parameter name='laser_x' value='0.08m'/>
-  </component>
+  <component name='driver' kind='driver' rate='20Hz'/>
   <link from='simulator.scan' to='mapper.scan' keep='10'/>
   <link from='simulator.odometry' to='mapper.odometry' keep='50'/>
   <link from='mapper.map' to='explorer.map'/>

@@ -40,7 +40,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("armor-inspect", &["armor-files", "armor-marking", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
-    ("armor-convert", &["armor-grid", "armor-sdk"]),
+    ("armor-convert", &["armor-frames", "armor-grid", "armor-sdk"]),
     (
         "armor-designer",
         &[

@@ -16,8 +16,8 @@ mod sensing;
 mod standard;
 
 pub use geometry::{
-    Point, Pose, Pose2D, PoseArray, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped,
-    Quaternion, Twist, TwistWithCovariance, Vector3,
+    FrameTransform, FrameTransforms, Point, Pose, Pose2D, PoseArray, PoseStamped,
+    PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Twist, TwistWithCovariance, Vector3,
 };
 pub use navigation::{
     MapMetaData, OccupancyGrid, OccupancyGridUpdate, OccupancyGridUpdateView, OccupancyGridView,

@@ -285,6 +285,16 @@ const BROKEN: &[Way] = &[
         d.lines.remove(at);
         word("E0103", name)
     }),
+    ("a frame in none", |d| {
+        let (at, n) = (d.any(&["<frame "])?, d.n);
+        d.set(at, "in", &format!("part{n}"))?;
+        word("E0146", format!("part{n}"))
+    }),
+    ("a frame without a unit", |d| {
+        let (at, n) = (d.any(&["<frame "])?, d.n);
+        d.set(at, "x", &format!("0.{n}"))?;
+        word("E0019", format!("0.{n}"))
+    }),
     ("an unknown parameter", |d| {
         let (at, n) = (d.any(&["<parameter "])?, d.n);
         d.set(at, "name", &format!("parameter{n}"))?;
@@ -296,7 +306,7 @@ const BROKEN: &[Way] = &[
         word("E0111", "world")
     }),
     ("a value of another type", |d| {
-        let (at, n) = (d.any(&["<parameter ", "laser_x"])?, d.n);
+        let (at, n) = (d.any(&["<parameter ", "acceleration"])?, d.n);
         d.set(at, "value", &format!("far{n}"))?;
         word("E0112", format!("far{n}"))
     }),
@@ -365,9 +375,9 @@ const VALID: &[Way] = &[
         Some(Fate::Taken)
     }),
     ("another unit", |d| {
-        let at = d.any(&["<parameter ", "\"laser_x\""])?;
+        let at = d.any(&["<frame "])?;
         let mm = 10 + d.n % 90;
-        d.set(at, "value", &format!("{mm}mm"))?;
+        d.set(at, "x", &format!("{mm}mm"))?;
         Some(Fate::Taken)
     }),
     ("a parameter taken out", |d| {

@@ -56,6 +56,7 @@ impl Component for CarmenPlayer {
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left, stamps of the log"),
         ("odometry", "before each scan the odometry of the same stamp"),
+        ("transforms", "where base_link is in odom, as the odometry has it"),
         ("clock", "time of the log, for <clock>; before each scan, and with a speed between them"),
         ("end", "number of scans, after the last"),
     ];
@@ -63,6 +64,7 @@ impl Component for CarmenPlayer {
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<LaserScan>("scan")?;
         armor.provide::<Odometry>("odometry")?;
+        armor.provide::<FrameTransforms>("transforms")?;
         armor.provide::<Latched<Clock>>("clock")?;
         armor.provide::<Latched<Count>>("end")?;
         let parameters = CarmenParameters::request(&armor)?;
@@ -145,6 +147,7 @@ impl CarmenPlayer {
         let planar = Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad };
         self.armor.send_data("clock", &Clock { clock: stamp })?;
         let odometry = Odometry::planar(stamp, "odom", "base_link", planar, Twist::default());
+        self.armor.send_data("transforms", &FrameTransforms::from_odometry(&odometry))?;
         self.armor.send_data("odometry", &odometry)?;
         let ranges = scan.ranges_within(self.parameters.range_max_m);
         let scan_time = self.last_stamp_s.map_or(0.0, |last_s| stamp - last_s);

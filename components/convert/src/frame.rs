@@ -10,6 +10,11 @@ pub fn read_epoch(frame: &str) -> &str {
     frame.split_once(SEPARATOR).map_or("", |(_, epoch)| epoch)
 }
 
+/// Returns the name of a frame without its epoch.
+pub(crate) fn read_name(frame: &str) -> &str {
+    frame.split_once(SEPARATOR).map_or(frame, |(name, _)| name)
+}
+
 /// Makes the name of a frame in an epoch.
 pub fn build_frame(name: &str, epoch: &str) -> String {
     if epoch.is_empty() { name.into() } else { format!("{name}{SEPARATOR}{epoch}") }

@@ -1,7 +1,10 @@
 //! Conversions between the standard messages and the geometry of `armor-grid`: `read_…` takes a
-//! message, `build_…` makes one.
+//! message, `build_…` makes one. Where sensors are on the robot, and moving frames in a tree
+//! (`armor-frames`).
 
 mod frame;
+mod mount;
+mod transforms;
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
 use armor_sdk::messages::{
@@ -11,6 +14,8 @@ use armor_sdk::messages::{
 use thiserror::Error;
 
 pub use frame::{FrameNews, FrameWatch, build_frame, read_epoch};
+pub use mount::{MountError, locate_level, locate_on_base};
+pub use transforms::{build_transform, take_transforms};
 
 /// An occupancy grid whose data do not fill it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

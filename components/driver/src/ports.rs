@@ -1,9 +1,8 @@
 //! The driver as a component: path, pose, scan and odometry in, or a manual velocity; velocities out.
 
-use std::f64::consts::PI;
-
 use armor_convert::{
-    FrameNews, FrameWatch, read_occupancy, read_odometry_pose, read_path, read_robot_pose,
+    FrameNews, FrameWatch, MountError, locate_level, read_occupancy, read_odometry_pose, read_path,
+    read_robot_pose,
 };
 use armor_grid::{Pose2, Thresholds};
 use armor_sdk::prelude::*;
@@ -43,15 +42,12 @@ struct DriverParameters {
     /// manual velocities are limited so that the robot stops before what the laser sees
     #[parameter(default = true)]
     guarded: bool,
-    /// laser ahead of the middle of the base
-    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
-    laser_x_m: f64,
-    /// laser left of the middle of the base
-    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
-    laser_y_m: f64,
-    /// direction of the laser, anticlockwise from ahead
-    #[parameter(unit = "deg", default = "0deg", range = -PI..=PI)]
-    laser_yaw_rad: f64,
+    /// the frames of the file: where the laser is on the robot
+    #[parameter(default = "", format = "frames", live)]
+    frames: Vec<FixedFrame>,
+    /// the laser's frame
+    #[parameter(default = "laser", format = "frame", live)]
+    laser_frame: String,
 }
 
 impl DriverParameters {
@@ -70,10 +66,6 @@ impl DriverParameters {
             guarded: self.guarded,
         }
     }
-
-    fn robot_from_laser(&self) -> Pose2 {
-        Pose2::new(self.laser_x_m, self.laser_y_m, self.laser_yaw_rad)
-    }
 }
 
 impl Default for DriverSettings {
@@ -86,6 +78,8 @@ impl Default for DriverSettings {
 pub struct Driver {
     armor: Armor,
     parameters: DriverParameters,
+    /// Where the laser is, or why that is not known.
+    robot_from_laser: Result<Pose2, MountError>,
     driving: Driving,
     frames: FrameWatch,
     pace: ProgressPace,
@@ -105,6 +99,7 @@ impl Component for Driver {
     const REPORTS_DONE: bool = false;
     const STALE_AFTER: &'static [(&'static str, &'static str)] =
         &[("path", "timeout"), ("scan", "timeout"), ("odometry", "timeout")];
+    const FRAMES: &'static [(&'static str, &'static str)] = &[("scan", "laser_frame")];
     const PARAMETERS: &'static [Parameter] = DriverParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("path", "where to drive; must be sent again within the timeout, empty if no path exists"),
@@ -133,11 +128,15 @@ impl Component for Driver {
         let parameters = DriverParameters::request(&armor)?;
         let driving = Driving::new(parameters.settings());
         let (frames, pace) = (FrameWatch::default(), ProgressPace::default());
-        Ok(Self { armor, parameters, driving, frames, pace })
+        let robot_from_laser = locate_level(&parameters.frames, &parameters.laser_frame);
+        Ok(Self { armor, parameters, robot_from_laser, driving, frames, pace })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
-        Ok(self.parameters.set(name, value)?)
+        self.parameters.set(name, value)?;
+        let DriverParameters { frames, laser_frame, .. } = &self.parameters;
+        self.robot_from_laser = locate_level(frames, laser_frame);
+        Ok(())
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
@@ -159,7 +158,8 @@ impl Component for Driver {
             }
             "scan" => {
                 let scan: LaserScan = data.decode()?;
-                self.driving.scan_seen(now_s, as_scan(&scan, self.parameters.robot_from_laser()));
+                let robot_from_laser = self.robot_from_laser.clone()?;
+                self.driving.scan_seen(now_s, as_scan(&scan, robot_from_laser));
             }
             "odometry" => {
                 let odometry: Odometry = data.decode()?;
@@ -242,6 +242,7 @@ mod tests {
 
     use super::*;
 
+    const LASER: (&str, &str) = ("frames", "laser,base_link,0.08,0,0.3,0,0,0");
     const TICK: Duration = Duration::from_millis(100);
 
     #[test]
@@ -306,8 +307,22 @@ mod tests {
     }
 
     #[test]
+    fn without_the_laser_s_frame_a_scan_is_a_failure() -> Result<(), TestError> {
+        let frames = ("frames", "lidar,base_link,0.08,0,0.3,0,0,0");
+        let mut driver = TestedComponent::build::<Driver>(&[frames])?;
+        driver.start()?;
+        let error = driver.send("scan", &LaserScan::default()).expect_err("it fails").to_string();
+        assert!(error.contains("where the frame `laser` is on the robot is not known"), "{error}");
+        let named = [frames, ("laser_frame", "lidar")];
+        let mut driver = TestedComponent::build::<Driver>(&named)?;
+        driver.start()?;
+        driver.send("scan", &LaserScan::default())?;
+        Ok(())
+    }
+
+    #[test]
     fn the_robot_stands_until_path_and_pose_are_of_one_epoch() -> Result<(), TestError> {
-        let mut driver = TestedComponent::build::<Driver>(&[])?;
+        let mut driver = TestedComponent::build::<Driver>(&[LASER])?;
         driver.start()?;
         follow(&mut driver, "map", "map")?;
         assert!(follow(&mut driver, "map", "map")? > 0.0);

@@ -1,11 +1,11 @@
 //! The mapper as a component: scans and odometry in, poses and the map out.
 
 use std::collections::VecDeque;
-use std::f64::consts::PI;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use armor_convert::build_frame;
+use armor_convert::{MountError, build_frame, build_transform, locate_level};
+use armor_grid::Pose2 as GridPose2;
 use armor_sdk::prelude::*;
 
 use crate::config::Config;
@@ -25,6 +25,8 @@ use crate::state_file::{StateFile, read_state, replace_state};
 
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
+/// Frame of the odometry (REP-105).
+const ODOM: &str = "odom";
 /// Names the run to its processes. Without it there is no run whose frame could be continued.
 const RUN_VARIABLE: &str = "ARMOR_RUN";
 /// Says whether a process is the first of its component in the run; this value if it is not.
@@ -51,15 +53,12 @@ struct GridSlamParameters {
     /// side of a map cell
     #[parameter(unit = "m", default = "0.05m", range = 0.01..=1.0)]
     resolution_m: f64,
-    /// laser ahead of the middle of the base
-    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
-    laser_x_m: f64,
-    /// laser left of the middle of the base
-    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
-    laser_y_m: f64,
-    /// direction of the laser, anticlockwise from ahead
-    #[parameter(unit = "deg", default = "0deg", range = -PI..=PI)]
-    laser_yaw_rad: f64,
+    /// the frames of the file: where the laser is on the robot
+    #[parameter(default = "", format = "frames")]
+    frames: Vec<FixedFrame>,
+    /// the laser's frame
+    #[parameter(default = "laser", format = "frame")]
+    laser_frame: String,
     /// period at which the whole map is published if it has changed; changes at every tick
     #[parameter(unit = "s", default = "1s", range = 0.05..=3600.0)]
     map_period_s: f64,
@@ -98,6 +97,11 @@ enum GridSlamEvent {
 }
 
 impl GridSlamParameters {
+    fn robot_from_laser(&self) -> Result<Pose2, MountError> {
+        let placed = locate_level(&self.frames, &self.laser_frame)?;
+        Ok(Pose2::new(placed.x_m, placed.y_m, placed.yaw_rad))
+    }
+
     fn config(&self) -> Config {
         Config {
             particles: self.particles,
@@ -105,7 +109,8 @@ impl GridSlamParameters {
             threads: self.threads,
             loop_closing: self.loop_closing,
             resolution_m: self.resolution_m,
-            robot_from_laser: Pose2::new(self.laser_x_m, self.laser_y_m, self.laser_yaw_rad),
+            // Without it no scan is taken.
+            robot_from_laser: self.robot_from_laser().unwrap_or_default(),
             keyframe_m: self.keyframe_distance_m,
             keyframe_rad: self.keyframe_turn_rad,
             slip: self.slip,
@@ -167,6 +172,7 @@ impl Component for GridSlam {
     const REPORTS_DONE: bool = false;
     const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] =
         &[("map_period", ParameterEffect::Paces("map"))];
+    const FRAMES: &'static [(&'static str, &'static str)] = &[("scan", "laser_frame")];
     const PARAMETERS: &'static [Parameter] = GridSlamParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "what the laser sees"),
@@ -175,6 +181,7 @@ impl Component for GridSlam {
         ("map_updates", "tiles of the map that changed since it was published"),
         ("pose", "where the robot was at each scan, one per scan"),
         ("correction", "map_from_odom: brings the odometry into the map"),
+        ("transforms", "where odom is in the map, at each scan; the same as correction"),
         ("trajectory", "where each scan was taken, as corrected so far"),
         ("particles", "where each hypothesis has the robot, at each scan"),
         ("diagnostics", "quality of the match and counts, once per scan"),
@@ -189,6 +196,7 @@ impl Component for GridSlam {
         armor.provide::<OccupancyGridUpdate>("map_updates")?;
         armor.provide::<PoseWithCovarianceStamped>("pose")?;
         armor.provide::<PoseStamped>("correction")?;
+        armor.provide::<FrameTransforms>("transforms")?;
         armor.provide::<Latched<Path>>("trajectory")?;
         armor.provide::<PoseArray>("particles")?;
         armor.provide::<SlamDiagnostics>("diagnostics")?;
@@ -228,7 +236,11 @@ impl Component for GridSlam {
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         match header.id() {
-            "scan" => self.pairing.scan_seen(as_scan(&data.decode()?)),
+            "scan" => {
+                // Where the beams were is not assumed.
+                self.parameters.robot_from_laser()?;
+                self.pairing.scan_seen(as_scan(&data.decode()?));
+            }
             "odometry" => {
                 let odometry: Odometry = data.decode()?;
                 let Pose2D { x, y, theta } = odometry.pose.pose.to_planar();
@@ -532,6 +544,10 @@ impl GridSlam {
         let pose = PoseWithCovariance { pose, covariance };
         self.armor
             .send_data("pose", &PoseWithCovarianceStamped { stamp, frame: self.frame(), pose })?;
+        let Pose2 { x_m, y_m, yaw_rad } = estimate.map_from_odom;
+        let map_from_odom = GridPose2::new(x_m, y_m, yaw_rad);
+        let transforms = build_transform(stamp, &self.frame(), ODOM, map_from_odom);
+        self.armor.send_data("transforms", &transforms)?;
         let pose = Pose::planar(as_message(&estimate.map_from_odom));
         self.armor.send_data("correction", &PoseStamped { stamp, frame: self.frame(), pose })?;
         Ok(())
@@ -555,10 +571,60 @@ fn as_scan(scan: &LaserScan) -> MapperScan {
 
 #[cfg(test)]
 mod tests {
+    use armor_sdk::testing::{TestError, TestedComponent};
+
     use super::*;
 
     #[test]
     fn the_declared_defaults_are_those_of_the_algorithm() {
         assert_eq!(GridSlamParameters::defaults().config(), Config::default());
+    }
+
+    /// Sends odometry and a scan of a round room.
+    fn look_around(mapper: &mut TestedComponent) -> Result<f64, TestError> {
+        let stamp = mapper.timestamp();
+        let pose = Pose2D { x: 0.4, y: 0.0, theta: 0.1 };
+        let odometry = Odometry::planar(stamp, ODOM, "base_link", pose, Twist::default());
+        mapper.send("odometry", &odometry)?;
+        let (angle_min, angle_increment, range_max) = (-1.5, 0.1, 10.0);
+        let ranges = vec![3.0; 31].into();
+        let scan = LaserScan {
+            stamp,
+            angle_min,
+            angle_increment,
+            range_max,
+            ranges,
+            ..Default::default()
+        };
+        mapper.send("scan", &scan)?;
+        Ok(stamp)
+    }
+
+    #[test]
+    fn where_odom_is_in_the_map_is_published_for_trees_of_frames() -> Result<(), TestError> {
+        let parameters = [("frames", "laser,base_link,0.08,0,0.2,0,0,0"), ("keep_state", "false")];
+        let mut mapper = TestedComponent::build::<GridSlam>(&parameters)?;
+        mapper.start()?;
+        let stamp = look_around(&mut mapper)?;
+        let FrameTransforms { transforms, stamp: published } = mapper.last_output("transforms")?;
+        let correction: PoseStamped = mapper.last_output("correction")?;
+        let [FrameTransform { parent, child, translation, rotation }] = &transforms[..] else {
+            panic!("one frame moves: {transforms:?}");
+        };
+        assert_eq!((parent, child.as_str()), (&correction.frame, ODOM));
+        assert_eq!((published, *rotation), (stamp, correction.pose.orientation));
+        let Point { x, y, .. } = correction.pose.position;
+        assert_eq!(*translation, Vector3 { x, y, z: 0.0 });
+        Ok(())
+    }
+
+    #[test]
+    fn without_the_laser_s_frame_a_scan_is_a_failure() -> Result<(), TestError> {
+        let mut mapper = TestedComponent::build::<GridSlam>(&[("keep_state", "false")])?;
+        mapper.start()?;
+        let error = look_around(&mut mapper).expect_err("it fails").to_string();
+        assert!(error.contains("where the frame `laser` is on the robot is not known"), "{error}");
+        assert!(mapper.outputs::<PoseStamped>("correction")?.is_empty());
+        Ok(())
     }
 }

@@ -26,6 +26,7 @@ use crate::console::Console;
 use crate::links::{ClockTimes, InputLink, SequenceNumber};
 use crate::orders::{OperatorOrder, RobotCommand};
 use crate::picture::{Painter, ScreenPictureError};
+use crate::scene::LaserPlace;
 use crate::window::{ViewWindow, WindowEnd, WindowHooks};
 use mission_lookout::MissionLookout;
 use port_list::{PORTS, all_inputs};
@@ -85,6 +86,7 @@ impl Component for OperatorView {
     const KIND: &'static str = "operator-view";
     const SUMMARY: &'static str = "The operator's screen: map, scan, trajectories, camera and state; goals, driving by hand, STOP.";
     const REPORTS_DONE: bool = false;
+    const FRAMES: &'static [(&'static str, &'static str)] = &[("scan", "laser_frame")];
     const PARAMETERS: &'static [Parameter] = PARAMETERS;
     const PORTS: &'static [(&'static str, &'static str)] = &PORTS;
     const EVENTS: &'static [DeclaredEvent] = EVENTS;
@@ -288,13 +290,18 @@ impl OperatorView {
     /// Returns what a window that watches this system needs of the parameters.
     fn compose_settings(&self) -> ToWindow {
         let console = self.console.lock();
-        let (limits, laser) = (console.orders.limits, console.scene.robot_from_laser);
+        let limits = console.orders.limits;
+        let (laser, no_laser) = match &console.scene.robot_from_laser {
+            LaserPlace::Known(pose) => (vec![pose.x_m, pose.y_m, pose.yaw_rad], String::new()),
+            LaserPlace::Unknown(why) => (Vec::new(), why.clone()),
+        };
         ToWindow::Settings {
             speed_mps: limits.speed_mps,
             turn_radps: limits.turn_radps,
             tolerance_m: limits.tolerance_m,
             robot_radius_m: console.robot_radius_m,
-            laser: vec![laser.x_m, laser.y_m, laser.yaw_rad],
+            laser,
+            no_laser,
             buttons: console.buttons.clone(),
             is_light: console.is_light,
         }

@@ -28,6 +28,12 @@ pub enum SceneError {
     /// Bytes that are no message of the type.
     #[error("the bytes are no message of this type: {0}")]
     Bytes(String),
+    /// A scan of a laser whose place on the robot is not known.
+    #[error("{why}")]
+    NoLaser {
+        /// Why not.
+        why: String,
+    },
     /// A scan without angles.
     #[error("the scan's angles are not finite")]
     Angles,
@@ -74,11 +80,26 @@ pub struct Rays<'a> {
     pub ranges_m: &'a [f32],
 }
 
+/// The place of the laser on the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LaserPlace {
+    /// Its pose on the base.
+    Known(Pose2),
+    /// Why it is not known.
+    Unknown(String),
+}
+
+impl Default for LaserPlace {
+    fn default() -> Self {
+        Self::Unknown("no frames were received yet".into())
+    }
+}
+
 /// Everything that is shown on the map.
 #[derive(Clone, Debug, Default)]
 pub struct RobotScene {
     /// The pose of the laser on the robot.
-    pub robot_from_laser: Pose2,
+    pub robot_from_laser: LaserPlace,
     /// Whether localisation is linked; otherwise only odometry gives the pose.
     pub is_localised: bool,
     /// The frame of the map.
@@ -114,7 +135,7 @@ impl RobotScene {
         let news = self.frames.frame_seen(frame);
         if news == FrameNews::Changed {
             *self = Self {
-                robot_from_laser: self.robot_from_laser,
+                robot_from_laser: self.robot_from_laser.clone(),
                 is_localised: self.is_localised,
                 frames: self.frames.clone(),
                 photo: std::mem::take(&mut self.photo),
@@ -223,6 +244,10 @@ impl RobotScene {
         if !(rays.first_rad.is_finite() && rays.step_rad.is_finite()) {
             return Err(SceneError::Angles);
         }
+        let robot_from_laser = match &self.robot_from_laser {
+            LaserPlace::Known(pose) => *pose,
+            LaserPlace::Unknown(why) => return Err(SceneError::NoLaser { why: why.clone() }),
+        };
         let [nearest, farthest] = rays.range_m;
         let every = rays.ranges_m.len().div_ceil(MAX_MARKS).max(1);
         let seen = rays.ranges_m.iter().enumerate().step_by(every);
@@ -231,7 +256,7 @@ impl RobotScene {
         let points = seen.map(|(ray, range)| {
             let (sin, cos) = (rays.first_rad + ray as f64 * rays.step_rad).sin_cos();
             let range_m = f64::from(*range);
-            self.robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
+            robot_from_laser.apply(Point2::new(range_m * cos, range_m * sin))
         });
         self.scan = ScanPoints { stamp_s: rays.stamp_s, points: points.collect() };
         Ok(())
@@ -352,6 +377,10 @@ mod tests {
             range_m: [0.1, 10.0],
             ranges_m,
         };
+        let no_laser = scene.set_scan(&rays(&[2.0])).expect_err("its place is not known");
+        assert_eq!(no_laser.to_string(), "no frames were received yet");
+        assert!(scene.scan.points.is_empty(), "nothing is drawn where the laser may not be");
+        scene.robot_from_laser = LaserPlace::Known(Pose2::IDENTITY);
         scene.set_scan(&rays(&[])).unwrap();
         assert_eq!(scene.scan.points, []);
         scene.set_scan(&rays(&[f32::NAN, f32::INFINITY, 11.0, 0.0, 1.0])).unwrap();

@@ -14,10 +14,10 @@ pub struct CameraModel {
     pub height: u32,
     /// Angle from the left to the right edge of a picture, in radians, less than a half turn.
     pub field_of_view_rad: f64,
+    /// Where it sits on the base, and where it looks.
+    pub mount: Pose2,
     /// How high it sits above the floor, in metres.
     pub above_m: f64,
-    /// How far ahead of the middle of the base it sits, in metres.
-    pub ahead_m: f64,
 }
 
 impl Default for CameraModel {
@@ -26,8 +26,8 @@ impl Default for CameraModel {
             width: 160,
             height: 120,
             field_of_view_rad: 70f64.to_radians(),
+            mount: Pose2::new(0.1, 0.0, 0.0),
             above_m: 0.4,
-            ahead_m: 0.1,
         }
     }
 }
@@ -52,7 +52,7 @@ impl CameraModel {
     /// Takes a picture from where the base is: rows from the top, each from the left, three bytes a
     /// pixel (red, green, blue).
     pub fn picture(&self, scene: WorldScene<'_>, map_from_base: Pose2) -> Vec<u8> {
-        let eye = map_from_base.then(Pose2::new(self.ahead_m, 0.0, 0.0));
+        let eye = map_from_base.then(self.mount);
         let columns: Vec<PictureColumn> =
             (0..self.width).map(|column| self.look_along(scene, eye, column)).collect();
         let mut rgb = vec![0; 3 * self.width as usize * self.height as usize];
@@ -153,8 +153,13 @@ mod tests {
         World::parse("room.svg", text.as_bytes()).expect("a readable world")
     }
 
-    const CAMERA: CameraModel =
-        CameraModel { width: 81, height: 61, field_of_view_rad: 1.2, above_m: 0.4, ahead_m: 0.0 };
+    const CAMERA: CameraModel = CameraModel {
+        width: 81,
+        height: 61,
+        field_of_view_rad: 1.2,
+        mount: Pose2::IDENTITY,
+        above_m: 0.4,
+    };
 
     /// The colour of a pixel of a picture taken at a pose.
     fn pixel(bodies: &[Body], pose: Pose2, column: usize, row: usize) -> Rgb {

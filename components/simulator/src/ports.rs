@@ -4,6 +4,8 @@ mod clock;
 mod messages;
 mod parameters;
 
+use std::collections::BTreeSet;
+
 use armor_sdk::prelude::*;
 
 use crate::pace::SimulationPace;
@@ -36,6 +38,8 @@ pub struct Simulator {
     clock: ClockOutput,
     /// Whether anything subscribes to the pictures.
     is_watched: bool,
+    /// The sensors whose missing frame was logged.
+    unplaced: BTreeSet<&'static str>,
 }
 
 impl Component for Simulator {
@@ -47,10 +51,16 @@ impl Component for Simulator {
     const NEEDS_RATE: bool = true;
     const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] =
         &[("speed", ParameterEffect::Idle("0")), ("max_speed", ParameterEffect::Idle("0m/s"))];
+    const FRAMES: &'static [(&'static str, &'static str)] =
+        &[("scan", "laser_frame"), ("camera", "camera_frame")];
     const PARAMETERS: &'static [Parameter] = SimulatorParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
-        ("scan", "ranges from right to left in the frame laser; inf: nothing in range, NaN: lost"),
+        (
+            "scan",
+            "ranges from right to left in the laser's frame; inf: nothing in range, NaN: lost",
+        ),
         ("odometry", "what the wheels believe, odom to base_link, drifting"),
+        ("transforms", "where base_link is in odom, as the odometry has it"),
         ("truth", "where the base really is, map to base_link; the map begins at the start"),
         ("presence", "the base as other robots in the same world meet it, on the sheet"),
         ("imu", "turn rate by a gyroscope whose bias walks"),
@@ -73,6 +83,7 @@ impl Component for Simulator {
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<LaserScan>("scan")?;
         armor.provide::<Odometry>("odometry")?;
+        armor.provide::<FrameTransforms>("transforms")?;
         armor.provide::<Odometry>("truth")?;
         armor.provide::<Presence>("presence")?;
         armor.provide::<Imu>("imu")?;
@@ -96,6 +107,7 @@ impl Component for Simulator {
             running: None,
             clock: ClockOutput::default(),
             is_watched: false,
+            unplaced: BTreeSet::new(),
         })
     }
 
@@ -158,7 +170,9 @@ impl Simulator {
             if let SensorReading::Battery { battery, .. } = &stamped.reading {
                 level = battery.level();
             }
-            self.publish_reading(stamped)?;
+            if self.is_placed(&stamped.reading) {
+                self.publish_reading(stamped)?;
+            }
         }
         if level < self.parameters.battery_warning && !self.has_warned {
             self.has_warned = true;
@@ -167,11 +181,29 @@ impl Simulator {
         Ok(Outcome::CarryOn)
     }
 
+    /// Returns whether the file places the sensor on the robot; the first time that it does not is
+    /// logged. Nothing is published that was measured at a place which is not known.
+    fn is_placed(&mut self, reading: &SensorReading) -> bool {
+        let (sensor, placed) = match reading {
+            SensorReading::Scan(_) => ("scan", self.parameters.laser_mount().map(drop)),
+            SensorReading::Picture(_) => ("camera", self.parameters.camera_mount().map(drop)),
+            _ => return true,
+        };
+        if let Err(why) = &placed
+            && self.unplaced.insert(sensor)
+        {
+            tracing::info!("nothing is published on {sensor}: {why}");
+        }
+        placed.is_ok()
+    }
+
     fn publish_reading(&mut self, Stamped { time_s, reading }: Stamped) -> Result<(), Fault> {
         let armor = &self.armor;
         match reading {
             SensorReading::Odometry(motion) => {
-                armor.send_data("odometry", &messages::build_odometry(time_s, "odom", motion))?
+                let odometry = messages::build_odometry(time_s, "odom", motion);
+                armor.send_data("transforms", &FrameTransforms::from_odometry(&odometry))?;
+                armor.send_data("odometry", &odometry)?
             }
             SensorReading::Presence(pose) => {
                 let radius_m = self.models.drive.radius_m;
@@ -188,7 +220,8 @@ impl Simulator {
                 armor.send_data("gps", &messages::build_fix(time_s, fix))?
             }
             SensorReading::Picture(rgb) => {
-                let image = messages::build_image(time_s, &self.models.camera, rgb);
+                let frame = &self.parameters.camera_frame;
+                let image = messages::build_image(time_s, frame, &self.models.camera, rgb);
                 let sent = armor.send_data("camera", &image)?;
                 self.is_watched = sent.to > 0;
                 sent
@@ -202,6 +235,7 @@ impl Simulator {
             SensorReading::Scan(ranges) => {
                 let scan = messages::build_scan(
                     time_s,
+                    &self.parameters.laser_frame,
                     &self.models.laser,
                     self.models.rates.scan_hz,
                     ranges,
@@ -213,6 +247,35 @@ impl Simulator {
             }
             SensorReading::Collisions(count) => armor.send_data("collisions", &Count { count })?,
         };
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use armor_sdk::testing::{TestError, TestedComponent};
+
+    use super::*;
+
+    #[test]
+    fn a_sensor_is_where_the_file_places_it_or_publishes_nothing() -> Result<(), TestError> {
+        let world = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/two-rooms.svg");
+        let frames = ("frames", "front,base_link,0.08,0,0.2,0,0,0");
+        let parameters = [("world", world), frames, ("laser_frame", "front")];
+        let mut simulator = TestedComponent::build::<Simulator>(&parameters)?;
+        simulator.start()?;
+        for _ in 0..30 {
+            simulator.tick_after(Duration::from_millis(50))?;
+        }
+        assert_eq!(simulator.last_output::<LaserScan>("scan")?.frame, "front");
+        assert!(simulator.outputs::<Image>("camera")?.is_empty(), "its frame is missing");
+        let odometry: Odometry = simulator.last_output("odometry")?;
+        let transforms: FrameTransforms = simulator.last_output("transforms")?;
+        assert_eq!(transforms, FrameTransforms::from_odometry(&odometry));
+        let [moved] = &transforms.transforms[..] else { panic!("one frame moves") };
+        assert_eq!((moved.parent.as_str(), moved.child.as_str()), ("odom", "base_link"));
         Ok(())
     }
 }

@@ -117,6 +117,33 @@ pub struct PoseStamped {
     pub pose: Pose,
 }
 
+/// Where a frame is in another one.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct FrameTransform {
+    /// The frame that it is in; with its epoch if it has one, such as `map#3f2a`.
+    pub parent: String,
+    /// The frame.
+    pub child: String,
+    /// Its origin in the parent, in metres.
+    #[message(unit = "m")]
+    pub translation: Vector3,
+    /// Its axes in the parent.
+    pub rotation: Quaternion,
+}
+
+/// Where frames are in others at a time, as far as they move (ROS: `tf2_msgs/TFMessage`). A frame has
+/// one parent, and one component publishes where it is.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct FrameTransforms {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// The frames.
+    pub transforms: Vec<FrameTransform>,
+}
+
 /// Poses in one frame at one time, such as the hypotheses of a particle filter.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]

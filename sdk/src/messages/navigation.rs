@@ -2,7 +2,10 @@
 
 use armor_wire::{Array, Message};
 
-use super::geometry::{Pose, Pose2D, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance};
+use super::geometry::{
+    FrameTransform, FrameTransforms, Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Twist,
+    TwistWithCovariance, Vector3,
+};
 
 /// How a map lies in its frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Message)]
@@ -108,6 +111,20 @@ pub struct Odometry {
     pub pose: PoseWithCovariance,
     /// Velocity of the child frame, in the child frame.
     pub twist: TwistWithCovariance,
+}
+
+impl FrameTransforms {
+    /// Where the odometry has its base in its frame.
+    pub fn from_odometry(odometry: &Odometry) -> Self {
+        let Pose { position: Point { x, y, z }, orientation } = odometry.pose.pose;
+        let transform = FrameTransform {
+            parent: odometry.frame.clone(),
+            child: odometry.child_frame.clone(),
+            translation: Vector3 { x, y, z },
+            rotation: orientation,
+        };
+        Self { stamp: odometry.stamp, transforms: vec![transform] }
+    }
 }
 
 impl Odometry {

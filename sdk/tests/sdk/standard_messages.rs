@@ -18,7 +18,7 @@ macro_rules! schemas_of {
 fn standard_schemas() -> Vec<(&'static str, String)> {
     schemas_of![
         Point Vector3 Quaternion Pose Pose2D PoseStamped PoseArray PoseWithCovariance
-        PoseWithCovarianceStamped Twist TwistWithCovariance
+        PoseWithCovarianceStamped Twist TwistWithCovariance FrameTransform FrameTransforms
         MapMetaData OccupancyGrid OccupancyGridUpdate Path SlamDiagnostics Odometry
         LaserScan Image CompressedImage Imu NavSatStatus NavSatService NavSatFix
         PowerSupplyStatus BatteryState

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use armor_sdk::ValueError;
+use armor_convert::locate_level;
 use armor_sdk::prelude::*;
 use armor_sdk::wire::text_format::TextFormat;
+use armor_sdk::{FromValue, ValueError};
 
 use crate::console::Console;
+use crate::scene::LaserPlace;
 
 /// The parameters of the operator's screen.
 pub(super) const PARAMETERS: &[Parameter] = &[
@@ -56,18 +58,16 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         .default("0.18m")
         .range(0.02, 5.0)
         .doc("circle that is drawn for the robot"),
-    Parameter::number("laser_x", "m")
-        .default("0m")
-        .range(-10.0, 10.0)
-        .doc("laser ahead of the middle of the base"),
-    Parameter::number("laser_y", "m")
-        .default("0m")
-        .range(-10.0, 10.0)
-        .doc("laser left of the middle of the base"),
-    Parameter::number("laser_yaw", "deg")
-        .default("0deg")
-        .range(-std::f64::consts::PI, std::f64::consts::PI)
-        .doc("direction of the laser, anticlockwise from ahead"),
+    Parameter::text("frames")
+        .default("")
+        .format(TextFormat::Frames)
+        .live()
+        .doc("the frames of the file: where the laser is on the robot"),
+    Parameter::text("laser_frame")
+        .default("laser")
+        .format(TextFormat::Frame)
+        .live()
+        .doc("the laser's frame"),
 ];
 
 /// What concerns the component itself.
@@ -77,11 +77,23 @@ pub(super) struct ViewSettings {
     pub(super) picture_period_s: f64,
     pub(super) size: [usize; 2],
     pub(super) scale: f64,
+    /// The frames of the file.
+    frames: Vec<FixedFrame>,
+    /// The laser's.
+    laser_frame: String,
 }
 
 impl Default for ViewSettings {
     fn default() -> Self {
-        Self { window: true, picture: None, picture_period_s: 2.0, size: [1280, 800], scale: 1.0 }
+        Self {
+            window: true,
+            picture: None,
+            picture_period_s: 2.0,
+            size: [1280, 800],
+            scale: 1.0,
+            frames: Vec::new(),
+            laser_frame: "laser".into(),
+        }
     }
 }
 
@@ -93,7 +105,6 @@ impl ViewSettings {
         name: &str,
         value: &Value,
     ) -> Result<(), Fault> {
-        let laser = &mut console.scene.robot_from_laser;
         let limits = &mut console.orders.limits;
         match name {
             "window" => self.window = value.flag()?,
@@ -108,11 +119,14 @@ impl ViewSettings {
             "turn" => limits.turn_radps = value.number()?,
             "tolerance" => limits.tolerance_m = value.number()?,
             "robot_radius" => console.robot_radius_m = value.number()?,
-            "laser_x" => laser.x_m = value.number()?,
-            "laser_y" => laser.y_m = value.number()?,
-            "laser_yaw" => laser.yaw_rad = value.number()?,
+            "frames" => self.frames = Vec::from_value(value)?,
+            "laser_frame" => self.laser_frame = String::from_value(value)?,
             _ => {}
         }
+        console.scene.robot_from_laser = match locate_level(&self.frames, &self.laser_frame) {
+            Ok(pose) => LaserPlace::Known(pose),
+            Err(why) => LaserPlace::Unknown(why.to_string()),
+        };
         Ok(())
     }
 }

@@ -27,6 +27,7 @@ use crate::links::{ClockTimes, InputLink, SequenceNumber};
 use crate::mission::{MissionQuestion, MissionState};
 use crate::orders::{OrderLimits, RobotCommand};
 use crate::picture::Painter;
+use crate::scene::LaserPlace;
 use crate::window::{ViewWindow, WindowEnd, WindowHooks};
 
 const USAGE: &str = "\
@@ -389,15 +390,17 @@ impl Station {
                 tolerance_m,
                 robot_radius_m,
                 laser,
+                no_laser,
                 buttons,
                 is_light,
             } => {
                 let mut console = self.console.lock();
                 console.orders.limits = OrderLimits { speed_mps, turn_radps, tolerance_m };
                 console.robot_radius_m = robot_radius_m;
-                if let [x_m, y_m, yaw_rad] = laser[..] {
-                    console.scene.robot_from_laser = Pose2::new(x_m, y_m, yaw_rad);
-                }
+                console.scene.robot_from_laser = match laser[..] {
+                    [x_m, y_m, yaw_rad] => LaserPlace::Known(Pose2::new(x_m, y_m, yaw_rad)),
+                    _ => LaserPlace::Unknown(no_laser),
+                };
                 console.buttons = buttons;
                 console.is_light |= is_light;
             }

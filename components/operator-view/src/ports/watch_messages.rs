@@ -51,8 +51,10 @@ pub(super) enum ToWindow {
         tolerance_m: f64,
         /// Radius of the circle that is drawn for the robot, in metres.
         robot_radius_m: f64,
-        /// Pose of the laser on the robot: x, y in metres, yaw in radians.
+        /// Pose of the laser on the robot: x, y in metres, yaw in radians; empty if it is not known.
         laser: Vec<f64>,
+        /// Why it is not known.
+        no_laser: String,
         /// The buttons of the mission.
         buttons: Vec<String>,
         /// Whether the theme is light.

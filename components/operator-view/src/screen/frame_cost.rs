@@ -13,7 +13,7 @@ use crate::map::{MapChange, MapLayout};
 use crate::mission::MissionState;
 use crate::photo::Photo;
 use crate::readings::BatteryReading;
-use crate::scene::{LocatedPose, Rays};
+use crate::scene::{LaserPlace, LocatedPose, Rays};
 
 /// Frames that are measured.
 const FRAMES: u32 = 200;
@@ -85,6 +85,7 @@ fn change(console: &mut Console, frame: u32) -> ClockTimes {
         range_m: [0.1, 10.0],
         ranges_m: &ranges_m,
     };
+    scene.robot_from_laser = LaserPlace::Known(Pose2::IDENTITY);
     scene.set_scan(&rays).unwrap();
     scene.set_particles(vec![Pose2::IDENTITY; 200].into_iter());
     if frame.is_multiple_of(FRAMES_PER_IMAGE) {

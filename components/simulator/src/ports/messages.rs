@@ -76,6 +76,7 @@ pub(super) fn build_odometry(stamp: f64, frame: &str, motion: BaseMotion) -> Odo
 
 pub(super) fn build_scan(
     stamp: f64,
+    frame: &str,
     laser: &LaserModel,
     rate_hz: f64,
     ranges: Vec<f32>,
@@ -84,7 +85,7 @@ pub(super) fn build_scan(
     let last = f64::from(laser.beam_count().saturating_sub(1));
     LaserScan {
         stamp,
-        frame: "laser".into(),
+        frame: frame.into(),
         angle_min: first_rad as f32,
         angle_max: (first_rad + last * increment_rad) as f32,
         angle_increment: increment_rad as f32,
@@ -155,10 +156,10 @@ pub(super) fn build_fix(stamp: f64, fix: Option<Fix>) -> NavSatFix {
     }
 }
 
-pub(super) fn build_image(stamp: f64, camera: &CameraModel, rgb: Vec<u8>) -> Image {
+pub(super) fn build_image(stamp: f64, frame: &str, camera: &CameraModel, rgb: Vec<u8>) -> Image {
     Image {
         stamp,
-        frame: "camera".into(),
+        frame: frame.into(),
         height: camera.height,
         width: camera.width,
         encoding: "rgb8".into(),
@@ -200,14 +201,14 @@ mod tests {
     #[test]
     fn a_picture_has_the_size_that_it_states() {
         let camera = CameraModel::default();
-        let message = build_image(1.0, &camera, vec![7; 160 * 120 * 3]);
+        let message = build_image(1.0, "camera", &camera, vec![7; 160 * 120 * 3]);
         assert_eq!(message.data.len(), (message.step * message.height) as usize);
     }
 
     #[test]
     fn a_scan_states_where_its_beams_are() {
         let laser = LaserModel::default();
-        let scan = build_scan(5.0, &laser, 10.0, vec![1.0; laser.beam_count() as usize]);
+        let scan = build_scan(5.0, "laser", &laser, 10.0, vec![1.0; laser.beam_count() as usize]);
         let last = scan.angle_min + (scan.ranges.len() - 1) as f32 * scan.angle_increment;
         assert!((last - scan.angle_max).abs() < 1e-5);
         assert!((scan.angle_max + scan.angle_min).abs() < 1e-6, "the middle beam looks ahead");

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
+use armor_convert::{locate_level, locate_on_base};
 use armor_sdk::prelude::*;
 
 use crate::battery::BatteryModel;
@@ -20,6 +21,9 @@ use crate::simulation::Models;
 use crate::slip::SlipModel;
 use crate::start::WorldStart;
 use crate::steering::SteeringModel;
+
+/// How high a camera is at least: lower, it sees nothing but the floor.
+const LOWEST_CAMERA_M: f64 = 0.01;
 
 /// What can be set in the file.
 #[derive(Clone, Debug, Parameters)]
@@ -72,15 +76,15 @@ pub(super) struct SimulatorParameters {
     /// share of beams that return anything up to the farthest range
     #[parameter(default = 0, range = 0.0..=1.0)]
     laser_random: f64,
-    /// laser ahead of the middle of the base
-    #[parameter(unit = "m", default = "0.08m", range = -10.0..=10.0)]
-    laser_x_m: f64,
-    /// laser left of the middle of the base
-    #[parameter(unit = "m", default = "0m", range = -10.0..=10.0)]
-    laser_y_m: f64,
-    /// direction of the laser, anticlockwise from ahead
-    #[parameter(unit = "deg", default = "0deg", range = -3.15..=3.15)]
-    laser_theta_rad: f64,
+    /// the frames of the file: where laser and camera are on the robot
+    #[parameter(default = "", format = "frames")]
+    pub(super) frames: Vec<FixedFrame>,
+    /// the laser's frame; without it there are no scans
+    #[parameter(default = "laser", format = "frame")]
+    pub(super) laser_frame: String,
+    /// the camera's frame; without it there are no pictures
+    #[parameter(default = "camera", format = "frame")]
+    pub(super) camera_frame: String,
     /// scans
     #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
     scan_rate_hz: f64,
@@ -204,12 +208,6 @@ pub(super) struct SimulatorParameters {
     /// angle from the left to the right edge of a picture
     #[parameter(unit = "deg", default = "70deg", range = 0.01..=3.0)]
     camera_field_of_view_rad: f64,
-    /// camera above the floor
-    #[parameter(unit = "m", default = "0.4m", range = 0.01..=10.0)]
-    camera_above_m: f64,
-    /// camera ahead of the middle of the base
-    #[parameter(unit = "m", default = "0.1m", range = -10.0..=10.0)]
-    camera_ahead_m: f64,
     /// pictures, with a subscriber; one a second without
     #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
     camera_rate_hz: f64,
@@ -244,7 +242,31 @@ impl SimulatorParameters {
         WorldStart { id: self.start.clone(), otherwise: is_given.then_some(pose) }
     }
 
+    /// Where the laser is on the robot.
+    pub(super) fn laser_mount(&self) -> Result<Pose2, String> {
+        locate_level(&self.frames, &self.laser_frame).map_err(|why| why.to_string())
+    }
+
+    /// Where the camera is on the robot, and how high above the floor, in metres.
+    pub(super) fn camera_mount(&self) -> Result<(Pose2, f64), String> {
+        let mount = locate_level(&self.frames, &self.camera_frame);
+        let placed = locate_on_base(&self.frames, &self.camera_frame);
+        let (mount, placed) =
+            mount.and_then(|mount| Ok((mount, placed?))).map_err(|why| why.to_string())?;
+        let above_m = placed.translation.z;
+        if above_m >= LOWEST_CAMERA_M {
+            Ok((mount, above_m))
+        } else {
+            let frame = &self.camera_frame;
+            Err(format!(
+                "the frame `{frame}` is {above_m} m above the floor; give it a z above 1 cm"
+            ))
+        }
+    }
+
     pub(super) fn models(&self) -> Models {
+        // Without its frame no picture is published.
+        let (mount, above_m) = self.camera_mount().unwrap_or((Pose2::IDENTITY, LOWEST_CAMERA_M));
         Models {
             laser: self.laser_model(),
             drive: self.drive_model(),
@@ -278,8 +300,8 @@ impl SimulatorParameters {
                 width: self.camera_width,
                 height: self.camera_height,
                 field_of_view_rad: self.camera_field_of_view_rad,
-                above_m: self.camera_above_m,
-                ahead_m: self.camera_ahead_m,
+                mount,
+                above_m,
             },
             battery: BatteryModel {
                 initial_level: self.battery_level,
@@ -311,7 +333,8 @@ impl SimulatorParameters {
             short: self.laser_short,
             short_per_m: self.laser_short_rate,
             random: self.laser_random,
-            mount: Pose2::new(self.laser_x_m, self.laser_y_m, self.laser_theta_rad),
+            // Without its frame no scan is published.
+            mount: self.laser_mount().unwrap_or_default(),
         }
     }
 
@@ -342,13 +365,28 @@ impl SimulatorParameters {
 #[cfg(test)]
 mod tests {
     use armor_sdk::wire::manifest::ParameterValue;
+    use armor_sdk::wire::text_format::parse_frames;
 
     use super::*;
 
     #[test]
-    fn the_declared_defaults_are_those_of_the_models() {
+    fn the_declared_defaults_and_the_usual_frames_are_those_of_the_models() {
         let expected = Models { seed: 1, ..Models::default() };
-        assert_eq!(SimulatorParameters::defaults().models(), expected);
+        let mut parameters = SimulatorParameters::defaults();
+        let frames = "laser,base_link,0.08,0,0.2,0,0,0 camera,base_link,0.1,0,0.4,0,0,0";
+        parameters.frames = parse_frames(frames).expect("two frames");
+        assert_eq!(parameters.models(), expected);
+    }
+
+    #[test]
+    fn a_sensor_without_a_place_has_none() {
+        let mut parameters = SimulatorParameters::defaults();
+        assert!(parameters.laser_mount().is_err() && parameters.camera_mount().is_err());
+        let frames = "laser,base_link,0.3,0.1,0.2,0,0,1 camera,base_link,0.1,0,0,0,0,0";
+        parameters.frames = parse_frames(frames).expect("two frames");
+        assert_eq!(parameters.laser_mount(), Ok(Pose2::new(0.3, 0.1, 1.0)));
+        let low = parameters.camera_mount().expect_err("it is on the floor");
+        assert_eq!(low, "the frame `camera` is 0 m above the floor; give it a z above 1 cm");
     }
 
     #[test]
