@@ -47,6 +47,7 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::load::Reading;
+use crate::manifests::Manifests;
 use crate::model::{Configuration, System};
 use crate::overrides::{self, Override};
 use crate::source::Location;
@@ -54,7 +55,6 @@ use crate::suggestion::suggest_similar;
 
 pub use dates::passed_dates;
 pub use frames::{BASE_FRAME, MOVING_FRAMES, fill_frames};
-pub use manifests::Manifests;
 pub use paths::{NeededPath, needed_paths};
 pub use system::RESERVED_NAMES;
 

@@ -29,6 +29,7 @@ mod flatten;
 mod format;
 pub mod guard;
 mod load;
+mod manifests;
 pub mod mission;
 pub mod model;
 mod namespaces;
@@ -49,8 +50,8 @@ mod unreadable;
 mod xml;
 
 pub use check::{
-    BASE_FRAME, MOVING_FRAMES, Manifests, NeededPath, RESERVED_NAMES, check, fill_frames,
-    needed_paths, passed_dates,
+    BASE_FRAME, MOVING_FRAMES, NeededPath, RESERVED_NAMES, check, fill_frames, needed_paths,
+    passed_dates,
 };
 pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::Date;
@@ -61,6 +62,7 @@ pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
 pub use format::format;
 pub use load::{Reading, load, load_copy, read, read_bytes};
+pub use manifests::Manifests;
 pub use mission::Mission;
 pub use model::{Configuration, System};
 pub use overrides::Override;

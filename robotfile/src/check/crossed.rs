@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, PortManifest};
 
-use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::model::{Link, System};
 
 /// Warns of a link from `a.truth` to `b.pose` where `c.pose` publishes the same type, and an input

@@ -8,11 +8,11 @@ use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
 
 use crate::check::graph::CheckGraph;
-use crate::check::manifests::Manifests;
 use crate::check::names::{KnownNames, listed};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::model::{Component, Configuration, Parameter, PlacedFrame, System};
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;

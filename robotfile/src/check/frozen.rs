@@ -6,12 +6,12 @@ use std::collections::BTreeSet;
 
 use crate::check::activity::{Activity, needed_places};
 use crate::check::guards::within;
-use crate::check::manifests::Manifests;
 use crate::check::reach::find_reached;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::{Guard, Name};
+use crate::manifests::Manifests;
 use crate::mission::Transition;
 use crate::model::{Link, LinkMode, System};
 

@@ -9,13 +9,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use self::data::{ANY_NUMBER, DataFields, FieldRange};
-use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::claim::Claim;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::{Guard, Meaning, Name, Type, is_never_true, judge};
+use crate::manifests::Manifests;
 use crate::mission::Mission;
 use crate::model::Configuration;
 use crate::source::{Location, Spanned};

@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, PortManifest};
 
-use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::model::{Component, Configuration, System};
 
 /// Checks the kinds of all components, and removes from `kinds` those that are probably wrong.

@@ -13,13 +13,11 @@ use crate::check::{frames, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::mission::PlaceParameter;
 use crate::model::{Component, Configuration, Parameter, System};
 use crate::source::{Location, Spanned};
 use crate::suggestion::{suggest_choice, suggest_similar};
-
-/// The manifests of all available kinds, by kind.
-pub type Manifests = BTreeMap<String, Manifest>;
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
     let system = &configuration.system;

@@ -5,13 +5,13 @@ mod transitions;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::check::manifests::Manifests;
 use crate::check::names::{KnownNames, listed};
 use crate::check::{exclusive, twice};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::flatten::is_state_machine;
+use crate::manifests::Manifests;
 use crate::mission::{Exclusive, Mission, Place, Submission, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use armor_wire::manifest::ParameterType;
 use armor_wire::text_format::TextFormat;
 
-use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
+use crate::manifests::Manifests;
 use crate::model::{Configuration, Parameter};
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;

@@ -8,12 +8,12 @@ use armor_wire::clock::Clock;
 use armor_wire::manifest::ParameterValue;
 
 use crate::check::graph::CheckGraph;
-use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::check::starved::is_about;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::model::{Component, Link, LinkMode, System};
 
 /// The parameter with which a kind that publishes a clock states how fast its time runs.

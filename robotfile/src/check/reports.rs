@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, RESERVED_EVENTS};
 
-use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::mission::ReportRef;
 use crate::model::{Component, Configuration};
 use crate::source::Spanned;

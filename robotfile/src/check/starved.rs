@@ -5,10 +5,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::activity::{Activity, needed_places};
-use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::model::{Link, LinkMode, System};
 use crate::source::Location;
 

@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use crate::check::manifests::Manifests;
 use crate::check::names::KnownNames;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::model::{Component, Link, System};
 use crate::source::Spanned;
 

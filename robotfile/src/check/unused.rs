@@ -6,11 +6,11 @@ use armor_wire::Message;
 use armor_wire::clock::Clock;
 use armor_wire::manifest::{Manifest, PortManifest};
 
-use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::{Guard, Name};
+use crate::manifests::Manifests;
 use crate::model::{Component, Configuration, Link, System};
 
 /// The type of messages that report how far a component is: for the screen of an operator, and for

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::Guard;
+use crate::manifests::Manifests;
 use crate::mission::{Mission, Place, Transition};
 use crate::model::{Component, Configuration};
 

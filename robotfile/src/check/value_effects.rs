@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use armor_wire::manifest::{EffectKind, Manifest, ParameterValue, ValueEffect};
 
-use crate::check::manifests::Manifests;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::manifests::Manifests;
 use crate::mission::{Autonomy, Mission, Place, Transition};
 use crate::model::{Component, Configuration, Parameter, System};
 

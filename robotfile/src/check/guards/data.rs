@@ -9,12 +9,12 @@ use armor_wire::quantity::{self, Dimension, Unit};
 use armor_wire::schema::{self, FieldError, FieldPath, Schema};
 
 use super::{measured_meaning, within};
-use crate::check::manifests::Manifests;
 use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::{Meaning, Measure, Name, Type};
+use crate::manifests::Manifests;
 use crate::mission::Variable;
 use crate::model::System;
 use crate::source::{Location, Spanned};
@@ -104,8 +104,8 @@ impl<'a> DataFields<'a> {
         Meaning { is, within, domain, is_measured: variable.source.is_some() }
     }
 
-    /// The least and the greatest value of a field, if they are known: of a standard message, or of a
-    /// field in percent.
+    /// The least and the greatest value of a field, if they are known: of a standard message, of a field
+    /// in percent, or of a whole number without a sign.
     pub(super) fn find_range(&self, name: &Name) -> Option<FieldRange> {
         let data = name.data()?;
         let (component, output) = data.split_once('.')?;
@@ -119,8 +119,12 @@ impl<'a> DataFields<'a> {
         }
         let schema = self.schema_of(data, &port.schema)?;
         let path = FieldPath::find(&schema, &name.fields()).ok()?;
-        let is_share = path.unit == Some(PERCENT);
-        is_share.then(|| FieldRange { ends: (0.0, 1.0), text: "0 to 100 %".to_owned() })
+        if path.unit == Some(PERCENT) {
+            return Some(FieldRange { ends: (0.0, 1.0), text: "0 to 100 %".to_owned() });
+        }
+        let is_count = matches!(path.schema, Schema::U8 | Schema::U16 | Schema::U32 | Schema::U64);
+        (is_count && path.unit.is_none())
+            .then(|| FieldRange { ends: (0.0, f64::INFINITY), text: "0 and more".to_owned() })
     }
 
     /// The schema of the data of an output, parsed once.
