@@ -22,6 +22,10 @@ pub struct CellWindow {
 impl CellWindow {
     /// The cells of `resolution_m` that a search for `points` can touch, with a margin.
     pub fn around(points: &[Point], prior: &Prior, resolution_m: f64, margin_m: f64) -> Self {
+        // A scan in which nothing was seen can touch no cell.
+        if points.is_empty() {
+            return Self { low: [0; 2], high: [0; 2] };
+        }
         let far_m = points.iter().map(|p| p.x_m.hypot(p.y_m)).fold(0.0, f64::max);
         let margin_m = prior.window_m + far_m * prior.window_rad + margin_m;
         let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
@@ -167,6 +171,23 @@ mod tests {
         grid.insert(&Pose::default(), Point::default(), &[beam]);
         let window = CellWindow { low: [0, -20], high: [40, 20] };
         LikelihoodField::draw(&grid, window, 0.1, 3)
+    }
+
+    #[test]
+    fn a_scan_without_points_has_an_empty_window() {
+        let prior = Prior {
+            pose: Pose::default(),
+            sigma_m: 0.1,
+            sigma_rad: 0.1,
+            window_m: 1.0,
+            window_rad: 0.5,
+        };
+        let window = CellWindow::around(&[], &prior, 0.1, 0.5);
+        assert_eq!(window, CellWindow { low: [0; 2], high: [0; 2] });
+        let field = LikelihoodField::draw(&SurfaceGrid::new(0.1), window.widened(2), 0.1, 3);
+        assert_eq!((field.at(0, [0, 0]), field.at(3, [1, 1])), (0, 0));
+        let field = LikelihoodField::draw(&SurfaceGrid::new(0.1), window, 0.1, 3);
+        assert_eq!(field.at(3, [0, 0]), 0);
     }
 
     #[test]
