@@ -265,9 +265,10 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         }
     }
 
-    /// Reports the attribute, if it is present, as one that has no effect, with the reason.
+    /// Reports the attribute, if it is present, as one that has no effect, with the reason. A misspelt
+    /// attribute may be the one that gives it an effect, so all must have been read before.
     pub(crate) fn without_effect(&mut self, name: &str, why: &str) {
-        if let Some(at) = self.attribute_at(name) {
+        if let Some(at) = self.attribute_at(name).filter(|_| !self.has_strangers()) {
             let finding = Finding::new(Code::NoEffect, &at, format!("{name} has no effect here"));
             self.report(finding.remedy(why));
         }

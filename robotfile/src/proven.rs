@@ -54,7 +54,10 @@ impl Findings {
             self.explain_by_unset(&mut proven, mission);
             goal::merge_after_goal(&mut proven, mission);
             causes::explain_after_safe(&mut proven, mission);
-            goal::merge_over_at_start(&mut proven);
+            if goal::merge_over_at_start(&mut proven) {
+                // Nothing leads to where the mark was before it was moved to the goal.
+                self.retain(|finding| finding.code != Code::UnreachablePlace);
+            }
             self.merge_outside(&mut proven, mission);
             causes::explain_missing_entrance(&mut proven, mission);
         }

@@ -35,6 +35,7 @@ fn manifests() -> Manifests {
             port("state", STATE),
             port("one", "One{stamp:f64(s),data:f64(m)}"),
             port("ok", "Ok{data:bool}"),
+            port("hits", "Hits{data:u32}"),
         ],
         parameters: vec![],
         events: None,
@@ -137,6 +138,9 @@ fn constant_guards() {
     guard("W0236", "[[v + 1 &lt;= 101]]");
     guard("W0236", "[[0 - v &gt; 0]] or p.ok");
     guard("W0236", "[[1 &lt; 2]]");
+    guard("W0236", "[[p.hits.data &gt;= 0]]");
+    guard("W0236", "[[p.hits.data &lt; 0]]");
+    guard("", "p.hits.data &gt;= 5 and p.hits.data != 0");
     check_file("W0236", r#"<transition name="t" from="a" to="b" when="[[true]]"/>"#, None);
 }
 
@@ -212,6 +216,8 @@ fn set_values_are_whole_numbers_in_the_domain() {
     check("W0224", &format!("{unset}{guard}</transition>"));
     let none = r#"<variable name="[[n]]" min="0"/>"#;
     check("E0239", &format!("{none}{guard}{one}</transition>"));
+    let alone = r#"<variable name="[[n]]" initial="1"/>"#;
+    check("E0239", alone);
     let unread = r#"<variable name="[[n]]" min="0" max="3"/>
         <transition name="t" from="a" to="b" timeout="1s"><set variable="n" value="n + 1"/></transition>"#;
     check("W0237", unread);

@@ -196,6 +196,22 @@ pub(super) fn drop_followers_of_reading(found: &mut Findings, reading: &Findings
     if has(&[Code::UnknownAttribute, Code::UnknownElement]) {
         found.retain(|finding| finding.code != Code::ReportNeverSent);
     }
+    // The attribute that an element seems to lack is there, but misspelt.
+    let strangers = reading.iter().filter(|finding| finding.code == Code::UnknownAttribute);
+    let misspelt: BTreeSet<_> =
+        strangers.filter_map(|finding| finding.at.as_ref().map(element_of)).collect();
+    // A variable that is only half declared cannot be used yet.
+    let half_declared = names_at(reading, Code::NotSettable);
+    found.retain(|finding| {
+        let Some(at) = &finding.at else { return true };
+        match finding.code {
+            Code::NoEffect | Code::NoSafePlace | Code::NoGoal => {
+                !misspelt.contains(&element_of(at))
+            }
+            Code::UnusedVariable => !half_declared.contains(at.text()),
+            _ => true,
+        }
+    });
     if has(&[Code::IncludeMissing, Code::IncludeCycle]) {
         found.retain(|finding| {
             finding.code != Code::UnknownComponent
@@ -214,6 +230,12 @@ fn find_ends_of_duplicates<'a>(findings: &Findings, system: &'a System) -> Vec<&
 /// The place of a location among those of all files.
 fn place_of(at: &Location) -> (PathBuf, Span) {
     (at.source.path().to_path_buf(), at.span)
+}
+
+/// The file of a location in a start tag, and where that tag begins.
+fn element_of(at: &Location) -> (PathBuf, usize) {
+    let before = at.source.text().get(..=at.span.start()).unwrap_or_default();
+    (at.source.path().to_path_buf(), before.rfind('<').unwrap_or_default())
 }
 
 fn names_at(findings: &Findings, code: Code) -> BTreeSet<String> {

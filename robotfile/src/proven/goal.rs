@@ -96,10 +96,10 @@ fn find_place_after_end<'a>(
 }
 
 /// Merges a mission that is over at its start with the checks that fail because of that. They are
-/// errors, so the first of them is kept, with this reason.
-pub(super) fn merge_over_at_start(proven: &mut Vec<Finding>) {
+/// errors, so the first of them is kept, with this reason. Returns whether it is over at its start.
+pub(super) fn merge_over_at_start(proven: &mut Vec<Finding>) -> bool {
     let Some(at) = proven.iter().position(|result| result.code == Code::OverAtStart) else {
-        return;
+        return false;
     };
     let over = proven.remove(at);
     let (checks, others): (Vec<_>, Vec<_>) =
@@ -116,6 +116,7 @@ pub(super) fn merge_over_at_start(proven: &mut Vec<Finding>) {
         }
     };
     proven.push(kept);
+    true
 }
 
 /// Returns the transitions that never fire, for a known reason, and that lead to the goal: those that

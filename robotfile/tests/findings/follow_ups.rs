@@ -344,6 +344,10 @@ fn what_cannot_be_read_of_a_transition_has_no_follow_ups() {
     only("E0019", "did you mean true?", &file("autonomy=\"confirm\"", "operator=\"TRUE\""));
     // Without it, the three attributes that need it are one mistake.
     only("W0027", "write operator=", &file("autonomy=\"confirm\"", "timeout=\"9s\""));
+    // One that is misspelt is there, and so are the safe place and the goal.
+    let asked_for = asked.replace(r#"autonomy="confirm""#, r#"operater="true""#);
+    only("E0016", "operator", &robot(r#"safe="hold""#, &format!("{END}{asked_for}")));
+    only("E0016", "safe", &robot(r#"save="hold""#, &format!("{END}{asked}")));
     let arc = r#"<transition name="t" timeout="3s"><arc from="a"/><arc plac="hold"/></transition>"#;
     only("E0016", "<arc> has no attribute plac", &robot(r#"safe="hold""#, &format!("{END}{arc}")));
     // An attribute of another namespace is no misspelt one.

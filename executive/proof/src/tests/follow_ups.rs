@@ -140,6 +140,11 @@ fn a_mission_that_is_over_at_its_start_is_one_finding() {
     let home = r#"<transition name="in" from="b" to="home" on="back.done"/>"#;
     let file = mission(r#"goal="a" safe="hold""#, &format!("{OUT}{home}{LATE}"));
     expect(&file, &["W0262"], "");
+    // The mark was moved to the goal: nothing leads to the place where it was.
+    let moved = mission(r#"goal="home" safe="hold""#, &format!("{OUT}{home}{LATE}"));
+    let moved = moved.replace(r#" initial="true""#, "");
+    let moved = moved.replace(r#"name="home""#, r#"name="home" initial="true""#);
+    expect(&moved, &["W0262"], "");
     let check = "<check>eventually home or hold</check><check>reachable(home)</check>";
     let file = mission(r#"goal="a" safe="hold""#, &format!("{OUT}{home}{LATE}{check}"));
     expect(&file, &["E0252"], "the mission is over at its start");
