@@ -1,6 +1,8 @@
 //! Connections to the other processes of the system: connecting, then the handshake.
 
+use std::collections::VecDeque;
 use std::io::{self, Write};
+use std::os::fd::OwnedFd;
 use std::time::Duration;
 
 use armor_socket::Stream;
@@ -38,6 +40,8 @@ pub enum ConnectError {
 pub(crate) struct Dialled {
     pub stream: Stream,
     pub reader: FrameReader,
+    /// Files that came with what it has read: memory that was offered directly behind the welcome.
+    pub files: VecDeque<OwnedFd>,
     pub welcome: Welcome,
 }
 
@@ -90,13 +94,13 @@ fn shake_hands(stream: Stream, address: &str, hello: &Hello) -> Result<Dialled, 
     // A server that refuses before it reads the hello may have closed its end already; the reason
     // is there to be read all the same.
     let written = (&stream).write_all(&bytes);
-    let mut reader = FrameReader::new();
+    let (mut reader, mut files) = (FrameReader::new(), VecDeque::new());
     loop {
         if let Some(frame) = reader.next_frame().map_err(|error| failed(error.into()))? {
             let welcome = hello::read_answer(&frame).map_err(failed)?;
-            return Ok(Dialled { stream, reader, welcome });
+            return Ok(Dialled { stream, reader, files, welcome });
         }
-        match stream.receive(reader.space()) {
+        match stream.receive_with_files(reader.space(), &mut files) {
             Ok(0) => {
                 written.map_err(unreachable)?;
                 return Err(unreachable(io::ErrorKind::UnexpectedEof.into()));

@@ -174,7 +174,7 @@ impl InputReader {
 
     /// Reads until the link ends; returns why it did.
     fn read_link(&self, mut dialled: Dialled, last: &mut Option<LastArrival>) -> String {
-        let Dialled { stream, reader, .. } = &mut dialled;
+        let Dialled { stream, reader, files, .. } = &mut dialled;
         if let Err(error) = stream.set_read_timeout(None) {
             return error.to_string();
         }
@@ -182,7 +182,7 @@ impl InputReader {
             last,
             is_first: true,
             catch_up: CatchUp::default(),
-            files: VecDeque::new(),
+            files: std::mem::take(files),
             memory: None,
         };
         let wants_newest = self.settings.keep == Keep::Latest;
