@@ -86,6 +86,12 @@ impl LinkMemory {
         self.most_held
     }
 
+    /// How many slots it may have at a time: those that it holds, those in the ring, and one that it is
+    /// just copying because it holds so many.
+    fn most_lent(&self) -> u32 {
+        self.most_held + self.layout.cells + 1
+    }
+
     fn words(&self) -> PageWords<'_, AtomicU64> {
         self.page.words()
     }
@@ -119,7 +125,7 @@ impl LinkMemory {
         let words = self.page.words();
         let lent = words.count_held(slots.slots().iter().map(|slot| slot.index));
         // One that gives nothing back must not take the slots of all others.
-        if lent as u32 >= self.most_held + self.layout.cells {
+        if lent as u32 >= self.most_lent() {
             return RingResult::Refused;
         }
         let slot = &slots.slots()[place];
@@ -158,7 +164,7 @@ pub(super) fn place_message<'a>(
     len: usize,
     links: impl Iterator<Item = &'a LinkMemory> + Clone,
 ) -> Result<Option<(usize, Option<u32>)>, MemoryError> {
-    let most = links.clone().map(|link| link.most_held + link.layout.cells).sum::<u32>();
+    let most = links.clone().map(LinkMemory::most_lent).sum::<u32>();
     let most = (most + OWN_SLOTS).min(MAX_SLOTS);
     let is_held = |index| links.clone().any(|link| link.is_held(index));
     let mut removed = None;
