@@ -8,7 +8,7 @@ use armor_sdk::prelude::*;
 
 use crate::readings::monotonic_ns;
 
-/// How often each of them prints what it has counted.
+/// The interval at which each of them prints what it has counted.
 const PRINT: Duration = Duration::from_millis(250);
 /// One of so many words of a message is looked at: each page of memory, and some more.
 const STEP: usize = 512 - 1;
