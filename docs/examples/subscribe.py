@@ -176,7 +176,7 @@ def main():
 
     provider = found["provider"]
     request = text(options.data) + struct.pack("<Q", provider["instance"]) + text("")
-    request += struct.pack("<QIIBII", 0, 0, 0, 0, 1, 0)  # any hash, keep latest, sleep, no memory
+    request += struct.pack("<QIIBIIB", 0, 0, 0, 0, 1, 0, 0)  # any hash, keep latest, sleep, frames
     link = Connection(provider["endpoint"], struct.pack("<I", 2) + request)
     layout, last = schema(link.welcome["schema"]), None
     print(f"{options.data}: {found['entry']['type_name']} from {provider['name']}"

@@ -1,6 +1,8 @@
 //! Links: an output's data, straight from the publisher's thread to the subscriber's socket.
 
 mod catch_up;
+mod datagrams_in;
+pub(crate) mod datagrams_out;
 pub(crate) mod inbox;
 pub(crate) mod input;
 pub(crate) mod input_reader;

@@ -2,6 +2,7 @@
 //! links with a slow subscriber.
 
 mod control;
+mod datagrams;
 mod handshake;
 
 use std::io;
@@ -17,6 +18,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use crate::background_thread::spawn_background;
 use crate::participant::Participant;
 use control::ControlServer;
+use datagrams::DatagramService;
 use handshake::Handshakes;
 
 /// While user code gathers frames in one long call, they are flushed this often.
@@ -34,6 +36,8 @@ pub(crate) fn start_thread(
     let service = ServiceThread {
         handshakes: Handshakes::new(Arc::clone(&participant)),
         control: ControlServer::new(Arc::clone(&participant)),
+        datagrams: DatagramService::new(Arc::clone(&participant), listeners.port()),
+        datagrams_due: None,
         listeners,
         participant,
         last_beat: Instant::now(),
@@ -48,6 +52,9 @@ struct ServiceThread {
     listeners: ComponentListeners,
     handshakes: Handshakes,
     control: ControlServer,
+    datagrams: DatagramService,
+    /// When datagrams are due that must be sent again.
+    datagrams_due: Option<Instant>,
     last_beat: Instant,
     last_look: Instant,
     /// Set after accepting has failed, as it does without free file descriptors.
@@ -60,11 +67,12 @@ impl ServiceThread {
             let links = self.wait_for_work();
             self.participant.wakers.clear_service();
             self.accept_connections();
-            for admitted in self.handshakes.serve_pending() {
+            for admitted in self.handshakes.serve_pending(&mut self.datagrams) {
                 // Commands of an earlier executive count before a new one takes over.
                 self.control.serve_peers();
                 self.control.add_peer(admitted);
             }
+            self.datagrams_due = self.datagrams.serve().map(|wait| Instant::now() + wait);
             if links || self.is_look_due() || self.participant.ports.is_gathering() {
                 self.serve_links();
             }
@@ -91,12 +99,16 @@ impl ServiceThread {
         if self.accept_after.is_none_or(|after| Instant::now() >= after) {
             fds.extend(self.listeners.sockets().map(|socket| PollFd::new(socket, PollFlags::IN)));
         }
+        fds.extend(self.datagrams.poll_fd());
         self.handshakes.add_poll_fds(&mut fds);
         self.control.add_poll_fds(&mut fds);
         let beat = BEAT.saturating_sub(self.last_beat.elapsed());
         let mut timeout = LOOK.saturating_sub(self.last_look.elapsed()).min(beat);
         if self.participant.ports.is_gathering() {
             timeout = timeout.min(GATHER_PERIOD);
+        }
+        if let Some(due) = self.datagrams_due {
+            timeout = timeout.min(due.saturating_duration_since(Instant::now()));
         }
         let timeout = Timespec {
             tv_sec: timeout.as_secs() as i64,

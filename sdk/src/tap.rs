@@ -95,6 +95,7 @@ impl Tap {
             paused: false,
             history: 1,
             memory: MemoryUse::Never,
+            datagrams: false,
         };
         let hello = Hello::new(&from, instance, Purpose::Link { link });
         let dialled = dial::dial_component(&found.provider, &hello, Transport::Auto)?;

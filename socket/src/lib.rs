@@ -8,6 +8,7 @@
 pub mod connect;
 #[cfg(feature = "daemon")]
 pub mod daemon;
+pub mod datagram;
 pub mod faults;
 pub mod hosts;
 mod identity;
@@ -22,6 +23,7 @@ mod tuning;
 pub use connect::{connect, connect_component};
 #[cfg(feature = "daemon")]
 pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
+pub use datagram::DatagramSocket;
 pub use faults::{FaultTable, is_temporary};
 pub use hosts::{HostPlace, adopt_place, name_endpoint};
 pub use identity::{host_name, random_id};

@@ -181,6 +181,12 @@ impl ComponentListeners {
         Ok(name_endpoint(tcp.local_addr()?))
     }
 
+    /// Returns the TCP port on which it listens, if the system knows it.
+    pub fn port(&self) -> Option<u16> {
+        let [tcp, _] = &self.listeners;
+        tcp.local_addr().ok().map(|address| address.port())
+    }
+
     /// Returns the sockets, for waiting on all of them.
     pub fn sockets(&self) -> impl Iterator<Item = &Listener> {
         self.listeners.iter()

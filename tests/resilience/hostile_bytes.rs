@@ -197,6 +197,7 @@ fn link_to(data: &str) -> Purpose {
         paused: true,
         history: 1,
         memory: MemoryUse::Large,
+        datagrams: true,
     };
     Purpose::Link { link }
 }

@@ -48,9 +48,18 @@ fn read_frame(stream: &mut TcpStream) -> Option<(FrameKind, Vec<u8>)> {
 fn request(data: &str, instance: u64, schema: &str) -> Purpose {
     let (schema_hash, schema) = (schema::hash_text(schema), schema.to_owned());
     let (keep, wake, data) = (Keep::ALL, Wake::Sleep, data.into());
-    let (paused, history, memory) = (false, 1, MemoryUse::Large);
-    let link =
-        LinkRequest { data, instance, schema, schema_hash, keep, wake, paused, history, memory };
+    let link = LinkRequest {
+        data,
+        instance,
+        schema,
+        schema_hash,
+        keep,
+        wake,
+        paused: false,
+        history: 1,
+        memory: MemoryUse::Large,
+        datagrams: false,
+    };
     Purpose::Link { link }
 }
 

@@ -52,13 +52,17 @@ pub enum FrameKind {
     SlotEnd = 14,
     /// From a publisher: data are in shared memory.
     Ready = 15,
+    /// From a publisher: data can come in datagrams.
+    DatagramOffer = 16,
+    /// From a publisher: data come in datagrams from here on, or by the stream again.
+    DatagramSwitch = 17,
 }
 
 impl FrameKind {
     fn from_byte(byte: u8) -> Option<Self> {
         use FrameKind::{
-            Beat, Control, Data, Hello, MemoryOffer, Pause, Preface, Ready, Refusal, Resume,
-            SlotEnd, SlotOffer, Sync, Synced, Welcome,
+            Beat, Control, Data, DatagramOffer, DatagramSwitch, Hello, MemoryOffer, Pause, Preface,
+            Ready, Refusal, Resume, SlotEnd, SlotOffer, Sync, Synced, Welcome,
         };
         let kinds = [
             Hello,
@@ -76,6 +80,8 @@ impl FrameKind {
             SlotOffer,
             SlotEnd,
             Ready,
+            DatagramOffer,
+            DatagramSwitch,
         ];
         kinds.into_iter().find(|kind| *kind as u8 == byte)
     }
@@ -87,7 +93,8 @@ impl FrameKind {
             Self::Preface => MAX_PREFACE_LEN,
             Self::Welcome | Self::Refusal | Self::Control => MAX_CONTROL_LEN,
             Self::Data => MAX_DATA_LEN + DATA_HEADER_LEN - PREFIX_LEN,
-            Self::MemoryOffer | Self::SlotOffer => 12,
+            Self::MemoryOffer | Self::SlotOffer | Self::DatagramOffer => 12,
+            Self::DatagramSwitch => 9,
             Self::SlotEnd => 4,
             Self::Beat | Self::Pause | Self::Resume | Self::Sync | Self::Synced | Self::Ready => 0,
         }

@@ -81,6 +81,8 @@ pub struct LinkRequest {
     pub history: u32,
     /// Whether it takes data from shared memory.
     pub memory: MemoryUse,
+    /// Whether it takes data in datagrams.
+    pub datagrams: bool,
 }
 
 /// Accepts a hello.
@@ -192,6 +194,7 @@ mod tests {
             paused: false,
             history: 1,
             memory: MemoryUse::Never,
+            datagrams: false,
         }
     }
 

@@ -15,6 +15,7 @@ pub mod clock;
 pub mod codec;
 pub mod config;
 pub mod control;
+pub mod datagram;
 pub mod frame;
 pub mod gate;
 pub mod hello;

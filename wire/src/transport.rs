@@ -18,6 +18,8 @@ pub enum Transport {
     Tcp,
     /// Shared memory within one host, TCP between two.
     Shm,
+    /// Datagrams; TCP where they do not arrive.
+    Udp,
 }
 
 impl FromStr for Transport {
@@ -27,7 +29,8 @@ impl FromStr for Transport {
             "auto" => Ok(Self::Auto),
             "tcp" => Ok(Self::Tcp),
             "shm" => Ok(Self::Shm),
-            _ => Err("transport is auto, tcp or shm".into()),
+            "udp" => Ok(Self::Udp),
+            _ => Err("transport is auto, tcp, shm or udp".into()),
         }
     }
 }
@@ -56,7 +59,7 @@ impl Endpoint {
             Transport::Auto | Transport::Shm if is_same_host => {
                 vec![Self::Unix(entry.instance), tcp]
             }
-            Transport::Auto | Transport::Tcp | Transport::Shm => vec![tcp],
+            Transport::Auto | Transport::Tcp | Transport::Shm | Transport::Udp => vec![tcp],
         }
     }
 }
@@ -103,6 +106,7 @@ mod tests {
         assert_eq!(spell(Transport::Shm, true), [unix, tcp]);
         assert_eq!(spell(Transport::Shm, false), [tcp]);
         assert_eq!(spell(Transport::Tcp, true), [tcp]);
+        assert_eq!(spell(Transport::Udp, true), [tcp]);
     }
 
     #[test]
@@ -110,6 +114,7 @@ mod tests {
         assert_eq!("auto".parse(), Ok(Transport::Auto));
         assert_eq!("tcp".parse(), Ok(Transport::Tcp));
         assert_eq!("shm".parse(), Ok(Transport::Shm));
-        assert!("udp".parse::<Transport>().is_err());
+        assert_eq!("udp".parse(), Ok(Transport::Udp));
+        assert!("UDP".parse::<Transport>().is_err());
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 use armor_wire::acting::{KeyRole, Preface};
+use armor_wire::datagram::{DatagramOfferBody, DatagramSwitchBody};
 use armor_wire::frame::{self, DataHeader, Frame, FrameKind, FrameReader};
 use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::keep::{Keep, Wake};
@@ -62,6 +63,8 @@ fn the_schemas_are_those_of_the_types() {
             ("MemoryOffer", text::<MemoryOfferBody>()),
             ("SlotOffer", text::<SlotOfferBody>()),
             ("SlotEnd", text::<SlotEndBody>()),
+            ("DatagramOffer", text::<DatagramOfferBody>()),
+            ("DatagramSwitch", text::<DatagramSwitchBody>()),
             ("Preface", text::<Preface>()),
             ("gate::Request", text::<gate::GateRequest>()),
             ("gate::Reply", text::<gate::GateReply>()),
@@ -128,6 +131,7 @@ fn hello() -> Hello {
         paused: false,
         history: 1,
         memory: MemoryUse::Never,
+        datagrams: false,
     };
     Hello::new("echo-12", 7, Purpose::Link { link })
 }
@@ -322,6 +326,9 @@ fn the_limits_are_the_constants() {
         ("MAX_PREFACE_LEN", codec::MAX_PREFACE_LEN),
         ("MAX_CONTROL_LEN", codec::MAX_CONTROL_LEN),
         ("MAX_DATA_LEN", codec::MAX_DATA_LEN),
+        ("DATAGRAM_LEN", armor_wire::datagram::DATAGRAM_LEN),
+        ("MAX_DATAGRAM_MESSAGE", armor_wire::datagram::MAX_DATAGRAM_MESSAGE),
+        ("MAX_RESENT", armor_wire::datagram::MAX_RESENT as usize),
         ("MAX_FROM_LEN", armor_wire::hello::MAX_FROM_LEN),
         ("MAX_NAME_LEN", armor_wire::name::MAX_NAME_LEN),
         ("MAX_TEXT_LEN", schema::MAX_TEXT_LEN),

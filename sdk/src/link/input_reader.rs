@@ -25,6 +25,7 @@ use armor_wire::transport::Transport;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::catch_up::{CatchUp, NewestFrame};
+use super::datagrams_in::{DatagramReader, is_about_datagrams};
 use super::inbox::InboxItem;
 use super::input::InputPort;
 use super::memory_in::{MemoryReader, TakenMessage};
@@ -40,6 +41,8 @@ const SPINS_PER_RECEIVE: u32 = 64;
 /// Messages that are taken from a ring before the reader looks at the socket: a publisher that never
 /// pauses must not keep the reader from noticing that it is ordered to end.
 const RING_VISIT: usize = 64;
+/// Datagrams that are taken before the reader looks at the stream, for the same reason.
+const DATAGRAM_VISIT: usize = 256;
 /// First and longest delay between two attempts to link. After a cut a link needs the registry, then
 /// its provider: two of these delays, and a second for both.
 const RETRY: (Duration, Duration) = (Duration::from_millis(10), Duration::from_millis(400));
@@ -68,6 +71,9 @@ type ArrivedData<'a> = (DataHeader, u64, &'a [u8]);
 /// How far one link has been read.
 struct ReadState<'a> {
     last: &'a mut Option<LastArrival>,
+    stream: &'a Stream,
+    /// The process start that publishes.
+    instance: u64,
     /// No data have come on this link.
     is_first: bool,
     catch_up: CatchUp,
@@ -75,6 +81,8 @@ struct ReadState<'a> {
     files: VecDeque<OwnedFd>,
     /// Once the publisher has offered it.
     memory: Option<MemoryReader>,
+    /// Once the publisher has offered them.
+    datagrams: Option<DatagramReader>,
 }
 
 /// See the module.
@@ -84,6 +92,12 @@ pub(crate) struct InputReader {
     index: usize,
     settings: InputSettings,
     runtime: Arc<Runtime>,
+}
+
+impl ReadState<'_> {
+    fn is_in_datagrams(&self) -> bool {
+        self.datagrams.as_ref().is_some_and(DatagramReader::is_in_datagrams)
+    }
 }
 
 impl InputReader {
@@ -150,8 +164,9 @@ impl InputReader {
             memory: match settings.transport {
                 Transport::Auto => MemoryUse::Large,
                 Transport::Shm => MemoryUse::Always,
-                Transport::Tcp => MemoryUse::Never,
+                Transport::Tcp | Transport::Udp => MemoryUse::Never,
             },
+            datagrams: settings.transport == Transport::Udp,
         };
         let identity = &participant.identity;
         let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
@@ -174,17 +189,21 @@ impl InputReader {
 
     /// Reads until the link ends; returns why it did.
     fn read_link(&self, mut dialled: Dialled, last: &mut Option<LastArrival>) -> String {
-        let Dialled { stream, reader, files, .. } = &mut dialled;
+        let Dialled { stream, reader, files, welcome } = &mut dialled;
         if let Err(error) = stream.set_read_timeout(None) {
             return error.to_string();
         }
         let mut state = ReadState {
             last,
+            stream,
+            instance: welcome.instance,
             is_first: true,
             catch_up: CatchUp::default(),
             files: std::mem::take(files),
             memory: None,
+            datagrams: None,
         };
+        let stream = &*stream;
         let wants_newest = self.settings.keep == Keep::Latest;
         let mut newest: Option<NewestFrame> = None;
         loop {
@@ -199,9 +218,11 @@ impl InputReader {
             if let Err(reason) = self.process_ring(stream, reader, &mut state) {
                 return reason;
             }
+            self.process_datagrams(&mut state);
             self.runtime.after_release();
-            // The ring holds the newest, and is emptied before each wait.
-            if state.memory.is_none() && start.is_some_and(|start| start.elapsed() > BUSY) {
+            // Ring and datagrams bring the newest, and are emptied before each wait.
+            let has_newest = state.memory.is_some() || state.is_in_datagrams();
+            if !has_newest && start.is_some_and(|start| start.elapsed() > BUSY) {
                 match self.catch_up(stream, reader, &mut state) {
                     Ok(None) => {}
                     Ok(found) => {
@@ -304,6 +325,9 @@ impl InputReader {
                 state.memory = Some(MemoryReader::open(frame, &mut state.files)?);
                 return Ok(None);
             }
+            kind if is_about_datagrams(kind) => {
+                return self.follow_datagrams(frame, state).map(|()| None);
+            }
             FrameKind::SlotOffer | FrameKind::SlotEnd => {
                 let memory =
                     state.memory.as_mut().ok_or("a slot of memory that was not offered")?;
@@ -313,6 +337,10 @@ impl InputReader {
         }
         let (header, payload) = frame.data().map_err(|error| error.to_string())?;
         state.catch_up.received();
+        if let Some(datagrams) = state.datagrams.as_mut().filter(|it| it.is_ordered()) {
+            datagrams.receive_by_stream(&header, payload);
+            return Ok(None);
+        }
         let is_first = std::mem::take(&mut state.is_first);
         let lost = self.follow_sequence(state.last, &header, is_first);
         Ok(lost.map(|lost| (header, lost, payload)))
@@ -389,6 +417,66 @@ impl InputReader {
         Ok(())
     }
 
+    /// Opens the datagrams that the publisher offers, or follows where its data come.
+    fn follow_datagrams(&self, frame: &Frame<'_>, state: &mut ReadState<'_>) -> Result<(), String> {
+        match &mut state.datagrams {
+            Some(datagrams) => datagrams.follow_switch(frame),
+            None => {
+                let datagrams = DatagramReader::open(frame, state.stream, state.instance)?;
+                state.datagrams = Some(datagrams);
+                Ok(())
+            }
+        }
+    }
+
+    /// Hands over the messages that have come in datagrams, and reports which those are.
+    fn process_datagrams(&self, state: &mut ReadState<'_>) {
+        let Some(datagrams) = &mut state.datagrams else { return };
+        let mut arrived: Vec<NewestFrame> = Vec::new();
+        for _ in 0..DATAGRAM_VISIT {
+            while let Some((header, payload)) = datagrams.take_message() {
+                let is_first = std::mem::take(&mut state.is_first);
+                let lost = self.follow_sequence(state.last, &header, is_first);
+                let Some(lost) = lost else { continue };
+                if self.settings.keep == Keep::Latest && arrived.pop().is_some() {
+                    self.input.dropped.fetch_add(1, Ordering::Relaxed);
+                }
+                arrived.push(NewestFrame { header, lost, payload });
+            }
+            if !datagrams.receive() {
+                break;
+            }
+            self.input.reads.increment();
+        }
+        // First, because the component's code may take a while.
+        datagrams.send_receipt();
+        let mut entered = None;
+        for NewestFrame { header, lost, payload } in arrived {
+            if entered.is_none() {
+                entered = self.runtime.try_enter();
+            }
+            self.hand_over(&mut entered, header, lost, Payload::Buffer(&payload));
+        }
+    }
+
+    /// Waits for bytes or datagrams, at most until a receipt is due.
+    fn receive_next_to_datagrams(
+        &self,
+        stream: &Stream,
+        reader: &mut FrameReader,
+        datagrams: &DatagramReader,
+        files: &mut VecDeque<OwnedFd>,
+    ) -> io::Result<usize> {
+        let mut fds = [PollFd::new(stream, PollFlags::IN), PollFd::new(datagrams, PollFlags::IN)];
+        let wait = datagrams.until_receipt();
+        let wait = Timespec { tv_sec: 0, tv_nsec: i64::from(wait.subsec_nanos()) };
+        poll(&mut fds, Some(&wait))?;
+        if fds[0].revents().is_empty() {
+            return Err(io::ErrorKind::WouldBlock.into());
+        }
+        stream.try_receive_with_files(reader.space(), files)
+    }
+
     /// Waits for bytes or for messages in the ring: asleep in the kernel, or polling while the
     /// component is active.
     fn receive_bytes(
@@ -397,7 +485,10 @@ impl InputReader {
         reader: &mut FrameReader,
         state: &mut ReadState<'_>,
     ) -> io::Result<usize> {
-        let ReadState { files, memory, .. } = state;
+        let ReadState { files, memory, datagrams, .. } = state;
+        if let Some(datagrams) = datagrams {
+            return self.receive_next_to_datagrams(stream, reader, datagrams, files);
+        }
         let lifecycle = &self.participant().lifecycle;
         while self.settings.wake == Wake::Spin && lifecycle.is_active() {
             for spin in 0..SPINS_PER_LOOK {

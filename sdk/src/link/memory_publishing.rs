@@ -140,7 +140,7 @@ impl OutputState {
 impl OutgoingLink {
     /// Whether data come by frames on its stream.
     pub(super) fn sends_frames(&self) -> bool {
-        self.is_pushed() && self.memory.is_none()
+        self.is_pushed() && self.memory.is_none() && !self.is_in_datagrams()
     }
 
     /// Whether the sender must wait before it publishes: the ring has no room, and nothing may be

@@ -1,6 +1,7 @@
 //! An output: numbers what is published, encodes it once, and gives it to each link.
 
 use std::any::TypeId;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -131,11 +132,12 @@ impl OutputPort {
     /// misses nothing that is published afterwards. A latched value is sent immediately.
     pub fn add_link<E>(
         &self,
-        link: OutgoingLink,
+        mut link: OutgoingLink,
         welcome: impl FnOnce() -> Result<(), E>,
     ) -> Result<(), E> {
         let mut state = self.lock_state();
         welcome()?;
+        link.offer_datagrams();
         if self.entry.latched {
             if !link.to.starts_with(TOOL_PREFIX) {
                 state.kept.ask_for(link.history);
@@ -168,6 +170,10 @@ impl OutputPort {
         let dropped = state.count_dropped();
         if self.entry.latched {
             let frame = Arc::new(encode_frame(message, header)?);
+            // Before the others: what they cannot carry takes the stream.
+            if state.has_datagrams() && state.send_frame_in_datagrams(&frame) {
+                (how.wake)();
+            }
             state.publish_shared(sequence, &frame, how);
             if state.wants_memory(self.may_be_large) {
                 state.share_frame(&frame, None);
@@ -179,6 +185,9 @@ impl OutputPort {
                 state.kept.clear();
             } else {
                 state.store_newest(message, header)?;
+            }
+            if state.has_datagrams() && state.publish_in_datagrams(message, header)? {
+                (how.wake)();
             }
             if pulls < state.links.len() {
                 if state.wants_memory(self.may_be_large) {
@@ -302,6 +311,17 @@ impl OutputPort {
         state.clear_paused_rings();
     }
 
+    /// Takes a datagram of a subscriber. Returns whether it is one of this output's.
+    pub fn receive_receipt(&self, token: u64, packet: &[u8], from: SocketAddr) -> bool {
+        self.lock_state().receive_receipt(token, packet, from)
+    }
+
+    /// Sends again the datagrams that are due. Returns the time until it must be called again; `None`
+    /// if nothing waits.
+    pub fn look_after_datagrams(&self) -> Option<Duration> {
+        self.lock_state().look_after_datagrams()
+    }
+
     /// Gives memory that is not used back to the system; called by the service thread every
     /// [`LOOK`](armor_wire::liveness::LOOK).
     pub fn release_idle_memory(&self) {
@@ -334,6 +354,9 @@ impl OutputState {
         let kept: Vec<_> = self.kept.newest(history).cloned().collect();
         for (sequence, frame) in kept {
             offer_shared(&mut self.links[at], sequence, &frame);
+            if self.links[at].is_in_datagrams() {
+                self.send_frame_in_datagrams(&frame);
+            }
             if self.links[at].memory_use != MemoryUse::Never {
                 self.share_frame(&frame, Some(at));
             }

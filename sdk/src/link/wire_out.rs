@@ -11,6 +11,7 @@ use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 use armor_wire::shared_memory::MemoryUse;
 
+use super::datagrams_out::LinkDatagrams;
 use super::memory_out::LinkMemory;
 use super::patience::Patience;
 use super::queue::{GATHER_LEN, LinkQueue};
@@ -45,6 +46,8 @@ pub(crate) struct OutgoingLink {
     pub memory_use: MemoryUse,
     /// The memory, once it is offered: data come by its ring from then on.
     pub memory: Option<LinkMemory>,
+    /// The datagrams, if the link has asked for them.
+    pub datagrams: Option<Box<LinkDatagrams>>,
     pub broken: bool,
 }
 
@@ -79,6 +82,9 @@ impl OutgoingLink {
 
     /// What carries its data, as `armor graph` shows it.
     fn transport(&self) -> &'static str {
+        if let Some(datagrams) = &self.datagrams {
+            return datagrams.transport();
+        }
         match *self.stream {
             Stream::Unix(_) if self.memory.is_some() => "shm",
             Stream::Unix(_) => "unix",

@@ -19,7 +19,9 @@ use armor_wire::liveness::Liveness;
 use armor_wire::shared_memory::MemoryUse;
 use rustix::event::PollFd;
 
+use super::datagrams::DatagramService;
 use crate::faults::PeerFault;
+use crate::link::datagrams_out::LinkDatagrams;
 use crate::link::memory_out::suits_memory;
 use crate::link::patience::Patience;
 use crate::link::queue::LinkQueue;
@@ -99,7 +101,7 @@ impl Handshakes {
     }
 
     /// Reads what has arrived; links are added to their outputs, control connections returned.
-    pub fn serve_pending(&mut self) -> Vec<AdmittedControl> {
+    pub fn serve_pending(&mut self, datagrams: &mut DatagramService) -> Vec<AdmittedControl> {
         let mut admitted = Vec::new();
         for mut pending in std::mem::take(&mut self.pending) {
             match pending.read_hello() {
@@ -108,7 +110,7 @@ impl Handshakes {
                 HandshakeStep::Refuse(refusal) => {
                     self.send_refusal(&pending.stream, pending.peer, &refusal);
                 }
-                HandshakeStep::Hello(hello) => match self.admit_peer(*hello, &pending) {
+                HandshakeStep::Hello(hello) => match self.admit_peer(*hello, &pending, datagrams) {
                     Ok(Some((role, from, instance))) => {
                         let PendingHandshake { stream, mut reader, peer, opening, .. } = pending;
                         let preface = opening.into_preface();
@@ -139,6 +141,7 @@ impl Handshakes {
         &self,
         hello: Hello,
         pending: &PendingHandshake,
+        datagrams: &mut DatagramService,
     ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
         let from = match pending.opening.preface() {
@@ -147,7 +150,9 @@ impl Handshakes {
             _ => hello.from,
         };
         match hello.purpose {
-            Purpose::Link { link } => self.admit_link(&link, &from, stream).map(|()| None),
+            Purpose::Link { link } => {
+                self.admit_link(&link, &from, stream, datagrams).map(|()| None)
+            }
             Purpose::Control { role } => {
                 self.send_welcome(stream, String::new(), false)?;
                 Ok(Some((role, from, hello.instance)))
@@ -162,7 +167,13 @@ impl Handshakes {
         }
     }
 
-    fn admit_link(&self, link: &LinkRequest, from: &str, stream: &Stream) -> Result<(), Refusal> {
+    fn admit_link(
+        &self,
+        link: &LinkRequest,
+        from: &str,
+        stream: &Stream,
+        datagrams: &mut DatagramService,
+    ) -> Result<(), Refusal> {
         let ours = self.participant.identity.instance;
         if link.instance != 0 && link.instance != ours {
             let text = format!(
@@ -213,6 +224,13 @@ impl Handshakes {
                 Stream::Unix(_) | Stream::Tcp(_) => MemoryUse::Never,
             },
             memory: None,
+            datagrams: match stream {
+                Stream::Tcp(_) if link.datagrams => datagrams
+                    .open_socket()
+                    .and_then(|socket| LinkDatagrams::open(keep, output.entry.latched, socket))
+                    .map(Box::new),
+                Stream::Tcp(_) | Stream::Unix(_) => None,
+            },
             broken: false,
         };
         output.add_link(added, || self.send_welcome(stream, output.entry.schema.clone(), true))

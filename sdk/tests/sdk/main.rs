@@ -5,6 +5,7 @@
 
 mod acting;
 mod bench_system;
+mod datagrams;
 mod histories;
 mod links;
 mod many;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
+use std::time::Duration;
 
 use armor_carmen_player::log::CarmenLog;
 use armor_executive::journal::verify_bytes;
@@ -14,13 +15,14 @@ use armor_robotfile::claim::Claim;
 use armor_robotfile::guard::{Guard, MAX_LEN};
 use armor_simulator::pose::Pose2;
 use armor_simulator::world::World;
+use armor_wire::datagram::{DatagramReceiver, DatagramSender, MAX_DATAGRAM_MESSAGE};
 use armor_wire::shared_memory::read_slot;
 
 /// A decoder: its name, and what it does with bytes.
 pub type FileDecoder = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const DECODERS: [FileDecoder; 9] = [
+pub const DECODERS: [FileDecoder; 10] = [
     ("guards", read_guard),
     ("pnml", read_pnml),
     ("tina", read_tina),
@@ -30,6 +32,7 @@ pub const DECODERS: [FileDecoder; 9] = [
     ("keys", read_keys),
     ("states", read_state),
     ("rings", read_ring),
+    ("datagrams", read_datagrams),
 ];
 
 /// Separates the two files of one input.
@@ -197,4 +200,32 @@ pub fn read_ring(bytes: &[u8]) {
     assert_eq!(writer.count_waiting(page), u64::from(layout.cells));
     assert_eq!(writer.clear(page).count(), layout.cells as usize);
     assert!(page.count_held(0..layout.slots) <= layout.slots as usize);
+}
+
+/// Datagrams, each behind its length in two bytes: both ends take all of them. What a subscriber takes
+/// is in order, and a publisher answers each datagram with one at most.
+pub fn read_datagrams(mut bytes: &[u8]) {
+    let mut receivers = [0, 3].map(|resent| DatagramReceiver::new(0, resent));
+    let mut sender = DatagramSender::new(0, 3, Duration::ZERO);
+    let mut last = [None; 2];
+    while let Some((len, rest)) = bytes.split_first_chunk::<2>() {
+        let len = usize::from(u16::from_le_bytes(*len)).min(rest.len());
+        let (datagram, after) = rest.split_at(len);
+        bytes = after;
+        for (receiver, last) in receivers.iter_mut().zip(&mut last) {
+            receiver.receive(datagram);
+            while let Some(message) = receiver.take_message() {
+                assert!(message.payload.len() <= MAX_DATAGRAM_MESSAGE);
+                let sequence = message.sequence;
+                assert!(last.replace(sequence).is_none_or(|last| last < sequence));
+                if sequence == u64::MAX {
+                    return;
+                }
+            }
+            assert!(!receiver.write_receipt().is_empty());
+        }
+        let mut answers = 0;
+        sender.receive(datagram, Duration::ZERO, |_| answers += 1);
+        assert!(answers <= 1);
+    }
 }

@@ -1,7 +1,9 @@
 //! Well-formed inputs of each decoder. They are made here, so that none is stored.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use armor_executive::journal;
@@ -14,6 +16,7 @@ use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
 use armor_keys::{Authority, KeyHolder, KeyPurpose, Validity};
 use armor_memory::{PageLayout, PageWords, RingEntry, RingWriter};
 use armor_petri::file::{pnml, tina};
+use armor_wire::datagram::{DatagramReceiver, DatagramSender};
 use armor_wire::frame::DataHeader;
 use armor_wire::shared_memory::write_slot_header;
 
@@ -69,6 +72,7 @@ pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
         "keys" => make_keys()?,
         "states" => vec![make_state()],
         "rings" => make_rings(),
+        "datagrams" => make_datagrams(),
         _ => return Err(anyhow!("there is no decoder called {name}")),
     })
 }
@@ -89,6 +93,26 @@ fn make_rings() -> Vec<Vec<u8>> {
     let mut slot = vec![9; 200];
     write_slot_header(&mut slot, &header, 30);
     vec![page, slot]
+}
+
+/// Messages of several lengths in datagrams, and the receipts for them.
+fn make_datagrams() -> Vec<Vec<u8>> {
+    let mut receiver = DatagramReceiver::new(0, 3);
+    let mut sender = DatagramSender::new(0, 3, Duration::ZERO);
+    let mut input = Vec::new();
+    for (sequence, len) in [(4, 10), (5, 3000), (6, 0)] {
+        let header = DataHeader { sequence, stamp_s: 1.5, instance: 7, fresh: sequence == 4 };
+        let mut sent: Vec<Vec<u8>> = Vec::new();
+        let payload = Arc::from(vec![7; len]);
+        sender.publish(&header, &payload, Duration::ZERO, |bytes| sent.push(bytes.into()));
+        receiver.receive(&sent[0]);
+        sent.push(receiver.write_receipt());
+        for datagram in sent {
+            input.extend_from_slice(&(datagram.len() as u16).to_le_bytes());
+            input.extend(datagram);
+        }
+    }
+    vec![input]
 }
 
 fn with_written(text: &str, written: String) -> Vec<Vec<u8>> {

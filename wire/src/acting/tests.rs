@@ -6,9 +6,18 @@ use crate::shared_memory::MemoryUse;
 fn link(keep: Keep, wake: Wake) -> Purpose {
     let (data, schema) = ("laser.scan".into(), String::new());
     let (instance, schema_hash, paused) = (0, 0, false);
-    let (history, memory) = (1, MemoryUse::Never);
-    let link =
-        LinkRequest { data, instance, schema, schema_hash, keep, wake, paused, history, memory };
+    let link = LinkRequest {
+        data,
+        instance,
+        schema,
+        schema_hash,
+        keep,
+        wake,
+        paused,
+        history: 1,
+        memory: MemoryUse::Never,
+        datagrams: false,
+    };
     Purpose::Link { link }
 }
 

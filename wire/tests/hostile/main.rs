@@ -65,6 +65,7 @@ fn seeds() -> Vec<Vec<u8>> {
         paused: true,
         history: 5,
         memory: MemoryUse::Large,
+        datagrams: true,
     };
     let schema = "Count{count:u64}".into();
     let entry = DataEntry { data: "a.b".into(), type_name: "Count".into(), schema, latched: true };
