@@ -42,8 +42,8 @@ pub(crate) fn component_settings(
         transport: match link.transport {
             model::Transport::Tcp => Transport::Tcp,
             model::Transport::Shm => Transport::Shm,
-            // A file that asks for UDP is refused by the check.
-            model::Transport::Auto | model::Transport::Udp => Transport::Auto,
+            model::Transport::Udp => Transport::Udp,
+            model::Transport::Auto => Transport::Auto,
         },
         history: link.history,
     });

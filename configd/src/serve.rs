@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use armor_robotfile::{Colours, Configuration, Feature, Findings, Manifests, Override};
+use armor_robotfile::{Colours, Configuration, Findings, Manifests, Override};
 use armor_socket::{ListenError, Server, ServerLimits, listen, random_id};
 use armor_wire::config::{ConfigReply, ConfigRequest};
 use thiserror::Error;
@@ -38,8 +38,6 @@ pub struct ConfigdOptions {
     pub manifests: Option<Manifests>,
     /// Reports when the kinds have changed; without it they stay as they are.
     pub kinds: Option<KindSource>,
-    /// What of the format is played; without it nothing is refused for not being played.
-    pub played: Option<Vec<Feature>>,
     /// What else may be wrong with a file that is valid otherwise.
     pub further: Option<fn(&Configuration) -> Findings>,
     /// Folder in which the accepted versions are kept, from which a restarted configd continues;
@@ -60,7 +58,6 @@ impl ConfigdOptions {
             overrides: Vec::new(),
             manifests: None,
             kinds: None,
-            played: None,
             further: None,
             versions: None,
             wait: false,
@@ -94,7 +91,6 @@ pub async fn serve(
     let rules = VersionRules {
         overrides: options.overrides,
         manifests: options.manifests,
-        played: options.played,
         further: options.further,
         root: std::env::current_dir()?,
     };

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_executive::RunError;
-use armor_plan::{PLAYED, Plan};
+use armor_plan::Plan;
 use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, NeededPath, Override, Reading,
     Severity, needed_paths, passed_dates,
@@ -125,7 +125,6 @@ fn check_reading(
     let mut reading = armor_robotfile::check(reading, &overrides, Some(&manifests));
     catalogue.point_to_broken(&mut reading.findings);
     if let Some(configuration) = &reading.configuration {
-        configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         let needed = needed_paths(configuration, &manifests);
         reading.findings.extend(needed.iter().filter_map(NeededPath::find_fault));
         reading.findings.extend(passed_dates(configuration, armor_executive::utc()));

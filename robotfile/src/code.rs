@@ -152,6 +152,7 @@ codes! {
         FrameMissing = "E0146", "a frame that a component needs is not placed on the robot";
         UnknownParent = "W0147", "a frame in one that nothing provides";
         MovingFrame = "E0148", "a frame that moves has a fixed place";
+        DatagramsKeep = "E0149", "more than datagrams can keep";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -243,7 +244,6 @@ codes! {
         ValueOutside = "E0254", "a value outside a variable's domain";
     }
     "Limits of this version" from File {
-        NotPlayed = "E0301", "not supported by this version";
         More = "N0999", "more findings were left out";
     }
 }

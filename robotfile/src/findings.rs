@@ -242,7 +242,7 @@ mod tests {
             findings.finish()
         };
         let mut findings = many(4000);
-        findings.push(Finding::nowhere(Code::NotPlayed, "an error"));
+        findings.push(Finding::nowhere(Code::NoSystem, "an error"));
         findings.push(Finding::nowhere(Code::FileMissing, "a warning"));
         findings.extend(many(501));
         findings.sort();

@@ -21,7 +21,6 @@ mod date;
 mod difference;
 
 mod edit;
-mod features;
 mod fields;
 mod finding;
 mod findings;
@@ -57,7 +56,6 @@ pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::Date;
 pub use difference::{Change, Difference, Subject, differences};
 pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
-pub use features::Feature;
 pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
 pub use format::format;

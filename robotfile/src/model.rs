@@ -184,8 +184,6 @@ pub struct Link {
     pub transport: Transport,
     /// The number of messages that the input stores.
     pub history: u32,
-    /// Attributes that are not at their default, to report those that are not supported.
-    pub(crate) unusual: Vec<Location>,
     /// The location of `keep`, if present.
     pub(crate) keep_at: Option<Location>,
     /// The location of `transport`, if present.

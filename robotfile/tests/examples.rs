@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use armor_robotfile::mission::{ArcKind, Autonomy, Class, Interval};
 use armor_robotfile::model::{LinkMode, Restart, Transport};
-use armor_robotfile::{Colours, Configuration, Feature, check, load, parse_tree, read};
+use armor_robotfile::{Colours, Configuration, check, load, parse_tree, read};
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -57,7 +57,6 @@ fn the_office_has_the_expected_system_and_mission() {
     for free in ["simulator", "mapper", "writer"] {
         assert!(!mission.controls(free), "{free} is always active");
     }
-    assert!(office.features().is_empty(), "plain ArMoR plays it: {:?}", office.features());
 }
 
 #[test]
@@ -71,7 +70,6 @@ fn the_world_of_the_office_exists() {
 fn the_replay_loses_nothing() {
     let replay = configuration(&missions().join("map-from-log.xml"));
     assert!(replay.system.links.iter().all(|link| link.keep.is_all()));
-    assert!(replay.features().is_empty());
 }
 
 #[test]
@@ -122,43 +120,6 @@ fn every_part_of_the_format_reaches_the_model() {
         (ArcKind::Reset, "return", 1),
     ];
     assert_eq!(arcs, wanted);
-}
-
-#[test]
-fn unsupported_features_are_refused_by_name_and_place() {
-    use Feature as F;
-    let all = configuration(&folder().join("tests/everything.xml"));
-    let used: std::collections::BTreeSet<_> =
-        all.features().iter().map(|used| used.value).collect();
-    let every = [
-        F::Udp,
-        F::Clock,
-        F::Guard,
-        F::Variable,
-        F::FreeVariable,
-        F::Interval,
-        F::Priority,
-        F::SafetyClass,
-        F::Weight,
-        F::ReadArc,
-        F::InhibitorArc,
-        F::ResetArc,
-        F::Operator,
-        F::Date,
-        F::Overrun,
-        F::Submission,
-        F::Check,
-        F::PlaceParameter,
-        F::Period,
-        F::Resume,
-    ];
-    assert_eq!(used.into_iter().collect::<Vec<_>>(), every);
-    let mut findings = armor_robotfile::Findings::default();
-    let played: Vec<_> = every.iter().copied().filter(|feature| *feature != F::Udp).collect();
-    all.refuse_unplayed(&played, &mut findings);
-    let shown = findings.render(Colours::No);
-    assert!(shown.contains("error[E0301]: UDP (transport=\"udp\") is not supported"), "{shown}");
-    assert!(shown.contains("^^^\n") && shown.ends_with("1 error\n"), "{shown}");
 }
 
 #[test]

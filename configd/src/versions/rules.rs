@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use armor_robotfile::{
-    Configuration, Feature, Findings, Manifests, Override, Reading, check, fill_frames,
-};
+use armor_robotfile::{Configuration, Findings, Manifests, Override, Reading, check, fill_frames};
 use armor_wire::manifest::ParameterManifest;
 use tracing::warn;
 
@@ -18,8 +16,6 @@ pub struct VersionRules {
     pub overrides: Vec<Override>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
-    /// What of the format is played; without it nothing is refused for not being played.
-    pub played: Option<Vec<Feature>>,
     /// What else may be wrong with one that is valid otherwise.
     pub further: Option<fn(&Configuration) -> Findings>,
     /// The absolute folder that relative paths of files start from.
@@ -33,9 +29,6 @@ impl VersionRules {
         reading: Reading,
     ) -> Result<(Configuration, Findings), Findings> {
         let mut reading = check(reading, &self.overrides, self.manifests.as_ref());
-        if let (Some(played), Some(configuration)) = (&self.played, &reading.configuration) {
-            configuration.refuse_unplayed(played, &mut reading.findings);
-        }
         if let (Some(further), Some(configuration), true) =
             (self.further, &reading.configuration, reading.is_valid())
         {

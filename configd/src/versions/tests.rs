@@ -7,7 +7,7 @@ mod setting;
 use std::path::Path;
 use std::time::Duration;
 
-use armor_robotfile::{Code, Feature, Finding, Manifests, Override, read};
+use armor_robotfile::{Code, Finding, Manifests, Override, read};
 use armor_wire::config::{Assigned, ComponentSettings, FindingSeverity, InputSettings};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::Manifest;
@@ -209,16 +209,6 @@ fn overrides_go_over_every_version() {
     assert_eq!(parameter(&mut versions, "player", "file"), Some(wanted));
     // A version without the component that is set is not taken.
     versions.handle(saved(&FILE.replace("player", "gamer")));
-    assert_eq!(versions.number(), 2);
-}
-
-#[test]
-fn what_is_not_played_is_not_taken() {
-    let rules = VersionRules { played: Some(vec![Feature::Priority]), ..VersionRules::default() };
-    let mut versions = versions_under(rules);
-    versions.handle(saved(&FILE.replace("on=\"player.done\"", "priority=\"2\" timeout=\"1s\"")));
-    assert_eq!(versions.number(), 2);
-    versions.handle(saved(&FILE.replace("on=\"player.done\"", "when=\"x\"")));
     assert_eq!(versions.number(), 2);
 }
 

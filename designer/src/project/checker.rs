@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use armor_plan::{PLAYED, Plan};
+use armor_plan::Plan;
 use armor_robotfile::{Date, Findings, NeededPath, Reading, needed_paths, passed_dates};
 use parking_lot::Mutex;
 
@@ -150,7 +150,6 @@ fn check_without_proof(disk: &mut Disk, wanted: &Wanted) -> Reading {
     let manifests = wanted.kinds.manifests();
     let mut reading = armor_robotfile::check(reading, &[], manifests);
     if let Some(configuration) = &reading.configuration {
-        configuration.refuse_unplayed(PLAYED, &mut reading.findings);
         if let Some(manifests) = manifests {
             let needed = needed_paths(configuration, manifests);
             reading.findings.extend(needed.iter().filter_map(NeededPath::find_fault));

@@ -16,38 +16,15 @@ use armor_robotfile::mission::{
     ArcKind, Autonomy, Class, Mission, Place, PlaceParameter, Resume, Transition,
 };
 use armor_robotfile::model::{Host, Restart};
-use armor_robotfile::{Code, Configuration, Date, Feature, Finding, Findings, Spanned, System};
+use armor_robotfile::{Code, Configuration, Date, Finding, Findings, Spanned, System};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-
-/// What of a mission this executive plays, beyond plain ArMoR.
-pub const PLAYED: &[Feature] = &[
-    Feature::Interval,
-    Feature::Priority,
-    Feature::SafetyClass,
-    Feature::Weight,
-    Feature::ReadArc,
-    Feature::InhibitorArc,
-    Feature::ResetArc,
-    Feature::Operator,
-    Feature::Overrun,
-    Feature::Period,
-    Feature::Resume,
-    Feature::Submission,
-    Feature::Guard,
-    Feature::Variable,
-    Feature::Date,
-    Feature::Check,
-    Feature::Clock,
-    Feature::PlaceParameter,
-    Feature::FreeVariable,
-];
 
 impl Plan {
     /// The plan of a configuration's mission with its sub-missions put in; none if it has none.
     ///
     /// # Errors
-    /// Findings: what it does not play, names that lead nowhere, or that the whole is larger than a
+    /// Findings: names that lead nowhere, or that the whole is larger than a
     /// mission may be.
     pub fn of(configuration: &Configuration) -> Result<Option<Self>, Findings> {
         Self::compiled(configuration, None)
@@ -66,11 +43,6 @@ impl Plan {
         configuration: &Configuration,
         running: Option<&Self>,
     ) -> Result<Option<Self>, Findings> {
-        let mut unplayed = Findings::default();
-        configuration.refuse_unplayed(PLAYED, &mut unplayed);
-        if unplayed.has_errors() {
-            return Err(unplayed);
-        }
         let Some(mission) = configuration.flattened()? else { return Ok(None) };
         let compiler = match running {
             None => Compiler::of(&configuration.system),

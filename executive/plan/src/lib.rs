@@ -20,7 +20,6 @@ mod values;
 mod version;
 
 pub use builder::PlanBuilder;
-pub use compile::PLAYED;
 pub use counters::{PlannedCounter, PlannedSet, Stand};
 pub use dates::{DatePhase, PlannedDates};
 pub use giving::Contradiction;

@@ -10,7 +10,6 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use armor_configd::{ConfigdOptions, KindSource, Notice};
 use armor_inspect::CONFIGURATION;
-use armor_plan::PLAYED;
 use armor_robotfile::{Colours, Finding, Severity};
 use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{NodeOptions, SystemNode};
@@ -93,7 +92,6 @@ fn run_configd(arguments: &ConfigdArguments) -> Result<CommandEnding> {
         overrides,
         manifests: Some(kinds.manifests()),
         kinds: Some(watched(directories, files, known)),
-        played: Some(PLAYED.to_vec()),
         further: Some(check::of_the_mission_soon),
         versions,
         wait: arguments.wait,

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use armor_configd::{ConfigdAction, ConfigdEvent, Notice, VersionRules, Versions, write};
-use armor_plan::PLAYED;
 use armor_robotfile::{Code, Colours, Findings, Reading};
 use armor_sdk::configuration::{
     ConfigdConnection, ConfigdError, Differences, ParameterList, Questions, SetOutcome,
@@ -130,7 +129,6 @@ impl FileParameters {
         let catalogue = Catalogue::gather(&kinds.directories, files)?;
         let rules = VersionRules {
             manifests: Some(catalogue.manifests()),
-            played: Some(PLAYED.to_vec()),
             further: Some(check::of_the_mission),
             root: std::env::current_dir().context("the current folder is gone")?,
             ..VersionRules::default()

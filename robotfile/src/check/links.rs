@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use armor_wire::datagram::MAX_RESENT;
 use armor_wire::keep::Keep;
 
 use crate::check::graph::CheckGraph;
@@ -23,6 +24,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     for link in &system.links {
         short_queue(link, &components, findings);
         apart(link, &components, findings);
+        check_datagrams(link, findings);
     }
 }
 
@@ -88,6 +90,31 @@ fn apart(link: &Link, components: &BTreeMap<&str, &Component>, findings: &mut Fi
         name(sender),
         name(receiver)
     )));
+}
+
+/// Datagrams that are lost are sent again while they may be of use, and not for ever.
+fn check_datagrams(link: &Link, findings: &mut Findings) {
+    let (Transport::Udp, LinkMode::Push, Some(at)) = (link.transport, link.mode, &link.keep_at)
+    else {
+        return;
+    };
+    let (message, remedy) = match link.keep {
+        Keep::All { .. } => (
+            "datagrams (transport=\"udp\") cannot keep all data".to_owned(),
+            format!(
+                "write transport=\"tcp\", or keep=\"3\" to send the newest 3 again until they have \
+                 arrived, at most {MAX_RESENT}"
+            ),
+        ),
+        Keep::Last { count } if count > MAX_RESENT => (
+            format!(
+                "datagrams (transport=\"udp\") keep at most {MAX_RESENT} messages, not {count}"
+            ),
+            format!("write keep=\"{MAX_RESENT}\" or less, or transport=\"tcp\""),
+        ),
+        _ => return,
+    };
+    findings.push(Finding::new(Code::DatagramsKeep, at, message).remedy(remedy));
 }
 
 /// Links that drop nothing make their sender wait. In a circle of them, each component may wait for

@@ -210,8 +210,6 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     let wake = fields.word_or("wake", &["sleep", "spin"], str::parse);
     let transport = fields.choice("transport", &Transport::NAMED);
     let history = fields.count("history", 1);
-    let mut unusual = Vec::new();
-    unusual.extend(transport.as_ref().filter(|t| t.value == Transport::Udp).map(at));
     let keep_at = keep.as_ref().map(at);
     let transport_at = transport.as_ref().map(at);
     let pulls = mode.as_ref().is_some_and(|mode| mode.value == LinkMode::Pull);
@@ -246,6 +244,19 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
             fields.without_effect("transport", &advice);
         }
     }
+    if transport.as_ref().is_some_and(|transport| transport.value == Transport::Udp) {
+        if pulls {
+            fields.without_effect(
+                "transport",
+                "a link that pulls uses TCP: remove transport, or make it push",
+            );
+        } else if wake.as_ref().is_some_and(|wake| wake.value == Wake::Spin) {
+            fields.without_effect(
+                "wake",
+                "datagrams are waited for asleep: remove wake, or use another transport",
+            );
+        }
+    }
     match (&mut keep, patience) {
         (Keep::All { patience_ms }, Some(patience)) => {
             *patience_ms = u32::try_from(patience.value.as_millis()).unwrap_or(u32::MAX).max(1);
@@ -265,7 +276,6 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
         wake: wake.map(|wake| wake.value).unwrap_or_default(),
         transport: transport.map(|transport| transport.value).unwrap_or_default(),
         history: history.map_or(1, |history| history.value),
-        unusual,
         keep_at,
         transport_at,
     })

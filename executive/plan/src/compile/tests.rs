@@ -134,20 +134,6 @@ fn a_sub_mission_s_variables_are_its_own() {
 }
 
 #[test]
-fn what_is_not_played_is_refused_where_it_stands() {
-    let file = r#"<armor version="1"><system><component name="a" kind="k"/>
-        <component name="b" kind="k"/><link from="a.o" to="b.i" transport="udp"/></system>
-        <mission><place name="x" initial="true"/></mission></armor>"#;
-    let mut open = |_: &std::path::Path| Ok(file.as_bytes().to_vec());
-    let reading = armor_robotfile::read("m.xml".as_ref(), &mut open);
-    let findings = Plan::of(&reading.configuration.expect("a configuration"));
-    let findings = findings.expect_err("UDP is not played");
-    let found = findings.iter().next().expect("one finding");
-    assert_eq!(found.code, Code::NotPlayed);
-    assert!(found.to_string().starts_with("m.xml:2:"), "{found}");
-}
-
-#[test]
 fn a_sub_mission_s_values_and_counters_are_its_own() {
     let main = r#"<armor version="1"><system><component name="a" kind="k"/></system>
         <mission goal="z" safe="z"><variable name="n" min="0" max="9"/>
