@@ -1,93 +1,14 @@
 //! A component behind a bad network: cut connections are noticed at both ends and come back, and
 //! every message that does not arrive is counted.
 
-use std::fs::File;
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::system::{Draft, System, probe};
-use super::trace::Got;
+use super::far_sink::FarSink;
 use crate::dice::{Dice, seed};
-use crate::fixture::fault_proxy::{FaultProxy, NetworkFault};
-use crate::fixture::{Folder, wait_for};
+use crate::fixture::fault_proxy::NetworkFault;
+use crate::fixture::wait_for;
 
-/// What the tests of this file share: a source, and a sink that reaches everything through a proxy.
-struct FarSink {
-    proxy: FaultProxy,
-    sink: Child,
-    system: System,
-}
-
-impl Drop for FarSink {
-    fn drop(&mut self) {
-        let _ = self.sink.kill();
-        let _ = self.sink.wait();
-    }
-}
-
-impl FarSink {
-    fn start(name: &str, seed: u64) -> Self {
-        let link = "<link from='source.numbers' to='sink.a' keep='64' transport='tcp'/>";
-        let draft = Draft::default().probe("source", "rate='100Hz'", "").probe("sink", "", "");
-        let system = draft.component(link).run_with(Folder::new(name), &["--without", "sink"]);
-        let proxy = FaultProxy::start(seed);
-        let sink = start_sink(&system, &proxy);
-        let far = Self { proxy, sink, system };
-        far.wait_for_data();
-        far
-    }
-
-    /// Replaces the process of the sink.
-    fn replace_sink(&mut self) {
-        let _ = (self.sink.kill(), self.sink.wait());
-        self.sink = start_sink(&self.system, &self.proxy);
-    }
-
-    fn log(&self) -> String {
-        std::fs::read_to_string(self.system.folder.path().join("sink.log")).unwrap_or_default()
-    }
-
-    fn got(&self) -> Vec<Got> {
-        self.system.trace("sink").got("a")
-    }
-
-    /// Waits for data that are newer than those now.
-    fn wait_for_data(&self) {
-        let before = self.got().len();
-        wait_for(&format!("more data\n{}\n{}", self.log(), self.system.run.log()), || {
-            (self.got().len() > before).then_some(())
-        });
-    }
-
-    /// Whether the source and the registry still count on the sink.
-    fn is_known(&self) -> bool {
-        let source = self.system.status("source");
-        source.outputs.iter().any(|output| !output.links.is_empty())
-            || self.system.entries().iter().any(|entry| entry.name == "sink")
-    }
-
-    fn count_closed_links(&self) -> usize {
-        self.log().matches("link from source.numbers closed").count()
-    }
-
-    /// Checks that the sink has missed only what was counted, in the right order.
-    fn check_losses_counted(&self) {
-        let got = self.got();
-        for pair in got.windows(2) {
-            let [before, after] = pair else { continue };
-            assert_eq!(before.from, after.from, "the source never ended");
-            assert_eq!(before.count + 1 + after.lost, after.count, "{before:?} {after:?}");
-        }
-    }
-}
-
-fn start_sink(system: &System, proxy: &FaultProxy) -> Child {
-    let log = File::create(system.folder.path().join("sink.log")).expect("writable");
-    let mut sink = Command::new(probe());
-    sink.args(["--name", "sink", "--registry", &system.registry.to_string()]);
-    sink.env("ARMOR_VIA", proxy.address.to_string()).current_dir(system.folder.path());
-    sink.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log).spawn().expect("the probe starts")
-}
+const LINK: &str = "<link from='source.numbers' to='sink.a' keep='64' transport='tcp'/>";
 
 fn summary(what: &str, mut times: Vec<Duration>) {
     times.sort();
@@ -97,7 +18,7 @@ fn summary(what: &str, mut times: Vec<Duration>) {
 
 #[test]
 fn a_cut_network_is_noticed_at_both_ends_and_links_come_back() {
-    let far = FarSink::start("cut", 1);
+    let far = FarSink::start("cut", LINK, 1);
     let (mut at_sink, mut at_host, mut back) = (Vec::new(), Vec::new(), Vec::new());
     // Each cut takes about 3 s, most of which is waiting.
     let cuts = if std::env::var_os("ARMOR_FULL").is_some() { 100 } else { 4 };
@@ -134,7 +55,7 @@ fn a_cut_network_is_noticed_at_both_ends_and_links_come_back() {
 fn a_network_with_random_faults_loses_nothing_that_is_not_counted() {
     let seed = seed(20_261_123);
     let mut dice = Dice::of(seed);
-    let far = FarSink::start("faults", seed);
+    let far = FarSink::start("faults", LINK, seed);
     let source = far.system.pid("source");
     let rounds = if std::env::var_os("ARMOR_FULL").is_some() { 300 } else { 15 };
     for round in 0..rounds {
@@ -166,7 +87,7 @@ fn a_network_with_random_faults_loses_nothing_that_is_not_counted() {
 #[test]
 fn flipped_bits_do_no_harm_beyond_their_connection() {
     let seed = seed(7);
-    let mut far = FarSink::start("bits", seed);
+    let mut far = FarSink::start("bits", LINK, seed);
     let source = far.system.pid("source");
     for _ in 0..4 {
         for _ in 0..10 {

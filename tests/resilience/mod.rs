@@ -4,8 +4,10 @@
 
 mod bad_network;
 mod crowd;
+mod datagrams;
 mod deaths;
 mod failures;
+mod far_sink;
 mod hangs;
 mod hostile_bytes;
 mod impostors;
