@@ -3,6 +3,7 @@
 
 mod announcing;
 mod cable;
+mod datagrams;
 mod executables;
 mod freezing;
 mod left_processes;

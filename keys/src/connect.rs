@@ -262,7 +262,8 @@ impl GateClient {
         else {
             return Ok(());
         };
-        self.carry(tool, address).await
+        // Tools do not ask for datagrams.
+        self.carry(tool, address, None).await
     }
 
     async fn open_session(&self) -> Result<(GateSession, TlsStream<TcpStream>), GateError> {

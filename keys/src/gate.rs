@@ -28,6 +28,7 @@ use tokio_rustls::server::TlsStream;
 use tracing::{error, info, warn};
 
 use crate::certificate::CertificateFacts;
+use crate::datagrams::GatePort;
 use crate::expiry::{describe_notice, find_notice, now_s};
 use crate::frames::read_control;
 use crate::host_keys::{GateKeysError, HostKeys};
@@ -100,6 +101,13 @@ pub async fn serve(
         Some(registry) => info!(%address, %registry, "the gate of {} listens", keys.host_name()),
         None => info!(%address, "the gate of {} listens", keys.host_name()),
     }
+    let datagrams = match GatePort::open(address).await {
+        Ok(port) => Some(port),
+        Err(problem) => {
+            warn!(%problem, "UDP port {} cannot be opened: links between hosts take TCP", address.port());
+            None
+        }
+    };
     let gate = Arc::new(Gate {
         keys,
         reach,
@@ -107,12 +115,23 @@ pub async fn serve(
         limits: options.limits,
         strangers: Strangers::new(&options.limits),
         sessions: Sessions::new(options.limits),
+        datagrams,
         faults: FaultTable::default(),
         notices: FaultTable::default(),
     });
     ready(address);
     gate.announce_end(&gate.keys.lock().host.facts);
-    accept_connections(&gate, &listener).await
+    let datagrams = gate.datagrams.clone();
+    let serve_datagrams = async {
+        match datagrams {
+            Some(port) => port.serve().await,
+            None => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        never = accept_connections(&gate, &listener) => never,
+        never = serve_datagrams => never,
+    }
 }
 
 /// Checks whether a gate could start now, without starting it.
@@ -164,6 +183,8 @@ struct Gate {
     limits: GateLimits,
     strangers: Strangers,
     sessions: Sessions,
+    /// Of links between hosts; the port may be taken.
+    datagrams: Option<Arc<GatePort>>,
     /// What was logged of each address.
     faults: FaultTable<String>,
     /// Which ends of keys were announced: serial number and notice, in days.

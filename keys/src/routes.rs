@@ -15,9 +15,12 @@ use parking_lot::Mutex;
 use tokio::io::copy_bidirectional_with_sizes;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time;
+use tokio_rustls::client::TlsStream;
 
 use crate::connect::{COPY_LEN, GateClient, GateError, LIMIT};
+use crate::datagrams::RouterPort;
 use crate::host_keys::HostKeys;
+use crate::seal::{DatagramSeal, SealEnd};
 use crate::socks::{self, SocksAnswer};
 use crate::streams::own_stream;
 
@@ -100,21 +103,35 @@ pub async fn serve_processes(
     listener: TcpListener,
     report: impl Fn(&GateError) + Clone + Send + 'static,
 ) {
+    // Where the port is taken, links to other hosts take TCP.
+    let datagrams = match listener.local_addr() {
+        Ok(address) => RouterPort::open_router(address).await.ok(),
+        Err(_) => None,
+    };
     loop {
-        let Ok((stream, _)) = listener.accept().await else {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            never = serve_port(datagrams.as_ref()) => never,
+        };
+        let Ok((stream, _)) = accepted else {
             time::sleep(ACCEPT_REST).await;
             continue;
         };
         let (routes, report) = (Arc::clone(&routes), report.clone());
+        let datagrams = datagrams.clone();
         tokio::spawn(async move {
-            if let Err(error) = serve_process(&routes, stream).await {
+            if let Err(error) = serve_process(&routes, stream, datagrams.as_ref()).await {
                 report(&error);
             }
         });
     }
 }
 
-async fn serve_process(routes: &Routes, stream: TcpStream) -> Result<(), GateError> {
+async fn serve_process(
+    routes: &Routes,
+    stream: TcpStream,
+    datagrams: Option<&Arc<RouterPort>>,
+) -> Result<(), GateError> {
     let Ok(mut process) = own_stream(stream) else { return Ok(()) };
     let Ok(Ok(address)) = time::timeout(LIMIT, socks::read_request(&mut process)).await else {
         return Ok(());
@@ -129,7 +146,7 @@ async fn serve_process(routes: &Routes, stream: TcpStream) -> Result<(), GateErr
         let text = format!("no host of the system is called {host}");
         return Err(GateError::Refused(Refusal::new(RefusalCode::UnknownData, text)));
     };
-    gate.carry(process, address).await
+    gate.carry(process, address, datagrams).await
 }
 
 /// A tool that does not know on which host it is asks for a process of this one.
@@ -162,6 +179,7 @@ impl GateClient {
         &self,
         mut process: TcpStream,
         address: String,
+        datagrams: Option<&Arc<RouterPort>>,
     ) -> Result<(), GateError> {
         let request = GateRequest::Connect { address, acts_for: None };
         let (mut gate, error) = match self.request(request).await {
@@ -186,11 +204,38 @@ impl GateClient {
         }
         if socks::answer(&mut process, SocksAnswer::Connected).await.is_ok() {
             let revoked = self.wait_for_revocation(&gate);
+            let carrying = carry_datagrams(&process, &gate, datagrams);
             tokio::select! {
+                () = carrying => {}
                 _ = copy_bidirectional_with_sizes(&mut process, &mut gate, COPY_LEN, COPY_LEN) => {}
                 _ = revoked => {}
             }
         }
         Ok(())
+    }
+}
+
+async fn serve_port(datagrams: Option<&Arc<RouterPort>>) -> ! {
+    match datagrams {
+        Some(port) => port.serve().await,
+        None => std::future::pending().await,
+    }
+}
+
+/// Carries the datagrams of a connection, if it has any; never returns.
+fn carry_datagrams(
+    process: &TcpStream,
+    gate: &TlsStream<TcpStream>,
+    datagrams: Option<&Arc<RouterPort>>,
+) -> impl Future<Output = ()> + Send + 'static {
+    let (stream, session) = gate.get_ref();
+    let seal = DatagramSeal::of_session(session, SealEnd::Client);
+    let way = datagrams.zip(process.peer_addr().ok()).map(|(port, from)| port.open_way(from));
+    let gate = stream.peer_addr();
+    async move {
+        if let (Some(seal), Some(way), Ok(gate)) = (seal, way, gate) {
+            way.carry_to_gate(seal, gate).await;
+        }
+        std::future::pending::<()>().await;
     }
 }

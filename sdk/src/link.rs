@@ -1,6 +1,7 @@
 //! Links: an output's data, straight from the publisher's thread to the subscriber's socket.
 
 mod catch_up;
+mod datagram_publishing;
 mod datagrams_in;
 pub(crate) mod datagrams_out;
 pub(crate) mod inbox;

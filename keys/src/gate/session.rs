@@ -26,6 +26,7 @@ use crate::frames::{read_frame, write_control};
 use crate::identity::KeyHolder;
 use crate::reach::Target;
 use crate::run_channel::RunChannel;
+use crate::seal::{DatagramSeal, SealEnd};
 use crate::streams::refuse;
 
 impl Gate {
@@ -110,7 +111,12 @@ impl Gate {
         let dialled = self.dial_target(facts.holder, &address, acts_for).await;
         let refusal = match dialled {
             Ok(DialledTarget::Process(mut process)) => {
-                return self.copy(stream, &mut process, place, &name, &address).await;
+                let datagrams = self.carry_datagrams(&stream, &process);
+                let copying = self.copy(stream, &mut process, place, &name, &address);
+                return tokio::select! {
+                    () = copying => {}
+                    () = datagrams => {}
+                };
             }
             Ok(DialledTarget::Gate(mut gate, revoked)) => {
                 let copying = self.copy(stream, &mut *gate, place, &name, &address);
@@ -125,6 +131,26 @@ impl Gate {
         tokio::select! {
             _ = place.ended() => {}
             () = refuse(&mut stream, refusal) => {}
+        }
+    }
+
+    /// Carries the datagrams of the connection, if it has any; never returns.
+    fn carry_datagrams(
+        &self,
+        stream: &TlsStream<TcpStream>,
+        process: &TcpStream,
+    ) -> impl Future<Output = ()> + Send + 'static {
+        let seal = DatagramSeal::of_session(stream.get_ref().1, SealEnd::Gate);
+        let way = seal.zip(self.datagrams.as_ref()).map(|(seal, port)| {
+            let way = port.open_way(seal.id());
+            (seal, way)
+        });
+        let process = process.peer_addr();
+        async move {
+            if let (Some((seal, way)), Ok(process)) = (way, process) {
+                way.carry_to_process(seal, process).await;
+            }
+            std::future::pending::<()>().await;
         }
     }
 
