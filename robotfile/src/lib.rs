@@ -21,6 +21,7 @@ mod date;
 mod difference;
 
 mod edit;
+mod elements;
 mod features;
 mod fields;
 mod finding;

@@ -98,7 +98,7 @@ fn goal_and_safe_place_are_exchanged_also_where_an_emergency_leads_to_the_goal()
 
 #[test]
 fn an_element_of_another_noun_may_be_the_place_that_is_missing() {
-    let file = mission(r#"<state name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
+    let file = mission(r#"<zone name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
     only_of("E0015", "known elements", &file);
 }
 
