@@ -38,6 +38,7 @@ mod transition;
 mod twice;
 mod unused;
 mod unused_done;
+mod uses;
 mod value_effects;
 
 use std::collections::BTreeSet;
