@@ -224,3 +224,25 @@ fn codes(file: &str) -> Vec<&'static str> {
     let found = reading.findings.without_notes();
     found.iter().map(|finding| finding.code.as_str()).collect()
 }
+
+#[test]
+fn a_place_that_lost_its_components_names_the_report() {
+    let file = |components: &str| {
+        with(&format!(
+            r#"<place name="b" {components} on-failure="hold"/><place name="c" components="arm"/><transition name="t" from="a" to="b" on="go.packed"/><transition name="u" from="b" to="c" on="arm.done"/><transition name="v" from="c" to="hold" on="arm.done"/>"#
+        ))
+    };
+    assert_eq!(codes(&file(r#"components="arm""#)), [""; 0]);
+    only("W0214", "arm is frozen in every place that u starts from", &file(""));
+}
+
+#[test]
+fn a_link_to_an_output_is_one_finding() {
+    let file = |to: &str| {
+        system(&format!(
+            r#"<component name="l" kind="laser" rate="10Hz"/><component name="c" kind="cartographer"/><component name="v" kind="viewer"/><link from="l.scan" to="{to}"/><link from="c.map" to="v.map"/>"#
+        ))
+    };
+    assert_eq!(codes(&file("c.scan")), [""; 0]);
+    only("E0107", "c.map is an output", &file("c.map"));
+}
