@@ -76,9 +76,9 @@ impl Proof<'_> {
 
     /// The only timeout that leads from another place to the end of the mission, sooner than each of
     /// several transitions can fire.
-    fn find_early_end(&self, late: &[TransitionId]) -> Option<Finding> {
-        let names = late.iter().map(|id| self.plan.net().transition(*id).name.as_str());
-        let names: Vec<_> = names.collect();
+    fn find_early_end(&self, sources: &[TransitionId]) -> Option<Finding> {
+        let net = self.plan.net();
+        let names: Vec<_> = sources.iter().map(|id| net.transition(*id).name.as_str()).collect();
         let (last, first) = names.split_last().filter(|(_, first)| !first.is_empty())?;
         let written = |name: &str| self.mission.transitions.iter().find(|it| it.name.value == name);
         let late: Vec<_> = names.iter().map(|name| written(name)).collect::<Option<_>>()?;
@@ -90,12 +90,23 @@ impl Proof<'_> {
             |place: &str| ends.iter().any(|it| it.as_ref().is_some_and(|it| it.value == place));
         let is_early_end = |it: &&Transition| {
             let is_timeout = it.on.is_none() && it.when.is_none();
-            let is_apart = it.inputs().all(|arc| {
-                let mut others = late.iter().flat_map(|it| it.inputs());
-                others.all(|other| other.place.value != arc.place.value)
+            let id = net.transition_ids().find(|id| net.transition(*id).name == it.name.value);
+            // It counts while each of them waits.
+            let is_alongside = id.is_some_and(|id| {
+                let own = &net.transition(id).inputs;
+                sources.iter().all(|source| {
+                    let needed = &net.transition(*source).inputs;
+                    let is_shared =
+                        own.iter().any(|(place, _)| needed.iter().any(|(other, _)| other == place));
+                    let are_marked = |marking: &[u32]| {
+                        let mut both = own.iter().chain(needed);
+                        both.all(|(place, count)| marking[place.index()] >= *count)
+                    };
+                    !is_shared && self.find_witness(&are_marked).is_some()
+                })
             });
             is_timeout
-                && is_apart
+                && is_alongside
                 && it.inputs().next().is_some()
                 && it.outputs().any(|arc| is_end(&arc.place.value))
                 && earliest(it).is_some_and(|time| !time.is_zero() && time < soonest)

@@ -370,7 +370,7 @@ impl<'a> MissionNames<'a> {
         // So is a transition that waits there for a component that is active elsewhere.
         let waits = |it: &&Transition| {
             let component = it.on.as_ref().map(|on| on.component.value.as_str());
-            component.is_some_and(|component| self.active_in.contains_key(component))
+            component.is_some_and(|component| self.controlled.contains(component))
                 && it.inputs().any(|arc| arc.place.value == place.name.value)
         };
         let is_passive = place.components.is_empty()
