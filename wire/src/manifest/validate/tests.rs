@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::manifest::{PortFrame, ValueEffect};
+use crate::text_format::TextFormat;
 
 type Fault = fn(&mut Manifest);
 
