@@ -1,6 +1,7 @@
 //! The fixture of every whole-system test: a separate folder in which `armor` runs.
 
 pub mod fault_proxy;
+mod home_robot;
 pub mod program;
 
 use std::net::{SocketAddr, TcpListener};
@@ -11,6 +12,7 @@ use std::time::{Duration, Instant};
 use armor_socket::{PORTS, random_id};
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 
+pub use home_robot::HomeRobot;
 pub use program::{Dialogue, run_to_end};
 
 /// A folder for one test, removed when the test ends. Other tests cannot see its runs.

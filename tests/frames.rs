@@ -3,39 +3,16 @@
 
 use serde_json::Value;
 
-use crate::fixture::{Folder, run_to_end, wait_for};
+use crate::fixture::{Folder, HomeRobot, run_to_end, wait_for};
 
 const ROOM: &str = r#"<svg><rect x="-4" y="-4" width="8" height="0.1"/><circle id="start"/></svg>"#;
 
-/// A simulator whose scans a mapper and a driver take, with the laser at `x`.
+/// A robot with the laser at `x` of its mast.
 fn system(x: &str) -> String {
-    format!(
-        r#"<armor version="1">
-  <system name="mounts">
-    <frame name="laser" in="mast" x="{x}"/>
-    <frame name="mast" in="base_link" z="0.2m"/>
-    <component name="simulator" kind="simulator" rate="50Hz">
-      <parameter name="world" value="room.svg"/>
-    </component>
-    <component name="mapper" kind="grid-slam" rate="5Hz"/>
-    <component name="homing" kind="homing" rate="5Hz"/>
-    <component name="planner" kind="planner" rate="5Hz"/>
-    <component name="driver" kind="driver" rate="10Hz"/>
-    <link from="simulator.scan" to="mapper.scan"/>
-    <link from="simulator.odometry" to="mapper.odometry" keep="50"/>
-    <link from="mapper.pose" to="homing.pose"/>
-    <link from="homing.goal" to="planner.goal"/>
-    <link from="mapper.map" to="planner.map"/>
-    <link from="mapper.pose" to="planner.pose"/>
-    <link from="planner.path" to="driver.path"/>
-    <link from="mapper.pose" to="driver.pose"/>
-    <link from="simulator.scan" to="driver.scan"/>
-    <link from="simulator.odometry" to="driver.odometry"/>
-    <link from="driver.velocity" to="simulator.velocity"/>
-  </system>
-</armor>
-"#
-    )
+    let frames = format!(
+        r#"<frame name="laser" in="mast" x="{x}"/><frame name="mast" in="base_link" z="0.2m"/>"#
+    );
+    HomeRobot { name: "mounts", frames: &frames, world: "room.svg", home_x: "0m" }.file("")
 }
 
 /// The value that configd gives a parameter of the driver.

@@ -8,7 +8,7 @@ use std::path::Path;
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::fixture::{Folder, Run, run_to_end, send_signal, wait_for};
+use crate::fixture::{Folder, HomeRobot, Run, run_to_end, send_signal, wait_for};
 
 /// A hall that looks like no other place, longer than the drive takes.
 const WORLD: &str = r#"<svg>
@@ -17,36 +17,7 @@ const WORLD: &str = r#"<svg>
   <rect x="2" y="0" width="0.6" height="0.8"/><rect x="5.5" y="3.2" width="1" height="0.8"/>
   <circle cx="3.8" cy="3.4" r="0.2"/><circle id="start" cx="1" cy="2"/></svg>"#;
 
-const SYSTEM: &str = r#"<armor version="1">
-  <system name="homecoming">
-    <frame name="laser" in="base_link" x="0.08m" z="0.2m"/>
-    <component name="simulator" kind="simulator" rate="20Hz">
-      <parameter name="world" value="hall.svg"/>
-    </component>
-    <component name="mapper" kind="grid-slam" rate="10Hz">
-      <parameter name="map_period" value="0.5s"/>
-    </component>
-    <component name="homing" kind="homing" rate="5Hz">
-      <parameter name="x" value="6m"/>
-    </component>
-    <component name="planner" kind="planner" rate="10Hz"/>
-    <component name="driver" kind="driver" rate="20Hz">
-      <parameter name="speed" value="0.4m/s"/>
-    </component>
-    <link from="simulator.scan" to="mapper.scan" keep="10"/>
-    <link from="simulator.odometry" to="mapper.odometry" keep="50"/>
-    <link from="mapper.pose" to="homing.pose"/>
-    <link from="homing.goal" to="planner.goal"/>
-    <link from="mapper.map" to="planner.map"/>
-    <link from="mapper.pose" to="planner.pose"/>
-    <link from="planner.path" to="driver.path"/>
-    <link from="mapper.map" to="driver.map"/>
-    <link from="mapper.pose" to="driver.pose"/>
-    <link from="simulator.scan" to="driver.scan"/>
-    <link from="simulator.odometry" to="driver.odometry"/>
-    <link from="driver.velocity" to="simulator.velocity"/>
-  </system>
-  <mission name="homecoming" goal="over" safe="hold">
+const MISSION: &str = r#"<mission name="homecoming" goal="over" safe="hold">
     <place name="return" initial="true" components="homing driver"/>
     <place name="home"/>
     <place name="over"/>
@@ -57,13 +28,18 @@ const SYSTEM: &str = r#"<armor version="1">
     <transition name="strange" from="return" to="stranded" on="homing.frame_changed"/>
     <transition name="recalled" from="stranded" to="hold" operator="true"/>
     <transition name="late" from="return" to="hold" timeout="3min"/>
-  </mission>
-</armor>"#;
+  </mission>"#;
 
 /// Starts the system, and returns when the robot has driven a metre.
 fn start(folder: &Folder) -> Run {
     folder.write("hall.svg", WORLD);
-    let file = folder.write("homecoming.xml", SYSTEM);
+    let robot = HomeRobot {
+        name: "homecoming",
+        frames: r#"<frame name="laser" in="base_link" x="0.08m" z="0.2m"/>"#,
+        world: "hall.svg",
+        home_x: "6m",
+    };
+    let file = folder.write("homecoming.xml", &robot.file(MISSION));
     let run = folder.run("out", &[file.to_str().expect("a path"), "--headless"]);
     wait_for(&format!("a metre of driving\n{}", run.log()), || {
         (position_m(folder, "mapper.pose")?[0] > 1.0).then_some(())

@@ -38,12 +38,14 @@ mod transition;
 mod twice;
 mod unused;
 mod unused_done;
+mod uses;
 mod value_effects;
 
 use std::collections::BTreeSet;
 
 use crate::check::activity::Activity;
 use crate::code::Code;
+use crate::elements::are_one_name;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::load::Reading;
@@ -51,7 +53,6 @@ use crate::manifests::Manifests;
 use crate::model::{Configuration, System};
 use crate::overrides::{self, Override};
 use crate::source::Location;
-use crate::suggestion::suggest_similar;
 
 pub use dates::passed_dates;
 pub use frames::{BASE_FRAME, MOVING_FRAMES, fill_frames};
@@ -116,8 +117,7 @@ fn drop_end_tags(findings: &mut Findings) {
         let Some((start, _)) = finding.related.first() else { return false };
         let end = finding.at.as_ref().map_or("", Location::text);
         let name = end.trim_start_matches("</").trim_end_matches('>').trim();
-        unknown.contains(&place(start))
-            && suggest_similar(start.text(), std::iter::once(name)).is_some()
+        unknown.contains(&place(start)) && are_one_name(start.text(), name)
     };
     findings.retain(|finding| finding.code != Code::EndTag || !is_repeated(finding));
 }

@@ -9,6 +9,7 @@ use armor_wire::name::is_name;
 use armor_wire::quantity::{self, Dimension, QuantityError};
 
 use crate::code::Code;
+use crate::elements;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
 use crate::guard::dimension_noun;
@@ -58,8 +59,9 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         // A misspelt attribute is a finding already.
         let mut others = self.element.attributes.iter();
         let is_misspelt = others.any(|other| {
-            let other = other.name.to_ascii_lowercase();
-            suggest_similar(&other, std::iter::once(name)).is_some()
+            let written = other.name.to_ascii_lowercase();
+            suggest_similar(&written, std::iter::once(name)).is_some()
+                || elements::find_meant_attribute(&self.element.name, &written) == Some(name)
         });
         if value.is_none() && !is_misspelt {
             self.missing.push(name);
@@ -288,7 +290,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 
     /// Reports attributes that were not read, children other than `allowed`, and stray text;
     /// returns the allowed children.
-    pub(crate) fn finish(mut self, allowed: &[&str]) -> Vec<&'a Element> {
+    pub(crate) fn finish(mut self, allowed: &[&'static str]) -> Vec<&'a Element> {
         let element = self.element;
         let has_text = element
             .children
@@ -330,21 +332,9 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         element.elements().for_each(|child| self.unknown_element(child, &[]));
     }
 
-    fn unknown_element(&mut self, child: &Element, allowed: &[&str]) {
-        let message =
-            format!("<{}> is not an element of <{}>", short(&child.name), self.element.name);
-        let guess = || suggest_similar(&child.name.to_ascii_lowercase(), allowed.iter().copied());
-        let remedy = match find_parent(&child.name) {
-            Some(parent) => {
-                format!("write it directly in {parent}: is an end tag missing or misplaced?")
-            }
-            None => guess().unwrap_or_else(|| match allowed {
-                [] => "it may contain no elements".into(),
-                _ => format!("known elements: {}", allowed.join(", ")),
-            }),
-        };
-        let finding = Finding::new(Code::UnknownElement, &child.at(self.source), message);
-        self.report(finding.remedy(remedy));
+    fn unknown_element(&mut self, child: &Element, allowed: &[&'static str]) {
+        let finding = elements::report_unknown(child, &self.element.name, allowed, self.source);
+        self.report(finding);
     }
 
     fn unknown_attributes(&mut self) {
@@ -356,7 +346,12 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         };
         let strangers: Vec<_> = element.attributes.iter().filter(is_stranger).collect();
         let guess_known = |attribute: &Attribute| {
-            suggest_similar(&attribute.name.to_ascii_lowercase(), known.iter().copied())
+            let name = attribute.name.to_ascii_lowercase();
+            suggest_similar(&name, known.iter().copied()).or_else(|| {
+                let meant = elements::find_meant_attribute(&element.name, &name)?;
+                let is_free = known.contains(&meant) && element.attribute(meant).is_none();
+                is_free.then(|| format!("did you mean {meant}?"))
+            })
         };
         // One that is unknown was probably meant to be the one that is missing.
         if let ([stranger], [missing]) = (strangers.as_slice(), self.missing.as_slice())
@@ -365,6 +360,16 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             let message = format!("<{}> has no attribute {}", element.name, short(&stranger.name));
             let at = Location::new(self.source, stranger.name_span);
             let remedy = format!("did you mean {missing}? It is required");
+            return self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
+        }
+        // The name of a parameter in place of the attribute.
+        if let ([stranger], ["name", "value"]) = (strangers.as_slice(), self.missing.as_slice())
+            && element.name == "parameter"
+        {
+            let (name, value) = (short(&stranger.name), short(&stranger.value));
+            let message = format!("<parameter> has no attribute {name}");
+            let at = Location::new(self.source, stranger.name_span);
+            let remedy = format!("did you mean name=\"{name}\" value=\"{value}\"?");
             return self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
         }
         for name in std::mem::take(&mut self.missing) {
@@ -442,20 +447,6 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     fn value_at(&self, attribute: &Attribute) -> Location {
         Location::new(self.source, attribute.value_span)
     }
-}
-
-/// Returns the element that contains elements of this name.
-fn find_parent(name: &str) -> Option<&'static str> {
-    Some(match name {
-        "host" | "frame" | "component" | "link" | "clock" => "<system>",
-        "variable" | "place" | "exclusive" | "transition" | "check" | "submission" => "<mission>",
-        "parameter" => "a <component> or <place>",
-        "arc" | "read" | "inhibitor" | "reset" | "set" => "a <transition>",
-        "layout" => "<system> or <mission>",
-        "block" | "note" | "group" => "<layout>",
-        "system" | "mission" => "<armor>",
-        _ => return None,
-    })
 }
 
 /// Returns the element that has all these attributes, of those that are often exchanged.

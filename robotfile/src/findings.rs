@@ -2,6 +2,7 @@
 
 use crate::code::Code;
 use crate::finding::{Finding, Severity};
+use crate::source::Span;
 
 /// The findings that are kept of one reading. A file with a million problems is refused for the
 /// first few hundred, and a list without end helps no user.
@@ -14,15 +15,34 @@ pub struct Findings {
     left_out: usize,
     /// Whether the list ends with the finding that counts those left out, if there are any.
     is_finished: bool,
+    /// Start tags about which no findings are kept, in the order of the file.
+    ignored: Vec<Span>,
+    /// The findings about them.
+    ignored_count: usize,
 }
 
 impl Findings {
+    /// Returns an empty list for one file that keeps no findings about some start tags, which are in
+    /// the order of the file. They count in [`Self::total`].
+    pub(crate) fn ignoring(tags: Vec<Span>) -> Self {
+        Self { ignored: tags, ..Self::default() }
+    }
+
+    fn is_ignored(&self, finding: &Finding) -> bool {
+        let Some(at) = &finding.at else { return false };
+        let after = self.ignored.partition_point(|tag| tag.start() <= at.span.start());
+        let tag = after.checked_sub(1).and_then(|last| self.ignored.get(last));
+        tag.is_some_and(|tag| at.span.end() <= tag.end())
+    }
+
     /// Adds a finding, or counts it if the list is full. An error then replaces a warning: a file
     /// must not be accepted because it has many warnings. Another mention of an unknown name is
     /// merged into the first.
     pub fn push(&mut self, finding: Finding) {
         self.list.pop_if(|last| last.code == Code::More);
-        if finding.code == Code::More {
+        if self.is_ignored(&finding) {
+            self.ignored_count += 1;
+        } else if finding.code == Code::More {
             self.left_out += finding.more;
         } else if let Some(first) = self.find_same_name(&finding) {
             first.fold_mention(finding);
@@ -73,7 +93,9 @@ impl Findings {
 
     /// Returns the number of findings, with those left out.
     pub(crate) fn total(&self) -> usize {
-        self.list.iter().map(|finding| 1 + finding.more).sum::<usize>() + self.left_out
+        self.list.iter().map(|finding| 1 + finding.more).sum::<usize>()
+            + self.left_out
+            + self.ignored_count
     }
 
     /// Removes the findings for which `keep` is false.
@@ -175,7 +197,8 @@ impl Findings {
     #[must_use]
     pub fn without_notes(&self) -> Self {
         let is_kept = |f: &&Finding| f.severity() != Severity::Note || f.code == Code::More;
-        Self { list: self.list.iter().filter(is_kept).cloned().collect(), ..*self }
+        let list = self.list.iter().filter(is_kept).cloned().collect();
+        Self { list, left_out: self.left_out, is_finished: self.is_finished, ..Self::default() }
     }
 
     /// Sorts by file and location; findings without a location come first, the one that counts
@@ -259,7 +282,7 @@ mod tests {
         let source = crate::source::Source::new("a.xml", "laser ".repeat(1000));
         let mut findings = Findings::default();
         for n in 0..1000 {
-            let at = Location::new(&source, crate::source::Span::new(6 * n, 6 * n + 5));
+            let at = Location::new(&source, Span::new(6 * n, 6 * n + 5));
             findings.push(Finding::new(Code::UnknownComponent, &at, "there is no laser"));
         }
         let found: Vec<_> = findings.finish().into_iter().collect();

@@ -21,6 +21,7 @@ mod date;
 mod difference;
 
 mod edit;
+mod elements;
 mod fields;
 mod finding;
 mod findings;

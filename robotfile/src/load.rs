@@ -125,8 +125,7 @@ impl FileReader<'_> {
                 return None;
             }
         };
-        let (source, Contents { system, mission, at, is_system_misspelt }) =
-            self.contents(path, &bytes)?;
+        let (source, Contents { system, mission, at }) = self.contents(path, &bytes)?;
         let (system, mut sources) = match (system, &mission) {
             (Some(system), None | Some(Mission { system: None, .. })) => (Some(system), Vec::new()),
             (Some(system), Some(Mission { system: Some(named), .. })) => {
@@ -137,7 +136,7 @@ impl FileReader<'_> {
             }
             (None, Some(Mission { system: Some(named), .. })) => self.named_system(path, named),
             (None, _) => {
-                if !self.is_partial && !is_system_misspelt {
+                if !self.is_partial {
                     let finding = Finding::new(Code::NoSystem, &at, "there is no system");
                     let remedy = "add <system>, or name its file: <mission system=\"rover.xml\">";
                     self.findings.push(finding.remedy(remedy));
@@ -215,7 +214,7 @@ impl FileReader<'_> {
         let Some((source, contents)) = self.contents(&file, &bytes) else {
             return (None, Vec::new());
         };
-        if contents.system.is_none() && !self.is_partial && !contents.is_system_misspelt {
+        if contents.system.is_none() && !self.is_partial {
             self.findings.push(match names_back(&contents, path, &file) {
                 Some(back) => {
                     let message =

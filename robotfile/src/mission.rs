@@ -64,9 +64,14 @@ impl Mission {
     }
 
     /// Whether the transition would be an emergency exit if the safe place were named that is
-    /// probably meant: no other is named, or one that the mission leads on from. That is a finding.
+    /// probably meant: no other is named, or one that the mission leads on from, or the goal. That is
+    /// a finding.
     pub(crate) fn is_meant_exit(&self, transition: &Transition) -> bool {
-        let is_named = self.safe.as_ref().is_some_and(|safe| !self.leads_on_from(&safe.value));
+        let is_goal = |place: &str| self.goal.as_ref().is_some_and(|goal| goal.value == place);
+        let is_named = self
+            .safe
+            .as_ref()
+            .is_some_and(|safe| !self.leads_on_from(&safe.value) && !is_goal(&safe.value));
         let end = self.find_unnamed_end().filter(|_| !is_named);
         transition.class == Class::Safety
             && end.is_some_and(|end| {
@@ -256,6 +261,11 @@ impl Transition {
     /// The places that tokens are taken from.
     pub fn inputs(&self) -> impl Iterator<Item = &Arc> {
         self.arcs.iter().filter(|arc| arc.kind == ArcKind::Take)
+    }
+
+    /// The places that must be marked and stay so.
+    pub(crate) fn reads(&self) -> impl Iterator<Item = &Arc> {
+        self.arcs.iter().filter(|arc| arc.kind == ArcKind::Read)
     }
 
     /// The places that tokens are put into.

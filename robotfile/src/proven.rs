@@ -38,7 +38,7 @@ impl Findings {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
         let is_fault = |result: &Finding| result.severity() != Severity::Note;
-        let is_other = |result: &Finding| result.code != Code::NeverFires && is_fault(result);
+        let is_other = |result: &Finding| !result.is_by_times && is_fault(result);
         if self.iter().any(is_fault) || proven.iter().any(is_other) {
             proven.retain(|result| !result.is_by_times);
         }
@@ -49,7 +49,8 @@ impl Findings {
         if let Some(mission) = &configuration.mission {
             self.explain_by_missing_end(&mut proven, mission);
             self.explain_by_inner_end(&mut proven, mission);
-            self.explain_by_exchange(&mut proven);
+            self.explain_by_exchange(&mut proven, mission);
+            self.explain_by_missing_input(&mut proven);
             self.explain_by_early_end(&mut proven);
             self.explain_by_unset(&mut proven, mission);
             goal::merge_after_goal(&mut proven, mission);

@@ -10,6 +10,7 @@ mod transition;
 use std::sync::Arc;
 
 use crate::code::Code;
+use crate::elements;
 use crate::fields::ElementFields;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
@@ -17,7 +18,6 @@ use crate::mission::Mission;
 use crate::model::System;
 use crate::source::{Location, Source};
 use crate::tree::Element;
-use crate::unreadable::UnreadableParts;
 
 pub use limits::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
 
@@ -27,8 +27,6 @@ pub(crate) struct Contents {
     pub(crate) mission: Option<Mission>,
     /// The `<armor>` tag.
     pub(crate) at: Location,
-    /// Whether there is an element that was probably meant as a `<system>`.
-    pub(crate) is_system_misspelt: bool,
 }
 
 /// Reads the root element. None if it is not ours at all.
@@ -37,13 +35,24 @@ pub(crate) fn contents(
     source: &Arc<Source>,
     findings: &mut Findings,
 ) -> Option<Contents> {
-    let at = root.at(source);
     if root.name != "armor" {
         let message = format!("the root element is <{}>", short(&root.name));
-        let finding = Finding::new(Code::WrongRoot, &at, message);
+        let finding = Finding::new(Code::WrongRoot, &root.at(source), message);
         findings.push(finding.remedy("an Armor file starts with <armor version=\"1\">"));
         return None;
     }
+    let Some((corrected, misspelt)) = elements::correct_names(root, source, findings) else {
+        return Some(read_root(root, source, findings));
+    };
+    // Which attributes belong to a misspelt element is only a guess.
+    let mut found = Findings::ignoring(misspelt);
+    let contents = read_root(&corrected, source, &mut found);
+    findings.absorb(found, |_| true);
+    Some(contents)
+}
+
+fn read_root(root: &Element, source: &Arc<Source>, findings: &mut Findings) -> Contents {
+    let at = root.at(source);
     crate::namespaces::check(root, source, findings);
     let mut fields = ElementFields::new(root, source, findings);
     if let Some(version) = fields.required("version").filter(|version| version.value != "1") {
@@ -61,14 +70,11 @@ pub(crate) fn contents(
     let of = |name| children.iter().copied().filter(move |child| child.name == name);
     let system = expect_only(of("system"), source, findings);
     let mission = expect_only(of("mission"), source, findings);
-    Some(Contents {
+    Contents {
         system: system.map(|element| system::read(element, source, findings)),
         mission: mission.map(|element| mission::read(element, source, findings)),
         at,
-        is_system_misspelt: root
-            .elements()
-            .any(|child| UnreadableParts::is_misspelt(child, "system")),
-    })
+    }
 }
 
 /// The first; further ones are findings.

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::code::Code;
+use crate::elements::{are_one_name, may_contain};
 use crate::findings::Findings;
 use crate::source::{Location, Source, Span};
 use crate::start_tag::{TagReader, literal_less_len, unescape};
@@ -28,20 +29,6 @@ const HOPELESS: [Code; 6] = [
     Code::TooManyAttributes,
     Code::TooMany,
 ];
-
-/// The elements that an element may contain; a `<layout>` may contain anything.
-const HOLDS: [(&str, &[&str]); 6] = [
-    ("armor", &["system", "mission"]),
-    ("system", &["clock", "host", "frame", "component", "link", "layout"]),
-    ("mission", &["variable", "place", "exclusive", "transition", "check", "submission", "layout"]),
-    ("component", &["parameter"]),
-    ("place", &["parameter"]),
-    ("transition", &["arc", "read", "inhibitor", "reset", "set"]),
-];
-
-fn holds(parent: &str, child: &str) -> bool {
-    HOLDS.iter().any(|(name, children)| *name == parent && children.contains(&child))
-}
 
 /// Reads the file in which the strict reader found `refused`. The work is linear in its length.
 pub(crate) fn recover(source: &Arc<Source>, refused: &Findings) -> Option<Recovered> {
@@ -136,7 +123,11 @@ impl<'a> RecoveryReader<'a> {
     }
 
     fn end_element(&mut self, name: &str, span: Span) {
-        let Some(at) = self.open.iter().rposition(|element| element.name == name) else { return };
+        let exact = self.open.iter().rposition(|element| element.name == name);
+        let last = self.open.len().saturating_sub(1);
+        let is_meant = |element: &&Element| are_one_name(&element.name, name);
+        let meant = || self.open.last().filter(is_meant).map(|_| last);
+        let Some(at) = exact.or_else(meant) else { return };
         while self.open.len() > at + 1 {
             self.close_element(false);
         }
@@ -155,8 +146,8 @@ impl<'a> RecoveryReader<'a> {
             self.is_whole &= element.name != "layout";
             let foreign = element.children.iter().position(|node| match node {
                 Node::Element(child) => {
-                    !holds(&element.name, &child.name)
-                        && self.open.iter().any(|outer| holds(&outer.name, &child.name))
+                    !may_contain(&element.name, &child.name)
+                        && self.open.iter().any(|outer| may_contain(&outer.name, &child.name))
                 }
                 _ => false,
             });

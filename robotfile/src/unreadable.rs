@@ -62,12 +62,6 @@ impl UnreadableParts {
         self.link_words.extend(words);
     }
 
-    /// Returns whether an unknown element is probably a misspelt `wanted`.
-    pub(crate) fn is_misspelt(element: &Element, wanted: &str) -> bool {
-        let name = element.name.to_ascii_lowercase();
-        element.name != wanted && suggest_similar(&name, std::iter::once(wanted)).is_some()
-    }
-
     /// Returns whether an unreadable part may have this name: exactly, or but for a typing mistake.
     pub(crate) fn may_contain(&self, name: &str) -> bool {
         let malformed = self.names.iter().map(String::as_str).filter(|name| !is_name(name));

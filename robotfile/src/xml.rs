@@ -8,12 +8,12 @@ use quick_xml::events::Event;
 use quick_xml::reader::Reader;
 
 use crate::code::Code;
+use crate::elements::are_one_name;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::recover::find_open_quote;
 use crate::source::{Location, Source, Span};
 use crate::start_tag::{TagReader, literal_less_len, unescape};
-use crate::suggestion::suggest_similar;
 use crate::tree::{Element, Node, Tree};
 
 /// Longest file in bytes: a thousand components take a fifth of it.
@@ -320,8 +320,7 @@ impl<'a> Builder<'a> {
 
     /// Whether the end tag means the element that is open.
     fn is_misspelt(&self, name: &str) -> bool {
-        let meant = self.open.last().map(|top| top.name.as_str());
-        suggest_similar(name, meant.into_iter()).is_some()
+        self.open.last().is_some_and(|top| are_one_name(&top.name, name))
     }
 
     fn close_misspelt(&mut self, name: &str, span: Span) {

@@ -161,11 +161,30 @@ fn the_index_lists_every_code() {
     let mut tables = String::new();
     for section in Code::SECTIONS {
         tables += &format!("\n## {}\n| code | meaning |\n| --- | --- |\n", section.title);
-        for code in section.codes {
+        let mut codes = section.codes.to_vec();
+        codes.sort_by_key(|code| number_of(*code));
+        for code in codes {
             tables += &format!("| [{0}]({0}.md) | {1} |\n", code.as_str(), code.title());
         }
     }
     assert_current(&path, &format!("{before}{INDEX_BEGIN}{tables}\n{INDEX_END}{after}"));
+}
+
+/// The number of a code, whatever its letter.
+fn number_of(code: Code) -> u32 {
+    code.as_str()[1..].parse().expect("a number")
+}
+
+#[test]
+fn the_index_is_in_the_order_of_the_codes() {
+    let index = fs::read_to_string(pages().join("README.md")).unwrap();
+    let (_, tables) = index.split_once(INDEX_BEGIN).unwrap();
+    let (tables, _) = tables.split_once(INDEX_END).unwrap();
+    for table in tables.split("\n## ").skip(1) {
+        let codes = table.lines().filter_map(|line| line.strip_prefix("| [")?.split(']').next());
+        let numbers: Vec<u32> = codes.map(|code| code[1..].parse().unwrap()).collect();
+        assert!(!numbers.is_empty() && numbers.is_sorted(), "{table}");
+    }
 }
 
 #[test]

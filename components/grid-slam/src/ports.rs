@@ -23,6 +23,8 @@ use crate::snapshot::GridSnapshot;
 use crate::state::{StateFit, StateHeader, encode_header};
 use crate::state_file::{StateFile, read_state, replace_state};
 
+/// An angle of one degree, in radians.
+const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
 /// Frame of the odometry (REP-105).
@@ -66,13 +68,13 @@ struct GridSlamParameters {
     #[parameter(unit = "m", default = "0.2m", range = 0.01..=10.0)]
     keyframe_distance_m: f64,
     /// or after turning this far
-    #[parameter(unit = "deg", default = "10deg", range = 0.01..=3.2)]
+    #[parameter(unit = "deg", default = "10deg", range = 0.5 * DEG..=180.0 * DEG)]
     keyframe_turn_rad: f64,
     /// expected odometry error, as a share of the distance driven
     #[parameter(default = 0.06, range = 0.001..=1.0)]
     slip: f64,
     /// expected odometry error, heading for each metre driven
-    #[parameter(unit = "deg", default = "0.02rad", range = 0.0001..=1.0)]
+    #[parameter(unit = "deg", default = "0.02rad", range = 0.005 * DEG..=60.0 * DEG)]
     bend_rad: f64,
     /// expected odometry error, as a share of the angle turned
     #[parameter(default = 0.08, range = 0.001..=1.0)]

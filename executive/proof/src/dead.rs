@@ -30,6 +30,7 @@ impl Proof<'_> {
             self.analysed.outside.iter().any(|(copy, of)| *of == source && !dead.contains(copy))
         };
         let mut explained = 0;
+        let mut late = Vec::new();
         for source in self.plan.net().transition_ids() {
             let arcs = self.plan.net().transition(source);
             let is_in = |dead: &BTreeSet<_>| self.copies(source).iter().all(|it| dead.contains(it));
@@ -38,7 +39,7 @@ impl Proof<'_> {
             }
             if !is_in(&dead) {
                 if timed.as_ref().is_some_and(is_in) && self.is_always_too_late(source) {
-                    findings.push(self.never_in_time(source));
+                    late.push(source);
                 }
                 continue;
             }
@@ -65,6 +66,7 @@ impl Proof<'_> {
                 }))
             }));
         }
+        self.report_late(&late, findings);
     }
 
     /// Whether a transition has its tokens in some run, but never until its time has come. The

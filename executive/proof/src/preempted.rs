@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 
 use armor_petri::analysis::classes::StateClasses;
 use armor_petri::{PlaceId, TransitionId};
-use armor_robotfile::mission::Autonomy;
-use armor_robotfile::{Code, Finding};
+use armor_robotfile::mission::{Autonomy, Transition};
+use armor_robotfile::{Code, Finding, Findings};
 
 use crate::proof::{Proof, Witness};
+use crate::wording::time_in_words;
 
 /// Most transitions that a message names.
 const MOST_NAMED: usize = 3;
@@ -64,8 +65,69 @@ impl Proof<'_> {
         }
     }
 
+    /// Reports the transitions that have their tokens in time for no firing: of several, the timeout
+    /// that ends the mission before all of them.
+    pub(super) fn report_late(&self, late: &[TransitionId], findings: &mut Findings) {
+        match self.find_early_end(late) {
+            Some(finding) => findings.push(finding),
+            None => findings.extend(late.iter().map(|source| self.never_in_time(*source))),
+        }
+    }
+
+    /// The only timeout that leads from another place to the end of the mission, sooner than each of
+    /// several transitions can fire.
+    fn find_early_end(&self, sources: &[TransitionId]) -> Option<Finding> {
+        let net = self.plan.net();
+        let names: Vec<_> = sources.iter().map(|id| net.transition(*id).name.as_str()).collect();
+        let (last, first) = names.split_last().filter(|(_, first)| !first.is_empty())?;
+        let written = |name: &str| self.mission.transitions.iter().find(|it| it.name.value == name);
+        let late: Vec<_> = names.iter().map(|name| written(name)).collect::<Option<_>>()?;
+        let earliest = |it: &Transition| it.interval.as_ref().map(|it| it.value.earliest);
+        let soonest = late.iter().map(|it| earliest(it)).collect::<Option<Vec<_>>>()?;
+        let soonest = soonest.into_iter().min()?;
+        let ends = [&self.mission.goal, &self.mission.safe];
+        let is_end =
+            |place: &str| ends.iter().any(|it| it.as_ref().is_some_and(|it| it.value == place));
+        let is_early_end = |it: &&Transition| {
+            let is_timeout = it.on.is_none() && it.when.is_none();
+            let id = net.transition_ids().find(|id| net.transition(*id).name == it.name.value);
+            // It counts while each of them waits.
+            let is_alongside = id.is_some_and(|id| {
+                let own = &net.transition(id).inputs;
+                sources.iter().all(|source| {
+                    let needed = &net.transition(*source).inputs;
+                    let is_shared =
+                        own.iter().any(|(place, _)| needed.iter().any(|(other, _)| other == place));
+                    let are_marked = |marking: &[u32]| {
+                        let mut both = own.iter().chain(needed);
+                        both.all(|(place, count)| marking[place.index()] >= *count)
+                    };
+                    !is_shared && self.find_witness(&are_marked).is_some()
+                })
+            });
+            is_timeout
+                && is_alongside
+                && it.inputs().next().is_some()
+                && it.outputs().any(|arc| is_end(&arc.place.value))
+                && earliest(it).is_some_and(|time| !time.is_zero() && time < soonest)
+        };
+        let mut early = self.mission.transitions.iter().filter(is_early_end);
+        let (Some(end), None) = (early.next(), early.next()) else { return None };
+        let name = &end.name.value;
+        let message = format!(
+            "{name} ends the mission after {}, before {} and {last} can fire",
+            time_in_words(earliest(end)?),
+            first.join(", ")
+        );
+        let finding = Finding::new(Code::NeverFires, &end.name.at, message).by_times();
+        let related = late.iter().fold(finding, |finding, it| {
+            finding.related(&it.name.at, "this one never fires in time")
+        });
+        Some(related.remedy(format!("give {name} a longer time than these have")))
+    }
+
     /// A transition that has its tokens in time for no firing.
-    pub(super) fn never_in_time(&self, source: TransitionId) -> Finding {
+    fn never_in_time(&self, source: TransitionId) -> Finding {
         let name = self.plan.net().transition(source).name.as_str();
         let preempting = self.find_preempting(source);
         let (first, remedy) = match preempting.as_slice() {

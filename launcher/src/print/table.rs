@@ -67,6 +67,14 @@ impl<'a> Table<'a> {
         cells.chain([self.headings[column]]).map(count_columns).max().unwrap_or(0)
     }
 
+    /// The longest piece of a column's cells that has no seam.
+    fn longest_piece(&self, column: usize) -> usize {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let words = cells.flat_map(|cell| cell.split(' '));
+        let pieces = words.flat_map(|word| word.split_inclusive(SEAMS));
+        pieces.map(count_columns).max().unwrap_or(0)
+    }
+
     fn is_numeric(&self, column: usize) -> bool {
         let mut cells = self.rows.iter().filter_map(|row| row.get(column)).peekable();
         cells.peek().is_some() && cells.all(|cell| is_number(cell))
@@ -76,22 +84,25 @@ impl<'a> Table<'a> {
     fn fit_widths(&self, columns: &[usize], width: usize) -> Vec<usize> {
         let mut widths: Vec<usize> =
             columns.iter().map(|column| self.longest_cell(*column)).collect();
-        let least: Vec<usize> = columns
-            .iter()
-            .zip(&widths)
-            .map(|(column, natural)| {
+        let natural = widths.clone();
+        let least = |is_whole: bool| {
+            let of_column = |(column, natural): (&usize, &usize)| {
                 let heading = count_columns(self.headings[*column]);
-                if self.is_numeric(*column) {
-                    *natural
-                } else {
-                    (*natural).min(heading.max(MIN_TEXT_WIDTH))
+                let words = if is_whole { self.longest_piece(*column) } else { 0 };
+                match self.is_numeric(*column) {
+                    true => *natural,
+                    false => (*natural).min(heading.max(MIN_TEXT_WIDTH).max(words)),
                 }
-            })
-            .collect();
-        while widths.iter().sum::<usize>() + gaps(columns.len()) > width {
-            let shrinkable = (0..widths.len()).filter(|index| widths[*index] > least[*index]);
-            let Some(widest) = shrinkable.max_by_key(|index| widths[*index]) else { break };
-            widths[widest] -= 1;
+            };
+            columns.iter().zip(&natural).map(of_column).collect::<Vec<usize>>()
+        };
+        // Words are divided only where the table does not fit otherwise.
+        for least in [least(true), least(false)] {
+            while widths.iter().sum::<usize>() + gaps(columns.len()) > width {
+                let shrinkable = (0..widths.len()).filter(|index| widths[*index] > least[*index]);
+                let Some(widest) = shrinkable.max_by_key(|index| widths[*index]) else { break };
+                widths[widest] -= 1;
+            }
         }
         widths
     }
@@ -265,6 +276,23 @@ mod tests {
             assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
         }
         assert_eq!(table.format(Some(200)), table.format(None));
+    }
+
+    #[test]
+    fn words_stay_whole_where_the_table_fits_otherwise() {
+        let problem = "panicked at src/main.rs:12: no calibration; it starts again in 0.8 s";
+        let rows = rows(&[
+            &["grid-slam", "grid-slam", "restarting", "4711", problem],
+            &["simulator", "simulator", "active", "4712", "its instrumentation has failed"],
+        ]);
+        let table = Table::new(&["NAME", "KIND", "STATE", "PID", "PROBLEM"], rows);
+        for width in [60, 80] {
+            let text = table.format(Some(width));
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
+            for word in ["restarting", "calibration;", "instrumentation", "simulator"] {
+                assert!(text.contains(word), "{width}: {word}\n{text}");
+            }
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod budget;
 mod files;
 mod line;
+mod panics;
 mod queue;
 mod render;
 mod splitter;
@@ -26,6 +27,7 @@ use crate::arguments::OutputFormat;
 use budget::LineBudget;
 pub use files::EarlierLogs;
 pub use line::{LogLine, LogStream};
+use panics::LastPanics;
 use queue::LineQueue;
 use render::Renderer;
 use splitter::Splitter;
@@ -46,6 +48,7 @@ pub struct RunLog {
     start: Instant,
     console: Arc<LineQueue>,
     files: Arc<LineQueue>,
+    panics: LastPanics,
 }
 
 /// The threads that print and write.
@@ -72,6 +75,7 @@ impl RunLog {
             start: Instant::now(),
             console: Arc::new(LineQueue::default()),
             files: Arc::new(LineQueue::default()),
+            panics: LastPanics::default(),
         };
         let files = files::LogFiles::create(directory, earlier)?;
         let renderer = Renderer::for_stdout(names, format);
@@ -101,6 +105,11 @@ impl RunLog {
         self.push(LogLine::of_launcher(self.elapsed().as_secs_f64(), name, level, text.into()));
     }
 
+    /// Takes the panic that a process has printed last.
+    pub fn take_panic(&self, name: &str) -> Option<String> {
+        self.panics.take(name)
+    }
+
     fn push(&self, line: LogLine) {
         let line = Arc::new(line);
         self.files.push(line.clone());
@@ -119,7 +128,11 @@ impl RunLog {
             let mut flood = false;
             let mut take = |text: &[u8]| {
                 if budget.spend_line(now, text.len()) {
-                    self.push(LogLine::read(now.as_secs_f64(), name.clone(), stream, text));
+                    let line = LogLine::read(now.as_secs_f64(), name.clone(), stream, text);
+                    if stream == LogStream::Err {
+                        self.panics.note_line(&name, &line.text);
+                    }
+                    self.push(line);
                 } else {
                     flood = true;
                 }

@@ -157,6 +157,11 @@ pub async fn supervise(
                     actions.extend(supervisor.handle(SupervisorEvent::Suspended(id), now));
                 }
             }
+            if let SupervisorEvent::Exited(id, _) = event
+                && let Some(panic) = log.take_panic(launcher.name_of(id))
+            {
+                actions.extend(supervisor.handle(SupervisorEvent::Panicked(id, panic), now));
+            }
             actions.extend(supervisor.handle(event, now));
         }
         if let Some(verdict) = launcher.perform_actions(actions) {
@@ -352,6 +357,10 @@ impl Launcher {
                 }
             }
         });
+    }
+
+    fn name_of(&self, id: ChildId) -> &str {
+        &self.plan.duties[id].name
     }
 
     fn convert_input(&mut self, input: LauncherInput) -> Option<SupervisorEvent> {

@@ -89,6 +89,7 @@ impl Supervisor {
             }
             SupervisorEvent::Vanished(id) => self.children[id].record_absence(now),
             SupervisorEvent::Suspended(id) => self.kill_stuck(id, HangCause::Suspended),
+            SupervisorEvent::Panicked(id, panic) => self.children[id].last_panic = Some(panic),
             SupervisorEvent::Exited(id, exit) => self.exited(id, exit, now),
             SupervisorEvent::Stop(request) => self.asked_to_stop(request),
             SupervisorEvent::Order(id, order) => self.obey_order(id, order, now),

@@ -56,6 +56,8 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         finding.code != Code::NeverFires
             || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
+    drop_followers_of_ends(findings);
+    drop_exits_of_wrong_guards(findings);
     explain_wrong_field(findings);
     explain_missing_output(findings);
     explain_unused_done(findings);
@@ -104,6 +106,31 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     findings.retain(|finding| {
         finding.code != Code::UnknownComponent
             || finding.at.as_ref().is_none_or(|at| !inactive.contains(at.text()))
+    });
+}
+
+/// That a transition marks a safe place together with work follows from a safe place that the mission
+/// leads on from: another one is meant.
+fn drop_followers_of_ends(findings: &mut Findings) {
+    let left: BTreeSet<_> = findings
+        .iter()
+        .filter(|finding| finding.code == Code::NeverFires && finding.stops_transition)
+        .filter_map(|finding| finding.at.as_ref().map(|at| at.text().to_owned()))
+        .collect();
+    findings.retain(|finding| {
+        finding.code != Code::EndsTooSoon
+            || !finding.at.as_ref().is_some_and(|at| left.contains(at.text()))
+    });
+}
+
+/// What a transition waits for is not known if its guard compares values of other quantities.
+fn drop_exits_of_wrong_guards(findings: &mut Findings) {
+    let wrong = findings.iter().filter(|finding| finding.code == Code::GuardUnit);
+    let wrong: BTreeSet<_> =
+        wrong.filter_map(|finding| finding.at.as_ref().map(element_of)).collect();
+    findings.retain(|finding| {
+        finding.code != Code::ImmediateExit
+            || !finding.at.as_ref().is_some_and(|at| wrong.contains(&element_of(at)))
     });
 }
 

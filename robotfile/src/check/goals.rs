@@ -15,6 +15,9 @@ use crate::source::Location;
 pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
     check_exchanged(mission, findings);
     check_safe_left(mission, findings);
+    if !is_main {
+        check_inner_goal_left(mission, findings);
+    }
     check_failures(mission, whole, findings);
     if is_main {
         check_left_tokens(mission, findings);
@@ -88,6 +91,14 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
         }
     }
     if let Some((name, on)) = on_failure {
+        // In a mission and its sub-mission it is one mistake.
+        let is_same = |it: &Finding| {
+            it.code == Code::GoalByFailure
+                && it.at.as_ref().is_some_and(|at| at.is_at(&on.event.at))
+        };
+        if findings.iter().any(is_same) {
+            return;
+        }
         let message = format!(
             "the goal {} is reached only if a component fails: {} waits for {}.failed",
             goal.value, name.value, on.component.value
@@ -187,20 +198,10 @@ fn check_safe_left(mission: &Mission, findings: &mut Findings) {
         let is_timeout = it.on.is_none() && it.interval.is_some();
         leads_to(it, name) && (it.class == Class::Safety || is_timeout || it.is_on_failure())
     };
-    let takes = |it: &&Transition| it.inputs().any(|arc| arc.place.value == safe.value);
-    let leaving: Vec<_> = mission.transitions.iter().filter(takes).collect();
-    let Some((last, others)) = leaving.split_last() else { return };
     if !mission.transitions.iter().any(is_exit) {
         return;
     }
-    let others: Vec<_> = others.iter().map(|it| it.name.value.as_str()).collect();
-    let (names, verb) = match others.as_slice() {
-        [] => (last.name.value.clone(), "never fires: it leads"),
-        _ => {
-            let names = format!("{} and {}", listed(others.into_iter()), last.name.value);
-            (names, "never fire: they lead")
-        }
-    };
+    let Some((names, verb)) = name_leaving(mission, &safe.value) else { return };
     let message = format!(
         "{names} {verb} on from {safe}, the safe place, and the mission is over when {safe} is marked",
         safe = safe.value
@@ -208,4 +209,39 @@ fn check_safe_left(mission: &Mission, findings: &mut Findings) {
     let finding = Finding::new(Code::NeverFires, &safe.at, message).stops_transition();
     let finding = finding.related(&end.name.at, "nothing leads on from this place");
     findings.push(finding.remedy(format!("did you mean safe=\"{name}\"?")));
+}
+
+/// A sub-mission leads on from its goal, where the mission that includes it continues.
+fn check_inner_goal_left(mission: &Mission, findings: &mut Findings) {
+    let Some(goal) = &mission.goal else { return };
+    let Some((names, verb)) = name_leaving(mission, &goal.value) else { return };
+    let message = format!(
+        "{names} {verb} on from {goal}, the goal, and the mission that includes this one continues \
+         when {goal} is marked",
+        goal = goal.value
+    );
+    let finding = Finding::new(Code::NeverFires, &goal.at, message).stops_transition();
+    let is_reached = |name: &str| mission.transitions.iter().any(|it| leads_to(it, name));
+    let safe = mission.safe.as_ref().map(|safe| safe.value.as_str());
+    let mut ends = mission.places.iter().map(|place| &place.name).filter(|name| {
+        is_reached(&name.value) && !mission.leads_on_from(&name.value) && safe != Some(&name.value)
+    });
+    findings.push(match (ends.next(), ends.next()) {
+        (Some(end), None) => finding
+            .related(&end.at, "nothing leads on from this place")
+            .remedy(format!("did you mean goal=\"{}\"?", end.value)),
+        _ => finding.remedy("name another place as goal, or remove what leads on from it"),
+    });
+}
+
+/// Returns the transitions that take a token from a place, and the beginning of what happens to them.
+fn name_leaving(mission: &Mission, place: &str) -> Option<(String, &'static str)> {
+    let takes = |it: &&Transition| it.inputs().any(|arc| arc.place.value == place);
+    let leaving: Vec<_> =
+        mission.transitions.iter().filter(takes).map(|it| it.name.value.as_str()).collect();
+    let (last, others) = leaving.split_last()?;
+    Some(match others {
+        [] => ((*last).to_owned(), "never fires: it leads"),
+        _ => (format!("{} and {last}", listed(others.iter().copied())), "never fire: they lead"),
+    })
 }

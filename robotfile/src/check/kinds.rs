@@ -1,15 +1,18 @@
 //! Components whose kind is probably another one: what the file uses of them is that of another kind.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use armor_wire::manifest::{Manifest, PortManifest};
+use armor_wire::manifest::Manifest;
 
 use crate::check::names::listed;
+use crate::check::uses::{ComponentUses, Use, has};
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::manifests::Manifests;
 use crate::model::{Component, Configuration, System};
+use crate::source::Location;
+use crate::suggestion::suggest_similar;
 
 /// Checks the kinds of all components, and removes from `kinds` those that are probably wrong.
 pub(super) fn check(
@@ -19,62 +22,76 @@ pub(super) fn check(
     findings: &mut Findings,
 ) {
     let system = &configuration.system;
-    for [one, other] in find_exchanged_kinds(system, kinds) {
-        findings.push(report_exchanged_kinds(one, other));
+    let uses = ComponentUses::collect(configuration);
+    for [one, other] in find_exchanged_kinds(system, &uses, kinds) {
         for component in [one, other] {
             kinds.remove(component.name.value.as_str());
-            drop_reports_of(&component.name.value, configuration, findings);
+            drop_uses_of(&component.name.value, findings);
         }
+        findings.push(report_exchanged_kinds(one, other));
     }
     for component in &system.components {
         let name = component.name.value.as_str();
-        let Some(manifest) = kinds.get(name) else { continue };
-        if report_other_kind(component, manifest, system, manifests, findings) {
+        let (Some(manifest), Some(uses)) = (kinds.get(name), uses.get(name)) else { continue };
+        let mut found = Findings::default();
+        if report_other_kind(component, manifest, uses, manifests, &mut found) {
             kinds.remove(name);
-            drop_reports_of(name, configuration, findings);
+            drop_uses_of(name, findings);
+            findings.extend(found);
         }
     }
 }
 
-/// Drops findings about reports of a component whose kind is wrong: they are those of another kind.
-fn drop_reports_of(name: &str, configuration: &Configuration, findings: &mut Findings) {
-    let transitions = configuration.missions().flat_map(|mission| &mission.transitions);
-    let awaited = transitions.filter_map(|transition| transition.on.as_ref());
-    let awaited: Vec<_> = awaited.filter(|on| on.component.value == name).collect();
+/// Drops findings about events, ports and parameters of a component whose kind is wrong: they are
+/// those of another kind.
+fn drop_uses_of(name: &str, findings: &mut Findings) {
+    let is_it = |at: &Location| {
+        let before = at.source.text().get(..at.span.start()).unwrap_or_default();
+        let component = before.strip_suffix('.').and_then(|before| before.strip_suffix(name));
+        component.is_some_and(|before| !before.ends_with(is_of_name))
+            || at.text().split('.').next() == Some(name)
+    };
     findings.retain(|finding| {
-        let is_it =
-            |at| awaited.iter().any(|on| on.event.at.is_at(at) || on.component.at.is_at(at));
-        finding.code != Code::UnknownEvent || !finding.at.as_ref().is_some_and(is_it)
+        let is_of_kind = matches!(finding.code, Code::UnknownEvent | Code::UnknownPort);
+        !is_of_kind || !finding.at.as_ref().is_some_and(is_it)
     });
+}
+
+fn is_of_name(letter: char) -> bool {
+    letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_')
 }
 
 /// Finds the pairs of components of which one has parameters or links that its kind does not know,
 /// and the kind of the other knows all of them, and the same holds in reverse.
 fn find_exchanged_kinds<'a>(
     system: &'a System,
+    uses: &BTreeMap<String, ComponentUses>,
     kinds: &BTreeMap<&str, &Manifest>,
 ) -> Vec<[&'a Component; 2]> {
     let used: Vec<_> = system
         .components
         .iter()
         .filter_map(|component| {
-            let kind = *kinds.get(component.name.value.as_str())?;
-            Some((component, kind, uses_of(component, system)))
+            let name = component.name.value.as_str();
+            Some((component, *kinds.get(name)?, uses.get(name)?))
         })
         .collect();
-    let mut pairs = Vec::new();
-    for (one, kind, uses) in used.iter().filter(|(_, kind, uses)| !knows_all(kind, uses)) {
+    let mut pairs: Vec<[&Component; 2]> = Vec::new();
+    for (one, kind, uses) in used.iter().filter(|(_, kind, uses)| !uses.is_known_to(kind)) {
         // A link in the wrong direction is another mistake.
-        if uses.iter().filter(|it| !has(kind, **it)).all(|it| has(kind, reverse(*it))) {
+        if uses.iter().filter(|it| !has(kind, *it)).all(|it| has(kind, reverse(it))) {
             continue;
         }
-        let is_partner = |(other, of_other, by_other): &&(&Component, &Manifest, BTreeSet<_>)| {
-            other.name.value != one.name.value
-                && of_other.kind != kind.kind
-                && is_wrong(of_other, by_other)
-                && knows_all(of_other, uses)
-                && knows_all(kind, by_other)
-        };
+        let is_partner =
+            |(other, of_other, by_other): &&(&Component, &Manifest, &ComponentUses)| {
+                let is_wrong =
+                    !by_other.is_known_to(of_other) || !by_other.find_missing(of_other).is_empty();
+                other.name.value != one.name.value
+                    && of_other.kind != kind.kind
+                    && is_wrong
+                    && uses.is_known_to(of_other)
+                    && by_other.is_known_to(kind)
+            };
         let mut partners = used.iter().filter(is_partner);
         let (Some((other, ..)), None) = (partners.next(), partners.next()) else { continue };
         let is_known =
@@ -84,18 +101,6 @@ fn find_exchanged_kinds<'a>(
         }
     }
     pairs
-}
-
-/// Returns whether the kind has all that is used of it.
-fn knows_all(kind: &Manifest, uses: &BTreeSet<(Use, &str)>) -> bool {
-    uses.iter().all(|it| has(kind, *it))
-}
-
-/// Returns whether the kind lacks what is used of it, or needs an input that no link feeds.
-fn is_wrong(kind: &Manifest, uses: &BTreeSet<(Use, &str)>) -> bool {
-    let is_fed = |id: &str| uses.iter().any(|it| *it == (Use::Input, id));
-    let needs_input = |it: &PortManifest| it.required && !is_fed(&it.id);
-    !knows_all(kind, uses) || kind.inputs.iter().any(needs_input)
 }
 
 fn report_exchanged_kinds(one: &Component, other: &Component) -> Finding {
@@ -116,73 +121,89 @@ fn reverse((is, name): (Use, &str)) -> (Use, &str) {
     let is = match is {
         Use::Input => Use::Output,
         Use::Output => Use::Input,
-        Use::Parameter => Use::Parameter,
+        other => other,
     };
     (is, name)
 }
 
-/// Returns the parameters and ports that the system uses of a component.
-fn uses_of<'a>(component: &'a Component, system: &'a System) -> BTreeSet<(Use, &'a str)> {
-    let name = &component.name.value;
-    let outputs = system.links.iter().map(|link| (Use::Output, &link.from));
-    let inputs = system.links.iter().map(|link| (Use::Input, &link.to));
-    let ports = outputs.chain(inputs).filter(|(_, port)| port.component.value == *name);
-    let given = component.parameters.iter();
-    given
-        .map(|given| (Use::Parameter, given.name.value.as_str()))
-        .chain(ports.map(|(is, port)| (is, port.port.value.as_str())))
-        .collect()
-}
-
-/// Reports a component of whose parameters and ports the kind knows two or more not, while exactly
-/// one other kind knows all.
+/// Reports a component whose kind lacks what the file uses of it, while exactly one other kind has it
+/// all. That a single name is unknown, and nothing is missing, is a mistake in that name.
 fn report_other_kind(
     component: &Component,
     manifest: &Manifest,
-    system: &System,
+    uses: &ComponentUses,
     manifests: &Manifests,
     findings: &mut Findings,
 ) -> bool {
-    let name = &component.name.value;
-    let uses = uses_of(component, system);
-    let unknown: Vec<_> = uses.iter().filter(|it| !has(manifest, **it)).collect();
-    if unknown.len() < 2 {
+    let unknown: Vec<_> = uses.iter().filter(|it| !has(manifest, *it)).collect();
+    let missing = uses.find_missing(manifest);
+    // A kind that lists no events may report any.
+    let is_certain = unknown.iter().any(|(is, _)| *is != Use::Event);
+    if !is_certain || unknown.len() + missing.len() < 2 {
         return false;
     }
-    let is_other = |kind: &&Manifest| uses.iter().all(|it| has(kind, *it));
-    let mut others = manifests.values().filter(is_other);
-    let (Some(other), None) = (others.next(), others.next()) else { return false };
-    let is_parameter = unknown.iter().any(|(is, _)| *is == Use::Parameter);
-    let (code, noun) = match is_parameter {
-        true if unknown.iter().any(|(is, _)| *is != Use::Parameter) => {
-            (Code::UnknownParameter, "parameters and ports")
-        }
-        true => (Code::UnknownParameter, "parameters"),
-        false => (Code::UnknownPort, "ports"),
+    let name = component.name.value.as_str();
+    let Some(other) = find_meant_kind(name, uses, manifests) else { return false };
+    let is_any = |wanted: Use| unknown.iter().any(|(is, _)| *is == wanted);
+    let has_ports = is_any(Use::Input) || is_any(Use::Output);
+    let code = match is_any(Use::Parameter) {
+        true => Code::UnknownParameter,
+        false => Code::UnknownPort,
     };
-    let names = listed(unknown.iter().map(|(_, name)| *name));
+    let plural = if unknown.len() > 1 { "s" } else { "" };
+    let nouns = [
+        (is_any(Use::Parameter), format!("parameter{plural}")),
+        (has_ports, format!("port{plural}")),
+        (is_any(Use::Event), format!("event{plural}")),
+    ];
+    let nouns: Vec<_> = nouns.iter().filter(|(is, _)| *is).map(|(_, noun)| noun.as_str()).collect();
+    let needs = match missing.as_slice() {
+        [] => String::new(),
+        missing => format!(", and needs {}", listed(missing.iter().copied())),
+    };
     let message = format!(
-        "a {} has no {noun} called {names}; a {} has all that {name} uses",
-        component.kind.value, other.kind
+        "{} has no {} called {}{needs}; {} has all that {name} uses",
+        with_article(&component.kind.value),
+        nouns.join(" and "),
+        listed(unknown.iter().map(|(_, name)| *name)),
+        with_article(&other.kind)
     );
     let finding = Finding::new(code, &component.kind.at, message);
     findings.push(finding.remedy(format!("did you mean kind=\"{}\"?", other.kind)));
     true
 }
 
-/// What the file uses of a component.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Use {
-    Parameter,
-    Input,
-    Output,
+/// The letters that the name of a component and that of its kind have in common at their beginning.
+const MIN_SHARED_LEN: usize = 3;
+
+/// Returns the only kind that has all that is used of a component: of several, the only one that also
+/// needs nothing else, or else the one that the component is named after.
+fn find_meant_kind<'a>(
+    name: &str,
+    uses: &ComponentUses,
+    manifests: &'a Manifests,
+) -> Option<&'a Manifest> {
+    let knowing: Vec<_> = manifests.values().filter(|kind| uses.is_known_to(kind)).collect();
+    let only = |kinds: &[&'a Manifest]| match kinds {
+        [only] => Some(*only),
+        _ => None,
+    };
+    let complete: Vec<_> =
+        knowing.iter().copied().filter(|kind| uses.find_missing(kind).is_empty()).collect();
+    // As `home` is after `homing`, and `writer` after `map-writer`.
+    let is_named = |kind: &&&Manifest| {
+        let mut words = kind.kind.split('-').chain(std::iter::once(&*kind.kind));
+        words.any(|word| {
+            let shared = word.chars().zip(name.chars()).take_while(|(a, b)| a == b).count();
+            shared >= MIN_SHARED_LEN || suggest_similar(name, std::iter::once(word)).is_some()
+        })
+    };
+    only(&knowing)
+        .or_else(|| only(&complete))
+        .or_else(|| only(&complete.iter().filter(is_named).copied().collect::<Vec<_>>()))
 }
 
-/// Returns whether the kind has this parameter or port.
-pub(super) fn has(kind: &Manifest, (is, name): (Use, &str)) -> bool {
-    match is {
-        Use::Parameter => kind.parameters.iter().any(|it| it.name == name),
-        Use::Input => kind.inputs.iter().any(|it| it.id == name),
-        Use::Output => kind.outputs.iter().any(|it| it.id == name),
-    }
+fn with_article(kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {kind}")
 }

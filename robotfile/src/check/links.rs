@@ -23,7 +23,7 @@ pub(super) fn check(system: &System, findings: &mut Findings) {
     never_called(system, findings);
     for link in &system.links {
         short_queue(link, &components, findings);
-        apart(link, &components, findings);
+        report_apart(link, &components, findings);
         check_datagrams(link, findings);
     }
 }
@@ -71,7 +71,7 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
 }
 
 /// Two hosts share no memory; between them a link uses TCP.
-fn apart(link: &Link, components: &BTreeMap<&str, &Component>, findings: &mut Findings) {
+fn report_apart(link: &Link, components: &BTreeMap<&str, &Component>, findings: &mut Findings) {
     let (Transport::Shm, Some(at)) = (link.transport, &link.transport_at) else { return };
     let (from, to) = (&link.from.component.value, &link.to.component.value);
     let component = |name: &str| components.get(name).copied();

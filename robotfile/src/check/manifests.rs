@@ -7,9 +7,9 @@ use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, RESERVED_
 use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
 
-use crate::check::kinds::{self, Use, has};
 use crate::check::names::listed;
-use crate::check::{frames, ports};
+use crate::check::uses::{Use, has};
+use crate::check::{frames, kinds, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;

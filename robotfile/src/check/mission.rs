@@ -47,9 +47,26 @@ pub(super) fn check(
         };
         findings.push(finding.remedy(remedy));
     }
+    findings.extend(configuration.mission.as_ref().and_then(find_shared_end));
     for inner in configuration.included.values().filter(|it| it.safe.is_none()) {
         findings.extend(find_standing_end(inner));
     }
+}
+
+/// Finds a goal that is named as the safe place, too, while an emergency leads to another place that
+/// seems to be meant.
+fn find_shared_end(mission: &Mission) -> Option<Finding> {
+    let (goal, safe) = (mission.goal.as_ref()?, mission.safe.as_ref()?);
+    let end = mission.find_unnamed_end().filter(|_| goal.value == safe.value)?;
+    mission.transitions.iter().find(|it| mission.is_meant_exit(it))?;
+    let message = format!(
+        "{} is the goal and the safe place: when something fails, the mission ends as if it had \
+         succeeded",
+        safe.value
+    );
+    let finding = Finding::new(Code::NoSafePlace, &safe.at, message)
+        .related(&end.name.at, "nothing leads on from this place");
+    Some(finding.remedy(format!("did you mean safe=\"{}\"?", end.name.value)))
 }
 
 /// Finds a place in which a sub-mission without a safe place stands still. If it has one token, no
@@ -350,7 +367,15 @@ impl<'a> MissionNames<'a> {
         self.expect_controllable(&place.components, findings);
         place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
         // Parameters for components that it does not activate are a finding with the same remedy.
-        let is_passive = place.components.is_empty() && place.parameters.is_empty();
+        // So is a transition that waits there for a component that is active elsewhere.
+        let waits = |it: &&Transition| {
+            let component = it.on.as_ref().map(|on| on.component.value.as_str());
+            component.is_some_and(|component| self.controlled.contains(component))
+                && it.inputs().any(|arc| arc.place.value == place.name.value)
+        };
+        let is_passive = place.components.is_empty()
+            && place.parameters.is_empty()
+            && !transitions.iter().any(|it| waits(&it));
         if let Some(target) = place.on_failure.as_ref().filter(|_| is_passive) {
             let message = "on-failure has no effect here";
             let finding = Finding::new(Code::NoEffect, &target.at, message);

@@ -302,10 +302,14 @@ impl<'a> Fed<'a> {
             // Of an unknown kind any port may be there.
             None => components.contains(component) || system.unreadable.may_contain(component),
         };
+        let is_output = |(component, port): &(&str, &str)| {
+            let kind = kinds.get(component);
+            kind.is_some_and(|kind| kind.outputs.iter().any(|known| known.id == *port))
+        };
         let to = links.iter().map(|link| name(&link.to));
         let mut fed = Self {
             ends,
-            mistaken: to.filter(|end| !is_there(end)).collect(),
+            mistaken: to.filter(|end| !is_there(end) || is_output(end)).collect(),
             misdirected: BTreeSet::new(),
             doubled: BTreeSet::new(),
             unreadable: &system.unreadable,

@@ -6,6 +6,7 @@ use armor_wire::Message;
 use armor_wire::clock::Clock;
 use armor_wire::manifest::{Manifest, PortManifest};
 
+use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -22,10 +23,21 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let mut free = free_inputs(&configuration.system, manifests);
     // That a component has no link at all is a finding of its own.
     free.values_mut().for_each(|inputs| inputs.retain(|it| used.components.contains(it.component)));
+    let mut outputs = Vec::new();
+    let mut first = None;
     for component in &configuration.system.components {
         if let Some(manifest) = manifests.get(&component.kind.value) {
-            used.check_component(component, manifest, &free, findings);
+            let unused = used.check_component(component, manifest, &free, findings);
+            first = first.or((!unused.is_empty()).then_some(&component.name.at));
+            outputs.extend(unused);
         }
+    }
+    // One note for the file: almost every robot leaves outputs unused.
+    if let Some(at) = first {
+        let message = format!("no link uses {}", listed(outputs.iter().map(String::as_str)));
+        let finding = Finding::new(Code::UnusedOutput, at, message);
+        findings
+            .push(finding.remedy("link what is needed; if nothing is missing, ignore this note"));
     }
 }
 
@@ -160,13 +172,14 @@ impl<'a> Used<'a> {
         Some(others.iter().fold(finding, |it, link| it.related(&link.from.at, "another one")))
     }
 
+    /// Returns the outputs that nothing uses, if the component itself is used.
     fn check_component(
         &self,
         component: &Component,
         manifest: &Manifest,
         free: &FreeInputs<'_>,
         findings: &mut Findings,
-    ) {
+    ) -> Vec<String> {
         let name = component.name.value.as_str();
         let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
         // A required input without a link is an error already.
@@ -178,7 +191,7 @@ impl<'a> Used<'a> {
             let message = format!("{name} is unused: it has no link and is in no place");
             let finding = Finding::new(Code::ComponentIdle, &component.name.at, message);
             findings.push(finding.remedy("link it, or remove it"));
-            return;
+            return Vec::new();
         }
         let unused = |output: &str| {
             !self.outputs.contains(&(name, output))
@@ -198,19 +211,14 @@ impl<'a> Used<'a> {
             let finding = Finding::new(Code::WorkUnused, &component.name.at, message);
             let remedy = format!("<link from=\"{output}\" to=\"{input}\"/>, which nothing feeds");
             findings.push(finding.remedy(format!("add a link, such as {remedy}")));
-            return;
+            return Vec::new();
         }
         if let Some(finding) = self.find_copied_link(component, &unused, manifest) {
             findings.push(finding);
-            return;
+            return Vec::new();
         }
         let is_own = |output: &str| self.own_outputs.contains(&(name, output));
         let unused = unused.iter().filter(|it| it.type_name != FOR_PEOPLE && !is_own(&it.id));
-        let unused: Vec<_> = unused.map(|output| format!("{name}.{}", output.id)).collect();
-        if !unused.is_empty() {
-            let message = format!("no link uses {}", unused.join(", "));
-            let finding = Finding::new(Code::UnusedOutput, &component.name.at, message);
-            findings.push(finding.remedy("link what is needed, or ignore this note"));
-        }
+        unused.map(|output| format!("{name}.{}", output.id)).collect()
     }
 }

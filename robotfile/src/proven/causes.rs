@@ -95,10 +95,29 @@ impl Findings {
         proven.extend(first);
     }
 
-    /// Explains checks that fail by a goal and a safe place that seem exchanged.
-    pub(super) fn explain_by_exchange(&mut self, proven: &mut Vec<Finding>) {
+    /// Explains checks that fail by a goal and a safe place that seem exchanged, or that are one place.
+    pub(super) fn explain_by_exchange(&mut self, proven: &mut Vec<Finding>, mission: &Mission) {
         let is_check = |result: &Finding| result.code == Code::CheckFails;
         self.explain_by(Code::GoalExchanged, proven, is_check);
+        let is_shared = |finding: &Finding| {
+            let at = finding.at.as_ref().filter(|_| finding.code == Code::NoSafePlace);
+            at.zip(mission.safe.as_ref()).is_some_and(|(at, safe)| at.is_at(&safe.at))
+        };
+        if self.iter().any(is_shared) {
+            self.explain_by(Code::NoSafePlace, proven, is_check);
+        }
+    }
+
+    /// Explains checks that fail because a transition fires that takes tokens from no place.
+    pub(super) fn explain_by_missing_input(&mut self, proven: &mut Vec<Finding>) {
+        let all = self.iter().filter(|finding| finding.code == Code::NoInput);
+        let names: Vec<_> = all.filter_map(|it| Some(it.at.as_ref()?.text().to_owned())).collect();
+        let [name] = names.as_slice() else { return };
+        let fires = |result: &Finding| {
+            let mut firings = result.trace.iter().flat_map(|trace| &trace.firings);
+            result.code == Code::CheckFails && firings.any(|firing| firing == name)
+        };
+        self.explain_by(Code::NoInput, proven, fires);
     }
 
     /// Explains checks that fail, and transitions that never fire, by a transition that marks the goal

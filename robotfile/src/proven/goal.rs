@@ -6,7 +6,7 @@ use super::awaited::find_awaited;
 use super::merging;
 use crate::code::Code;
 use crate::finding::Finding;
-use crate::mission::{Mission, Transition};
+use crate::mission::{Mission, Submission, Transition};
 use crate::source::{Location, Spanned};
 
 /// The end of the message about a goal that is never reached because a start waits.
@@ -19,11 +19,18 @@ pub(super) fn merge_after_goal(proven: &mut Vec<Finding>, mission: &Mission) {
     let Some(goal) = &mission.goal else { return };
     let leads_on = |result: &Finding| {
         let at = result.at.as_ref().filter(|_| result.code == Code::NeverFires)?;
-        let transition = mission.transitions.iter().find(|it| it.name.at.span == at.span)?;
-        Some((transition, find_place_after_end(transition, mission, &goal.value)?))
+        let enters = |it: &&Submission| {
+            it.file.at.is_at(at) && it.enter.as_ref().is_some_and(|it| it.value == goal.value)
+        };
+        if let Some(entering) = mission.submissions.iter().find(enters) {
+            return Some((&entering.file.value, AfterEnd::Goal));
+        }
+        let transition = mission.transitions.iter().find(|it| it.name.at.is_at(at))?;
+        let after = find_place_after_end(transition, mission, &goal.value)?;
+        Some((&transition.name.value, after))
     };
-    let Some((first, after)) = proven.iter().find_map(leads_on) else { return };
-    let (name, goal_name) = (&first.name.value, &goal.value);
+    let Some((name, after)) = proven.iter().find_map(leads_on) else { return };
+    let goal_name = &goal.value;
     let reason = match after {
         AfterEnd::Goal => format!(
             "{name} never fires: it leads on from {goal_name}, the goal, and the mission is over \
@@ -82,7 +89,8 @@ fn find_place_after_end<'a>(
     mission: &'a Mission,
     goal: &str,
 ) -> Option<AfterEnd<'a>> {
-    if transition.inputs().any(|arc| arc.place.value == goal) {
+    let mut needed = transition.inputs().chain(transition.reads());
+    if needed.any(|arc| arc.place.value == goal) {
         return Some(AfterEnd::Goal);
     }
     transition.inputs().find_map(|arc| {

@@ -232,9 +232,11 @@ fn is_token_fault(result: &Finding) -> bool {
 
 impl Findings {
     /// Merges a transition that never fires, because another one always fires first, with too many
-    /// tokens that the firing of that other one leads to: it lacks a condition or a place.
+    /// tokens, or a check that fails, to which the firing of that other one leads: it lacks a condition
+    /// or a place.
     pub(super) fn merge_preempted(&mut self, proven: &mut [Finding]) {
-        for result in proven.iter_mut().filter(|result| has_too_many_tokens(result)) {
+        let is_shown = |it: &&mut Finding| has_too_many_tokens(it) || it.code == Code::CheckFails;
+        for result in proven.iter_mut().filter(is_shown) {
             let Some(trace) = &result.trace else { continue };
             let is_fired = |finding: &Finding| {
                 finding.code == Code::NeverFires
@@ -246,6 +248,9 @@ impl Findings {
             let preempted: Vec<_> = self.iter().filter(|it| is_fired(it)).cloned().collect();
             self.retain(|finding| !is_fired(finding));
             for finding in preempted {
+                if result.code == Code::CheckFails {
+                    result.remedy = finding.remedy;
+                }
                 result.related.extend(finding.at.map(|at| (at, finding.message)));
                 result.related.extend(finding.related);
             }

@@ -52,11 +52,10 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         let is_unknown = !CHILDREN.contains(&child.name.as_str())
             && !child.name.contains(':')
             && child.attribute("name").is_some();
-        if is_unknown || UnreadableParts::is_misspelt(child, "place") {
+        if is_unknown {
             mission.unreadable.add_element(child);
             (mission.unreadable.in_start, mission.unreadable.in_moves) = (true, true);
         }
-        mission.unreadable.in_moves |= UnreadableParts::is_misspelt(child, "transition");
     }
     mission
 }

@@ -57,13 +57,6 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
             _ => layout::read(child, source, &mut system.layout),
         }
     }
-    for child in element.elements() {
-        if UnreadableParts::is_misspelt(child, "component") {
-            system.unreadable.add_element(child);
-        } else if UnreadableParts::is_misspelt(child, "link") {
-            system.unreadable.add_link(child);
-        }
-    }
     system
 }
 

@@ -31,6 +31,43 @@ fn the_reports_of_an_exchanged_kind_are_not_missing_too() {
 }
 
 #[test]
+fn an_exchanged_kind_may_lack_only_what_it_needs() {
+    let file = |first: &str, second: &str| {
+        system(&format!(
+            r#"<component name="l" kind="{first}" rate="10Hz"/><component name="p" kind="{second}"><parameter name="file" value="x"/></component><component name="r" kind="recorder"/><component name="s" kind="recorder"/><link from="l.scan" to="r.scan"/><link from="p.scan" to="s.scan"/>"#
+        ))
+    };
+    assert_eq!(codes(&file("base", "player")), [""; 0]);
+    only("E0106", "the kinds of p and l seem to be exchanged", &file("player", "base"));
+}
+
+#[test]
+fn a_kind_that_lacks_a_port_and_needs_another_is_one_finding() {
+    let file = |kind: &str| {
+        system(&format!(
+            r#"<component name="t" kind="tracker" rate="10Hz"/><component name="pilots" kind="{kind}"/><link from="t.pose" to="pilots.pose"/>"#
+        ))
+    };
+    assert_eq!(codes(&file("judge")), [""; 0]);
+    // A judge takes a pose, too: the name decides.
+    only("E0106", r#"did you mean kind="pilot"?"#, &file("cartographer"));
+    only("E0106", "no port called pose, and needs scan; a pilot has all", &file("cartographer"));
+    // Without such a name, both are possible.
+    let other = file("cartographer").replace("pilots", "x");
+    only("E0106", "there is no input of cartographer called pose", &other);
+}
+
+#[test]
+fn the_data_of_a_wrong_kind_are_not_missing_in_guards_too() {
+    let file = |kind: &str| {
+        with(r#"<variable name="level" source="power.state.level" min="0" max="1"/><transition name="weak" from="a" to="hold" when="level &lt; 30% and power.state.level &gt; 1%"/>"#)
+            .replace(r#"kind="battery""#, &format!(r#"kind="{kind}""#))
+    };
+    assert_eq!(codes(&file("battery")), [""; 0]);
+    only("E0106", r#"did you mean kind="battery"?"#, &file("cartographer"));
+}
+
+#[test]
 fn the_places_of_a_sub_mission_may_be_exchanged() {
     let file = |enter: &str, leave: &str| {
         mission(&format!(
@@ -186,4 +223,26 @@ fn codes(file: &str) -> Vec<&'static str> {
     let reading = armor_robotfile::check(reading, &[], Some(&super::follow_ups::kinds()));
     let found = reading.findings.without_notes();
     found.iter().map(|finding| finding.code.as_str()).collect()
+}
+
+#[test]
+fn a_place_that_lost_its_components_names_the_report() {
+    let file = |components: &str| {
+        with(&format!(
+            r#"<place name="b" {components} on-failure="hold"/><place name="c" components="arm"/><transition name="t" from="a" to="b" on="go.packed"/><transition name="u" from="b" to="c" on="arm.done"/><transition name="v" from="c" to="hold" on="arm.done"/>"#
+        ))
+    };
+    assert_eq!(codes(&file(r#"components="arm""#)), [""; 0]);
+    only("W0214", "arm is frozen in every place that u starts from", &file(""));
+}
+
+#[test]
+fn a_link_to_an_output_is_one_finding() {
+    let file = |to: &str| {
+        system(&format!(
+            r#"<component name="l" kind="laser" rate="10Hz"/><component name="c" kind="cartographer"/><component name="v" kind="viewer"/><link from="l.scan" to="{to}"/><link from="c.map" to="v.map"/>"#
+        ))
+    };
+    assert_eq!(codes(&file("c.scan")), [""; 0]);
+    only("E0107", "c.map is an output", &file("c.map"));
 }

@@ -98,7 +98,7 @@ fn goal_and_safe_place_are_exchanged_also_where_an_emergency_leads_to_the_goal()
 
 #[test]
 fn an_element_of_another_noun_may_be_the_place_that_is_missing() {
-    let file = mission(r#"<state name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
+    let file = mission(r#"<zone name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
     only_of("E0015", "known elements", &file);
 }
 
@@ -198,4 +198,27 @@ fn a_variable_that_follows_the_wrong_field_is_one_finding() {
     let (_, shown) = found_in(&file("level"));
     assert!(!shown.contains("E0234"), "{shown}");
     only("E0234", "is another field meant in the source of level?", &file("voltage"));
+}
+
+#[test]
+fn a_failure_written_for_an_end_in_a_sub_mission_is_one_finding() {
+    let main = main_with(r#"<submission ref="inner.xml" in="b" out="c"/>"#);
+    let inner = INNER.replace("stop.done", "stop.failed");
+    with_inner_shown(&main, &inner, &["W0275"], "did you mean on=\"stop.done\"?");
+}
+
+#[test]
+fn a_fork_to_a_wrong_safe_place_is_one_finding() {
+    let file = mission(
+        r#"<place name="b" components="go"/><place name="c"/><transition name="fork" from="a" to="b c" timeout="5s"/><transition name="t" from="b" to="over" on="go.done"/><transition name="late" from="b" to="hold" timeout="9s"/>"#,
+    );
+    only_of("W0217", "did you mean safe=\"hold\"?", &file.replace(r#"safe="hold""#, r#"safe="b""#));
+}
+
+#[test]
+fn a_guard_with_a_wrong_quantity_is_one_finding() {
+    let file = mission(
+        r#"<variable name="n" min="0" max="3"/><place name="b" components="go"/><transition name="in" from="a" to="b" timeout="5s"><set variable="n" value="1"/></transition><transition name="t" from="b" to="over" on="go.done"/><transition name="u" from="b" to="hold" when="n &lt; 30%"/>"#,
+    );
+    only_of("E0234", "is a fraction of one", &file);
 }

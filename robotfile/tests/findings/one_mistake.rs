@@ -196,3 +196,64 @@ fn a_name_of_another_thing_is_recognized() {
     let place = text(&mission("<check>never active(hold)</check>"));
     assert!(place.contains("hold is a place: write hold, without active"), "{place}");
 }
+
+#[test]
+fn what_a_misspelt_element_declares_is_not_missing() {
+    let declared = r#"<variable name="n" min="0" max="2"/><transition name="t" from="a" to="hold" on="go.done" when="n &lt; 2"><set variable="n" value="n + 1"/></transition>"#;
+    for (right, wrong) in
+        [("<variable ", "<var "), ("<variable ", "<varaible "), ("<set ", "<assign ")]
+    {
+        let (codes, shown) = found_in(&mission(&declared.replace(right, wrong)));
+        assert_eq!(codes, ["E0015"], "{shown}");
+        let meant = right.trim_matches(['<', ' ']);
+        assert!(shown.contains(&format!("did you mean {meant}?")), "{shown}");
+    }
+    for wrong in ["<cheque>never over and hold</check>", "<chek>never over and hold</chek>"] {
+        let (codes, shown) = found_in(&mission(wrong));
+        assert_eq!(codes, ["E0015"], "{shown}");
+        assert!(shown.contains("did you mean check?"), "{shown}");
+    }
+    let place = r#"<state name="b" components="stop"/><transition name="t" from="a" to="b" timeout="5s"/><transition name="u" from="b" to="hold" on="stop.done"/>"#;
+    assert_eq!(found_in(&mission(place)).0, ["E0015"]);
+}
+
+#[test]
+fn a_link_or_a_component_under_another_name_is_one_finding() {
+    let file = |component: &str, link: &str| {
+        system(&format!(
+            r#"<component name="a" kind="k"/><{component} name="b" kind="k"/><{link} from="a.x" to="b.y"/>"#
+        ))
+    };
+    assert_eq!(found_in(&file("component", "link")).0, [""; 0]);
+    for link in ["connect", "conect", "connection", "Link"] {
+        let (codes, shown) = found_in(&file("component", link));
+        assert_eq!(codes, ["E0015"], "{shown}");
+        assert!(shown.contains("did you mean link?"), "{shown}");
+    }
+    let (codes, shown) = found_in(&file("node", "link"));
+    assert_eq!(codes, ["E0015"], "{shown}");
+    assert!(shown.contains("did you mean component?"), "{shown}");
+    // The mistakes of other elements are reported still.
+    assert_eq!(found_in(&file("component", "connect").replace("b.y", "c.y")).0, ["E0015", "E0103"]);
+    assert_eq!(found_in(&system(r#"<connect out="a.x" in="b.y"/>"#)).0, ["E0015"]);
+}
+
+#[test]
+fn an_attribute_under_another_name_is_one_finding() {
+    let text = |file: &str| {
+        let (codes, shown) = found_in(file);
+        assert_eq!(codes, ["E0016"], "{shown}");
+        shown
+    };
+    let rate = text(&system(r#"<component name="a" kind="k" frequency="5Hz"/>"#));
+    assert!(rate.contains("did you mean rate?"), "{rate}");
+    let kind = text(&system(r#"<component name="a" type="k"/>"#));
+    assert!(kind.contains("did you mean kind?"), "{kind}");
+    let speed =
+        text(&system(r#"<component name="a" kind="k"><parameter speed="0.5m/s"/></component>"#));
+    assert!(speed.contains(r#"did you mean name="speed" value="0.5m/s"?"#), "{speed}");
+    let place = text(&mission(
+        r#"<place name="b" components="go"><parameter component="go" speed="1m/s"/></place><transition name="t" from="a" to="b" timeout="5s"/><transition name="u" from="b" to="hold" on="go.done"/>"#,
+    ));
+    assert!(place.contains(r#"did you mean name="speed" value="1m/s"?"#), "{place}");
+}

@@ -4,6 +4,9 @@
 //! It also runs the component's code whenever the component is free: no hand-over between threads
 //! on a message's path.
 
+mod datagram_visits;
+mod ring_visits;
+
 use std::collections::VecDeque;
 use std::io;
 use std::os::fd::OwnedFd;
@@ -18,7 +21,7 @@ use armor_wire::frame::{
     self, DataHeader, FLAG_FOLLOWS, Frame, FrameKind, FrameReader, PREFIX_LEN,
 };
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::keep::Keep;
 use armor_wire::schema;
 use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Transport;
@@ -28,21 +31,12 @@ use super::catch_up::{CatchUp, NewestFrame};
 use super::datagrams_in::{DatagramReader, is_about_datagrams};
 use super::inbox::InboxItem;
 use super::input::InputPort;
-use super::memory_in::{MemoryReader, TakenMessage};
+use super::memory_in::MemoryReader;
 use super::payload::{Payload, StoredPayload};
 use crate::dial::{self, Dialled};
 use crate::participant::Participant;
 use crate::runtime::{EnteredComponent, Runtime};
 
-/// Polls between two looks of a spinning reader at whether the component is still active.
-const SPINS_PER_LOOK: u32 = 1 << 12;
-/// Polls of the ring of a link between two of its socket.
-const SPINS_PER_RECEIVE: u32 = 64;
-/// Messages that are taken from a ring before the reader looks at the socket: a publisher that never
-/// pauses must not keep the reader from noticing that it is ordered to end.
-const RING_VISIT: usize = 64;
-/// Datagrams that are taken before the reader looks at the stream, for the same reason.
-const DATAGRAM_VISIT: usize = 256;
 /// First and longest delay between two attempts to link. After a cut a link needs the registry, then
 /// its provider: two of these delays, and a second for both.
 const RETRY: (Duration, Duration) = (Duration::from_millis(10), Duration::from_millis(400));
@@ -376,152 +370,6 @@ impl InputReader {
         }
     }
 
-    /// Hands over the messages in the ring of the link, if it has shared memory.
-    fn process_ring(
-        &self,
-        stream: &Stream,
-        reader: &mut FrameReader,
-        state: &mut ReadState<'_>,
-    ) -> Result<(), String> {
-        let mut entered = None;
-        for _ in 0..RING_VISIT {
-            let Some(memory) = &mut state.memory else { return Ok(()) };
-            match memory.take_message()? {
-                TakenMessage::Nothing => return Ok(()),
-                TakenMessage::Message(header, slot) => {
-                    let is_first = std::mem::take(&mut state.is_first);
-                    let lost = self.follow_sequence(state.last, &header, is_first);
-                    let Some(lost) = lost else { continue };
-                    if entered.is_none() {
-                        entered = self.runtime.try_enter();
-                    }
-                    self.hand_over(&mut entered, header, lost, Payload::Slot(&slot));
-                }
-                TakenMessage::OfferAwaited => {
-                    // It was sent before the message was put into the ring.
-                    match stream.try_receive_with_files(reader.space(), &mut state.files) {
-                        Ok(0) => return Err("the publisher closed it".into()),
-                        Ok(len) => reader.filled(len),
-                        Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                        Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                            return Err("a message in memory that was not offered".into());
-                        }
-                        Err(error) => return Err(error.to_string()),
-                    }
-                    self.input.reads.increment();
-                    entered = None;
-                    self.process_frames(reader, state)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Opens the datagrams that the publisher offers, or follows where its data come.
-    fn follow_datagrams(&self, frame: &Frame<'_>, state: &mut ReadState<'_>) -> Result<(), String> {
-        match &mut state.datagrams {
-            Some(datagrams) => datagrams.follow_switch(frame),
-            None => {
-                let datagrams = DatagramReader::open(frame, state.stream, state.instance)?;
-                state.datagrams = Some(datagrams);
-                Ok(())
-            }
-        }
-    }
-
-    /// Hands over the messages that have come in datagrams, and reports which those are.
-    fn process_datagrams(&self, state: &mut ReadState<'_>) {
-        let Some(datagrams) = &mut state.datagrams else { return };
-        let mut arrived: Vec<NewestFrame> = Vec::new();
-        for _ in 0..DATAGRAM_VISIT {
-            while let Some((header, payload)) = datagrams.take_message() {
-                let is_first = std::mem::take(&mut state.is_first);
-                let lost = self.follow_sequence(state.last, &header, is_first);
-                let Some(lost) = lost else { continue };
-                if self.settings.keep == Keep::Latest && arrived.pop().is_some() {
-                    self.input.dropped.fetch_add(1, Ordering::Relaxed);
-                }
-                arrived.push(NewestFrame { header, lost, payload });
-            }
-            if !datagrams.receive() {
-                break;
-            }
-            self.input.reads.increment();
-        }
-        // First, because the component's code may take a while.
-        datagrams.send_receipt();
-        let mut entered = None;
-        for NewestFrame { header, lost, payload } in arrived {
-            if entered.is_none() {
-                entered = self.runtime.try_enter();
-            }
-            self.hand_over(&mut entered, header, lost, Payload::Buffer(&payload));
-        }
-    }
-
-    /// Waits for bytes or datagrams, at most until a receipt is due.
-    fn receive_next_to_datagrams(
-        &self,
-        stream: &Stream,
-        reader: &mut FrameReader,
-        datagrams: &DatagramReader,
-        files: &mut VecDeque<OwnedFd>,
-    ) -> io::Result<usize> {
-        let mut fds = [PollFd::new(stream, PollFlags::IN), PollFd::new(datagrams, PollFlags::IN)];
-        let wait = datagrams.until_receipt();
-        let wait = Timespec { tv_sec: 0, tv_nsec: i64::from(wait.subsec_nanos()) };
-        poll(&mut fds, Some(&wait))?;
-        if fds[0].revents().is_empty() {
-            return Err(io::ErrorKind::WouldBlock.into());
-        }
-        stream.try_receive_with_files(reader.space(), files)
-    }
-
-    /// Waits for bytes or for messages in the ring: asleep in the kernel, or polling while the
-    /// component is active.
-    fn receive_bytes(
-        &self,
-        stream: &Stream,
-        reader: &mut FrameReader,
-        state: &mut ReadState<'_>,
-    ) -> io::Result<usize> {
-        let ReadState { files, memory, datagrams, .. } = state;
-        if let Some(datagrams) = datagrams {
-            return self.receive_next_to_datagrams(stream, reader, datagrams, files);
-        }
-        let lifecycle = &self.participant().lifecycle;
-        while self.settings.wake == Wake::Spin && lifecycle.is_active() {
-            for spin in 0..SPINS_PER_LOOK {
-                if memory.as_ref().is_some_and(MemoryReader::has_messages) {
-                    return Err(io::ErrorKind::WouldBlock.into());
-                }
-                // A link with memory gets little else.
-                if memory.is_some() && spin % SPINS_PER_RECEIVE != 0 {
-                    std::hint::spin_loop();
-                    continue;
-                }
-                match stream.try_receive_with_files(reader.space(), files) {
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                        std::hint::spin_loop();
-                    }
-                    received => return received,
-                }
-            }
-        }
-        if let Some(memory) = memory {
-            // Of several subscribers on one core, each gives way to the others once: when they have had
-            // their turn there is often another message, and the publisher need not wake this one for
-            // it. Where the newest message matters and not their number, it would come later.
-            if self.settings.keep.is_all() {
-                std::thread::yield_now();
-            }
-            if memory.has_messages() || !memory.announce_sleep() {
-                return Err(io::ErrorKind::WouldBlock.into());
-            }
-        }
-        stream.receive_with_files(reader.space(), files)
-    }
-
     /// Stores the answer to a pull for the thread that waits for it, or for the next pull if it has
     /// come too late.
     fn store_pulled(&self, header: DataHeader, lost: u64, payload: &[u8]) {
@@ -624,6 +472,7 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use armor_wire::control::RunState;
+    use armor_wire::keep::Wake;
     use armor_wire::transport::Transport;
 
     use super::*;

@@ -1,6 +1,6 @@
 //! What can be set about a simulated robot, and which number of its models each parameter is.
 
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use armor_convert::{locate_level, locate_on_base};
@@ -22,6 +22,8 @@ use crate::slip::SlipModel;
 use crate::start::WorldStart;
 use crate::steering::SteeringModel;
 
+/// An angle of one degree, in radians.
+const DEG: f64 = PI / 180.0;
 /// How high a camera is at least: lower, it sees nothing but the floor.
 const LOWEST_CAMERA_M: f64 = 0.01;
 
@@ -41,7 +43,7 @@ pub(super) struct SimulatorParameters {
     #[parameter(unit = "m", default = "0m", range = -1000.0..=1000.0)]
     start_y_m: f64,
     /// heading then, anticlockwise from x
-    #[parameter(unit = "deg", default = "0deg", range = -TAU..=TAU)]
+    #[parameter(unit = "deg", default = "0deg", range = -360.0 * DEG..=360.0 * DEG)]
     start_heading_rad: f64,
     /// seed of all noise
     #[parameter(default = 1, range = 0.0..=9e15)]
@@ -50,10 +52,10 @@ pub(super) struct SimulatorParameters {
     #[parameter(default = 271, range = 2.0..=10_000.0)]
     beams: u32,
     /// angle from beam to beam instead of a number of beams; 0deg: by the number
-    #[parameter(unit = "deg", default = "0deg", range = 0.0..=1.0)]
+    #[parameter(unit = "deg", default = "0deg", range = 0.0..=60.0 * DEG)]
     laser_resolution_rad: f64,
     /// angle from the first to the last beam
-    #[parameter(unit = "deg", default = "270deg", range = 0.01..=TAU)]
+    #[parameter(unit = "deg", default = "270deg", range = 0.5 * DEG..=360.0 * DEG)]
     field_of_view_rad: f64,
     /// farthest range
     #[parameter(unit = "m", default = "10m", range = 0.1..=500.0)]
@@ -116,7 +118,7 @@ pub(super) struct SimulatorParameters {
     #[parameter(unit = "m", default = "0.3m", range = 0.01..=20.0)]
     wheelbase_m: f64,
     /// ackermann: largest angle of the front wheels
-    #[parameter(unit = "deg", default = "35deg", range = 0.01..=1.5)]
+    #[parameter(unit = "deg", default = "35deg", range = 0.5 * DEG..=85.0 * DEG)]
     max_steering_rad: f64,
     /// ackermann: largest change of that angle
     #[parameter(unit = "rad/s", default = "2rad/s", range = 0.01..=50.0)]
@@ -140,7 +142,7 @@ pub(super) struct SimulatorParameters {
     #[parameter(default = 1.01, range = 0.5..=2.0)]
     odometry_scale: f64,
     /// odometry: turn to the left believed in per metre driven
-    #[parameter(unit = "deg", default = "0.2deg", range = -1.0..=1.0)]
+    #[parameter(unit = "deg", default = "0.2deg", range = -60.0 * DEG..=60.0 * DEG)]
     odometry_bias_rad: f64,
     /// share of the turning of the wheels that moves nothing, always
     #[parameter(default = 0, range = 0.0..=0.95)]
@@ -170,10 +172,10 @@ pub(super) struct SimulatorParameters {
     #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]
     compass_rate_hz: f64,
     /// standard deviation of a heading
-    #[parameter(unit = "deg", default = "2deg", range = 0.0..=3.15)]
+    #[parameter(unit = "deg", default = "2deg", range = 0.0..=180.0 * DEG)]
     compass_sigma_rad: f64,
     /// how far magnetic north lies east of true north
-    #[parameter(unit = "deg", default = "0deg", range = -3.15..=3.15)]
+    #[parameter(unit = "deg", default = "0deg", range = -180.0 * DEG..=180.0 * DEG)]
     declination_rad: f64,
     /// satellite positions
     #[parameter(unit = "Hz", default = "1Hz", range = 0.1..=100.0)]
@@ -191,10 +193,10 @@ pub(super) struct SimulatorParameters {
     #[parameter(default = 0.01, range = 0.0..=1.0)]
     gps_dropout: f64,
     /// where the origin of the drawing is on the earth, whose x points east
-    #[parameter(unit = "deg", default = "50deg", range = -1.5..=1.5)]
+    #[parameter(unit = "deg", default = "50deg", range = -85.0 * DEG..=85.0 * DEG)]
     datum_latitude_rad: f64,
     /// where the origin of the drawing is on the earth
-    #[parameter(unit = "deg", default = "10deg", range = -3.15..=3.15)]
+    #[parameter(unit = "deg", default = "10deg", range = -180.0 * DEG..=180.0 * DEG)]
     datum_longitude_rad: f64,
     /// height of the floor above the ellipsoid
     #[parameter(unit = "m", default = "100m", range = -1000.0..=10000.0)]
@@ -206,7 +208,7 @@ pub(super) struct SimulatorParameters {
     #[parameter(default = 120, range = 1.0..=4096.0)]
     camera_height: u32,
     /// angle from the left to the right edge of a picture
-    #[parameter(unit = "deg", default = "70deg", range = 0.01..=3.0)]
+    #[parameter(unit = "deg", default = "70deg", range = 0.5 * DEG..=170.0 * DEG)]
     camera_field_of_view_rad: f64,
     /// pictures, with a subscriber; one a second without
     #[parameter(unit = "Hz", default = "10Hz", range = 0.1..=100.0)]

@@ -183,3 +183,55 @@ fn two_exclusive_components_that_are_together_name_the_fork() {
     );
     expect(&file, &["E0241"], "this one put a token into each of the places");
 }
+
+#[test]
+fn a_goal_that_is_the_safe_place_too_is_one_finding() {
+    let stop = format!("{STOP}<check>never home and a</check>");
+    let file = |of_mission: &str| mission(of_mission, &format!("{OUT}{HOME}{LATE}{stop}"));
+    expect(&file(BOTH), &[], "");
+    expect(&file(r#"goal="home" safe="home""#), &["W0213"], "did you mean safe=\"hold\"?");
+}
+
+#[test]
+fn a_transition_without_its_place_is_why_a_check_fails() {
+    let out = |from: &str| {
+        let out = OUT.replace(r#" from="a""#, from);
+        mission(BOTH, &format!("{out}{HOME}{LATE}<check>never a and b</check>"))
+    };
+    expect(&out(r#" from="a""#), &[], "");
+    expect(&out(""), &["E0252"], "out takes tokens from no place");
+}
+
+#[test]
+fn a_goal_before_a_read_or_a_sub_mission_is_one_finding() {
+    let check = "<check>a leads to home or hold</check>";
+    let ends =
+        |goal: &str| with_inner(check).replace(r#"goal="home""#, &format!(r#"goal="{goal}""#));
+    expect_with(&ends("home"), INNER, &[], "");
+    expect_with(&ends("c"), INNER, &["E0252"], "name another place as goal");
+}
+
+#[test]
+fn a_sub_mission_that_leads_on_from_its_goal_is_one_finding() {
+    let inner = |goal: &str| {
+        INNER.replace(r#"goal="g""#, &format!(r#"goal="{goal}""#)).replace(
+            "</mission>",
+            r#"<place name="m"/><transition name="v" from="m" to="g" after="1s" operator="true"/><transition name="w" from="m" to="s" timeout="5s"/></mission>"#,
+        )
+        .replace(r#"to="g" on="back.done""#, r#"to="m" on="back.done""#)
+    };
+    expect_with(&with_inner(""), &inner("g"), &[], "");
+    expect_with(&with_inner(""), &inner("m"), &["W0217"], "did you mean goal=\"g\"?");
+}
+
+#[test]
+fn a_timeout_that_ends_the_mission_before_all_others_is_one_finding() {
+    let file = |time: &str| {
+        let content = format!(
+            r#"<place name="w" initial="true"/><transition name="long" from="w" to="hold" timeout="{time}"/><transition name="tired" from="a" to="hold" timeout="30s"/>"#
+        );
+        mission(BOTH, &format!("{OUT}{HOME}{LATE}{content}"))
+    };
+    expect(&file("85s"), &[], "");
+    expect(&file("20s"), &["W0217"], "long ends the mission after 20 s, before");
+}

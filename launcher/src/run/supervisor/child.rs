@@ -78,6 +78,8 @@ pub(super) struct Child {
     pub has_failed: bool,
     /// How its last process ended and what follows, in words.
     pub last_end: String,
+    /// The panic that its process has printed.
+    pub last_panic: Option<String>,
     /// Number of processes that were started.
     pub starts: u32,
     /// Number of processes that have ended.
@@ -120,6 +122,7 @@ impl Child {
             was_ready: false,
             has_failed: false,
             last_end: String::new(),
+            last_panic: None,
             starts: 0,
             ended: 0,
             ends: VecDeque::new(),
@@ -245,9 +248,12 @@ impl Child {
 
     /// Returns how its process ended, in words: what the launcher killed it for explains more than
     /// the signal.
-    pub fn describe_exit(&self, exit: ChildExit) -> String {
-        match self.state {
-            ChildState::Ending { hung: Some(cause), .. } => cause.describe_end(),
+    pub fn describe_exit(&mut self, exit: ChildExit) -> String {
+        let panic = self.last_panic.take();
+        match (&self.state, panic) {
+            (ChildState::Ending { hung: Some(cause), .. }, _) => cause.describe_end(),
+            // A thread that the component has started may panic without ending it.
+            (_, Some(panic)) if exit != ChildExit::Code(0) => panic,
             _ => exit.to_string(),
         }
     }

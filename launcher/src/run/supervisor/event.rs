@@ -118,6 +118,8 @@ pub enum SupervisorEvent {
     /// A signal or a debugger has stopped a process that is missing or overdue: it cannot come back
     /// by itself.
     Suspended(ChildId),
+    /// The process that is about to end has printed this panic.
+    Panicked(ChildId, String),
     /// The process ended.
     Exited(ChildId, ChildExit),
     /// The run is to stop.

@@ -115,3 +115,17 @@ fn a_system_runs_without_its_gate_which_is_tried_for_ever() {
     bench.on(Bench::killed(GATE));
     assert!(bench.wait_for_start() <= s(0.15), "it was healthy for ten seconds");
 }
+
+#[test]
+fn the_panic_of_a_process_is_why_it_ended() {
+    let mut bench = Bench::running(Restart::OnFailure);
+    let panic = "panicked at src/main.rs:12: no power".to_owned();
+    assert_eq!(bench.on(SupervisorEvent::Panicked(LASER, panic)), []);
+    bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(1)));
+    let expected = "panicked at src/main.rs:12: no power; it starts again in 0.1 s";
+    assert_eq!(bench.logged.last().map(String::as_str), Some(expected));
+    // The next one ends for another reason.
+    bench.wait_for_start();
+    bench.on(Bench::killed(LASER));
+    assert!(bench.logged.last().is_some_and(|text| text.starts_with("ended by signal 9")));
+}
