@@ -83,15 +83,30 @@ fn measure(name: &str, share: f64, seed: u64) -> [Arrivals; 3] {
     std::thread::sleep(Duration::from_secs(seconds));
     let last = far.got("a").last().expect("data").count;
     wait_for("TCP to deliver all", || far.got("c").iter().any(|it| it.count >= last).then_some(()));
-    let ticks =
-        far.system.trace("source").all("tick").iter().map(|it| it.at_ns).collect::<Vec<_>>();
+    let ticks: Vec<_> = far.system.trace("source").all("tick").iter().map(|it| it.at_ns).collect();
+    check_newest_counted(&far, "a");
     ["a", "b", "c"].map(|input| {
         let got = far.got(input);
-        check_losses_counted(&got);
+        if input != "a" {
+            check_losses_counted(&got);
+        }
         let measured: Vec<_> =
             got.into_iter().filter(|got| (before..=last).contains(&got.count)).collect();
         Arrivals::of(&measured, &ticks)
     })
+}
+
+/// Checks that what is missing at an input that keeps only the newest was lost on the way or replaced
+/// by a newer one at the sink, and counted.
+fn check_newest_counted(far: &FarSink, input: &str) {
+    wait_for("the count of what is missing", || {
+        let status = far.system.status("sink");
+        let got = far.got(input);
+        let counts = status.inputs.iter().find(|it| it.id == input)?;
+        let published = got.last()?.count - got[0].count + 1;
+        let lost: u64 = got[1..].iter().map(|got| got.lost).sum();
+        (published == got.len() as u64 + lost + counts.dropped).then_some(())
+    });
 }
 
 fn transports(far: &FarSink) -> Vec<String> {
@@ -111,7 +126,7 @@ fn at_a_loss_of_30_percent_some_are_repaired_and_each_miss_is_counted() {
     none.print("30 %, none");
     some.print("30 %, some");
     all.print("30 %, all (TCP)");
-    for it in [&none, &some, &all] {
+    for it in [&some, &all] {
         assert_eq!(it.arrived + it.counted, it.published, "each miss is counted");
     }
     assert!((0.5..0.9).contains(&none.share()), "{}", none.share());
@@ -145,7 +160,7 @@ fn where_datagrams_are_blocked_tcp_carries_the_data_until_they_arrive_again() {
     wait_for_datagrams(&far);
     far.wait_for_data();
     far.check_losses_counted();
-    check_losses_counted(&far.got("b"));
+    check_newest_counted(&far, "b");
     let log = far.system.run.log();
     assert!(log.contains("have not arrived for 2 s; TCP carries the data"), "{log}");
     // Of those that are sent again, only the ones are lost that were published before TCP took over.
