@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use armor_wire::control::{Answer, CurrentCall, RunState, Status};
 use armor_wire::manifest::{EventManifest, ParameterManifest};
 
+use crate::any_message::MessageType;
 use crate::calls::CallCounter;
 use crate::clock::SystemClock;
 use crate::configuration::requests::ParameterRequests;
@@ -109,6 +110,14 @@ impl Participant {
     /// The connection to the registry; set before any other thread runs.
     pub fn directory(&self) -> &Directory {
         self.directory.get().expect("the directory is set before inputs and outputs are served")
+    }
+
+    /// Gives the outputs that were declared without a type the one of what they pass on, and declares
+    /// them to the registry.
+    pub fn give_outputs_type(&self, message_type: &MessageType) {
+        for entry in self.ports.give_type(message_type) {
+            self.directory().declare_output(entry);
+        }
     }
 
     pub fn set_period(&self, period: Duration) {
