@@ -152,6 +152,7 @@ codes! {
         FrameMissing = "E0146", "a frame that a component needs is not placed on the robot";
         UnknownParent = "W0147", "a frame in one that nothing provides";
         MovingFrame = "E0148", "a frame that moves has a fixed place";
+        WritersDiffer = "E0149", "links of different types at an input that takes any type";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
