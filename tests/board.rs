@@ -239,3 +239,30 @@ fn the_robot_of_the_page_about_blackboards_is_valid() {
     let (code, out, shown) = run_to_end(&mut folder.armor(&["check", "--strict", "robot.xml"]));
     assert_eq!(code, 0, "{out}{shown}");
 }
+
+#[test]
+fn the_links_behind_a_board_are_up_before_a_writer_is_activated() {
+    let mission = "<mission name='late' goal='over' safe='hold'>
+  <place name='idle' initial='true'/>
+  <place name='driving' components='high low'/>
+  <place name='over'/>
+  <place name='hold'/>
+  <transition name='go' from='idle' to='driving' operator='true'/>
+  <transition name='held' from='driving' to='over' on='board.changed'/>
+  <transition name='late' from='driving' to='hold' timeout='50s'/>
+</mission>";
+    let system = writers().links(LINKS).mission(mission).run(Folder::new("board-late"));
+    // Nothing is published yet: the types are known from the links alone.
+    wait_for("the sink's link", || {
+        let inputs = system.answer("sink")?.inputs;
+        inputs.iter().any(|it| it.id == "a" && it.connected).then_some(())
+    });
+    assert_eq!(published(&system), 0);
+    system.run.wait_for_log("idle", 1);
+    assert!(!system.run.log().contains("begins although"), "{}", system.run.log());
+    wait_for("the order to go", || {
+        system.shown(&["mission", "fire", "go"]).contains("go").then_some(())
+    });
+    let first = system.traced("sink", "the element", |trace| trace.got("a").first().cloned());
+    assert_eq!((first.count, first.lost), (0, 0), "the first message of a writer is not missed");
+}

@@ -139,12 +139,8 @@ fn measure_link(
     let (writer, reader) = (format!("writer-{name}"), format!("reader-{name}"));
     let window = ["--set".to_owned(), format!("window={}s", bench.window.as_secs_f64())];
     let mut settings = window.to_vec();
-    settings.extend([
-        "--set".into(),
-        format!("len={len}"),
-        "--rate".into(),
-        format!("{RATE_HZ}Hz"),
-    ]);
+    settings.extend(["--set".into(), format!("len={len}"), "--set".into()]);
+    settings.push(format!("period={}s", 1.0 / RATE_HZ));
     let _writer = bench.start_component(FIRST_CORE, "stamped-writer", &writer, &settings)?;
     let mut settings = window.to_vec();
     settings.extend(["--set".into(), "work=0s".into()]);

@@ -107,7 +107,7 @@ fn run_memory_job(options: &BenchOptions) -> Result<()> {
 }
 
 fn run_blackboard_job(options: &BenchOptions) -> Result<()> {
-    options.blackboard_job.map_or(Ok(()), |job| job.run(options))
+    options.blackboard_job.map_or(Ok(()), |job| blackboard::run_job(job, options))
 }
 
 fn run_fault_job(options: &BenchOptions) -> Result<()> {

@@ -7,8 +7,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use lexopt::prelude::{Long, ValueExt};
 
-use crate::blackboard::BlackboardJob;
-use crate::job::BenchJob;
+use crate::job::{BenchJob, BlackboardJob};
 use crate::memory_faults::MemoryJob;
 use crate::reliability::{ReliabilityJob, ReliabilityOptions};
 

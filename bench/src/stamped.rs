@@ -17,20 +17,19 @@ struct StampedBlob {
     bytes: Array<u8>,
 }
 
-/// Publishes at its rate.
+/// Publishes at a rate, on a thread of its own, so that it is known when each write is due.
 pub struct StampedWriter {
     armor: Armor,
-    message: StampedBlob,
+    len: usize,
+    period: Duration,
     window: Duration,
-    begun: Instant,
-    /// Start and end of each write.
-    writes_ns: Vec<(u64, u64)>,
 }
 
 impl Component for StampedWriter {
     const KIND: &'static str = "stamped-writer";
     const SUMMARY: &'static str = "Publishes stamped messages, and how late they are.";
-    const PARAMETERS: &'static [Parameter] = &[LEN, WINDOW];
+    const PARAMETERS: &'static [Parameter] =
+        &[LEN, WINDOW, Parameter::number("period", "s").doc("between two writes")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<StampedBlob>("value")?;
@@ -39,59 +38,59 @@ impl Component for StampedWriter {
             armor.get_parameter(&parameter.manifest().name)?;
         }
         armor.synchronize()?;
-        let message = StampedBlob { sent_ns: 0, bytes: Vec::new().into() };
-        let (window, begun, writes_ns) = (Duration::ZERO, Instant::now(), Vec::new());
-        Ok(Self { armor, message, window, begun, writes_ns })
+        Ok(Self { armor, len: 0, period: Duration::ZERO, window: Duration::ZERO })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
         match name {
-            "len" => self.message.bytes = vec![0x5a; value.integer()? as usize].into(),
-            "window" => self.window = Duration::try_from_secs_f64(value.number()?)?,
-            _ => {}
+            "len" => self.len = value.integer()? as usize,
+            "period" => self.period = Duration::try_from_secs_f64(value.number()?)?,
+            _ => self.window = Duration::try_from_secs_f64(value.number()?)?,
         }
         Ok(())
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
-        if call != Call::Tick {
-            return Ok(Outcome::CarryOn);
-        }
-        let start_ns = monotonic_ns();
-        self.message.sent_ns = start_ns;
-        self.armor.send_data("value", &self.message)?;
-        self.writes_ns.push((start_ns, monotonic_ns()));
-        self.armor.send_data("trigger", &Count { count: self.writes_ns.len() as u64 })?;
-        if self.begun.elapsed() > self.window {
-            let mut late_ns = list_lateness(&self.writes_ns);
-            println!(
-                "writes n={} late_p50_us={} late_p99_us={} late_most_us={}",
-                late_ns.len(),
-                percentile_us(&mut late_ns, 0.5),
-                percentile_us(&mut late_ns, 0.99),
-                percentile_us(&mut late_ns, 1.0)
-            );
-            self.writes_ns.clear();
-            self.begun = Instant::now();
+        if call == Call::Started {
+            let (armor, period, window) = (self.armor.clone(), self.period, self.window);
+            let message = StampedBlob { sent_ns: 0, bytes: vec![0x5a; self.len].into() };
+            std::thread::Builder::new().name("writer".into()).spawn(move || {
+                if let Err(error) = write_for_ever(&armor, message, period, window) {
+                    println!("failed {error}");
+                }
+            })?;
         }
         Ok(Outcome::CarryOn)
     }
 }
 
-/// The period of the writer in the measurement of its lateness.
-pub const PERIOD_NS: u64 = 1_000_000;
-
-/// How long after its tick each write has ended. A component does not know when its ticks are due: they
-/// are a period apart, and the write that began earliest in its period began at its tick.
-fn list_lateness(writes_ns: &[(u64, u64)]) -> Vec<u64> {
-    let Some((first, _)) = writes_ns.first() else { return Vec::new() };
-    let period = PERIOD_NS as i64;
-    let since = |at: u64| at as i64 - *first as i64;
-    let tick_of = |start: u64| (since(start) + period / 2).div_euclid(period) * period;
-    let earliest = writes_ns.iter().map(|(start, _)| since(*start) - tick_of(*start)).min();
-    let earliest = earliest.unwrap_or_default();
-    let late = |(start, end): &(u64, u64)| since(*end) - tick_of(*start) - earliest;
-    writes_ns.iter().map(|write| late(write).max(0) as u64).collect()
+fn write_for_ever(
+    armor: &Armor,
+    mut message: StampedBlob,
+    period: Duration,
+    window: Duration,
+) -> Result<(), Fault> {
+    let mut late_ns = Vec::new();
+    loop {
+        let begun = Instant::now();
+        let mut due = begun;
+        while begun.elapsed() < window {
+            due += period;
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            message.sent_ns = monotonic_ns();
+            armor.send_data("value", &message)?;
+            late_ns.push(due.elapsed().as_nanos() as u64);
+            armor.send_data("trigger", &Count { count: late_ns.len() as u64 })?;
+        }
+        println!(
+            "writes n={} late_p50_us={} late_p99_us={} late_most_us={}",
+            late_ns.len(),
+            percentile_us(&mut late_ns, 0.5),
+            percentile_us(&mut late_ns, 0.99),
+            percentile_us(&mut late_ns, 1.0)
+        );
+        late_ns.clear();
+    }
 }
 
 /// Measures the age of what it receives.
@@ -163,22 +162,5 @@ impl Component for StampedReader {
             self.begun = Instant::now();
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_write_is_late_by_the_time_since_its_tick() {
-        let at = |tick: u64, start: u64, end: u64| {
-            let tick_ns = 7_000_000 + tick * PERIOD_NS;
-            (tick_ns + start, tick_ns + end)
-        };
-        // The third tick was skipped.
-        let writes = [at(0, 50, 60), at(1, 0, 10), at(3, 200_000, 210_000), at(4, 30, 300_000)];
-        assert_eq!(list_lateness(&writes), [60, 10, 210_000, 300_000]);
-        assert!(list_lateness(&[]).is_empty());
     }
 }

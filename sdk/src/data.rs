@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use armor_wire::codec::{self, DecodeError};
 use armor_wire::message::Message;
+use armor_wire::schema::ANY_NAME;
 use thiserror::Error;
 
-use crate::any_message::{AnyMessage, MessageType};
 use crate::declared::DeclaredType;
 use crate::fed_input::FedInput;
 use crate::history::{History, HistoryOfInput};
 use crate::link::payload::{Payload, StoredPayload};
+use crate::message_type::MessageType;
 
 /// Where data comes from, when it was created, and what is missing before it.
 #[derive(Clone, Copy, Debug)]
@@ -232,7 +233,7 @@ impl<'a> Data<'a> {
         learned.ok_or_else(|| DataError::OtherType {
             input: input.into(),
             declared: name.into(),
-            asked: AnyMessage::NAME,
+            asked: ANY_NAME,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::any_message::MessageType;
+use crate::message_type::MessageType;
 
 /// The type that an input was declared with.
 #[derive(Clone, Copy, Debug)]

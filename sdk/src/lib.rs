@@ -60,6 +60,7 @@ mod identity;
 mod launch;
 mod lifecycle;
 mod link;
+mod message_type;
 mod parameter;
 mod participant;
 mod port_table;

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use armor_wire::control::{Answer, CurrentCall, RunState, Status};
 use armor_wire::manifest::{EventManifest, ParameterManifest};
 
-use crate::any_message::MessageType;
 use crate::calls::CallCounter;
 use crate::clock::SystemClock;
 use crate::configuration::requests::ParameterRequests;
@@ -14,6 +13,7 @@ use crate::directory::Directory;
 use crate::faults::PeerFaultLog;
 use crate::identity::ProcessIdentity;
 use crate::lifecycle::{EnteredState, Lifecycle};
+use crate::message_type::MessageType;
 use crate::operator::EXECUTIVE;
 use crate::orders::OrderInbox;
 use crate::port_table::PortTable;

@@ -11,12 +11,13 @@ use armor_wire::registry::DataEntry;
 use parking_lot::RwLock;
 use thiserror::Error;
 
-use crate::any_message::{AnyMessage, MessageType};
+use crate::any_message::AnyMessage;
 use crate::calls::current_call;
 use crate::identity::ProcessIdentity;
 use crate::link::input::InputPort;
 use crate::link::output::{OutputPort, Sent};
 use crate::link::publishing::PublishContext;
+use crate::message_type::MessageType;
 use crate::wake::Wakers;
 
 /// Most outputs or inputs of one component: a robot's, not a data centre's.

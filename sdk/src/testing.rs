@@ -57,7 +57,6 @@ use armor_wire::transport::Transport;
 pub use armor_wire::control::{ReportKind, RunState};
 pub use error::TestError;
 
-use crate::any_message::MessageType;
 use crate::armor::Armor;
 use crate::call::{Call, Fault};
 use crate::calls::CalledFunction;
@@ -67,6 +66,7 @@ use crate::identity::ProcessIdentity;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
 use crate::link::payload::Payload;
+use crate::message_type::MessageType;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
 use crate::thread_panics::{ThreadMark, report_thread_panics};

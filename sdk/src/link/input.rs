@@ -19,9 +19,9 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::inbox::{Inbox, InboxItem};
 use super::pull::PullState;
-use crate::any_message::LearnedType;
 use crate::counter::SingleWriterCounter;
 use crate::declared::DeclaredType;
+use crate::message_type::LearnedType;
 
 /// Looks in a row without any byte after which a publisher is taken for dead: those of as many
 /// beats as may be missed. The last byte came up to one look before the first of them, so this

@@ -29,8 +29,8 @@ use super::inbox::InboxItem;
 use super::input::InputPort;
 use super::memory_in::{MemoryReader, TakenMessage};
 use super::payload::{Payload, StoredPayload};
-use crate::any_message::MessageType;
 use crate::dial::{self, Dialled};
+use crate::message_type::MessageType;
 use crate::participant::Participant;
 use crate::runtime::{EnteredComponent, Runtime};
 

@@ -19,7 +19,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::publishing::{LARGE_LEN, OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
-use crate::any_message::MessageType;
+use crate::message_type::MessageType;
 use crate::tap::TOOL_PREFIX;
 
 /// Most links of one output, and most of them to tools: each of them costs every message a system
