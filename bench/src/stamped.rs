@@ -131,9 +131,9 @@ impl Component for StampedReader {
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
         let time = Duration::try_from_secs_f64(value.number()?)?;
         if name == "work" {
-            self.work = time
+            self.work = time;
         } else {
-            self.window = time
+            self.window = time;
         }
         Ok(())
     }
