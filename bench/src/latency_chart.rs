@@ -89,7 +89,10 @@ pub fn draw_chart(lens: &[usize], panels: &[ChartPanel]) -> String {
             PANEL.0, PANEL.1
         );
     }
-    for (row, (curve, colour)) in panels.iter().flat_map(|it| &it.curves).zip(COLOURS).enumerate() {
+    // The same means have the same colours in all panels.
+    for (row, (curve, colour)) in
+        panels.iter().take(1).flat_map(|it| &it.curves).zip(COLOURS).enumerate()
+    {
         let x = LEFT + (row % 2) as f64 * (PANEL.0 + GAP);
         let y = bottom + 58.0 + (row / 2) as f64 * LEGEND_ROW;
         let name = curve.name.replace('"', "&quot;");
