@@ -1,5 +1,6 @@
 //! Whole-system tests: the real `armor` program and real processes, from outside.
 
+mod board;
 mod changes;
 mod checks;
 mod command;

@@ -74,3 +74,23 @@ impl BenchJob {
         }
     }
 }
+
+/// What is measured of a blackboard, apart from the other jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlackboardJob {
+    /// One writer at 1 kHz and 16 readers.
+    Readers,
+    /// Figure 7 of Little-MEC.
+    FigureSeven,
+}
+
+impl BlackboardJob {
+    /// The job of this name for `--only`.
+    pub fn from_part(part: &str) -> Option<Self> {
+        match part {
+            "blackboard" => Some(Self::Readers),
+            "figure-seven" => Some(Self::FigureSeven),
+            _ => None,
+        }
+    }
+}

@@ -4,20 +4,25 @@
 //! measurement.
 
 mod bench;
+mod blackboard;
 mod figure;
+mod figure_seven;
 mod freshness;
 mod job;
 mod large_file;
+mod latency_chart;
 mod machine;
 mod memory_faults;
 mod numbered;
 mod options;
+mod other_means;
 mod petri;
 mod process;
 mod reaction;
 mod readings;
 mod reliability;
 mod sdk_roles;
+mod stamped;
 mod table;
 mod tcp_roles;
 mod turn_system;
@@ -42,6 +47,7 @@ fn main() -> ExitCode {
         options::parse_arguments(arguments).and_then(|options| match options {
             Some(options) if options.fault_job.is_some() => run_fault_job(&options),
             Some(options) if options.memory_job.is_some() => run_memory_job(&options),
+            Some(options) if options.blackboard_job.is_some() => run_blackboard_job(&options),
             Some(options) if options.mapper_kills => {
                 reliability::measure_mapper_kills(&options.reliability)
             }
@@ -65,9 +71,9 @@ fn main() -> ExitCode {
 /// One process of a measurement: `role CORE SIDE ROLE …`.
 fn play_role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
     let mut next = || arguments.next()?.into_string().ok();
-    let core = next().context("no core")?.parse()?;
+    let core = next().context("no core")?;
     let (side, role) = (next().context("no side")?, next().context("no role")?);
-    process::pin_to_core(core)?;
+    process::pin_to_core(if core == process::ANY_CORE { None } else { Some(core.parse()?) })?;
     match side.as_str() {
         _ if role == "check" => {
             let (file, window) = (next().context("no file")?, next().context("no window")?);
@@ -84,16 +90,24 @@ fn play_role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
             let (registry, file) = (next().context("no registry")?, next().context("no file")?);
             turn_system::play_mission(registry, file.as_ref(), next().context("no journal")?.into())
         }
-        "std" => tcp_roles::play_role(
-            &role,
-            &arguments.filter_map(|a| a.into_string().ok()).collect::<Vec<_>>(),
-        ),
+        "std" => {
+            let arguments: Vec<_> = arguments.filter_map(|it| it.into_string().ok()).collect();
+            if other_means::is_role(&role) {
+                other_means::play_role(&role, &arguments)
+            } else {
+                tcp_roles::play_role(&role, &arguments)
+            }
+        }
         _ => sdk_roles::play_role(&role, arguments),
     }
 }
 
 fn run_memory_job(options: &BenchOptions) -> Result<()> {
     options.memory_job.map_or(Ok(()), |job| job.run(options))
+}
+
+fn run_blackboard_job(options: &BenchOptions) -> Result<()> {
+    options.blackboard_job.map_or(Ok(()), |job| blackboard::run_job(job, options))
 }
 
 fn run_fault_job(options: &BenchOptions) -> Result<()> {

@@ -1,12 +1,13 @@
 //! The command line.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
 use lexopt::prelude::{Long, ValueExt};
 
-use crate::job::BenchJob;
+use crate::job::{BenchJob, BlackboardJob};
 use crate::memory_faults::MemoryJob;
 use crate::reliability::{ReliabilityJob, ReliabilityOptions};
 
@@ -20,7 +21,10 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     Or, as root, faults in a system of several hosts, and nothing else:
                     hosts-kills, hosts-cuts, hosts-stops or soak.
                     Or memory-faults or memory-kills: shared memory under faults.
+                    Or blackboard (one writer, 16 readers) or figure-seven (the latency of
+                    7 means, 2 minutes with --secs 1).
                     Or mapper-kills, in simulated missions on this host, and nothing else
+  --chart FILE      draw figure-seven there, as SVG
   --armor PATH      the program `armor` for these (default: next to this program)
   --hosts N         2 or 3 hosts (default 2)
   --seed N          the seed of their choices (default 1)
@@ -51,6 +55,10 @@ pub struct BenchOptions {
     pub fault_job: Option<ReliabilityJob>,
     /// Shared memory under faults, and nothing else.
     pub memory_job: Option<MemoryJob>,
+    /// What a blackboard costs, and nothing else.
+    pub blackboard_job: Option<BlackboardJob>,
+    /// The file for its chart.
+    pub chart: Option<PathBuf>,
     /// Kills of the mapper in simulated missions, and nothing else.
     pub mapper_kills: bool,
     pub reliability: ReliabilityOptions,
@@ -78,6 +86,8 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
         nets: false,
         fault_job: None,
         memory_job: None,
+        blackboard_job: None,
+        chart: None,
         mapper_kills: false,
         reliability: ReliabilityOptions::default(),
         only: Vec::new(),
@@ -96,11 +106,15 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
                 part if MemoryJob::from_part(&part).is_some() => {
                     options.memory_job = MemoryJob::from_part(&part);
                 }
+                part if BlackboardJob::from_part(&part).is_some() => {
+                    options.blackboard_job = BlackboardJob::from_part(&part);
+                }
                 part if ReliabilityJob::from_part(&part).is_some() => {
                     options.fault_job = ReliabilityJob::from_part(&part);
                 }
                 part => options.only.push(part),
             },
+            Long("chart") => options.chart = Some(parser.value()?.into()),
             Long("armor") => options.reliability.program = Some(parser.value()?.into()),
             Long("hosts") => options.reliability.hosts = parser.value()?.parse()?,
             Long("seed") => options.reliability.seed = parser.value()?.parse()?,

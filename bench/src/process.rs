@@ -27,8 +27,13 @@ pub type RoleLine = HashMap<String, f64>;
 impl RoleProcess {
     /// Starts this program again in a role on a core.
     pub fn start(core: usize, side: Contender, role: &str, arguments: &[String]) -> Result<Self> {
+        Self::start_on(&core.to_string(), side, role, arguments)
+    }
+
+    /// The same with the core as text, which may be [`ANY_CORE`].
+    pub fn start_on(core: &str, side: Contender, role: &str, arguments: &[String]) -> Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.args(["role", &core.to_string(), &side.to_string(), role]).args(arguments);
+        command.args(["role", core, &side.to_string(), role]).args(arguments);
         command.env("ARMOR_LOG", "error").stdin(Stdio::null()).stdout(Stdio::piped());
         let started_ns = monotonic_ns();
         let mut child = command.spawn()?;
@@ -86,12 +91,18 @@ impl Drop for RoleProcess {
     }
 }
 
-/// Pins this process to a core, before it has threads, and makes it end with its parent.
-pub fn pin_to_core(core: usize) -> Result<()> {
+/// In place of a core: a process with several threads, which may use all of them.
+pub const ANY_CORE: &str = "any";
+
+/// Pins this process to a core, if there is one to pin it to, before it has threads, and makes it end
+/// with its parent.
+pub fn pin_to_core(core: Option<usize>) -> Result<()> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
-    let mut cores = CpuSet::new();
-    cores.set(core);
-    sched_setaffinity(None, &cores).with_context(|| format!("there is no core {core}"))?;
+    if let Some(core) = core {
+        let mut cores = CpuSet::new();
+        cores.set(core);
+        sched_setaffinity(None, &cores).with_context(|| format!("there is no core {core}"))?;
+    }
     // Only root may raise the priority; without it, other programs disturb more.
     let _ = setpriority_process(None, -15);
     Ok(())

@@ -37,6 +37,13 @@ pub fn print_round_trips(times_ns: &mut [u64]) {
     println!("round n={} p50_us={:.3} p99_us={:.3}", times_ns.len(), at(0.5), at(0.99));
 }
 
+/// The value below which a share of the times lies, in µs; 0 if there are none.
+pub fn percentile_us(times_ns: &mut [u64], share: f64) -> f64 {
+    times_ns.sort_unstable();
+    let last = times_ns.len().saturating_sub(1);
+    times_ns.get((last as f64 * share).round() as usize).map_or(0.0, |time| *time as f64 / 1e3)
+}
+
 /// Counts messages. A thread of its own prints `window rate_hz=… cpu_ns=…` (per message) after a
 /// run-up and a window.
 pub fn watch_window(window: Duration) -> Arc<AtomicU64> {

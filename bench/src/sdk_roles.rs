@@ -19,6 +19,7 @@ use crate::numbered::{NumberedPublisher, NumberedReader};
 use crate::readings::{
     MOST_ROUND_TRIPS, monotonic_ns, print_round_trips, publishing_time, watch_window,
 };
+use crate::stamped::{StampedReader, StampedWriter};
 use crate::turn_system::TurnComponent;
 
 /// Plays a role until it is killed.
@@ -34,6 +35,8 @@ pub fn play_role(role: &str, arguments: impl Iterator<Item = OsString>) -> Resul
         "slow-subscriber" => armor_sdk::run_with::<SlowSubscriber>(arguments),
         "numbered-publisher" => armor_sdk::run_with::<NumberedPublisher>(arguments),
         "numbered-reader" => armor_sdk::run_with::<NumberedReader>(arguments),
+        "stamped-writer" => armor_sdk::run_with::<StampedWriter>(arguments),
+        "stamped-reader" => armor_sdk::run_with::<StampedReader>(arguments),
         "turn" => armor_sdk::run_with::<TurnComponent>(arguments),
         _ => bail!("there is no role `{role}`"),
     };

@@ -3,7 +3,7 @@
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::name::{MAX_NAME_LEN, is_name};
 use armor_wire::registry::{ComponentEntry, DataEntry};
-use armor_wire::schema;
+use armor_wire::schema::{self, ANY_SCHEMA};
 
 use crate::limits::{MAX_HOST_LEN, MAX_REFUSAL_LEN, MAX_SCHEMA_LEN, MAX_TYPE_NAME_LEN};
 
@@ -93,6 +93,12 @@ pub(crate) fn check_data(entry: &DataEntry, owner: &ComponentEntry) -> Result<()
     {
         return Err(refuse_malformed(format!(
             "the type of `{}` needs a name of 1 to {MAX_TYPE_NAME_LEN} bytes",
+            entry.data
+        )));
+    }
+    if entry.schema == ANY_SCHEMA {
+        return Err(refuse_malformed(format!(
+            "`{}` has no type yet: provide it when the type of what it passes on is known",
             entry.data
         )));
     }

@@ -2,6 +2,7 @@
 //! components. One pass finds everything; no check stops at the first finding.
 
 mod activity;
+mod any_type;
 mod claims;
 mod concurrency;
 mod crossed;

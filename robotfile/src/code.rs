@@ -153,6 +153,7 @@ codes! {
         UnknownParent = "W0147", "a frame in one that nothing provides";
         MovingFrame = "E0148", "a frame that moves has a fixed place";
         DatagramsKeep = "E0149", "more than datagrams can keep";
+        WritersDiffer = "E0150", "links of different types at an input that takes any type";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";

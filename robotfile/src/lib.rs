@@ -46,6 +46,7 @@ mod start_tag;
 mod suggestion;
 mod trace;
 pub mod tree;
+mod typed_manifests;
 mod unreadable;
 mod xml;
 
@@ -71,6 +72,7 @@ pub use render::Colours;
 pub use source::{Location, Source, Span, Spanned};
 pub use suggestion::{advise_similar, suggest_similar};
 pub use trace::{FiringTrace, MissionDuration};
+pub use typed_manifests::TypedManifests;
 pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES, parse_tree};
 
 /// The schema of the format, for other XML tools.

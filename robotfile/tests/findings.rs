@@ -1,5 +1,6 @@
 //! One file, one fault, one finding: the right code at the marked piece of text.
 
+mod any_type;
 mod exchanged;
 mod exits;
 mod file;

@@ -6,6 +6,7 @@ use std::time::Duration;
 use armor_wire::message::Message;
 use armor_wire::name;
 
+use crate::any_message::AnyMessage;
 use crate::call::Fault;
 use crate::calls::is_in_call;
 use crate::link::output::Sent;
@@ -24,7 +25,8 @@ pub struct Armor {
 }
 
 impl Armor {
-    /// Declares an output of message type `T`, or `Latched<T>`. Only in the constructor.
+    /// Declares an output of message type `T`, or `Latched<T>`; of [`AnyMessage`] for one that passes on
+    /// what an input of that type receives. Only in the constructor.
     ///
     /// # Errors
     /// [`DeclareError`] if the name is malformed or taken.
@@ -103,6 +105,8 @@ impl Armor {
     /// after it has reported `done` or a failure, until it is frozen. It is frozen only after such a
     /// call of `send_data` has returned.
     ///
+    /// An [`AnyMessage`] keeps the stamp with which it was created.
+    ///
     /// # Errors
     /// [`SendError`] if there is no such output, it has another type, or the data is too large; on a
     /// thread of the component's own, [`SendError::NotActive`] while it is frozen or starting.
@@ -116,7 +120,9 @@ impl Armor {
                     .ok_or_else(|| SendError::NotActive { id: id.into() })?,
             ),
         };
-        self.participant.ports.publish(id, data, self.timestamp()).map_err(|error| match error {
+        let any = AnyMessage::find_in(data);
+        let stamp_s = any.map_or_else(|| self.timestamp(), AnyMessage::stamp_s);
+        self.participant.ports.publish(id, data, stamp_s).map_err(|error| match error {
             SendError::UnknownOutput { id, .. } if lifecycle.is_starting() => {
                 SendError::NotYetDeclared { id }
             }

@@ -1,12 +1,17 @@
 //! Data as a component receives them.
 
+use std::sync::Arc;
+
 use armor_wire::codec::{self, DecodeError};
 use armor_wire::message::Message;
+use armor_wire::schema::ANY_NAME;
 use thiserror::Error;
 
 use crate::declared::DeclaredType;
 use crate::fed_input::FedInput;
 use crate::history::{History, HistoryOfInput};
+use crate::link::payload::{Payload, StoredPayload};
+use crate::message_type::MessageType;
 
 /// Where data comes from, when it was created, and what is missing before it.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +43,7 @@ impl<'a> Header<'a> {
 /// The content of data, as it arrived.
 #[derive(Clone, Copy, Debug)]
 pub struct Data<'a> {
-    bytes: &'a [u8],
+    payload: Payload<'a>,
     declared: DeclaredType<'a>,
     /// The inputs of the component, one for each source; none for data that are themselves of a history.
     inputs: &'a [FedInput],
@@ -57,7 +62,7 @@ pub enum DataError {
         /// The input.
         input: String,
         /// The type that it was declared with.
-        declared: &'static str,
+        declared: String,
         /// The type that it was decoded as.
         asked: &'static str,
     },
@@ -102,7 +107,7 @@ pub enum DataError {
         /// The input.
         input: String,
         /// The type that it was declared with.
-        declared: &'static str,
+        declared: String,
         /// What is wrong with the bytes.
         cause: DecodeError,
     },
@@ -110,13 +115,13 @@ pub enum DataError {
 
 impl<'a> Data<'a> {
     /// Data of the input at `place`, from which the history of each input can be read.
-    pub(crate) fn of_input(bytes: &'a [u8], inputs: &'a [FedInput], place: usize) -> Self {
-        Self { bytes, declared: inputs[place].port.declared(), inputs, place }
+    pub(crate) fn of_input(payload: Payload<'a>, inputs: &'a [FedInput], place: usize) -> Self {
+        Self { payload, declared: inputs[place].port.declared(), inputs, place }
     }
 
     /// Data from which no history can be read.
-    pub(crate) fn alone(bytes: &'a [u8], declared: DeclaredType<'a>) -> Self {
-        Self { bytes, declared, inputs: &[], place: 0 }
+    pub(crate) fn alone(payload: Payload<'a>, declared: DeclaredType<'a>) -> Self {
+        Self { payload, declared, inputs: &[], place: 0 }
     }
 
     /// The last messages of an input of this component, this one or another, as many as the file says
@@ -177,20 +182,20 @@ impl<'a> Data<'a> {
     /// message of type `T`.
     pub fn decode<T: Message>(&self) -> Result<T, DataError> {
         self.check_type::<T>()?;
-        codec::decode(self.bytes).map_err(|cause| self.explain_bytes(cause))
+        codec::decode(self.bytes()).map_err(|cause| self.explain_bytes(cause))
     }
 
     fn check_type<T: Message>(&self) -> Result<(), DataError> {
-        let DeclaredType { input, name: declared, schema_hash } = self.declared;
+        let DeclaredType { input, name, schema_hash, .. } = self.declared;
         if T::schema_hash() == schema_hash {
             return Ok(());
         }
-        Err(DataError::OtherType { input: input.into(), declared, asked: T::NAME })
+        Err(DataError::OtherType { input: input.into(), declared: name.into(), asked: T::NAME })
     }
 
     fn explain_bytes(&self, cause: DecodeError) -> DataError {
-        let DeclaredType { input, name: declared, .. } = self.declared;
-        DataError::Malformed { input: input.into(), declared, cause }
+        let DeclaredType { input, name, .. } = self.declared;
+        DataError::Malformed { input: input.into(), declared: name.into(), cause }
     }
 
     /// Reads the content where it is, in the receive buffer or in shared memory: bulk arrays and texts
@@ -214,12 +219,27 @@ impl<'a> Data<'a> {
     /// As [`decode`](Self::decode).
     pub fn view<T: Message>(&self) -> Result<T::View<'a>, DataError> {
         self.check_type::<T>()?;
-        codec::view::<T>(self.bytes).map_err(|cause| self.explain_bytes(cause))
+        codec::view::<T>(self.bytes()).map_err(|cause| self.explain_bytes(cause))
     }
 
     /// The encoded message (`docs/protocol.md`, Values).
     pub fn bytes(&self) -> &'a [u8] {
-        self.bytes
+        self.payload.bytes()
+    }
+
+    /// The type of the data, of an input that takes any.
+    pub(crate) fn message_type(&self) -> Result<&'a Arc<MessageType>, DataError> {
+        let DeclaredType { input, name, learned, .. } = self.declared;
+        learned.ok_or_else(|| DataError::OtherType {
+            input: input.into(),
+            declared: name.into(),
+            asked: ANY_NAME,
+        })
+    }
+
+    /// Keeps the content beyond the call.
+    pub(crate) fn store(&self) -> StoredPayload {
+        self.payload.store(StoredPayload::default())
     }
 }
 
@@ -272,9 +292,9 @@ mod tests {
     }
 
     fn declared_as<T: Message>(bytes: &[u8]) -> Data<'_> {
-        let declared =
-            DeclaredType { input: "steps", name: T::NAME, schema_hash: T::schema_hash() };
-        Data::alone(bytes, declared)
+        let (name, schema_hash) = (T::NAME, T::schema_hash());
+        let declared = DeclaredType { input: "steps", name, schema_hash, learned: None };
+        Data::alone(Payload::Buffer(bytes), declared)
     }
 
     #[test]

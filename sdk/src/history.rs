@@ -132,7 +132,7 @@ impl<'a> History<'a> {
         let lost = message.lost;
         Some(PastMessage {
             header: Header { id: declared.input, data, sequence, stamp_s, instance, lost },
-            data: Data::alone(&message.payload, declared),
+            data: Data::alone(message.payload.as_payload(), declared),
             restarted: before.is_some_and(|before| before.header.instance != instance),
         })
     }
@@ -197,8 +197,8 @@ mod tests {
     }
 
     fn view(store: &HistoryStore) -> History<'_> {
-        let declared =
-            DeclaredType { input: "steps", name: Count::NAME, schema_hash: Count::schema_hash() };
+        let (name, schema_hash) = (Count::NAME, Count::schema_hash());
+        let declared = DeclaredType { input: "steps", name, schema_hash, learned: None };
         History(HistoryOfInput { store, data: "legs.steps", declared })
     }
 

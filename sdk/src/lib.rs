@@ -36,6 +36,7 @@
 // Derived code names this crate by its public path, also inside the crate itself.
 extern crate self as armor_sdk;
 
+mod any_message;
 mod armor;
 mod background_thread;
 mod call;
@@ -59,6 +60,7 @@ mod identity;
 mod launch;
 mod lifecycle;
 mod link;
+mod message_type;
 mod parameter;
 mod participant;
 mod port_table;
@@ -88,6 +90,7 @@ pub mod parameters;
 pub mod tap;
 pub mod testing;
 
+pub use any_message::AnyMessage;
 pub use armor::Armor;
 pub use armor_sdk_derive::{Events, Parameters};
 pub use armor_wire as wire;
@@ -115,7 +118,8 @@ pub use timeline::{ClockReading, Passage, Timeline};
 pub mod prelude {
     pub use crate::messages::*;
     pub use crate::{
-        Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, FixedFrame, Header,
-        Latched, Many, Message, Optional, Outcome, Parameter, ParameterEffect, Parameters, Value,
+        AnyMessage, Armor, Array, Call, Component, Data, DeclaredEvent, Events, Fault, FixedFrame,
+        Header, Latched, Many, Message, Optional, Outcome, Parameter, ParameterEffect, Parameters,
+        Value,
     };
 }

@@ -158,9 +158,9 @@ fn wait_for_registry(
     }
 }
 
-/// Declares every output to the registry.
+/// Declares every output to the registry; one without a type is declared when it gets one.
 pub(crate) fn provide_outputs(participant: &Participant) {
-    for output in participant.ports.outputs() {
+    for output in participant.ports.outputs().iter().filter(|output| !output.lacks_type()) {
         participant.directory().declare_output(output.entry.clone());
     }
 }

@@ -13,6 +13,7 @@ use crate::directory::Directory;
 use crate::faults::PeerFaultLog;
 use crate::identity::ProcessIdentity;
 use crate::lifecycle::{EnteredState, Lifecycle};
+use crate::message_type::MessageType;
 use crate::operator::EXECUTIVE;
 use crate::orders::OrderInbox;
 use crate::port_table::PortTable;
@@ -109,6 +110,14 @@ impl Participant {
     /// The connection to the registry; set before any other thread runs.
     pub fn directory(&self) -> &Directory {
         self.directory.get().expect("the directory is set before inputs and outputs are served")
+    }
+
+    /// Gives the outputs that were declared without a type the one of what they pass on, and declares
+    /// them to the registry.
+    pub fn give_outputs_type(&self, message_type: &MessageType) {
+        for entry in self.ports.give_type(message_type) {
+            self.directory().declare_output(entry);
+        }
     }
 
     pub fn set_period(&self, period: Duration) {

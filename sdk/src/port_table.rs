@@ -7,14 +7,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use armor_wire::codec::EncodeError;
 use armor_wire::config::InputSettings;
 use armor_wire::message::Message;
+use armor_wire::registry::DataEntry;
 use parking_lot::RwLock;
 use thiserror::Error;
 
+use crate::any_message::AnyMessage;
 use crate::calls::current_call;
 use crate::identity::ProcessIdentity;
 use crate::link::input::InputPort;
 use crate::link::output::{OutputPort, Sent};
 use crate::link::publishing::PublishContext;
+use crate::message_type::MessageType;
 use crate::wake::Wakers;
 
 /// Most outputs or inputs of one component: a robot's, not a data centre's.
@@ -82,7 +85,7 @@ pub enum SendError {
         /// Its declared type.
         declared: String,
         /// The type given.
-        given: &'static str,
+        given: String,
     },
     /// The message is too large, or cannot be written.
     #[error("`{data}` ({type_name}) is not sent: {error}")]
@@ -157,6 +160,18 @@ impl PortTable {
         Ok(())
     }
 
+    /// Gives every output that was declared without a type that of what it passes on. Returns their
+    /// entries.
+    pub fn give_type(&self, message_type: &MessageType) -> Vec<DataEntry> {
+        let mut outputs = self.outputs.write();
+        let mut entries = Vec::new();
+        for output in outputs.iter_mut().filter(|output| output.lacks_type()) {
+            *output = Arc::new(output.with_type(message_type));
+            entries.push(output.entry.clone());
+        }
+        entries
+    }
+
     /// Connects an input as the file specifies. One more source of an input that takes many is a port
     /// of its own, next to the others; any other input has the last source that it is connected to.
     /// Returns the place of the port among the inputs; `None` if there is no such input.
@@ -201,11 +216,14 @@ impl PortTable {
         let outputs = self.outputs.read();
         let output = outputs.iter().find(|output| output.id == id);
         let output = output.ok_or_else(|| self.unknown_output(id, &outputs))?;
-        if output.message != TypeId::of::<T>() {
+        let any = AnyMessage::find_in(message).map(AnyMessage::message_type);
+        let is_its_type = output.message == TypeId::of::<T>()
+            && any.is_none_or(|any| any.schema_hash == output.schema_hash());
+        if !is_its_type {
             return Err(SendError::WrongType {
                 data: output.entry.data.clone(),
                 declared: output.entry.type_name.clone(),
-                given: T::NAME,
+                given: any.map_or(T::NAME, |any| any.name.as_str()).into(),
             });
         }
         let origin = PublishContext {

@@ -142,7 +142,7 @@ impl RunningComponent {
             instance: header.instance,
             lost,
         };
-        let data = Data::of_input(payload.bytes(), &self.inputs, index);
+        let data = Data::of_input(payload, &self.inputs, index);
         let (code, participant) = (&mut self.code, &self.participant);
         let result = run_user_code(participant, CalledFunction::DataReceived, || {
             code.receive_data(&header, &data)?;

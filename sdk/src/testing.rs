@@ -66,6 +66,7 @@ use crate::identity::ProcessIdentity;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
 use crate::link::payload::Payload;
+use crate::message_type::MessageType;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
 use crate::thread_panics::{ThreadMark, report_thread_panics};
@@ -286,7 +287,12 @@ impl TestedComponent {
         let Some(declared) = inputs.iter().find(|port| port.id == input) else {
             return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
         };
-        if declared.schema_hash != T::schema_hash() {
+        if let Some(learned) = &declared.learned {
+            let given = MessageType::of_message::<T>(source);
+            let known = learned.learn(given, input);
+            let known = known.map_err(|problem| TestError::Refused { problem })?;
+            known.map(|message_type| self.participant.ports.give_type(&message_type));
+        } else if declared.schema_hash != T::schema_hash() {
             return Err(other_type::<T>("input", input, declared.type_name));
         }
         let is_it =

@@ -58,6 +58,12 @@ impl Draft {
         self
     }
 
+    /// Adds links as XML.
+    pub fn links(mut self, text: &str) -> Self {
+        self.links += text;
+        self
+    }
+
     /// Sets the mission, as XML.
     pub fn mission(mut self, text: &str) -> Self {
         self.mission = text.into();

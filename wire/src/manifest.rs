@@ -12,6 +12,7 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::quantity::{self, Dimension, Unit};
+use crate::schema::ANY_SCHEMA;
 use crate::text_format::TextFormat;
 
 /// Version of the JSON form.
@@ -135,6 +136,14 @@ pub struct PortManifest {
     /// or the name of the parameter that states it. Empty if their age does not matter.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub stale_after: String,
+}
+
+impl PortManifest {
+    /// Whether it has no type of its own: an input takes messages of any type, and an output has the
+    /// type of what feeds the input of this sort.
+    pub fn is_any(&self) -> bool {
+        self.schema == ANY_SCHEMA
+    }
 }
 
 /// The type of a parameter's value.

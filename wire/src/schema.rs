@@ -18,3 +18,8 @@ pub use field::{
 pub use json::{JsonError, MAX_JSON_LEN, to_json};
 pub use layout::{Field, Schema, Variant, hash_text};
 pub use text::{MAX_DEPTH, MAX_LABEL_LEN, MAX_TEXT_LEN, MAX_UNIT_LEN, ParseError, parse};
+
+/// The name of the type that stands for any, where a port is declared.
+pub const ANY_NAME: &str = "Any";
+/// Its schema text. No message has it: such a port gets the type of what feeds it.
+pub const ANY_SCHEMA: &str = "Any{}";

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use armor_robotfile::model::{Component, Link, LinkMode, Transport};
-use armor_robotfile::{Code, Severity};
+use armor_robotfile::{Code, Severity, TypedManifests};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
@@ -52,13 +52,19 @@ pub fn draw(project: &Project) -> SystemDrawing {
     let kinds = Arc::clone(project.kinds());
     let types: BTreeMap<_, _> =
         kinds.types().into_iter().enumerate().map(|(number, name)| (name, number)).collect();
+    let typed = kinds.manifests().map(|manifests| TypedManifests::of(system, manifests));
     let mut shown: BTreeSet<&str> = BTreeSet::new();
     let mut nodes = Vec::new();
     let mut joints = Joints::default();
     for component in &system.components {
         // The check reports a second one of the same name.
         if shown.insert(&component.name.value) {
-            let (mut node, ends) = block(component, &system.links, &kinds);
+            let kind = typed.as_ref().and_then(|typed| typed.find(&component.name.value));
+            let (mut node, mut ends) = block(component, &system.links, &kinds, kind);
+            if let Some(kind) = kinds.find(&component.kind.value) {
+                let takes_any = |id: &str| kind.inputs.iter().any(|it| it.id == id && it.is_any());
+                ends.iter_mut().for_each(|joint| joint.takes_any = takes_any(&joint.port));
+            }
             for (port, joint) in node.ports.iter_mut().zip(&ends) {
                 let name = joint.message.as_ref().map(|(name, ..)| name.as_str());
                 port.colour = name.and_then(|name| types.get(name)).copied().unwrap_or_default();
@@ -88,9 +94,14 @@ pub fn draw(project: &Project) -> SystemDrawing {
     drawing
 }
 
-fn block(component: &Component, links: &[Link], kinds: &Kinds) -> (DiagramNode<Item>, Vec<Joint>) {
+/// `kind`: that of the component, with the types that its ports have in this system.
+fn block(
+    component: &Component,
+    links: &[Link],
+    kinds: &Kinds,
+    kind: Option<&Manifest>,
+) -> (DiagramNode<Item>, Vec<Joint>) {
     let name = &component.name.value;
-    let kind = kinds.find(&component.kind.value);
     let is_known = kinds.manifests().is_none() || kind.is_some();
     let mut ports = Vec::new();
     let mut joints = Vec::new();

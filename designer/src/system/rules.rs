@@ -2,7 +2,7 @@
 //! unless it takes many.
 
 use armor_wire::manifest::PortManifest;
-use armor_wire::schema::difference;
+use armor_wire::schema::{ANY_SCHEMA, difference};
 
 use crate::canvas::{Direction, JoinRules, PortAt};
 
@@ -26,6 +26,8 @@ pub struct Joint {
     pub message: Option<(String, u64, String)>,
     /// Of an input: whether any number of wires may feed it.
     pub takes_many: bool,
+    /// Of an input: whether it has the type of what feeds it.
+    pub takes_any: bool,
     /// Of an input: the wires that feed it, each with the output that it is from.
     pub fed_by: Vec<(usize, String)>,
     /// How many wires end there.
@@ -47,6 +49,7 @@ impl Joint {
             direction,
             message,
             takes_many: manifest.is_some_and(|port| port.many),
+            takes_any: false,
             fed_by: Vec::new(),
             wires: 0,
         }
@@ -91,8 +94,10 @@ impl Joints {
             (Direction::Out, _) => return Err("two outputs cannot be linked".into()),
             _ => return Err("two inputs cannot be linked".into()),
         };
-        types_fit(output, input)?;
         let mut others = input.fed_by.iter().filter(|(other, _)| Some(*other) != wire);
+        if !input.takes_any || others.clone().next().is_some() {
+            types_fit(output, input)?;
+        }
         let data = output.data();
         match others.clone().find(|(_, from)| *from == data).or_else(|| others.next()) {
             Some((_, from)) if *from == data => {
@@ -112,6 +117,10 @@ pub fn types_fit(output: &Joint, input: &Joint) -> Result<(), String> {
     let (name, hash, schema) = output.message.as_ref().ok_or_else(|| there(output))?;
     let (wanted, wanted_hash, wanted_schema) =
         input.message.as_ref().ok_or_else(|| there(input))?;
+    // A port that takes any type has none until it is linked.
+    if schema == ANY_SCHEMA || wanted_schema == ANY_SCHEMA {
+        return Ok(());
+    }
     if name != wanted {
         return Err(format!("{} is {name}, {} takes {wanted}", output.data(), input.data()));
     }

@@ -1,5 +1,6 @@
 //! The commands and gestures of the view, as edits of the files.
 
+use armor_robotfile::TypedManifests;
 use eframe::egui::{self, Pos2, Rect, Vec2, vec2};
 
 use super::choices::SystemPicker;
@@ -214,12 +215,14 @@ impl SystemView {
 /// Every component and link, with its kind, ports, parameters and values.
 pub(super) fn list_findable(workspace: &Workspace) -> Vec<(Item, String)> {
     let Some(configuration) = workspace.project.configuration() else { return Vec::new() };
+    let manifests = workspace.project.kinds().manifests();
+    let typed = manifests.map(|it| TypedManifests::of(&configuration.system, it));
     let components = configuration.system.components.iter().map(|component| {
         let mut words = component.kind.value.clone();
         for parameter in &component.parameters {
             words += &format!(" {}={}", parameter.name.value, parameter.value.value);
         }
-        if let Some(kind) = workspace.project.kinds().find(&component.kind.value) {
+        if let Some(kind) = typed.as_ref().and_then(|it| it.find(&component.name.value)) {
             for port in kind.inputs.iter().chain(&kind.outputs) {
                 words += &format!(" {} {}", port.id, port.type_name);
             }

@@ -1,4 +1,4 @@
-//! Kinds for the tests: an eye, an arm, a lamp, and one of everything.
+//! Kinds for the tests: an eye, an arm, a lamp, a relay of any type, and one of everything.
 
 use armor_designer::Kinds;
 use armor_wire::manifest::{
@@ -107,6 +107,12 @@ pub fn manifests() -> Vec<Manifest> {
             "wall",
             vec![PortManifest { many: true, ..port("images", "Image", IMAGE, true) }],
             vec![],
+            vec![],
+        ),
+        kind(
+            "relay",
+            vec![PortManifest { many: true, ..port("writers", "Any", "Any{}", false) }],
+            vec![port("element", "Any", "Any{}", false)],
             vec![],
         ),
         Manifest { controllable: false, ..kind("view", vec![], vec![], view_parameters()) },

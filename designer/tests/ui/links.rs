@@ -107,6 +107,30 @@ fn an_input_that_takes_many_has_a_wire_from_each_output_once() {
 }
 
 #[test]
+fn ports_of_any_type_have_that_of_the_first_link() {
+    let relay = r#"    <component name="relay" kind="relay"/>
+    <layout>
+      <block of="relay" x="600" y="0"/>"#;
+    let mut window = Window::open(Some(&TWO_EACH.replace("    <layout>", relay)));
+    window.drag_between("output eye.target", "input relay.writers");
+    assert!(window.text().contains(r#"<link from="eye.target" to="relay.writers"/>"#));
+    let before = window.text();
+    window.drag_between("output eye-2.image", "input relay.writers");
+    let message = window.last_message();
+    assert!(message.contains("eye-2.image is Image, relay.writers takes Point"), "{message}");
+    window.drag_between("output relay.element", "input arm.view");
+    let message = window.last_message();
+    assert!(message.contains("relay.element is Point, arm.view takes Image"), "{message}");
+    assert_eq!(window.text(), before);
+    window.drag_between("output relay.element", "input arm.target");
+    window.drag_between("output eye-2.target", "input relay.writers");
+    for link in [("relay.element", "arm.target"), ("eye-2.target", "relay.writers")] {
+        let link = format!(r#"<link from="{}" to="{}"/>"#, link.0, link.1);
+        assert!(window.text().contains(&link), "{}", window.last_message());
+    }
+}
+
+#[test]
 fn a_link_is_taken_by_its_end_and_led_elsewhere_or_let_go() {
     let mut window = Window::open(Some(TWO_EACH));
     window.drag_between("output eye.target", "input arm.target");

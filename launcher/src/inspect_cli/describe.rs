@@ -167,6 +167,7 @@ fn describe_messages<'a>(
     width: Option<usize>,
 ) -> String {
     let mut types: Vec<&PortManifest> = ports.collect();
+    types.retain(|port| !port.is_any());
     types.sort_by_key(|port| &port.type_name);
     types.dedup_by_key(|port| &port.type_name);
     let mut out = String::new();

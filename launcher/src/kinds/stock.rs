@@ -29,6 +29,7 @@ macro_rules! stock {
 }
 
 stock! {
+    armor_board::Board,
     armor_camera::Camera,
     armor_carmen_player::CarmenPlayer,
     armor_driver::Driver,

@@ -289,6 +289,7 @@ fn only_own_well_formed_data_is_provided_and_once() {
         (lidar, data("mapper.map"), Malformed),
         (lidar, DataEntry { schema: "nonsense".into(), ..data("lidar.b") }, Malformed),
         (lidar, DataEntry { schema: long, ..data("lidar.b") }, Limit),
+        (lidar, DataEntry { schema: "Any{}".into(), ..data("lidar.b") }, Malformed),
         (lidar, DataEntry { type_name: String::new(), ..data("lidar.b") }, Malformed),
         (tool, data("lidar.b"), WrongPurpose),
     ] {

@@ -18,30 +18,24 @@ use crate::mission::PlaceParameter;
 use crate::model::{Component, Configuration, Parameter, System};
 use crate::source::{Location, Spanned};
 use crate::suggestion::{suggest_choice, suggest_similar};
+use crate::typed_manifests::TypedManifests;
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
     let system = &configuration.system;
-    let mut kinds: BTreeMap<&str, &Manifest> = BTreeMap::new();
+    let typed = TypedManifests::of(system, manifests);
+    let mut kinds: BTreeMap<&str, &Manifest> = typed.iter().collect();
     for component in &system.components {
-        match manifests.get(&component.kind.value) {
-            Some(manifest) => {
-                kinds.insert(&component.name.value, manifest);
-            }
-            // That it is malformed is a finding already.
-            None if !is_name(&component.kind.value) => {}
-            None => unknown(
-                Code::UnknownKind,
-                &component.kind,
-                "kind of component",
-                manifests.keys().map(String::as_str),
-                findings,
-            ),
+        // That it is malformed is a finding already.
+        if manifests.contains_key(&component.kind.value) || !is_name(&component.kind.value) {
+            continue;
         }
+        let known = manifests.keys().map(String::as_str);
+        unknown(Code::UnknownKind, &component.kind, "kind of component", known, findings);
     }
     // What a component of another kind has is not known, as that of an unknown kind.
     kinds::check(configuration, manifests, &mut kinds, findings);
     for link in &system.links {
-        ports::check_link(link, &kinds, findings);
+        ports::check_link(link, &kinds, &typed, system, findings);
     }
     ports::explain_fed_twice(system, &kinds, findings);
     if let Some(clock) = &system.clock {

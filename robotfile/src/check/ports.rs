@@ -9,15 +9,23 @@ use armor_wire::name::is_name;
 use armor_wire::schema::difference;
 use armor_wire::{Message, WireType};
 
+use crate::check::any_type;
 use crate::check::manifests::unknown;
 use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::model::{Component, Link, Port, System};
+use crate::typed_manifests::TypedManifests;
 use crate::unreadable::UnreadableParts;
 
-pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, findings: &mut Findings) {
+pub(super) fn check_link(
+    link: &Link,
+    kinds: &BTreeMap<&str, &Manifest>,
+    typed: &TypedManifests<'_>,
+    system: &System,
+    findings: &mut Findings,
+) {
     if is_exchanged(link, kinds) {
         let (from, to) = (link.from.data(), link.to.data());
         let message = format!("this link leads from an input, {from}, to an output, {to}");
@@ -32,16 +40,25 @@ pub(super) fn check_link(link: &Link, kinds: &BTreeMap<&str, &Manifest>, finding
     let output = find_output(&link.from, kinds, findings);
     let input = find_input(&link.to, kinds, findings);
     let (Some(output), Some(input)) = (output, input) else { return };
-    if !is_same_type(output, input) {
+    if is_same_type(output, input) {
+        return;
+    }
+    if let Some(first) = typed.first_link(&link.to) {
+        findings.push(any_type::report_writer(link, first, output, input));
+    } else if !any_type::follows_from_writers(link, input, kinds, typed, system) {
         let meant = kinds.get(link.to.component.value.as_str()).and_then(|kind| {
             kind.inputs.iter().find(|other| other.required && is_same_type(output, other))
         });
-        findings.push(report_mismatch(link, output, input, meant));
+        let finding = report_mismatch(link, output, input, meant);
+        findings.push(any_type::explain_origin(finding, link, typed, system));
     }
 }
 
+/// Whether an output may feed an input. A type that is not known is no mismatch.
 fn is_same_type(output: &PortManifest, input: &PortManifest) -> bool {
-    (&output.type_name, output.schema_hash) == (&input.type_name, input.schema_hash)
+    output.is_any()
+        || input.is_any()
+        || (&output.type_name, output.schema_hash) == (&input.type_name, input.schema_hash)
 }
 
 /// Improves the findings about inputs that are fed twice: if one of the two links carries data of
@@ -338,7 +355,7 @@ impl<'a> Fed<'a> {
     }
 }
 
-fn find_port<'a>(
+pub(super) fn find_port<'a>(
     port: &Port,
     kinds: &BTreeMap<&str, &'a Manifest>,
     is_output: bool,

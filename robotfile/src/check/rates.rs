@@ -116,6 +116,12 @@ fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Op
     let producer = system.component(&link.from.component.value)?;
     let consumer = system.component(&link.to.component.value)?;
     let rate = producer.rate_hz.as_ref()?;
+    // What it passes on comes when its writers publish, whatever its own rate.
+    let sender = manifests.get(&producer.kind.value);
+    let mut outputs = sender.into_iter().flat_map(|kind| &kind.outputs);
+    if outputs.any(|output| output.id == link.from.port.value && output.is_any()) {
+        return None;
+    }
     let kind = manifests.get(&consumer.kind.value)?;
     let input = kind.inputs.iter().find(|input| input.id == link.to.port.value)?;
     let assigned = |name: &str| Some(consumer.parameter(name)?.value.value.as_str());

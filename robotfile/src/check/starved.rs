@@ -91,7 +91,10 @@ fn required_links<'a>(
         let is_required = manifest(&to.component.value).is_some_and(|manifest| {
             manifest.inputs.iter().any(|it| it.id == to.port.value && it.required)
         });
-        if is_required && !is_latched {
+        // Of several sources any one may deliver.
+        let feeds_same = |other: &&Link| other.to.data() == to.data();
+        let is_only = system.links.iter().filter(feeds_same).count() == 1;
+        if is_required && !is_latched && is_only {
             required.entry(&to.component.value).or_default().push(link);
         }
     }

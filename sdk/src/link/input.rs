@@ -21,6 +21,7 @@ use super::inbox::{Inbox, InboxItem};
 use super::pull::PullState;
 use crate::counter::SingleWriterCounter;
 use crate::declared::DeclaredType;
+use crate::message_type::LearnedType;
 
 /// Looks in a row without any byte after which a publisher is taken for dead: those of as many
 /// beats as may be missed. The last byte came up to one look before the first of them, so this
@@ -36,6 +37,8 @@ pub(crate) struct InputPort {
     pub type_name: &'static str,
     pub schema: String,
     pub schema_hash: u64,
+    /// Of an input that takes any type; shared by all its sources.
+    pub learned: Option<Arc<LearnedType>>,
     state: Mutex<InputState>,
     inbox: Mutex<Inbox>,
     /// Whether the inbox holds data. Only the reader adds some, so if it reads `false` while it is
@@ -73,24 +76,23 @@ pub(super) struct InputState {
 
 impl InputPort {
     pub fn new<T: Message>(id: &str, required: bool, many: bool) -> Self {
-        let schema = T::schema().to_string();
-        Self::unconnected(id, required, many, T::NAME, schema, T::schema_hash())
+        let (schema, learned) = (T::schema().to_string(), LearnedType::of_input::<T>());
+        Self::unconnected(id, (required, many), T::NAME, (schema, T::schema_hash()), learned)
     }
 
     /// The same input for one more source.
     pub fn new_source(&self) -> Self {
-        let (id, schema) = (self.id.as_str(), self.schema.clone());
-        let (required, many) = (self.required, self.many);
-        Self::unconnected(id, required, many, self.type_name, schema, self.schema_hash)
+        let schema = (self.schema.clone(), self.schema_hash);
+        let (nature, learned) = ((self.required, self.many), self.learned.clone());
+        Self::unconnected(&self.id, nature, self.type_name, schema, learned)
     }
 
     fn unconnected(
         id: &str,
-        required: bool,
-        many: bool,
+        (required, many): (bool, bool),
         type_name: &'static str,
-        schema: String,
-        schema_hash: u64,
+        (schema, schema_hash): (String, u64),
+        learned: Option<Arc<LearnedType>>,
     ) -> Self {
         Self {
             id: id.into(),
@@ -99,6 +101,7 @@ impl InputPort {
             type_name,
             schema,
             schema_hash,
+            learned,
             state: Mutex::default(),
             inbox: Mutex::new(Inbox::new(Keep::Latest)),
             waiting: AtomicBool::new(false),
@@ -123,9 +126,14 @@ impl InputPort {
         self.inbox.lock()
     }
 
-    /// The type it was declared with.
+    /// The type it was declared with, or that it has learned.
     pub fn declared(&self) -> DeclaredType<'_> {
-        DeclaredType { input: &self.id, name: self.type_name, schema_hash: self.schema_hash }
+        let learned = self.learned.as_ref().and_then(|learned| learned.known());
+        let (name, schema_hash) = match learned {
+            Some(known) => (known.name.as_str(), known.schema_hash),
+            None => (self.type_name, self.schema_hash),
+        };
+        DeclaredType { input: &self.id, name, schema_hash, learned }
     }
 
     /// Sets what feeds this input, as the file specifies.
@@ -267,14 +275,19 @@ impl InputPort {
         }
     }
 
-    /// Compares the schema of the provider that has answered: another build of it may publish
-    /// another type by the same name.
-    pub(super) fn check_type(&self, welcome: &Welcome) -> Result<(), String> {
+    /// The schema to look up; empty if it takes any.
+    pub(super) fn wanted_schema(&self) -> &str {
+        if self.learned.is_some() { "" } else { &self.schema }
+    }
+
+    /// Compares the schema of the provider that has answered with the one that is expected: another
+    /// build of it may publish another type by the same name.
+    pub(super) fn check_type(welcome: &Welcome, expected: &str) -> Result<(), String> {
         let Welcome { name, schema, .. } = welcome;
-        if *schema == self.schema {
+        if schema == expected {
             return Ok(());
         }
-        let how = schema::difference((name, schema), ("this input", &self.schema));
+        let how = schema::difference((name, schema), ("this input", expected));
         Err(format!("`{name}` sends another type than it has registered\n{how}"))
     }
 }

@@ -34,6 +34,7 @@ use super::input::InputPort;
 use super::memory_in::MemoryReader;
 use super::payload::{Payload, StoredPayload};
 use crate::dial::{self, Dialled};
+use crate::message_type::MessageType;
 use crate::participant::Participant;
 use crate::runtime::{EnteredComponent, Runtime};
 
@@ -142,15 +143,23 @@ impl InputReader {
         let (input, settings) = (&self.input, &self.settings);
         let participant = self.participant();
         // Asked for each link: a restarted provider has another endpoint and another instance.
-        let answer = participant.directory().request_provider(&settings.data, &input.schema);
+        let answer =
+            participant.directory().request_provider(&settings.data, input.wanted_schema());
         let found =
             answer.recv().map_err(|e| e.to_string())?.map_err(|refusal| refusal.to_string())?;
+        // An input that takes any type expects the one that the registry knows.
+        let expected = if let Some(learned) = &input.learned {
+            learned.check(&MessageType::of_entry(&found.entry), &input.id)?;
+            &found.entry.schema
+        } else {
+            &input.schema
+        };
         let paused = !participant.lifecycle.is_active();
         let link = LinkRequest {
             data: settings.data.clone(),
             instance: found.provider.instance,
-            schema: input.schema.clone(),
-            schema_hash: schema::hash_text(&input.schema),
+            schema: expected.clone(),
+            schema_hash: schema::hash_text(expected),
             keep: settings.keep,
             wake: settings.wake,
             paused,
@@ -166,7 +175,13 @@ impl InputReader {
         let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
         let dialled = dial::dial_component(&found.provider, &hello, settings.transport)
             .map_err(|error| error.to_string())?;
-        input.check_type(&dialled.welcome)?;
+        InputPort::check_type(&dialled.welcome, expected)?;
+        if let Some(learned) = &input.learned
+            && let Some(message_type) =
+                learned.learn(MessageType::of_entry(&found.entry), &input.id)?
+        {
+            participant.give_outputs_type(&message_type);
+        }
         let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
         let mut state = input.lock_state();
         state.stream = Some(Arc::new(stream));

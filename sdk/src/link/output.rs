@@ -12,7 +12,7 @@ use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
 use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
-use armor_wire::schema;
+use armor_wire::schema::{self, ANY_SCHEMA};
 use armor_wire::shared_memory::MemoryUse;
 use parking_lot::{Mutex, MutexGuard};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -20,6 +20,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::publishing::{LARGE_LEN, OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
+use crate::message_type::MessageType;
 use crate::tap::TOOL_PREFIX;
 
 /// Most links of one output, and most of them to tools: each of them costs every message a system
@@ -60,19 +61,39 @@ pub(crate) struct OutputPort {
 impl OutputPort {
     pub fn new<T: Message>(id: &str, data: &str, latched: bool) -> Self {
         let schema = T::schema();
-        let most = schema.max_len();
-        let is_bounded = most.is_some_and(|len| len <= MAX_DATA_LEN);
-        let may_be_large = most.is_none_or(|len| len > LARGE_LEN);
-        let schema = schema.to_string();
+        let (data, type_name) = (data.into(), T::NAME.into());
+        let entry = DataEntry { data, type_name, schema: schema.to_string(), latched };
+        Self::of_entry(id, TypeId::of::<T>(), entry, schema.max_len())
+    }
+
+    fn of_entry(id: &str, message: TypeId, entry: DataEntry, most_len: Option<usize>) -> Self {
         Self {
             id: id.into(),
-            message: TypeId::of::<T>(),
-            schema_hash: T::schema_hash(),
-            is_bounded,
-            may_be_large,
-            entry: DataEntry { data: data.into(), type_name: T::NAME.into(), schema, latched },
+            message,
+            schema_hash: schema::hash_text(&entry.schema),
+            is_bounded: most_len.is_some_and(|len| len <= MAX_DATA_LEN),
+            may_be_large: most_len.is_none_or(|len| len > LARGE_LEN),
+            entry,
             state: Mutex::default(),
         }
+    }
+
+    /// Whether it was declared without a type, and has none yet: it has no links and publishes nothing.
+    pub fn lacks_type(&self) -> bool {
+        self.entry.schema == ANY_SCHEMA
+    }
+
+    /// The same output with the type of what it passes on.
+    pub fn with_type(&self, message_type: &MessageType) -> Self {
+        let entry = DataEntry {
+            type_name: message_type.name.clone(),
+            schema: message_type.schema.clone(),
+            ..self.entry.clone()
+        };
+        let most_len = schema::parse(&entry.schema).ok().and_then(|schema| schema.max_len());
+        let typed = Self::of_entry(&self.id, self.message, entry, most_len);
+        typed.lock_state().record = self.lock_state().record.take();
+        typed
     }
 
     fn lock_state(&self) -> MutexGuard<'_, OutputState> {

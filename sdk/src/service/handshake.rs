@@ -23,6 +23,7 @@ use super::datagrams::DatagramService;
 use crate::faults::PeerFault;
 use crate::link::datagrams_out::LinkDatagrams;
 use crate::link::memory_out::suits_memory;
+use crate::link::output::OutputPort;
 use crate::link::patience::Patience;
 use crate::link::queue::LinkQueue;
 use crate::link::wire_out::OutgoingLink;
@@ -183,14 +184,15 @@ impl Handshakes {
             return Err(Refusal::new(RefusalCode::WrongInstance, text));
         }
         let outputs = self.participant.ports.outputs();
-        let output =
-            outputs.iter().find(|output| output.entry.data == link.data).ok_or_else(|| {
-                let text = format!(
-                    "component `{}` does not provide `{}`",
-                    self.participant.identity.name, link.data
-                );
-                Refusal::new(RefusalCode::UnknownData, text)
-            })?;
+        let is_it =
+            |output: &&Arc<OutputPort>| output.entry.data == link.data && !output.lacks_type();
+        let output = outputs.iter().find(is_it).ok_or_else(|| {
+            let text = format!(
+                "component `{}` does not provide `{}`",
+                self.participant.identity.name, link.data
+            );
+            Refusal::new(RefusalCode::UnknownData, text)
+        })?;
         output.check_request(link, from)?;
         let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;

@@ -74,10 +74,11 @@ pub enum TestError {
         /// Why, as it is reported.
         reason: String,
     },
-    /// The component refuses the new value of a parameter.
+    /// The component refuses the new value of a parameter, or an input that takes any type a second
+    /// type.
     #[error("{problem}")]
     Refused {
-        /// The parameter, and why.
+        /// The parameter or the input, and why.
         problem: String,
     },
     /// A parameter cannot be set.

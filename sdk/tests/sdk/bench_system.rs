@@ -145,16 +145,22 @@ impl System {
         let full = self.name(name);
         let (events, receiver) = channel();
         let plan = Plan { events, script: Box::new(script), gate };
-        PLANS.lock().unwrap().insert(full.clone(), plan);
+        PLANS.lock().unwrap().insert(full, plan);
+        self.run_kind::<Probe>(name, arguments);
+        receiver
+    }
+
+    /// Runs a component of another kind with `arguments` in addition to its name and registry.
+    pub fn run_kind<C: Component>(&mut self, name: &str, arguments: &[&str]) {
+        let full = self.name(name);
         let address = self.registry.address().to_string();
         let mut all =
             vec!["--alone".to_owned(), "--name".into(), full.clone(), "--registry".into(), address];
         all.extend(arguments.iter().map(|argument| (*argument).into()));
         let thread = std::thread::spawn(move || {
-            armor_sdk::run_with::<Probe>(all.into_iter().map(Into::into));
+            armor_sdk::run_with::<C>(all.into_iter().map(Into::into));
         });
         self.threads.push((full, thread));
-        receiver
     }
 
     pub fn name(&self, name: &str) -> String {

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod acting;
+mod any_message;
 mod bench_system;
 mod datagrams;
 mod histories;

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::name::is_name;
 use crate::quantity::{self, QuantityError, Unit};
-use crate::schema::{self, Schema};
+use crate::schema::{self, ANY_NAME, Schema};
 
 /// Names that reports have: no event may have them.
 pub const RESERVED_EVENTS: [&str; 2] = ["done", "failed"];
@@ -106,6 +106,7 @@ impl Manifest {
         for port in ports {
             check_port(port, &mut found);
         }
+        self.check_any(&mut found);
         self.check_ages(&mut found);
         self.check_groups(&mut found);
         self.check_effects(&mut found);
@@ -118,6 +119,19 @@ impl Manifest {
 }
 
 impl Manifest {
+    /// An output of any type has the type of the input of any type, so there must be one.
+    fn check_any(&self, found: &mut Vec<ManifestFault>) {
+        let inputs = self.inputs.iter().filter(|input| input.is_any()).count();
+        for output in self.outputs.iter().filter(|output| output.is_any() && inputs != 1) {
+            let subject = format!("the port {}", output.id);
+            let problem = format!(
+                "it has the type of the input of type {ANY_NAME}, and the kind has {inputs} of them"
+            );
+            let remedy = format!("declare exactly one input of type {ANY_NAME}");
+            Faults { subject, found: &mut *found }.add("schema", problem, remedy);
+        }
+    }
+
     fn check_ages(&self, found: &mut Vec<ManifestFault>) {
         let stated = |port: &&PortManifest| !port.stale_after.is_empty();
         for output in self.outputs.iter().filter(stated) {

@@ -1,6 +1,6 @@
 //! The fields of data that guards may speak of.
 
-use armor_robotfile::Configuration;
+use armor_robotfile::{Configuration, TypedManifests};
 use armor_wire::schema::{self, FieldPath, Schema};
 
 use crate::kinds::Kinds;
@@ -20,9 +20,11 @@ pub struct DataField {
 /// All fields with single values of all outputs of the system whose kinds are known.
 pub fn data_fields(configuration: &Configuration, kinds: &Kinds) -> Vec<DataField> {
     let mut found = Vec::new();
+    let Some(manifests) = kinds.manifests() else { return found };
+    let typed = TypedManifests::of(&configuration.system, manifests);
     for component in &configuration.system.components {
-        let Some(manifest) = kinds.find(&component.kind.value) else { continue };
-        for output in &manifest.outputs {
+        let Some(manifest) = typed.find(&component.name.value) else { continue };
+        for output in manifest.outputs.iter().filter(|output| !output.is_any()) {
             let Ok(schema) = schema::parse(&output.schema) else { continue };
             let mut walk = Walk { whole: &schema, fields: Vec::new(), found: Vec::new() };
             walk.look_into(&schema);

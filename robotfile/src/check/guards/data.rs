@@ -19,6 +19,7 @@ use crate::mission::Variable;
 use crate::model::System;
 use crate::source::{Location, Spanned};
 use crate::suggestion::suggest_similar;
+use crate::typed_manifests::TypedManifests;
 
 /// The fewest letters of a beginning that can only mean one name.
 const SHORTEST_BEGINNING: usize = 3;
@@ -44,20 +45,14 @@ pub(super) struct FieldRange {
 pub(super) struct DataFields<'a> {
     system: &'a System,
     /// By component; none without manifests.
-    kinds: Option<BTreeMap<&'a str, &'a Manifest>>,
+    kinds: Option<TypedManifests<'a>>,
     /// The parsed schemas: many guards may use the same one.
     schemas: RefCell<BTreeMap<String, Option<Rc<Schema>>>>,
 }
 
 impl<'a> DataFields<'a> {
     pub(super) fn of(system: &'a System, manifests: Option<&'a Manifests>) -> Self {
-        let kinds = manifests.map(|manifests| {
-            let components = system.components.iter();
-            let kind = |component: &'a crate::model::Component| {
-                Some((component.name.value.as_str(), manifests.get(&component.kind.value)?))
-            };
-            components.filter_map(kind).collect()
-        });
+        let kinds = manifests.map(|manifests| TypedManifests::of(system, manifests));
         Self { system, kinds, schemas: RefCell::default() }
     }
 
@@ -109,7 +104,7 @@ impl<'a> DataFields<'a> {
     pub(super) fn find_range(&self, name: &Name) -> Option<FieldRange> {
         let data = name.data()?;
         let (component, output) = data.split_once('.')?;
-        let manifest = self.kinds.as_ref()?.get(component)?;
+        let manifest = self.kinds.as_ref()?.find(component)?;
         let port = manifest.outputs.iter().find(|port| port.id == output)?;
         let is_field = |(message, field, _): &&(&str, &str, _)| {
             *message == port.type_name && name.fields() == [*field]
@@ -153,7 +148,7 @@ impl<'a> DataFields<'a> {
             unknown(Code::UnknownComponent, what, component, &part(0), components(), findings);
             return None;
         }
-        let Some(manifest) = self.kinds.as_ref().and_then(|kinds| kinds.get(component)) else {
+        let Some(manifest) = self.kinds.as_ref().and_then(|kinds| kinds.find(component)) else {
             return Some(Type::Any);
         };
         let outputs = || manifest.outputs.iter().map(|output| output.id.as_str());
@@ -168,6 +163,10 @@ impl<'a> DataFields<'a> {
             unknown(Code::UnknownPort, &what, output, &part(1), outputs(), findings);
             return None;
         };
+        // What feeds a component that passes messages on is not known; that is a finding already.
+        if port.is_any() {
+            return Some(Type::Any);
+        }
         // A manifest whose schema cannot be read is its own finding.
         let Some(schema) = self.schema_of(data, &port.schema) else { return Some(Type::Any) };
         let found = FieldPath::find(&schema, &name.fields());
