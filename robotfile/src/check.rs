@@ -7,6 +7,7 @@ mod concurrency;
 mod crossed;
 mod cut_short;
 mod dates;
+mod effectless;
 mod ending;
 mod endless;
 mod entrances;
@@ -22,6 +23,7 @@ mod guards;
 mod kinds;
 mod layout;
 mod links;
+mod lost_outputs;
 mod manifests;
 mod mission;
 mod names;
@@ -55,6 +57,7 @@ use crate::suggestion::suggest_similar;
 
 pub use dates::passed_dates;
 pub use frames::{BASE_FRAME, MOVING_FRAMES, fill_frames};
+pub use guards::within;
 pub use paths::{NeededPath, needed_paths};
 pub use system::RESERVED_NAMES;
 
@@ -92,6 +95,7 @@ pub fn check(
                 rates::check(&configuration.system, manifests, &mut found);
                 frames::check_parents(&configuration.system, manifests, &mut found);
                 value_effects::check(configuration, manifests, &mut found);
+                paths::check_own_files(configuration, manifests, &mut found);
             }
             without_errors(configuration, manifests, &mut found);
         }
@@ -199,6 +203,7 @@ fn by_itself(
         twice::advise_identical(mission, findings);
         entrances::check(mission, findings);
         endless::check(mission, findings);
+        effectless::check(mission, findings);
     }
 }
 

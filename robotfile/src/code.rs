@@ -152,6 +152,7 @@ codes! {
         FrameMissing = "E0146", "a frame that a component needs is not placed on the robot";
         UnknownParent = "W0147", "a frame in one that nothing provides";
         MovingFrame = "E0148", "a frame that moves has a fixed place";
+        OwnFile = "W0149", "a parameter that names a file of the robot itself";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -200,6 +201,9 @@ codes! {
         DoneUnused = "W0277", "a place that waits for a failure and not for the end";
         StaysThere = "N0278", "a token that no transition takes";
         ValueTooLate = "W0279", "a value with which a component is done too late, or never";
+        EmergencyAsks = "W0280", "an emergency that waits for a person";
+        ChangesNothing = "W0281", "a timeout that changes nothing";
+        InhibitedJoin = "W0282", "an inhibitor that keeps two tokens apart";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";
@@ -220,6 +224,7 @@ codes! {
         NotSettable = "E0239", "a variable that cannot be set";
         NothingSets = "W0224", "a variable that nothing sets";
         FrozenData = "W0267", "a guard over data of a frozen component";
+        ConditionImplied = "W0283", "a condition that another one implies";
         InexactEqual = "W0268", "a measured value compared with == and a fraction";
     }
     "Checks" from File {
@@ -241,6 +246,8 @@ codes! {
         CheckFails = "E0252", "a check that fails";
         CheckUndecided = "W0253", "a check that could not be decided";
         ValueOutside = "E0254", "a value outside a variable's domain";
+        NeverEqual = "W0255", "a condition that no value of a variable meets";
+        SetUnchanged = "W0256", "a variable that is set and never changes";
     }
     "Limits of this version" from File {
         NotPlayed = "E0301", "not supported by this version";

@@ -38,9 +38,15 @@ impl Findings {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
         let is_fault = |result: &Finding| result.severity() != Severity::Note;
-        let is_other = |result: &Finding| result.code != Code::NeverFires && is_fault(result);
+        let is_other = |result: &Finding| {
+            result.code != Code::NeverFires && !result.may_follow && is_fault(result)
+        };
         if self.iter().any(is_fault) || proven.iter().any(is_other) {
-            proven.retain(|result| !result.is_by_times);
+            proven.retain(|result| !result.may_follow);
+        }
+        // What never fires sets no variable.
+        if proven.iter().any(|result| result.code == Code::NeverFires) {
+            proven.retain(|result| !matches!(result.code, Code::NeverEqual | Code::SetUnchanged));
         }
         // A period leaves the proof more to follow.
         if self.iter().any(|finding| finding.code == Code::ShorterThanPeriod) {
