@@ -38,6 +38,7 @@ mod starved;
 mod system;
 mod transition;
 mod twice;
+mod unawaited_ends;
 mod unused;
 mod unused_done;
 mod value_effects;
@@ -248,5 +249,8 @@ fn without_errors(
         }
         feedback::check(&activity, &configuration.system, findings);
         findings.merge_same(Finding::is_of_same_frozen);
+    }
+    if let Some(manifests) = manifests {
+        unawaited_ends::check(configuration, manifests, findings);
     }
 }

@@ -204,6 +204,7 @@ codes! {
         EmergencyAsks = "W0280", "an emergency that waits for a person";
         ChangesNothing = "W0281", "a timeout that changes nothing";
         InhibitedJoin = "W0282", "an inhibitor that keeps two tokens apart";
+        EndUnawaited = "W0284", "the end of a task that nothing waits for";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";

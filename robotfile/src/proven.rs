@@ -38,6 +38,10 @@ impl Findings {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
         let is_fault = |result: &Finding| result.severity() != Severity::Note;
+        // An end may only seem to be without effect, because of any other fault.
+        if proven.iter().any(|result| is_fault(result) && !result.may_follow) {
+            self.retain(|finding| finding.code != Code::EndUnawaited);
+        }
         let is_other = |result: &Finding| {
             result.code != Code::NeverFires && !result.may_follow && is_fault(result)
         };

@@ -26,6 +26,7 @@ fn manifests() -> Manifests {
         summary: "for the test".into(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

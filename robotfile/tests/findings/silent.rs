@@ -246,3 +246,44 @@ fn a_place_that_was_lost_is_offered_where_it_was_lost() {
         only_with("W0212", shown, &joined(begin, near, submission), &park);
     }
 }
+
+/// A patrol in a place that these transitions lead on from.
+fn patrol(parameter: &str, transitions: &str) -> String {
+    format!(
+        r#"<armor version="1"><system><component name="p" kind="patrol" rate="5Hz">{parameter}</component><component name="go" kind="explorer"/><component name="power" kind="battery"/></system><mission goal="over" safe="hold"><place name="s" initial="true" components="go"/><place name="a" components="p"/><place name="over"/><place name="hold"/><transition name="begin" from="s" to="a" on="go.done"/><transition name="slow" from="s" to="hold" timeout="9min"/>{transitions}<transition name="flat" from="s" to="hold" when="power.state.level &lt; 0.1"/></mission></armor>"#
+    )
+}
+
+#[test]
+fn the_end_of_a_task_is_waited_for() {
+    let late = r#"<transition name="late" from="a" to="over" timeout="9min"/>"#;
+    let on =
+        |event: &str| format!(r#"<transition name="on" from="a" to="over" on="p.{event}"/>{late}"#);
+    nothing(&patrol("", &on("done")));
+    let shown = "once it is done, nothing happens in a until late, after 9min";
+    only("W0284", shown, &patrol("", late));
+    let twice = r#"<parameter name="laps" value="2"/>"#;
+    let shown = "on waits in a for lap of p, and no transition waits for its done";
+    only("W0284", shown, &patrol(twice, &on("lap")));
+    only("W0284", r#"did you mean on="p.done"?"#, &patrol(twice, &on("waypoint")));
+    // The first round may be meant.
+    nothing(&patrol("", &on("lap")));
+    // One without end is left by other events, and by timeouts.
+    let endless = r#"<parameter name="laps" value="0"/>"#;
+    nothing(&patrol(endless, late));
+    nothing(&patrol(endless, &on("lap")));
+    // A guard and an operator are other ways out.
+    let low = r#"<transition name="low" from="a" to="hold" when="power.state.level &lt; 0.1"/>"#;
+    nothing(&patrol("", &format!("{late}{low}")));
+    let stop = r#"<transition name="stop" from="a" to="hold" operator="true"/>"#;
+    nothing(&patrol("", &format!("{late}{stop}")));
+    // The end of another component counts there.
+    let other = r#"<transition name="on" from="a" to="over" on="go.done"/>"#;
+    let both = patrol("", &format!("{late}{other}"))
+        .replace(r#"name="a" components="p""#, r#"name="a" components="p go""#);
+    nothing(&both);
+    // Any other fault may be the reason.
+    let faulty = patrol("", late).replace(r#"safe="hold""#, "");
+    let (codes, text) = found_with(&faulty, "");
+    assert!(!codes.contains(&"W0284"), "{text}");
+}

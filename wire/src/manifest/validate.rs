@@ -189,6 +189,16 @@ impl Manifest {
                 let problem = format!("`{}` is not the output that it paces", effect.output);
                 faults.add("value_effects", problem, "name an output with the effect paces alone");
             }
+            let is_known = |name: &&String| self.parameters.iter().any(|it| it.name == **name);
+            let is_delay = effect.effect == EffectKind::DelaysDone;
+            if let Some(name) = effect.times.iter().find(|name| !is_delay || !is_known(name)) {
+                let problem = format!("`{name}` is no parameter that multiplies its time");
+                faults.add(
+                    "value_effects",
+                    problem,
+                    "name parameters with the effect delays_done alone",
+                );
+            }
         }
     }
 
@@ -441,6 +451,7 @@ mod tests {
             summary: "Draws.".into(),
             controllable: true,
             reports_done: true,
+            ends_by_itself: false,
             needs_rate: false,
             needs_one_of: Vec::new(),
             value_effects: Vec::new(),
@@ -454,7 +465,7 @@ mod tests {
 
     fn effect(parameter: &str, effect: EffectKind, value: &str, output: &str) -> ValueEffect {
         let (parameter, value, output) = (parameter.into(), value.into(), output.into());
-        ValueEffect { parameter, effect, value, output }
+        ValueEffect { parameter, effect, value, output, times: Vec::new() }
     }
 
     /// Its only event.
@@ -469,7 +480,7 @@ mod tests {
     #[test]
     fn each_fault_is_named() {
         assert_eq!(manifest().validate(), Ok(()));
-        let faults: [(&str, Fault); 36] = [
+        let faults: [(&str, Fault); 37] = [
             ("version 2", |m| m.armor_manifest = 2),
             ("`9x` is not a name", |m| m.kind = "9x".into()),
             ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -525,6 +536,11 @@ mod tests {
             }),
             ("its value has an effect as a time, and it is none", |m| {
                 m.value_effects = vec![effect("speed", EffectKind::DelaysDone, "", "")];
+            }),
+            ("`rounds` is no parameter that multiplies its time", |m| {
+                let mut idle = effect("speed", EffectKind::Idle, "0m/s", "");
+                idle.times = vec!["rounds".into()];
+                m.value_effects = vec![idle];
             }),
             ("the port map: it is an output", |m| m.outputs[0].stale_after = "1s".into()),
             ("it has a frame, and there is no such port", |m| {
