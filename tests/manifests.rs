@@ -36,9 +36,10 @@ fn everything() -> Value {
     input["many"] = json!(true);
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
-        "reports_done": false, "needs_rate": true, "needs_one_of": [["buttons"]],
+        "reports_done": false, "ends_by_itself": true, "needs_rate": true, "needs_one_of": [["buttons"]],
         "value_effects": [{"parameter": "radius", "effect": "idle", "value": "1m"},
-                          {"parameter": "interval", "effect": "paces", "output": "out"}],
+                          {"parameter": "interval", "effect": "paces", "output": "out"},
+                          {"parameter": "interval", "effect": "delays_done", "times": ["radius"]}],
         "frames": [{"port": "out", "parameter": "mount"}],
         "inputs": [input], "outputs": [port("out")],
         "parameters": [

@@ -81,6 +81,7 @@ fn make_manifest(kind: String) -> Manifest {
         summary: String::new(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

@@ -126,6 +126,7 @@ fn kinds() -> Kinds {
         summary: "Takes and gives.".into(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

@@ -8,6 +8,7 @@ mod concurrency;
 mod crossed;
 mod cut_short;
 mod dates;
+mod effectless;
 mod ending;
 mod endless;
 mod entrances;
@@ -23,6 +24,7 @@ mod guards;
 mod kinds;
 mod layout;
 mod links;
+mod lost_outputs;
 mod manifests;
 mod mission;
 mod names;
@@ -37,6 +39,7 @@ mod starved;
 mod system;
 mod transition;
 mod twice;
+mod unawaited_ends;
 mod unused;
 mod unused_done;
 mod uses;
@@ -57,6 +60,7 @@ use crate::source::Location;
 
 pub use dates::passed_dates;
 pub use frames::{BASE_FRAME, MOVING_FRAMES, fill_frames};
+pub use guards::within;
 pub use paths::{NeededPath, needed_paths};
 pub use system::RESERVED_NAMES;
 
@@ -94,6 +98,7 @@ pub fn check(
                 rates::check(&configuration.system, manifests, &mut found);
                 frames::check_parents(&configuration.system, manifests, &mut found);
                 value_effects::check(configuration, manifests, &mut found);
+                paths::check_own_files(configuration, manifests, &mut found);
             }
             without_errors(configuration, manifests, &mut found);
         }
@@ -200,6 +205,7 @@ fn by_itself(
         twice::advise_identical(mission, findings);
         entrances::check(mission, findings);
         endless::check(mission, findings);
+        effectless::check(mission, findings);
     }
 }
 
@@ -244,5 +250,8 @@ fn without_errors(
         }
         feedback::check(&activity, &configuration.system, findings);
         findings.merge_same(Finding::is_of_same_frozen);
+    }
+    if let Some(manifests) = manifests {
+        unawaited_ends::check(configuration, manifests, findings);
     }
 }

@@ -154,6 +154,7 @@ codes! {
         MovingFrame = "E0148", "a frame that moves has a fixed place";
         DatagramsKeep = "E0149", "more than datagrams can keep";
         WritersDiffer = "E0150", "links of different types at an input that takes any type";
+        OwnFile = "W0151", "a parameter that names a file of the robot itself";
     }
     "The component directories" from ComponentDirectories {
         BrokenExecutable = "W0119", "an executable that is not a component";
@@ -202,6 +203,10 @@ codes! {
         DoneUnused = "W0277", "a place that waits for a failure and not for the end";
         StaysThere = "N0278", "a token that no transition takes";
         ValueTooLate = "W0279", "a value with which a component is done too late, or never";
+        EmergencyAsks = "W0280", "an emergency that waits for a person";
+        ChangesNothing = "W0281", "a timeout that changes nothing";
+        InhibitedJoin = "W0282", "an inhibitor that keeps two tokens apart";
+        EndUnawaited = "W0284", "the end of a task that nothing waits for";
         FailsToItself = "W0263", "a place that is its own on-failure";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";
@@ -222,6 +227,7 @@ codes! {
         NotSettable = "E0239", "a variable that cannot be set";
         NothingSets = "W0224", "a variable that nothing sets";
         FrozenData = "W0267", "a guard over data of a frozen component";
+        ConditionImplied = "W0283", "a condition that another one implies";
         InexactEqual = "W0268", "a measured value compared with == and a fraction";
     }
     "Checks" from File {
@@ -243,6 +249,8 @@ codes! {
         CheckFails = "E0252", "a check that fails";
         CheckUndecided = "W0253", "a check that could not be decided";
         ValueOutside = "E0254", "a value outside a variable's domain";
+        NeverEqual = "W0255", "a condition that no value of a variable meets";
+        SetUnchanged = "W0256", "a variable that is set and never changes";
     }
     "Limits of this version" from File {
         More = "N0999", "more findings were left out";

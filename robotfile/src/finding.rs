@@ -51,8 +51,8 @@ pub struct Finding {
     pub takes: Option<MissionDuration>,
     /// Whether a transition never fires because of it.
     pub(crate) stops_transition: bool,
-    /// Whether only the times of the mission show it.
-    pub(crate) is_by_times: bool,
+    /// Whether it may follow from any other finding.
+    pub(crate) may_follow: bool,
     /// The components that it says are frozen at the wrong time; those of the same are one mistake.
     pub(crate) frozen: Vec<String>,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
@@ -78,7 +78,7 @@ impl Finding {
             trace: None,
             takes: None,
             stops_transition: false,
-            is_by_times: false,
+            may_follow: false,
             frozen: Vec::new(),
             more: 0,
         }
@@ -110,10 +110,11 @@ impl Finding {
         self
     }
 
-    /// Records that only the times of the mission show it: it may follow from any other finding.
+    /// Records that it may follow from any other finding, as what only the times or the values of the
+    /// mission show.
     #[must_use]
-    pub fn by_times(self) -> Self {
-        Self { is_by_times: true, ..self }
+    pub fn may_follow(self) -> Self {
+        Self { may_follow: true, ..self }
     }
 
     /// Records that a transition never fires because of it.

@@ -14,11 +14,13 @@
 //! assert_eq!(holds(Some(Scalar::Number(0.9)), None), Some(false));
 //! ```
 
+mod alternatives;
 mod bounds;
 mod contradiction;
 mod count;
 mod evaluate;
 mod exactness;
+mod implication;
 mod judge;
 mod meaning;
 mod measure;
@@ -33,6 +35,7 @@ mod token;
 pub use armor_wire::schema::Scalar;
 pub(crate) use bounds::{is_never_true, range_of};
 pub use count::{Count, MAX_COUNT};
+pub(crate) use implication::implies;
 pub(crate) use judge::judge;
 pub(crate) use meaning::{Meaning, Type};
 pub(crate) use measure::{Measure, dimension_noun};

@@ -52,7 +52,7 @@ mod xml;
 
 pub use check::{
     BASE_FRAME, MOVING_FRAMES, NeededPath, RESERVED_NAMES, check, fill_frames, needed_paths,
-    passed_dates,
+    passed_dates, within,
 };
 pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::Date;

@@ -173,6 +173,27 @@ impl FileReader<'_> {
         Some((source, contents?))
     }
 
+    /// The same of a file that another one names; if it is no Armor file at all, the finding shows where it
+    /// is named.
+    fn named_contents(
+        &mut self,
+        path: &Path,
+        bytes: &[u8],
+        named: &Location,
+    ) -> Option<(Arc<Source>, Contents)> {
+        let contents = self.contents(path, bytes);
+        if contents.is_none() {
+            let is_it = |finding: &&mut Finding| {
+                finding.code == Code::WrongRoot
+                    && finding.at.as_ref().is_some_and(|at| at.source.path() == path)
+            };
+            for finding in self.findings.iter_mut().filter(is_it) {
+                finding.related.push((named.clone(), "named here: name another file?".into()));
+            }
+        }
+        contents
+    }
+
     /// Returns the system that the mission was probably written for: that of its own file, or the one
     /// that it names if its own is empty.
     fn fuller_system(
@@ -211,7 +232,7 @@ impl FileReader<'_> {
             return (None, Vec::new());
         }
         let Some(bytes) = self.bytes_of(&file, named) else { return (None, Vec::new()) };
-        let Some((source, contents)) = self.contents(&file, &bytes) else {
+        let Some((source, contents)) = self.named_contents(&file, &bytes, &named.at) else {
             return (None, Vec::new());
         };
         if contents.system.is_none() && !self.is_partial {

@@ -100,6 +100,25 @@ impl Mission {
         })
     }
 
+    /// Returns the only place without components that tokens come to and that nothing leads on from,
+    /// apart from the mission's ends.
+    pub fn find_unused_place(&self) -> Option<&str> {
+        let left = self.submissions.iter().filter_map(|it| it.leave.as_ref());
+        let put = self.transitions.iter().flat_map(|it| it.outputs()).map(|arc| &arc.place);
+        let marked: BTreeSet<_> = put.chain(left).map(|place| place.value.as_str()).collect();
+        let arcs = self.transitions.iter().flat_map(|it| &it.arcs);
+        let used = arcs.filter(|arc| arc.kind != ArcKind::Put).map(|arc| &arc.place);
+        let entered = self.submissions.iter().filter_map(|it| it.enter.as_ref());
+        let used = used.chain(entered).chain(&self.goal).chain(&self.safe);
+        let used: BTreeSet<_> = used.map(|place| place.value.as_str()).collect();
+        let mut unused = self.places.iter().filter(|place| {
+            let name = place.name.value.as_str();
+            place.components.is_empty() && marked.contains(name) && !used.contains(name)
+        });
+        let only = unused.next().filter(|_| unused.next().is_none())?;
+        Some(&only.name.value)
+    }
+
     /// Whether a place activates the component, so that the mission controls it.
     pub fn controls(&self, component: &str) -> bool {
         self.places.iter().any(|place| place.activates(component))

@@ -38,9 +38,17 @@ impl Findings {
             proven.retain(|result| !matches!(result.code, Code::Standstill | Code::GoalLost));
         }
         let is_fault = |result: &Finding| result.severity() != Severity::Note;
-        let is_other = |result: &Finding| !result.is_by_times && is_fault(result);
+        // An end may only seem to be without effect, because of any other fault.
+        if proven.iter().any(|result| is_fault(result) && !result.may_follow) {
+            self.retain(|finding| finding.code != Code::EndUnawaited);
+        }
+        let is_other = |result: &Finding| !result.may_follow && is_fault(result);
         if self.iter().any(is_fault) || proven.iter().any(is_other) {
-            proven.retain(|result| !result.is_by_times);
+            proven.retain(|result| !result.may_follow);
+        }
+        // What never fires sets no variable.
+        if proven.iter().any(|result| result.code == Code::NeverFires) {
+            proven.retain(|result| !matches!(result.code, Code::NeverEqual | Code::SetUnchanged));
         }
         // A period leaves the proof more to follow.
         if self.iter().any(|finding| finding.code == Code::ShorterThanPeriod) {

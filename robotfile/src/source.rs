@@ -108,7 +108,7 @@ impl Location {
     }
 
     /// Whether both are the same piece of the same file.
-    pub(crate) fn is_at(&self, other: &Self) -> bool {
+    pub fn is_at(&self, other: &Self) -> bool {
         self.span == other.span && self.source.path() == other.source.path()
     }
 

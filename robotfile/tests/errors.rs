@@ -100,7 +100,10 @@ fn check_example(code: Code, form: Form, manifests: &Manifests) -> Findings {
     let Reading { configuration, mut findings, .. } = check(reading, &overrides, Some(manifests));
     if let Some(configuration) = configuration {
         let paths = needed_paths(&configuration, manifests);
-        let exists = |path: &Path| EXISTING_FILES.iter().any(|file| path == Path::new(file));
+        let exists = |path: &Path| {
+            EXISTING_FILES.iter().any(|file| path == Path::new(file))
+                || path.to_str().is_some_and(|path| example.file(path).is_some())
+        };
         let missing = paths.iter().filter(|needed| !exists(&needed.path));
         findings.extend(missing.map(|needed| needed.refuse(&io::ErrorKind::NotFound.into())));
         findings.extend(passed_dates(&configuration, "2030-01-01T00:00Z".parse().unwrap()));

@@ -12,6 +12,7 @@ mod missions;
 mod one_cause;
 mod one_mistake;
 mod remedies;
+mod silent;
 mod submissions;
 mod systems;
 mod together;

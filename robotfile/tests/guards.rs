@@ -26,6 +26,7 @@ fn manifests() -> Manifests {
         summary: "for the test".into(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
@@ -81,7 +82,7 @@ fn guard(code: &str, guard: &str) {
 #[test]
 fn a_guard_in_order() {
     for text in [
-        "v &lt; 30",
+        "v &gt; 30",
         "p.state.level &lt; 30%",
         "p.one &gt; 5m and p.one.data &lt; 2km",
         "p.one &gt; 5",
@@ -140,7 +141,7 @@ fn constant_guards() {
     guard("W0236", "[[1 &lt; 2]]");
     guard("W0236", "[[p.hits.data &gt;= 0]]");
     guard("W0236", "[[p.hits.data &lt; 0]]");
-    guard("", "p.hits.data &gt;= 5 and p.hits.data != 0");
+    guard("", "p.hits.data &gt;= 5 and p.hits.data != 7");
     check_file("W0236", r#"<transition name="t" from="a" to="b" when="[[true]]"/>"#, None);
 }
 

@@ -30,6 +30,10 @@ pub trait Component: Sized + Send + 'static {
     /// `false`; `armor check` then refuses a mission that waits for its `done`.
     const REPORTS_DONE: bool = true;
 
+    /// Whether its task comes to an end by itself, as that of an explorer does: `armor check` then warns of
+    /// a place in which it works and nothing waits for its `done`.
+    const ENDS_BY_ITSELF: bool = false;
+
     /// Whether it works at its rate, so that it does nothing without one: `armor check` then warns of a
     /// file that gives it none.
     const NEEDS_RATE: bool = false;

@@ -82,6 +82,7 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         parameters,
         events: Some(events),
         reports_done,
+        ends_by_itself: C::ENDS_BY_ITSELF,
         needs_rate: C::NEEDS_RATE,
         needs_one_of: needs_one_of.collect(),
         value_effects: value_effects.collect(),

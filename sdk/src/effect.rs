@@ -12,6 +12,9 @@ pub enum ParameterEffect {
     NeverDone(&'static str),
     /// The component is done after this time at the earliest.
     DelaysDone,
+    /// The same, times the numbers that these parameters are, or the numbers of their entries:
+    /// `&["laps", "route"]`.
+    DelaysDoneTimes(&'static [&'static str]),
     /// This output is sent after this time, each time.
     Paces(&'static str),
 }
@@ -21,10 +24,15 @@ impl ParameterEffect {
         let (effect, value, output) = match self {
             Self::Idle(value) => (EffectKind::Idle, value, ""),
             Self::NeverDone(value) => (EffectKind::NeverDone, value, ""),
-            Self::DelaysDone => (EffectKind::DelaysDone, "", ""),
+            Self::DelaysDone | Self::DelaysDoneTimes(_) => (EffectKind::DelaysDone, "", ""),
             Self::Paces(output) => (EffectKind::Paces, "", output),
         };
+        let times = match self {
+            Self::DelaysDoneTimes(times) => times,
+            _ => &[],
+        };
+        let times = times.iter().map(|name| (*name).to_owned()).collect();
         let (value, output) = (value.to_owned(), output.to_owned());
-        ValueEffect { parameter: parameter.to_owned(), effect, value, output }
+        ValueEffect { parameter: parameter.to_owned(), effect, value, output, times }
     }
 }

@@ -45,6 +45,10 @@ pub struct Manifest {
     /// Whether it may report that it is done. Left out where it is true, as for most.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub reports_done: bool,
+    /// Whether its task comes to an end by itself, so that a place in which it works and nothing waits for
+    /// its `done` is probably a mistake. Left out where it is false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub ends_by_itself: bool,
     /// Whether it works at its rate, so that it does nothing without one. Left out where it is false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needs_rate: bool,
@@ -90,6 +94,9 @@ pub struct ValueEffect {
     /// The output that is concerned, if one is.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub output: String,
+    /// Of a delay: the parameters by whose number, or number of entries, the time is multiplied.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub times: Vec<String>,
 }
 
 /// What a parameter's value causes.

@@ -91,6 +91,7 @@ impl Component for Explorer {
     ];
 
     const EVENTS: &'static [DeclaredEvent] = ExplorerEvent::DECLARED;
+    const ENDS_BY_ITSELF: bool = true;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<OccupancyGrid>("map")?;

@@ -75,6 +75,7 @@ impl Component for Homing {
     ];
 
     const EVENTS: &'static [DeclaredEvent] = HomingEvent::DECLARED;
+    const ENDS_BY_ITSELF: bool = true;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;

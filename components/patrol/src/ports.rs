@@ -104,8 +104,11 @@ impl Component for Patrol {
     ];
 
     const EVENTS: &'static [DeclaredEvent] = PatrolEvent::DECLARED;
-    const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] =
-        &[("laps", ParameterEffect::NeverDone("0")), ("stay", ParameterEffect::DelaysDone)];
+    const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] = &[
+        ("laps", ParameterEffect::NeverDone("0")),
+        ("stay", ParameterEffect::DelaysDoneTimes(&["laps", "route"])),
+    ];
+    const ENDS_BY_ITSELF: bool = true;
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.subscribe::<PoseWithCovarianceStamped>("pose")?;

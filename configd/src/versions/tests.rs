@@ -244,6 +244,7 @@ fn live_manifests() -> Manifests {
         summary: String::new(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

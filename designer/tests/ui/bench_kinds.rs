@@ -60,6 +60,7 @@ fn kind(
         events: None,
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

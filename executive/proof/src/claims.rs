@@ -34,10 +34,12 @@ fn is_of_the_start(statement: &Statement) -> bool {
 fn finding(text: &Spanned<String>, verdict: ClaimVerdict) -> Option<Finding> {
     match verdict {
         ClaimVerdict::Holds => None,
-        ClaimVerdict::Fails(reason, remedy, path) => {
-            let message = format!("this check does not hold: {reason}");
-            let mut finding = Finding::new(Code::CheckFails, &text.at, message).remedy(remedy);
-            finding.trace = path;
+        ClaimVerdict::Fails(failure) => {
+            let message = format!("this check does not hold: {}", failure.reason);
+            let finding = Finding::new(Code::CheckFails, &text.at, message).remedy(failure.remedy);
+            let blamed = failure.blamed.iter();
+            let mut finding = blamed.fold(finding, |it, (at, label)| it.related(at, label));
+            finding.trace = failure.trace;
             Some(finding)
         }
         ClaimVerdict::Undecided(why) => {

@@ -198,7 +198,7 @@ impl Proof<'_> {
 }
 
 /// "0", "0 or 1", "0 to 9".
-fn values_in_words(values: &BTreeSet<i64>) -> String {
+pub(super) fn values_in_words(values: &BTreeSet<i64>) -> String {
     let shown: Vec<_> = values.iter().map(i64::to_string).collect();
     match shown.as_slice() {
         [first, .., last] if shown.len() > MOST_NAMED => format!("{first} to {last}"),

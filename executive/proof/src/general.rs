@@ -55,6 +55,9 @@ impl Proof<'_> {
         self.contradictions(findings);
         self.values_outside(findings);
         self.find_ties(findings);
+        if !self.effort.has_begun {
+            self.find_unmet(findings);
+        }
         let Some(goal) = self.plan.goal() else { return };
         match self.goal_never(goal) {
             Some(never) => findings.push(never),
@@ -143,13 +146,17 @@ impl Proof<'_> {
     /// Which tokens a transition never has, as far as they are what it lacks.
     fn describe_lack(&self, transition: &NetTransition) -> Option<String> {
         let (name, net) = (&transition.name, self.plan.net());
-        let short = transition.inputs.iter().find(|(place, count)| self.most_in(*place) < *count);
+        let mut needed = transition.inputs.iter().chain(&transition.reads);
+        let short = needed.find(|(place, count)| self.most_in(*place) < *count);
         if let Some((place, count)) = short {
             let place_name = net.place(*place);
             return Some(match self.most_in(*place) {
-                0 => self.advise_after_safe(*place).unwrap_or_else(|| {
-                    format!("{name} needs a token in {place_name}, which is never marked")
-                }),
+                0 => self
+                    .advise_after_safe(*place)
+                    .or_else(|| self.describe_count_before(*place))
+                    .unwrap_or_else(|| {
+                        format!("{name} needs a token in {place_name}, which is never marked")
+                    }),
                 most => {
                     format!(
                         "{name} needs {count} tokens in {place_name}, which holds at most {most}"
@@ -167,9 +174,46 @@ impl Proof<'_> {
         if self.find_witness(&has_all).is_some() {
             return None;
         }
+        let taken = self.find_taken_before(transition).unwrap_or_default();
         let others = others.iter().map(|(place, _)| net.place(*place)).collect::<Vec<_>>();
         let (first, others) = (net.place(*first), others.join(", "));
-        Some(format!("{name} needs tokens in {first} and {others}, which never have them together"))
+        Some(format!(
+            "{name} needs tokens in {first} and {others}, which never have them together{taken}"
+        ))
+    }
+
+    /// The count of tokens that the only transition to a place never has.
+    fn describe_count_before(&self, place: PlaceId) -> Option<String> {
+        let net = self.plan.net();
+        let leading = net.transition_ids().map(|id| net.transition(id));
+        let mut leading = leading.filter(|it| it.outputs.iter().any(|arc| arc.0 == place));
+        let (Some(only), None) = (leading.next(), leading.next()) else { return None };
+        let mut needed = only.inputs.iter().chain(&only.reads);
+        let (scarce, count) = needed.find(|(place, count)| self.most_in(*place) < *count)?;
+        let (name, most) = (&only.name, self.most_in(*scarce));
+        (most > 0).then(|| {
+            format!(
+                "{name} needs {count} tokens in {}, which holds at most {most}",
+                net.place(*scarce)
+            )
+        })
+    }
+
+    /// What to do if a transition takes one of the tokens that a join needs, when it puts the other.
+    fn find_taken_before(&self, join: &NetTransition) -> Option<String> {
+        let net = self.plan.net();
+        let needs = |place: PlaceId| join.inputs.iter().any(|arc| arc.0 == place);
+        net.transition_ids().map(|id| net.transition(id)).find_map(|it| {
+            let taken = it.inputs.iter().find(|arc| needs(arc.0))?.0;
+            let puts_other = it.outputs.iter().any(|arc| needs(arc.0) && arc.0 != taken);
+            (puts_other && it.inputs.len() > 1 && it.name != join.name).then(|| {
+                let (name, taken) = (&it.name, net.place(taken));
+                format!(
+                    ": {name} takes the one in {taken} before; did you mean <read place=\"{taken}\"/> \
+                     in {name}?"
+                )
+            })
+        })
     }
 
     /// What to do if only transitions lead to a place that take a token from the safe place.

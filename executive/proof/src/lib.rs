@@ -6,6 +6,7 @@
 
 mod analysed;
 mod asking;
+mod blamed;
 mod claims;
 mod dead;
 mod durations;
@@ -24,6 +25,7 @@ mod sums;
 mod tests;
 mod ties;
 mod unfolding;
+mod unmet;
 mod values;
 mod verdict;
 mod wording;

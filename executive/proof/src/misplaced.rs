@@ -12,6 +12,9 @@ impl Proof<'_> {
         let last = self.analysed.sources.get(path.last()?.index()).copied().flatten()?;
         let net = self.plan.net();
         let arcs = net.transition(last);
+        if let Some(emptied) = self.find_emptied(arcs) {
+            return Some(emptied);
+        }
         let [(from, _)] = arcs.inputs.as_slice() else { return None };
         // A timeout leads on from its place.
         let mut written = self.mission.transitions.iter().filter(|it| it.name.value == arcs.name);
@@ -35,6 +38,26 @@ impl Proof<'_> {
                 "; if {name} is only to look whether {place} is marked, write <read place=\"{place}\"/> in \
                  it instead of from=\"{place}\""
             )
+        })
+    }
+
+    /// What to do if the last firing empties a place from which a later transition needs a token, together
+    /// with the one that this firing puts.
+    fn find_emptied(&self, last: &NetTransition) -> Option<String> {
+        let net = self.plan.net();
+        let puts = |place: PlaceId| last.outputs.iter().any(|arc| arc.0 == place);
+        net.transition_ids().map(|id| net.transition(id)).find_map(|join| {
+            let emptied = last
+                .resets
+                .iter()
+                .find(|reset| join.inputs.iter().any(|arc| arc.0 == **reset))
+                .filter(|_| join.inputs.iter().any(|arc| puts(arc.0)))?;
+            let (place, name) = (net.place(*emptied), &last.name);
+            Some(format!(
+                "; {name} takes the token from {place} that {} needs: did you mean <read \
+                 place=\"{place}\"/> in {name}?",
+                join.name
+            ))
         })
     }
 

@@ -27,8 +27,17 @@ impl Proof<'_> {
                 class = *after;
                 continue;
             }
-            let mut firings = classes.successors(class).iter().map(|firing| firing.0);
-            let first = firings.find(|id| !self.name(*id).is_empty())?;
+            let firings = classes.successors(class).iter().map(|firing| firing.0);
+            let named = || firings.clone().filter(|id| !self.name(*id).is_empty());
+            let inputs = &self.net.transition(*next).inputs;
+            let rival = |id: &TransitionId| {
+                let taken = &self.net.transition(*id).inputs;
+                taken.iter().any(|arc| inputs.iter().any(|input| input.0 == arc.0))
+            };
+            // What waits for a report or an order need not fire before.
+            let must_fire = || named().filter(|id| self.must_fire(*id));
+            let first = must_fire().find(rival).or_else(|| must_fire().next());
+            let first = first.or_else(|| named().next())?;
             let (first, next) = (self.name(first), self.name(*next));
             let when = match &path[..number] {
                 [] => String::new(),
@@ -53,6 +62,22 @@ impl Proof<'_> {
     /// What to do about a transition that always fires before another one.
     fn advise_preempting(&self, first: &str, next: &str) -> String {
         let mut written = self.mission.transitions.iter();
+        // The transition into a sub-mission is written as the name of its file.
+        let is_entrance = |it: &&Transition| {
+            it.name.value == first && first.ends_with(".enter") && it.name.at.text() != first
+        };
+        if let Some(enter) = written.clone().find(is_entrance)
+            && let Some(place) = enter.inputs().next()
+        {
+            let meant = self.mission.find_unused_place();
+            let meant = meant.map(|meant| format!("did you mean in=\"{meant}\"? "));
+            return format!(
+                "{}{} begins as soon as {} is marked",
+                meant.unwrap_or_default(),
+                enter.name.at.text(),
+                place.place.value
+            );
+        }
         let waits_for_nothing = written.find(|it| it.name.value == first).is_some_and(|it| {
             it.on.is_none() && it.interval.is_none() && it.autonomy == Autonomy::Auto
         });
@@ -119,7 +144,7 @@ impl Proof<'_> {
             time_in_words(earliest(end)?),
             first.join(", ")
         );
-        let finding = Finding::new(Code::NeverFires, &end.name.at, message).by_times();
+        let finding = Finding::new(Code::NeverFires, &end.name.at, message).may_follow();
         let related = late.iter().fold(finding, |finding, it| {
             finding.related(&it.name.at, "this one never fires in time")
         });
@@ -143,12 +168,20 @@ impl Proof<'_> {
             ),
         };
         let message = format!("{name} never fires in time: {first} always fires before it");
-        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message).by_times();
+        let finding =
+            Finding::new(Code::NeverFires, self.at_transition(name), message).may_follow();
         let related = preempting.iter().map(|first| self.at_transition(first));
         related.fold(finding, |finding, at| finding.related(at, "this one")).remedy(remedy)
     }
 
-    /// The transitions that take a token of its places while it waits.
+    /// Whether a transition fires by itself after some time, so that another one may be too late.
+    fn must_fire(&self, transition: TransitionId) -> bool {
+        let transition = self.net.transition(transition);
+        !transition.gated && transition.interval.latest.is_some()
+    }
+
+    /// The transitions that must fire while it waits, and that take a token of its places, or else end the
+    /// mission; if there are none, all that take a token of its places.
     fn find_preempting(&self, source: TransitionId) -> Vec<&str> {
         let Some(classes) = self.timed_if_small() else { return Vec::new() };
         let net = self.plan.net();
@@ -162,8 +195,22 @@ impl Proof<'_> {
             needed().all(|(place, count)| marking[place.index()] >= *count)
         };
         let waiting = (0..classes.classes() as u32).filter(has_tokens);
-        let firings = waiting.flat_map(|class| classes.successors(class)).map(|firing| firing.0);
-        let names: BTreeSet<_> = firings.filter(|id| takes(*id)).map(|id| self.name(id)).collect();
-        names.into_iter().filter(|name| !name.is_empty()).take(MOST_NAMED).collect()
+        let firings: BTreeSet<_> =
+            waiting.flat_map(|class| classes.successors(class)).copied().collect();
+        let ends = |(id, after): &(TransitionId, u32)| {
+            self.must_fire(*id) && self.is_over(classes.marking(*after))
+        };
+        let names_of = |is_one: &dyn Fn(&(TransitionId, u32)) -> bool| {
+            let names = firings.iter().filter(|firing| is_one(firing)).map(|it| self.name(it.0));
+            names.filter(|name| !name.is_empty()).collect::<BTreeSet<_>>()
+        };
+        let takes = |(id, _): &(TransitionId, u32)| takes(*id);
+        let names = [
+            names_of(&|firing| self.must_fire(firing.0) && takes(firing)),
+            names_of(&ends),
+            names_of(&takes),
+        ];
+        let names = names.into_iter().find(|names| !names.is_empty()).unwrap_or_default();
+        names.into_iter().take(MOST_NAMED).collect()
     }
 }

@@ -15,6 +15,7 @@ mod large;
 mod one_cause;
 mod outcomes;
 mod random;
+mod silent;
 mod variables;
 
 /// The findings, without the one that states how long the mission takes.

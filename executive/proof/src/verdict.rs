@@ -7,8 +7,8 @@ use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{Escape, MarkingGraph, find_escape, nearest_lost};
 use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
-use armor_robotfile::FiringTrace;
 use armor_robotfile::claim::{Relation, Statement};
+use armor_robotfile::{FiringTrace, Location};
 
 use crate::formula::PlaceFormula;
 use crate::proof::{Possible, Proof, Witness};
@@ -19,14 +19,34 @@ use crate::wording::time_in_words as time;
 #[derive(Debug)]
 pub(super) enum ClaimVerdict {
     Holds,
-    /// Why not, what to do, and the firings that show it.
-    Fails(String, String, Option<FiringTrace>),
+    Fails(ClaimFailure),
     /// Why it could not be found out.
     Undecided(String),
 }
 
+/// Why a check does not hold.
+#[derive(Debug)]
+pub(super) struct ClaimFailure {
+    pub(super) reason: String,
+    /// What to do.
+    pub(super) remedy: String,
+    /// The firings that show it.
+    pub(super) trace: Option<FiringTrace>,
+    /// The transition after which it is so, with what it does.
+    pub(super) blamed: Option<(Location, String)>,
+}
+
 /// Most transitions that are named as waited for.
 const MAX_WAITS: usize = 4;
+
+fn failed(
+    reason: impl Into<String>,
+    remedy: impl Into<String>,
+    trace: Option<FiringTrace>,
+) -> ClaimVerdict {
+    let (reason, remedy) = (reason.into(), remedy.into());
+    ClaimVerdict::Fails(ClaimFailure { reason, remedy, trace, blamed: None })
+}
 
 const CHANGE_EITHER: &str = "change the mission, or what the check asks of it";
 
@@ -59,7 +79,7 @@ impl Proof<'_> {
         path: &[TransitionId],
         circle: &[TransitionId],
     ) -> ClaimVerdict {
-        ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(self.trace_of(path, circle)))
+        failed(reason, CHANGE_EITHER, Some(self.trace_of(path, circle)))
     }
 
     fn undecided(&self, why: Exhausted) -> ClaimVerdict {
@@ -80,7 +100,9 @@ impl Proof<'_> {
     fn decide_never(&self, unwanted: &PlaceFormula) -> ClaimVerdict {
         match self.decide_possibly(unwanted) {
             Possible::No => ClaimVerdict::Holds,
-            Possible::Yes(seen) => self.fails(self.comes_to(&seen), &seen.path, &[]),
+            Possible::Yes(seen) => {
+                self.blame(&seen.path).explain(self.fails(self.comes_to(&seen), &seen.path, &[]))
+            }
             Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
     }
@@ -90,11 +112,7 @@ impl Proof<'_> {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
                 let reason = "no sequence of firings leads there, whatever is reported and when";
-                ClaimVerdict::Fails(
-                    reason.into(),
-                    "add transitions that lead there, or remove the check".into(),
-                    None,
-                )
+                failed(reason, "add transitions that lead there, or remove the check", None)
             }
             Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }
@@ -113,11 +131,7 @@ impl Proof<'_> {
                     "{}, and no sequence of firings leads from there to it",
                     self.comes_to(&seen)
                 );
-                ClaimVerdict::Fails(
-                    reason,
-                    self.or_the_end(&seen.marking),
-                    Some(self.trace_of(&seen.path, &[])),
-                )
+                failed(reason, self.or_the_end(&seen.marking), Some(self.trace_of(&seen.path, &[])))
             }
             Err(why) => self.undecided(why),
         }
@@ -174,7 +188,7 @@ impl Proof<'_> {
                     if path.is_empty() { String::new() } else { self.after_firings(path) + " " };
                 let reason =
                     format!("{lead}this can continue forever without it: {}", self.names(circle));
-                self.fails(reason, path, circle)
+                self.blame_circle(circle).explain(self.fails(reason, path, circle))
             }
             Escape::DeadEnd(path) => {
                 let marking = self.marking_after(path);
@@ -183,11 +197,7 @@ impl Proof<'_> {
                     self.after_firings(path),
                     self.marked_in_words(&marking)
                 );
-                ClaimVerdict::Fails(
-                    reason,
-                    self.or_the_end(&marking),
-                    Some(self.trace_of(path, &[])),
-                )
+                failed(reason, self.or_the_end(&marking), Some(self.trace_of(path, &[])))
             }
         }
     }
@@ -220,11 +230,7 @@ impl Proof<'_> {
             Err(why) => self.undecided(why),
             Ok(None) => {
                 let reason = "it never happens: no sequence of firings leads there";
-                ClaimVerdict::Fails(
-                    reason.into(),
-                    "add transitions that lead there, or remove the check".into(),
-                    None,
-                )
+                failed(reason, "add transitions that lead there, or remove the check", None)
             }
             Ok(Some(least)) if least.time > limit || (least.time == limit && !is_strict) => {
                 ClaimVerdict::Holds
@@ -255,7 +261,7 @@ impl Proof<'_> {
             Ok(Latest::At(most)) => {
                 let reason = format!("{} can take {}", self.names(&most.sequence), time(most.time));
                 let path = FiringTrace { is_late: true, ..self.trace_of(&most.sequence, &[]) };
-                ClaimVerdict::Fails(reason, CHANGE_EITHER.into(), Some(path))
+                failed(reason, CHANGE_EITHER, Some(path))
             }
             Ok(Latest::WithoutEnd(path)) => self.without_end(&path),
             Ok(Latest::Circle(path, circle)) => self.escaped(&Escape::Circle(path, circle)),
@@ -266,7 +272,7 @@ impl Proof<'_> {
     fn without_end(&self, path: &[TransitionId]) -> ClaimVerdict {
         let reason = format!("there is no longest: {}", self.waits(path));
         let remedy = "give what waits another path out with a timeout, or leave the check out";
-        ClaimVerdict::Fails(reason, remedy.into(), Some(self.trace_of(path, &[])))
+        failed(reason, remedy, Some(self.trace_of(path, &[])))
     }
 
     /// The last firing of a path may be waited for without end, and so may the others that could fire
@@ -323,11 +329,7 @@ impl Proof<'_> {
             Possible::Yes(_) => ClaimVerdict::Holds,
             Possible::No => {
                 let reason = "no sequence of firings contains it, whatever is reported and when";
-                ClaimVerdict::Fails(
-                    reason.into(),
-                    "add transitions that lead to its places, or remove it".into(),
-                    None,
-                )
+                failed(reason, "add transitions that lead to its places, or remove it", None)
             }
             Possible::Unknown(why) => ClaimVerdict::Undecided(why),
         }

@@ -57,8 +57,7 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
                  {meant}"
             )
         } else {
-            // One component publishes both, so that one of them is chosen.
-            continue;
+            format!("write from=\"{meant}\"")
         };
         let message =
             format!("{to} takes {from}, although {meant} has its name and publishes the same type");

@@ -1,13 +1,12 @@
 //! The places in which sub-missions begin. A sub-mission takes the token as soon as its place is
 //! marked, so nothing else should take it from there: neither a transition nor another sub-mission.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{ArcKind, Mission, Submission, Transition};
-use crate::source::Spanned;
+use crate::mission::{Mission, Submission, Transition};
 
 /// Checks the entrances of all sub-missions of a mission.
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
@@ -65,7 +64,7 @@ fn report_shared(mission: &Mission, findings: &mut Findings) {
             first.file.value
         );
         let finding = Finding::new(Code::Tie, &enter.at, message).stops_transition();
-        let remedy = match find_unused_place(mission) {
+        let remedy = match mission.find_unused_place() {
             Some(other) => {
                 format!("did you mean in=\"{other}\"? No transition leads on from {other}")
             }
@@ -112,23 +111,4 @@ fn report_exchanged(mission: &Mission, findings: &mut Findings) {
             finding.remedy(format!("did you mean in=\"{}\" out=\"{}\"?", leave.value, enter.value)),
         );
     }
-}
-
-/// Returns the only place without components that tokens come to and that nothing leads on from,
-/// apart from the mission's ends.
-fn find_unused_place(mission: &Mission) -> Option<&str> {
-    let arcs = || mission.transitions.iter().flat_map(|transition| &transition.arcs);
-    let name = |place: &'_ Spanned<String>| place.value.clone();
-    let taken = arcs().filter(|arc| arc.kind != ArcKind::Put).map(|arc| name(&arc.place));
-    let entered = mission.submissions.iter().filter_map(|it| it.enter.as_ref().map(name));
-    let ends = mission.goal.iter().chain(&mission.safe).map(name);
-    let used: BTreeSet<_> = taken.chain(entered).chain(ends).collect();
-    let put = arcs().filter(|arc| arc.kind == ArcKind::Put).map(|arc| name(&arc.place));
-    let left = mission.submissions.iter().filter_map(|it| it.leave.as_ref().map(name));
-    let marked: BTreeSet<_> = put.chain(left).collect();
-    let mut unused = mission.places.iter().filter(|place| {
-        let name = &place.name.value;
-        place.components.is_empty() && marked.contains(name) && !used.contains(name)
-    });
-    unused.next().filter(|_| unused.next().is_none()).map(|place| place.name.value.as_str())
 }

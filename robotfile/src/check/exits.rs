@@ -40,6 +40,9 @@ pub(super) fn check(
     for transition in mission.transitions.iter().filter(|it| is_immediate_emergency(mission, it)) {
         findings.push(report_emergency(transition));
     }
+    for transition in mission.transitions.iter().filter(|it| is_emergency(mission, it)) {
+        findings.extend(find_consent(transition));
+    }
     for transition in &mission.transitions {
         let [arc] = &transition.inputs().collect::<Vec<_>>()[..] else { continue };
         let place = arc.place.value.as_str();
@@ -71,15 +74,46 @@ pub(super) fn check(
     }
 }
 
-/// Returns whether an emergency exit waits for nothing. One without any place is a finding already.
-fn is_immediate_emergency(mission: &Mission, transition: &Transition) -> bool {
+/// Returns whether it is an emergency exit. One without any place is a finding already.
+fn is_emergency(mission: &Mission, transition: &Transition) -> bool {
     let mut arcs = transition.arcs.iter();
     transition.class == Class::Safety
         && !transition.arcs.is_empty()
         && arcs.all(|arc| arc.kind == ArcKind::Put)
-        && !has_moment(transition)
-        && transition.when.is_none()
         && !mission.lacks_input(transition)
+}
+
+/// Returns whether an emergency exit waits for nothing.
+fn is_immediate_emergency(mission: &Mission, transition: &Transition) -> bool {
+    is_emergency(mission, transition) && !has_moment(transition) && transition.when.is_none()
+}
+
+/// An emergency that a person must agree to before it fires. One that fires without an answer gives
+/// the person time to prevent it.
+fn find_consent(transition: &Transition) -> Option<Finding> {
+    let Autonomy::Confirm { fire_unanswered: false, .. } = transition.autonomy else { return None };
+    let at = transition.autonomy_at.as_ref().unwrap_or(&transition.name.at);
+    let name = &transition.name.value;
+    let waits = transition.on.is_some()
+        || transition.when.is_some()
+        || transition.interval.is_some()
+        || transition.not_before.is_some();
+    let (message, remedy) = match waits {
+        true => (
+            format!("the emergency {name} does not fire before the operator has agreed to it"),
+            "remove it; or let the emergency fire without an answer: answer-within=\"…\" \
+             unanswered=\"fire\"",
+        ),
+        false => (
+            format!(
+                "the emergency {name} waits for nothing but the operator's answer, who is asked as \
+                 soon as the mission begins"
+            ),
+            "write operator=\"true\" if the operator fires it, or on=\"…\" or when=\"…\" for what it \
+             waits for",
+        ),
+    };
+    Some(Finding::new(Code::EmergencyAsks, at, message).remedy(remedy))
 }
 
 fn report_emergency(transition: &Transition) -> Finding {

@@ -9,14 +9,18 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{ArcKind, Class, Mission, Place, Transition};
-use crate::source::Location;
+use crate::source::{Location, Spanned};
 
 /// Checks a mission; `whole` is the mission with its sub-missions.
 pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
     check_exchanged(mission, findings);
     check_safe_left(mission, findings);
+    let is_reported = check_goal_left(mission, is_main, findings);
     if !is_main {
-        check_inner_goal_left(mission, findings);
+        if !is_reported {
+            check_inner_goal_left(mission, findings);
+        }
+        check_one_end(mission, findings);
     }
     check_failures(mission, whole, findings);
     if is_main {
@@ -162,11 +166,25 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         return;
     }
     // Where a failure leads to the goal, any report or guard that leads to the safe place is a success.
-    // Timeouts alone may be the plan: a patrol until its time is over, unless the battery is low.
+    // So is the only one after something is done, where the goal is reached if that is not done in time.
+    // Other timeouts may be the plan: a patrol until its time is over, unless the battery is low.
     let is_failed = to_goal.iter().any(|it| it.is_on_failure());
+    let from_same = |one: &Transition, other: &Transition| {
+        one.inputs().any(|arc| other.inputs().any(|it| it.place.value == arc.place.value))
+    };
+    let mut done = mission.transitions.iter().filter(|it| is_by(it, "done"));
+    let is_late = done.any(|it| to_goal.iter().any(|late| from_same(it, late)));
+    let is_only_after_done = |transition: &Transition| {
+        let mut rivals = mission.transitions.iter().filter(|it| from_same(it, transition));
+        let mut before = transition.inputs().flat_map(|arc| entering(&arc.place.value));
+        before.any(|it| is_by(it, "done"))
+            && rivals.all(|it| it.name.value == transition.name.value || is_exit(it))
+    };
     let is_success = |transition: &Transition| {
         let waits = transition.on.is_some() || transition.when.is_some();
-        is_after_done(transition) || (is_failed && waits && !is_exit(transition))
+        is_after_done(transition)
+            || (is_failed && waits && !is_exit(transition))
+            || (is_late && is_only_after_done(transition))
     };
     if let Some(done) = entering(&safe.value).find(|transition| is_success(transition)) {
         let done = &done.name;
@@ -189,6 +207,17 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
     }
 }
 
+/// A sub-mission whose goal is its safe place too, so that the mission which includes it goes to its own
+/// safe place or on, whichever is first, although another place without a way out seems to be the safe one.
+fn check_one_end(mission: &Mission, findings: &mut Findings) {
+    let (Some(goal), Some(safe)) = (&mission.goal, &mission.safe) else { return };
+    let Some(end) = mission.find_unnamed_end().filter(|_| goal.value == safe.value) else { return };
+    let message = format!("{} is the goal of the sub-mission and its safe place", goal.value);
+    let finding = Finding::new(Code::GoalExchanged, &safe.at, message);
+    let finding = finding.related(&end.name.at, "nothing leads on from this place");
+    findings.push(finding.remedy(format!("did you mean safe=\"{}\"?", end.name.value)));
+}
+
 /// The mission leads on from its safe place, where it is over, and another place without a way out,
 /// to which an emergency or a timeout leads, seems to be meant.
 fn check_safe_left(mission: &Mission, findings: &mut Findings) {
@@ -198,17 +227,63 @@ fn check_safe_left(mission: &Mission, findings: &mut Findings) {
         let is_timeout = it.on.is_none() && it.interval.is_some();
         leads_to(it, name) && (it.class == Class::Safety || is_timeout || it.is_on_failure())
     };
-    if !mission.transitions.iter().any(is_exit) {
-        return;
+    if mission.transitions.iter().any(is_exit) {
+        report_left(mission, (safe, "safe"), end, findings);
     }
-    let Some((names, verb)) = name_leaving(mission, &safe.value) else { return };
+}
+
+/// The same of the goal, where another place without a way out is led to.
+fn check_goal_left(mission: &Mission, is_main: bool, findings: &mut Findings) -> bool {
+    let Some(goal) = &mission.goal else { return false };
+    // The proof finds that the main mission is over at its start.
+    if is_main && mission.place(&goal.value).is_some_and(|place| place.initial > 0) {
+        return false;
+    }
+    let is_safe =
+        |place: &Place| mission.safe.as_ref().is_some_and(|safe| safe.value == place.name.value);
+    let is_led_to = |name: &str| {
+        let mut left = mission.submissions.iter().flat_map(|inner| &inner.leave);
+        let regular = |it: &Transition| it.class != Class::Safety && !it.is_on_failure();
+        left.any(|leave| leave.value == name)
+            || mission.transitions.iter().any(|it| regular(it) && leads_to(it, name))
+    };
+    let mut ends = mission.places.iter().filter(|place| {
+        let name = &place.name.value;
+        place.components.is_empty()
+            && place.initial == 0
+            && !is_safe(place)
+            && !mission.leads_on_from(name)
+            && is_led_to(name)
+    });
+    match (ends.next(), ends.next()) {
+        (Some(end), None) => report_left(mission, (goal, "goal"), end, findings),
+        _ => false,
+    }
+}
+
+/// Reports that the mission leads on from one of its ends, where `end` is probably meant. Returns whether
+/// it does.
+fn report_left(
+    mission: &Mission,
+    (place, role): (&Spanned<String>, &str),
+    end: &Place,
+    findings: &mut Findings,
+) -> bool {
+    let name = &place.value;
+    let Some((names, verb)) = name_leaving(mission, name) else { return false };
+    let noun = if role == "safe" { "safe place" } else { role };
     let message = format!(
-        "{names} {verb} on from {safe}, the safe place, and the mission is over when {safe} is marked",
-        safe = safe.value
+        "{names} {verb} on from {name}, the {noun}, and the mission is over when {name} is marked"
     );
-    let finding = Finding::new(Code::NeverFires, &safe.at, message).stops_transition();
+    // What the mission would do after that end is over, too.
+    let is_cut = |it: &Finding| {
+        it.code == Code::EndsTooSoon && it.at.as_ref().is_some_and(|at| at.text() == name)
+    };
+    findings.retain(|finding| !is_cut(finding));
+    let finding = Finding::new(Code::NeverFires, &place.at, message).stops_transition();
     let finding = finding.related(&end.name.at, "nothing leads on from this place");
-    findings.push(finding.remedy(format!("did you mean safe=\"{name}\"?")));
+    findings.push(finding.remedy(format!("did you mean {role}=\"{}\"?", end.name.value)));
+    true
 }
 
 /// A sub-mission leads on from its goal, where the mission that includes it continues.
@@ -234,14 +309,24 @@ fn check_inner_goal_left(mission: &Mission, findings: &mut Findings) {
     });
 }
 
-/// Returns the transitions that take a token from a place, and the beginning of what happens to them.
+/// Returns the transitions and sub-missions that take a token from a place, and the beginning of what
+/// happens to them.
 fn name_leaving(mission: &Mission, place: &str) -> Option<(String, &'static str)> {
     let takes = |it: &&Transition| it.inputs().any(|arc| arc.place.value == place);
-    let leaving: Vec<_> =
-        mission.transitions.iter().filter(takes).map(|it| it.name.value.as_str()).collect();
+    let leaving = mission.transitions.iter().filter(takes).map(|it| it.name.value.as_str());
+    let entered = mission
+        .submissions
+        .iter()
+        .filter(|inner| inner.enter.as_ref().is_some_and(|enter| enter.value == place));
+    let inner: Vec<_> = entered.map(|inner| inner.file.value.as_str()).collect();
+    let leaving: Vec<_> = leaving.chain(inner.iter().copied()).collect();
     let (last, others) = leaving.split_last()?;
     Some(match others {
+        [] if !inner.is_empty() => ((*last).to_owned(), "never begins: it leads"),
         [] => ((*last).to_owned(), "never fires: it leads"),
-        _ => (format!("{} and {last}", listed(others.iter().copied())), "never fire: they lead"),
+        _ => {
+            let names = format!("{} and {last}", listed(others.iter().copied()));
+            (names, "never fire: they lead")
+        }
     })
 }

@@ -198,7 +198,7 @@ fn known_variable(
 
 /// Returns the bytes `range` of a text as a location in the file, where `&lt;` is longer than the
 /// character.
-pub(super) fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
+pub fn within(text: &Spanned<String>, range: Range<usize>) -> Location {
     let raw = text.at.text();
     let (mut at, mut read) = (0, 0);
     let mut ends = [raw.len(); 2];

@@ -109,10 +109,8 @@ fn explain_foreign_parameters(
     kinds: &BTreeMap<&str, &Manifest>,
     findings: &mut Findings,
 ) {
-    let is_unclear = |finding: &&mut Finding| {
-        finding.code == Code::UnknownParameter && !finding.remedy.starts_with("did you mean")
-    };
-    for finding in findings.iter_mut().filter(is_unclear) {
+    for finding in findings.iter_mut().filter(|it| it.code == Code::UnknownParameter) {
+        let is_guessed = finding.remedy.starts_with("did you mean");
         let Some(name) = finding.at.as_ref().map(|at| at.text().to_owned()) else { continue };
         let has_it = |component: &&Component| {
             let kind = kinds.get(component.name.value.as_str());
@@ -123,7 +121,8 @@ fn explain_foreign_parameters(
         let free: Vec<_> = all.iter().copied().filter(is_free).collect();
         let others = if free.is_empty() { &all } else { &free };
         let names: Vec<_> = others.iter().map(|it| it.name.value.as_str()).collect();
-        if names.is_empty() || names.len() > MAX_OTHERS {
+        // A similar name is a better guess than a component that has its value already.
+        if names.is_empty() || names.len() > MAX_OTHERS || (is_guessed && free.is_empty()) {
             continue;
         }
         let (verb, names) = (if names.len() > 1 { "have" } else { "has" }, names.join(" or "));

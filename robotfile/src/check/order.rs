@@ -9,12 +9,14 @@ use std::time::Duration;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::guard::Guard;
+use crate::guard::{Guard, implies};
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 
 /// The limit for compared conditions: four thousand transitions from one place must not take
 /// minutes.
 const MAX_COMPARED: usize = 2_000_000;
+/// The comparison of two guards takes as long as that of so many conditions.
+const IMPLICATION: usize = 50;
 
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let safety = mission.places.iter().filter(|place| place.class == Class::Safety);
@@ -45,6 +47,11 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
                 findings.push(finding);
                 break;
             }
+            compared += IMPLICATION;
+            if let Some(finding) = conditions.preempted_by_guard(&all[other]) {
+                findings.push(finding);
+                break;
+            }
         }
     }
 }
@@ -59,6 +66,7 @@ struct Conditions<'a> {
     is_safety: bool,
     /// Whether not all of its conditions could be read.
     is_vague: bool,
+    guard: Option<Guard>,
     earliest: Duration,
     latest: Option<Duration>,
 }
@@ -81,14 +89,15 @@ impl<'a> Conditions<'a> {
             }
         }
         let interval = transition.interval.as_ref().map(|interval| interval.value);
+        let guard = transition.when.as_ref().map(|when| Guard::parse(&when.value));
         Self {
             transition,
             needs,
             inhibitors,
             is_safety: transition.class == Class::Safety
                 || transition.outputs().any(|arc| safety.contains(arc.place.value.as_str())),
-            is_vague: transition.is_doubtful
-                || transition.when.as_ref().is_some_and(|when| Guard::parse(&when.value).is_err()),
+            is_vague: transition.is_doubtful || guard.as_ref().is_some_and(Result::is_err),
+            guard: guard.and_then(Result::ok),
             earliest: interval.map_or(Duration::ZERO, |interval| interval.earliest),
             latest: interval.map_or(Some(Duration::ZERO), |interval| interval.latest),
         }
@@ -129,6 +138,27 @@ impl<'a> Conditions<'a> {
             }
             _ => None,
         }
+    }
+
+    /// Returns a finding if `other` waits for its guard alone, which is true whenever the guard of this one
+    /// is, and fires first then.
+    fn preempted_by_guard(&self, other: &Self) -> Option<Finding> {
+        let (guard, of_other) = (self.guard.as_ref()?, other.guard.as_ref()?);
+        let name = &other.transition.name.value;
+        let is_decided =
+            !self.is_manual() && !other.is_manual() && *name != self.transition.name.value;
+        let is_immediate = other.transition.on.is_none() && other.latest == Some(Duration::ZERO);
+        // A pause stops all clocks but those of safety.
+        let is_first = other.rank() > self.rank()
+            || (!self.earliest.is_zero() && (other.is_safety || !self.is_safety));
+        let always = is_decided && is_immediate && is_first && other.is_met_with(self);
+        if !always || !implies(guard, of_other) {
+            return None;
+        }
+        let (when, of_other) = (&self.transition.when, &other.transition.when);
+        let (when, of_other) = (&when.as_ref()?.value, &of_other.as_ref()?.value);
+        let why = format!("{name} fires before it: `{of_other}` is true whenever `{when}` is");
+        Some(self.never_fires(other, &why).remedy("change one of the two guards"))
     }
 
     /// Asks whether from and to of the transition are exchanged, if it leads from the one place to the

@@ -8,9 +8,10 @@ use armor_wire::text_format::TextFormat;
 
 use crate::code::Code;
 use crate::finding::Finding;
+use crate::findings::Findings;
 use crate::manifests::Manifests;
 use crate::model::{Configuration, Parameter};
-use crate::source::Spanned;
+use crate::source::{Spanned, plain_path};
 use crate::suggestion::suggest_similar;
 
 /// Entries of a folder that are compared with a name that is missing.
@@ -93,6 +94,28 @@ impl NeededPath {
         let message = format!("{component}.{parameter} names {}, which is {is}", written.value);
         let finding = Finding::new(Code::FileMissing, &written.at, message);
         finding.remedy(format!("name {expected}"))
+    }
+}
+
+/// Reports parameters that name one of the files from which the robot itself is read: a component reads
+/// a file of its own, such as a drawing.
+pub(super) fn check_own_files(
+    configuration: &Configuration,
+    manifests: &Manifests,
+    findings: &mut Findings,
+) {
+    let own: Vec<_> =
+        configuration.sources.iter().map(|source| plain_path(source.path())).collect();
+    for needed in needed_paths(configuration, manifests) {
+        if own.contains(&plain_path(&needed.path)) {
+            let NeededPath { component, parameter, written, .. } = &needed;
+            let message = format!(
+                "{component}.{parameter} names {}, which describes this robot itself",
+                written.value
+            );
+            let finding = Finding::new(Code::OwnFile, &written.at, message);
+            findings.push(finding.remedy(format!("name the file that {component} is to read")));
+        }
     }
 }
 

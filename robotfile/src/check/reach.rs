@@ -5,6 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::graph::CheckGraph;
+use crate::check::lost_outputs;
 use crate::code::Code;
 use crate::finding::{Finding, MAX_RELATED};
 use crate::findings::Findings;
@@ -70,7 +71,10 @@ pub(super) fn check(
                 && !targets.contains(name.as_str())
                 && find_reached(whole, &[name], None).len() > reached.len() + 1
         };
-        let remedy = advise_submission(mission, name).unwrap_or_else(|| {
+        let advice = lost_outputs::advise_entrance(mission, name)
+            .or_else(|| advise_submission(mission, name))
+            .or_else(|| lost_outputs::advise(mission, whole, name, &reached));
+        let remedy = advice.unwrap_or_else(|| {
             let not_on = find_initial_after(mission, &group);
             match not_on.map(|other| format!(", not on {other},")) {
                 None if !begins() => "add a transition to it, or remove it".into(),

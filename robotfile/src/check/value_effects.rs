@@ -3,7 +3,10 @@
 
 use std::time::Duration;
 
-use armor_wire::manifest::{EffectKind, Manifest, ParameterValue, ValueEffect};
+use armor_wire::manifest::{
+    EffectKind, Manifest, ParameterManifest, ParameterType, ParameterValue, ValueEffect,
+};
+use armor_wire::text_format::TextFormat;
 
 use crate::code::Code;
 use crate::finding::Finding;
@@ -43,6 +46,26 @@ pub(super) fn merge_by_timeout(findings: &mut Findings) {
     });
 }
 
+/// Whether the value that the component has in a place has this effect.
+pub(super) fn has_effect_in(
+    component: &Component,
+    kind: &Manifest,
+    effect: &ValueEffect,
+    place: &Place,
+) -> bool {
+    let given = GivenValue { component, kind, effect };
+    match given.find_in(place) {
+        Some(value) => given.has_effect(value),
+        None => {
+            let declared = kind.parameters.iter().find(|it| it.name == effect.parameter);
+            let default = declared.and_then(|it| it.default.as_deref());
+            default.is_some_and(|text| {
+                given.parse(text).is_some() && given.parse(text) == given.parse(&effect.value)
+            })
+        }
+    }
+}
+
 /// A parameter of a component whose value may have an effect.
 struct GivenValue<'a> {
     component: &'a Component,
@@ -67,7 +90,10 @@ impl<'a> GivenValue<'a> {
 
     /// The value in a place, or else that of the system.
     fn find_in(&self, place: &'a Place) -> Option<&'a Parameter> {
-        let parameter = self.effect.parameter.as_str();
+        self.find_parameter(place, &self.effect.parameter)
+    }
+
+    fn find_parameter(&self, place: &'a Place, parameter: &str) -> Option<&'a Parameter> {
         let is_it = |given: &&'a crate::mission::PlaceParameter| {
             given.component.value == self.name() && given.parameter.name.value == parameter
         };
@@ -105,20 +131,61 @@ impl<'a> GivenValue<'a> {
         }
     }
 
-    fn report_late(&self, configuration: &Configuration, findings: &mut Findings) {
+    /// The parameters of a delay, each with its share: first the time in seconds, then the numbers, or the
+    /// numbers of entries, by which it is multiplied.
+    fn find_shares(&self, place: &'a Place) -> Option<Vec<Share<'a>>> {
+        let names = [&self.effect.parameter].into_iter().chain(&self.effect.times);
+        let share = |name: &'a String| {
+            let declared = self.kind.parameters.iter().find(|it| it.name == *name)?;
+            let given = self.find_parameter(place, name);
+            let text =
+                given.map_or(declared.default.as_deref(), |it| Some(it.value.value.as_str()));
+            Some(Share {
+                name,
+                given,
+                number: read_number(declared, text?)?,
+                is_count: declared.kind == ParameterType::Text,
+                usual: declared
+                    .default
+                    .as_deref()
+                    .filter(|text| !text.is_empty())
+                    .and_then(|text| read_number(declared, text)),
+            })
+        };
+        names.map(share).collect()
+    }
+
+    /// The parameter of a delay to look at: of those that the file gives, the one that is most above what
+    /// is usual.
+    fn find_longest(shares: &[Share<'a>]) -> Option<&'a Parameter> {
+        let excess = |share: &&Share<'_>| {
+            share.number / share.usual.filter(|usual| *usual > 0.0).unwrap_or(share.number.max(1.0))
+        };
+        let given = shares.iter().filter(|share| share.given.is_some());
+        // Of equals the first.
+        let longest = given.rev().max_by(|one, other| excess(one).total_cmp(&excess(other)));
+        longest.and_then(|share| share.given)
+    }
+
+    fn report_late(&self, configuration: &'a Configuration, findings: &mut Findings) {
         let mut reported = Vec::new();
         for mission in configuration.missions() {
             for place in
                 mission.places.iter().filter(|place| self.is_concerned(place, configuration))
             {
-                let Some(given) = self.find_in(place) else { continue };
+                let shares = match self.effect.effect {
+                    EffectKind::DelaysDone => self.find_shares(place).unwrap_or_default(),
+                    _ => Vec::new(),
+                };
+                let longest = Self::find_longest(&shares).or_else(|| self.find_in(place));
+                let Some(given) = longest else { continue };
                 // One value is one mistake, in however many places.
                 if reported.contains(&&given.value.at.span) {
                     continue;
                 }
                 let found = match self.effect.effect {
                     EffectKind::NeverDone => self.find_never_done(mission, place, given),
-                    _ => self.find_too_late(mission, place, given),
+                    _ => self.find_too_late(mission, place, given, &shares),
                 };
                 if let Some(finding) = found {
                     reported.push(&given.value.at.span);
@@ -163,9 +230,12 @@ impl<'a> GivenValue<'a> {
         mission: &Mission,
         place: &Place,
         given: &Parameter,
+        shares: &[Share<'_>],
     ) -> Option<Finding> {
-        let Some(ParameterValue::Number(seconds)) = self.parse(&given.value.value) else {
-            return None;
+        let seconds = match (shares, self.parse(&given.value.value)) {
+            ([], Some(ParameterValue::Number(seconds))) => seconds,
+            ([], _) => return None,
+            _ => shares.iter().map(|share| share.number).product(),
         };
         let paces = self.effect.effect == EffectKind::Paces;
         let waiting = self.find_waiting(mission, place);
@@ -178,7 +248,16 @@ impl<'a> GivenValue<'a> {
             is_timeout_of(it, place) && latest.is_some_and(is_sooner)
         })?;
         let interval = timeout.interval.as_ref()?;
-        let (parameter, value) = (&self.effect.parameter, &given.value.value);
+        let (parameter, value) = (&given.name.value, &given.value.value);
+        // Several parameters together make it long.
+        let factors: Vec<_> = shares.iter().skip(1).filter_map(Share::describe_factor).collect();
+        let value = match shares.first().filter(|_| !factors.is_empty()) {
+            Some(time) => {
+                let (name, time_s) = (time.name, time.number);
+                format!("{seconds} s ({name} {time_s} s × {})", factors.join(" × "))
+            }
+            None => value.clone(),
+        };
         let (place, late) = (&place.name.value, &timeout.name.value);
         let message = match paces {
             true => format!(
@@ -208,6 +287,39 @@ impl<'a> GivenValue<'a> {
                     .as_ref()
                     .is_some_and(|on| on.component.value == self.name() && on.event.value == "done")
         })
+    }
+}
+
+/// A parameter that makes a component take long.
+struct Share<'a> {
+    name: &'a str,
+    /// Where the file gives it.
+    given: Option<&'a Parameter>,
+    number: f64,
+    /// Whether it is the number of entries.
+    is_count: bool,
+    /// The number by default.
+    usual: Option<f64>,
+}
+
+impl Share<'_> {
+    /// "2 laps", "3 in route"; none of one.
+    fn describe_factor(&self) -> Option<String> {
+        let link = if self.is_count { " in" } else { "" };
+        (self.number != 1.0).then(|| format!("{}{link} {}", self.number, self.name))
+    }
+}
+
+/// The number that a parameter is, or that of its entries.
+fn read_number(declared: &ParameterManifest, text: &str) -> Option<f64> {
+    match (declared.parse(text).ok()?, declared.format) {
+        (ParameterValue::Number(number), _) => Some(number),
+        (ParameterValue::Integer(number), _) => Some(number as f64),
+        (
+            ParameterValue::Text(text),
+            Some(TextFormat::Points | TextFormat::Numbers | TextFormat::Names),
+        ) => Some(text.split_whitespace().count().max(1) as f64),
+        _ => None,
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) fn deciding_name(
 
 /// The values that a name may have.
 #[derive(Default)]
-struct PossibleValues<'a> {
+pub(super) struct PossibleValues<'a> {
     numbers: NumberRange,
     text: Option<&'a str>,
     excluded_texts: Vec<&'a str>,
@@ -42,7 +42,7 @@ impl Default for NumberRange {
 
 /// Restricts the values by all conditions that must be true together, or by their negations; returns
 /// the first name that has no value left.
-fn restrict<'a>(
+pub(super) fn restrict<'a>(
     node: &'a GuardNode,
     is_negated: bool,
     meanings: &[Meaning],

@@ -3,7 +3,7 @@
 
 use armor_wire::quantity::Dimension;
 
-use super::{bounds, exactness};
+use super::{bounds, exactness, implication};
 use crate::code::Code;
 use crate::guard::meaning::{GuardProblem, Meaning, Type};
 use crate::guard::measure::{Measure, by, in_words, times};
@@ -21,6 +21,9 @@ pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<Guar
         let inexact = exactness::inexact(guard, text, meanings).into_iter().filter(is_new);
         let inexact: Vec<_> = inexact.collect();
         judge.problems.extend(inexact);
+        if judge.problems.is_empty() {
+            judge.problems = implication::redundant(guard, text);
+        }
     }
     judge.problems
 }

@@ -66,7 +66,7 @@ impl FileReader<'_> {
         of_system: Option<&Path>,
     ) -> Option<(Arc<Source>, Mission)> {
         let bytes = self.bytes_of(&next.path, &next.file)?;
-        let (source, contents) = self.contents(&next.path, &bytes)?;
+        let (source, contents) = self.named_contents(&next.path, &bytes, &next.file.at)?;
         let Some(mission) = contents.mission else {
             if !self.is_partial {
                 let message = format!("{} contains no mission", next.path.display());

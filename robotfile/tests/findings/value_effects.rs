@@ -46,6 +46,32 @@ fn a_task_is_done_before_its_place_is_left() {
 }
 
 #[test]
+fn the_time_of_all_rounds_is_compared_with_the_timeout_of_the_place() {
+    let all = |laps: &str, stay: &str, timeout: &str| {
+        let route = given("route", "2,0.8 5.5,0 6.5,1.5");
+        let values = format!("{route}{}{}", given("laps", laps), given("stay", stay));
+        patrol(&values, "", timeout)
+    };
+    nothing(&all("2", "2s", "13s"));
+    let shown =
+        "laps: p is not done before 12 s (stay 2 s × 2 laps × 3 in route), and late leaves a";
+    only("W0279", &shown.replace("laps:", "stay:"), &all("2", "2s", "12s"));
+    only(
+        "W0279",
+        "laps: p is not done before 600 s (stay 2 s × 100 laps",
+        &all("100", "2s", "6min"),
+    );
+    only(
+        "W0279",
+        "stay: p is not done before 720 s (stay 120 s × 2 laps",
+        &all("2", "2min", "6min"),
+    );
+    // What is given is to be shorter.
+    let laps = patrol(&given("laps", "90"), "", "1min");
+    only("W0279", "laps: p is not done before 90 s (stay 1 s × 90 laps)", &laps);
+}
+
+#[test]
 fn a_component_that_does_nothing_is_a_warning() {
     let file = |speed: &str| {
         format!(

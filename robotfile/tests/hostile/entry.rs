@@ -223,6 +223,7 @@ fn kind(name: &str) -> Manifest {
         summary: String::new(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

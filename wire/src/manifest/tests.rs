@@ -153,6 +153,7 @@ fn the_json_form_comes_back_as_it_was() {
         summary: "Draws.".into(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),

@@ -204,6 +204,16 @@ impl Manifest {
                 let problem = format!("`{}` is not the output that it paces", effect.output);
                 faults.add("value_effects", problem, "name an output with the effect paces alone");
             }
+            let is_known = |name: &&String| self.parameters.iter().any(|it| it.name == **name);
+            let is_delay = effect.effect == EffectKind::DelaysDone;
+            if let Some(name) = effect.times.iter().find(|name| !is_delay || !is_known(name)) {
+                let problem = format!("`{name}` is no parameter that multiplies its time");
+                faults.add(
+                    "value_effects",
+                    problem,
+                    "name parameters with the effect delays_done alone",
+                );
+            }
         }
     }
 

@@ -57,7 +57,7 @@ fn a_place_that_nothing_leads_to_explains_the_checks_that_fail() {
         r#"<check>always reachable(home or hold)</check><check>eventually home or hold</check>"#;
     let file = mission(BOTH, &format!("{stuck}{HOME}{LATE}{checks}"));
     expect(&file, &["E0252"], "no transition leads to d");
-    expect(&file, &["E0252"], "add a transition to it, or remove it");
+    expect(&file, &["E0252"], r#"nothing leads on from c: add <transition from="c" to="d">"#);
     expect(&file, &["E0252"], "this check fails, too");
     // Two reasons: it is not known which one explains the check.
     let other = r#"<place name="e"/><transition name="off" from="e" to="hold" timeout="1s"/>"#;

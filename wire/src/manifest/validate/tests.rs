@@ -45,6 +45,7 @@ fn manifest() -> Manifest {
         summary: "Draws.".into(),
         controllable: true,
         reports_done: true,
+        ends_by_itself: false,
         needs_rate: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
@@ -58,7 +59,7 @@ fn manifest() -> Manifest {
 
 fn effect(parameter: &str, effect: EffectKind, value: &str, output: &str) -> ValueEffect {
     let (parameter, value, output) = (parameter.into(), value.into(), output.into());
-    ValueEffect { parameter, effect, value, output }
+    ValueEffect { parameter, effect, value, output, times: Vec::new() }
 }
 
 /// Its only event.
@@ -73,7 +74,7 @@ fn set_schema(port: &mut PortManifest, schema: &str) {
 #[test]
 fn each_fault_is_named() {
     assert_eq!(manifest().validate(), Ok(()));
-    let faults: [(&str, Fault); 36] = [
+    let faults: [(&str, Fault); 37] = [
         ("version 2", |m| m.armor_manifest = 2),
         ("`9x` is not a name", |m| m.kind = "9x".into()),
         ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
@@ -129,6 +130,11 @@ fn each_fault_is_named() {
         }),
         ("its value has an effect as a time, and it is none", |m| {
             m.value_effects = vec![effect("speed", EffectKind::DelaysDone, "", "")];
+        }),
+        ("`rounds` is no parameter that multiplies its time", |m| {
+            let mut idle = effect("speed", EffectKind::Idle, "0m/s", "");
+            idle.times = vec!["rounds".into()];
+            m.value_effects = vec![idle];
         }),
         ("the port map: it is an output", |m| m.outputs[0].stale_after = "1s".into()),
         ("it has a frame, and there is no such port", |m| {
