@@ -107,6 +107,7 @@ pub use event::{DeclaredEvent, Events};
 pub use following::time_link;
 pub use history::{History, PastMessage};
 pub use launch::{run, run_with};
+pub use link::memory_out::count_slots;
 pub use link::output::Sent;
 pub use parameter::{Parameter, Value, ValueError};
 pub use parameters::{FromValue, ParameterError, Parameters};

@@ -38,6 +38,42 @@ pub(crate) fn suits_memory(keep: Keep) -> bool {
     }
 }
 
+/// Returns the most slots that an output has whose links have these policies and store so many
+/// messages each: as many files its process has open. 0 if none of them can use shared memory.
+pub fn count_slots(links: impl IntoIterator<Item = (Keep, u32)>) -> u32 {
+    let links = links.into_iter().filter(|(keep, _)| suits_memory(*keep));
+    let lent = links.map(|(keep, history)| count_lent(count_cells(keep), most_held(keep, history)));
+    match lent.sum() {
+        0 => 0,
+        lent => limit_slots(lent),
+    }
+}
+
+fn limit_slots(lent: u32) -> u32 {
+    (lent + OWN_SLOTS).min(MAX_SLOTS)
+}
+
+fn count_cells(keep: Keep) -> u32 {
+    match keep {
+        Keep::Latest | Keep::Pull => 1,
+        Keep::Last { count } => count.clamp(1, MAX_CELLS),
+        Keep::All { .. } => CELLS_FOR_ALL,
+    }
+}
+
+/// How many slots a subscriber may hold, those in the ring not counted.
+fn most_held(keep: Keep, history: u32) -> u32 {
+    // As many wait in the subscriber's inbox, one is in the component's code, one on its way there.
+    let stored = if history > 1 { history.min(MAX_CELLS) } else { 0 };
+    count_cells(keep) + 2 + stored
+}
+
+/// How many slots a subscriber may have at a time: those that it holds, those in the ring, and one
+/// that it is just copying because it holds so many.
+fn count_lent(cells: u32, held: u32) -> u32 {
+    held + cells + 1
+}
+
 /// The memory of one link.
 pub(crate) struct LinkMemory {
     page: LinkPage,
@@ -62,14 +98,7 @@ impl LinkMemory {
     /// Memory for a link of this policy whose subscriber stores a history of `history` messages.
     /// Returns it with the file for the other end.
     pub fn create(keep: Keep, history: u32) -> Result<(Self, OwnedFd), MemoryError> {
-        let cells = match keep {
-            Keep::Latest | Keep::Pull => 1,
-            Keep::Last { count } => count.clamp(1, MAX_CELLS),
-            Keep::All { .. } => CELLS_FOR_ALL,
-        };
-        // As many wait in the subscriber's inbox, one is in the component's code, one on its way there.
-        let stored = if history > 1 { history.min(MAX_CELLS) } else { 0 };
-        let most_held = cells + 2 + stored;
+        let (cells, most_held) = (count_cells(keep), most_held(keep, history));
         let layout = PageLayout { cells, slots: MAX_SLOTS };
         let (page, file) = LinkPage::create(layout)?;
         let (ring, offered) = (RingWriter::default(), BTreeSet::new());
@@ -86,10 +115,8 @@ impl LinkMemory {
         self.most_held
     }
 
-    /// How many slots it may have at a time: those that it holds, those in the ring, and one that it is
-    /// just copying because it holds so many.
     fn most_lent(&self) -> u32 {
-        self.most_held + self.layout.cells + 1
+        count_lent(self.layout.cells, self.most_held)
     }
 
     fn words(&self) -> PageWords<'_, AtomicU64> {
@@ -164,8 +191,7 @@ pub(super) fn place_message<'a>(
     len: usize,
     links: impl Iterator<Item = &'a LinkMemory> + Clone,
 ) -> Result<Option<(usize, Option<u32>)>, MemoryError> {
-    let most = links.clone().map(LinkMemory::most_lent).sum::<u32>();
-    let most = (most + OWN_SLOTS).min(MAX_SLOTS);
+    let most = limit_slots(links.clone().map(LinkMemory::most_lent).sum());
     let is_held = |index| links.clone().any(|link| link.is_held(index));
     let mut removed = None;
     let place = match slots.place(SLOT_HEADER_LEN + len, most, is_held) {
@@ -210,5 +236,45 @@ impl Writer for SlotWriter<'_> {
         room.copy_from_slice(bytes);
         self.0 = rest;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use armor_memory::RingReader;
+
+    use super::*;
+
+    const LEN: usize = 1000;
+
+    fn publish(slots: &mut OutputSlots, link: &mut LinkMemory) -> RingResult {
+        let placed = place_message(slots, LEN, std::iter::once(&*link)).unwrap();
+        let (place, _) = placed.expect("there is a slot");
+        link.push(slots, place, false)
+    }
+
+    #[test]
+    fn a_subscriber_that_holds_all_it_may_and_copies_one_more_is_not_refused() {
+        let (mut link, file) = LinkMemory::create(Keep::ALL, 1).unwrap();
+        let far = LinkPage::map(&file, link.layout()).unwrap();
+        let (mut slots, mut ring) = (OutputSlots::default(), RingReader::default());
+        let taken = RingResult::Pushed { missed: false };
+        let mut held = Vec::new();
+        // All that it may hold, and one that it is just copying.
+        for _ in 0..=link.most_held() {
+            assert_eq!(publish(&mut slots, &mut link), taken);
+            held.push(ring.take(far.words()).expect("it was pushed"));
+        }
+        for waiting in 0..link.layout().cells {
+            assert!(!link.is_full(), "{waiting} wait");
+            assert_eq!(publish(&mut slots, &mut link), taken, "{waiting} wait");
+        }
+        assert!(link.is_full(), "now a sender that may drop nothing waits");
+        // One more than it may hold and copy: it would take the slots of the others.
+        held.push(ring.take(far.words()).expect("it waits"));
+        assert_eq!(publish(&mut slots, &mut link), RingResult::Refused);
+        let copied = held.pop().and_then(|entry| slots.find(entry.slot)).expect("it is lent");
+        far.words().release(copied.index);
+        assert_eq!(publish(&mut slots, &mut link), taken);
     }
 }

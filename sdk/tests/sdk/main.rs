@@ -7,6 +7,7 @@ mod acting;
 mod any_message;
 mod bench_system;
 mod datagrams;
+mod hand_written_publisher;
 mod histories;
 mod links;
 mod many;
