@@ -10,6 +10,7 @@ mod robot_commands;
 mod scene_inputs;
 mod settings;
 mod station;
+mod system_lookout;
 mod watch_messages;
 
 use std::panic::resume_unwind;
@@ -33,11 +34,10 @@ use port_list::{PORTS, all_inputs};
 use relay::{Relay, ToWindowLinks};
 use robot_commands::send_command;
 use settings::{PARAMETERS, ViewSettings};
+use system_lookout::{SystemChange, SystemLookout};
 use watch_messages::{LinkedInput, ToWindow, find_record};
 
-pub(crate) use panels::HostsReading;
-use panels::HostsWatch;
-pub(crate) use panels::make_panels;
+pub(crate) use panels::{HostsReading, LinksReading, make_panels};
 
 /// Either is set if there is a display.
 const DISPLAYS: [&str; 2] = ["DISPLAY", "WAYLAND_DISPLAY"];
@@ -77,7 +77,7 @@ pub struct OperatorView {
     failure: Arc<Mutex<Option<WindowEnd>>>,
     painter: Option<Painter>,
     pictured_s: f64,
-    hosts: Option<HostsWatch>,
+    system: Option<SystemLookout>,
     mission: Option<MissionLookout>,
     relay: Relay,
 }
@@ -113,7 +113,7 @@ impl Component for OperatorView {
             failure: Arc::default(),
             painter: None,
             pictured_s: f64::NEG_INFINITY,
-            hosts: None,
+            system: None,
             mission: None,
             relay: Relay::new(find_registry().as_deref()),
         })
@@ -152,7 +152,8 @@ impl Component for OperatorView {
             Call::Started => {
                 self.mission = find_registry().as_deref().and_then(MissionLookout::begin);
                 self.open_screen()?;
-                self.hosts = HostsWatch::begin();
+                self.system = find_registry()
+                    .and_then(|registry| SystemLookout::begin(&registry, self.name()));
             }
             Call::Stopping => {
                 self.close_screen()?;
@@ -168,13 +169,7 @@ impl Component for OperatorView {
             Some(WindowEnd::Panicked(panic)) => resume_unwind(panic),
             Some(WindowEnd::Closed) | None => {}
         }
-        if let Some(hosts) = self.hosts.as_mut().and_then(HostsWatch::take_reading) {
-            self.relay.send(&ToWindow::Hosts { hosts: hosts.hosts().to_vec() });
-            self.console.lock().readings.store(hosts);
-            if let Some(window) = &self.window {
-                window.request_frame();
-            }
-        }
+        self.update_system();
         let now = read_clocks(self.started, &self.armor);
         self.update_mission(now);
         self.update_relay(now);
@@ -228,6 +223,27 @@ impl OperatorView {
         stop.trim_end_matches(".stop").to_owned()
     }
 
+    /// Takes what has changed of the hosts and links.
+    fn update_system(&mut self) {
+        let Some(lookout) = &mut self.system else { return };
+        let SystemChange { hosts, links } = lookout.take_change();
+        if hosts.is_none() && links.is_none() {
+            return;
+        }
+        // Each is sent before the console is locked: a window must not wait for a slow reader.
+        if let Some(hosts) = hosts {
+            self.relay.send(&ToWindow::Hosts { hosts: hosts.hosts().to_vec() });
+            self.console.lock().readings.store(hosts);
+        }
+        if let Some(links) = links {
+            self.relay.send(&ToWindow::Links { links: links.reports().to_vec() });
+            self.console.lock().readings.store(links);
+        }
+        if let Some(window) = &self.window {
+            window.request_frame();
+        }
+    }
+
     /// Takes the state of the mission, and the executive's replies to answers.
     fn update_mission(&mut self, now: ClockTimes) {
         let Some(lookout) = &mut self.mission else { return };
@@ -269,10 +285,12 @@ impl OperatorView {
             if let Some(mission) = mission {
                 self.relay.send_mission(&mission);
             }
-            let hosts =
-                self.console.lock().readings.newest().map(HostsReading::hosts).map(<[_]>::to_vec);
-            if let Some(hosts) = hosts {
-                self.relay.send(&ToWindow::Hosts { hosts });
+            let readings = self.console.lock().readings.clone();
+            if let Some(hosts) = readings.newest::<HostsReading>() {
+                self.relay.send(&ToWindow::Hosts { hosts: hosts.hosts().to_vec() });
+            }
+            if let Some(links) = readings.newest::<LinksReading>() {
+                self.relay.send(&ToWindow::Links { links: links.reports().to_vec() });
             }
             self.console.lock().is_over = true;
             if let Some(window) = self.window.take() {

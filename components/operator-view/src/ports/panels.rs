@@ -12,7 +12,7 @@ mod stick;
 mod stop;
 
 pub(crate) use hosts::HostsReading;
-pub(super) use hosts::HostsWatch;
+pub(crate) use links::LinksReading;
 
 use super::panel_kind::PanelKind;
 use crate::screen::SidePanel;

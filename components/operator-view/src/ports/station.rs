@@ -16,7 +16,7 @@ use armor_inspect::run_control::{AbsentState, ComponentHistory, RunRequest, requ
 use armor_inspect::systems::{RunRecord, list_running, record_directory};
 use parking_lot::Mutex;
 
-use super::panels::{HostsReading, make_panels};
+use super::panels::{HostsReading, LinksReading, make_panels};
 use super::port_list::all_inputs;
 use super::watch_messages::{
     MessageWriter, ToComponent, ToWindow, check_owner, read_message, socket_of, subject_of,
@@ -458,6 +458,9 @@ impl Station {
             }
             ToWindow::Hosts { hosts } => {
                 self.console.lock().readings.store(HostsReading::of_shown(hosts));
+            }
+            ToWindow::Links { links } => {
+                self.console.lock().readings.store(LinksReading::of_reports(links));
             }
             ToWindow::Answered { order, is_accepted, text } => {
                 self.console.lock().record_answer(&order, is_accepted, &text, now);

@@ -83,6 +83,11 @@ pub(super) enum ToWindow {
         /// Each of them.
         hosts: Vec<ShownHost>,
     },
+    /// Both ends of the links of the inputs.
+    Links {
+        /// Each of them.
+        links: Vec<LinkReport>,
+    },
     /// A command was sent to so many links.
     Sent {
         /// The output.
@@ -141,7 +146,7 @@ pub(super) struct AskedQuestion {
 }
 
 /// A host as it is shown.
-#[derive(Clone, Debug, Message)]
+#[derive(Clone, Debug, PartialEq, Message)]
 pub(crate) struct ShownHost {
     /// Its name.
     pub(crate) name: String,
@@ -160,6 +165,21 @@ pub(crate) enum ShownLink {
     Connected,
     /// It was connected.
     CutOff,
+}
+
+/// What both ends of the link of an input report.
+#[derive(Clone, Debug, PartialEq, Message)]
+pub(crate) struct LinkReport {
+    /// The input.
+    pub(crate) input: String,
+    /// What carries its data (`unix`, `tcp`, `shm`, `udp`); empty while it is down.
+    pub(crate) transport: String,
+    /// Number of data that passed between two pulls, which the input has not asked for.
+    pub(crate) skipped: u64,
+    /// Number of data lost in transport.
+    pub(crate) lost: u64,
+    /// Number of data dropped at either end, because this program was slow.
+    pub(crate) dropped: u64,
 }
 
 /// A linked input.

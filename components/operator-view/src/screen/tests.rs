@@ -372,6 +372,67 @@ fn a_host_that_is_cut_off_is_framed_and_named_with_its_clock_and_what_runs_there
 }
 
 #[test]
+fn the_table_of_links_shows_transport_skipped_and_lost_of_both_ends() {
+    use armor_inspect::{ObservedLink, SystemPicture};
+
+    let link = |to: &str, transport: &str, counts: [u64; 3]| {
+        let [skipped, lost, dropped] = counts;
+        ObservedLink {
+            from: "robot.data".into(),
+            to: to.into(),
+            type_name: String::new(),
+            keep: "latest".into(),
+            transport: transport.into(),
+            connected: true,
+            paused: false,
+            sent: 0,
+            dropped,
+            skipped,
+            history_dropped: 0,
+            lost,
+            queued: 0,
+            waiting: 0,
+            received: 0,
+            rate_hz: None,
+            problem: String::new(),
+        }
+    };
+    let links = vec![
+        link("view.map_updates", "udp→tcp", [0, 31, 4]),
+        link("view.scan", "shm", [4711, 0, 0]),
+        link("view2.scan", "unix", [815, 0, 0]),
+    ];
+    let mut picture = SystemPicture::default();
+    picture.links = links;
+    let mut shown = test_screen();
+    let widest = InputLink::new("map_updates", "robot.map_updates".into(), false);
+    shown.console.links.push(widest);
+    // A pull leaves gaps, which are no losses.
+    let number = SequenceNumber { instance: 1, sequence: 4712 };
+    shown.console.record_arrival("scan", shown.now, 1.0, number, Ok(()));
+    let mut window = window_of(shown, Vec2::new(1000.0, 1400.0));
+    window.get_by_label_contains("links, no data yet").click();
+    window.run_steps(2);
+    for label in ["via", "skipped", "lost"] {
+        assert!(window.query_by_label(label).is_some(), "{label}");
+    }
+    assert!(window.query_by_label("4711").is_some(), "without reports, gaps count as lost");
+    let reading = crate::ports::LinksReading::of(&picture, "view");
+    window.state_mut().console.readings.store(reading);
+    window.run_steps(2);
+    for label in ["udp>tcp", "35", "shm", "4711"] {
+        assert_eq!(window.query_all_by_label(label).count(), 1, "{label}");
+    }
+    assert!(window.query_by_label("815").is_none(), "of another component");
+    let right = |label| window.query_all_by_label(label).next().unwrap().rect().max.x;
+    assert!(
+        right("skipped") < right("lost") && right("none yet") <= 1000.0,
+        "the table fits: {}",
+        right("none yet")
+    );
+}
+
+#[test]
 fn a_new_frame_is_shown_until_the_operator_acknowledges_it() {
     let mut test_screen = test_screen();
     test_screen.console.frame_seen("map");

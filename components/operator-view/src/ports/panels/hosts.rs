@@ -1,10 +1,7 @@
 //! The hosts of a system of several: connected or cut off, their clocks, and what runs there.
 
-use std::sync::Arc;
-
 use armor_inspect::run_control::HostLink;
-use armor_inspect::systems::{list_running, record_directory};
-use armor_inspect::{ObservedHost, SystemPicture, SystemWatch};
+use armor_inspect::{ObservedHost, SystemPicture};
 use eframe::egui::{Color32, RichText, Ui};
 
 use crate::console::Console;
@@ -16,43 +13,9 @@ use crate::screen::{Palette, SidePanel};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(HostsPanel) };
 
-/// The variable with the address of the registry, which the launcher sets.
-const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
-
 /// What is shown of each host.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct HostsReading(Vec<ShownHost>);
-
-/// Watches the hosts of the system that this process belongs to.
-pub(crate) struct HostsWatch {
-    watch: SystemWatch,
-    shown: Arc<SystemPicture>,
-}
-
-impl HostsWatch {
-    /// Begins to watch them. There is nothing to watch in a system of one host, and on a host that is
-    /// not the launcher's, since only the launcher knows.
-    pub(crate) fn begin() -> Option<Self> {
-        let registry = std::env::var(REGISTRY_VARIABLE).ok()?;
-        let address = registry.parse().ok()?;
-        let running = list_running(&record_directory().ok()?).ok()?;
-        let record = running.into_iter().find(|record| record.registry == address)?;
-        record.place.as_ref()?;
-        let watch = SystemWatch::begin(&registry, "operator-view", Arc::new(|| {})).ok()?;
-        watch.follow_hosts(&record).ok()?;
-        Some(Self { watch, shown: Arc::default() })
-    }
-
-    /// Returns what is to be shown, if it has changed.
-    pub(crate) fn take_reading(&mut self) -> Option<HostsReading> {
-        let picture = self.watch.picture();
-        if Arc::ptr_eq(&picture, &self.shown) {
-            return None;
-        }
-        self.shown = picture;
-        Some(HostsReading::of(&self.shown))
-    }
-}
 
 impl HostsReading {
     pub(crate) fn of(picture: &SystemPicture) -> Self {

@@ -1,11 +1,14 @@
-//! The health of all links in one line; opened, rate, losses and age of each linked input.
+//! The health of all links in one line; opened, what carries each linked input, its rate, what it
+//! has skipped and lost, and its age.
 
-use eframe::egui::{Button, Color32, Grid, RichText, Ui, vec2};
+use armor_inspect::SystemPicture;
+use eframe::egui::{Button, Color32, Grid, RichText, TextStyle, Ui, vec2};
 
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness, InputLink};
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
+use crate::ports::watch_messages::LinkReport;
 use crate::screen::colours::TOUCH;
 use crate::screen::open_parts::{self, OpenPart};
 use crate::screen::{Palette, SidePanel};
@@ -14,6 +17,41 @@ pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(L
 
 /// Links that are named in the line of all.
 const MAX_NAMED: usize = 3;
+
+/// What both ends of each link report.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct LinksReading(Vec<LinkReport>);
+
+impl LinksReading {
+    /// Returns the links of the inputs of `component`.
+    pub(crate) fn of(picture: &SystemPicture, component: &str) -> Self {
+        let reports = picture.links.iter().filter_map(|link| {
+            let input = link.to.strip_prefix(component)?.strip_prefix('.')?;
+            Some(LinkReport {
+                input: input.into(),
+                transport: link.transport.clone(),
+                skipped: link.skipped,
+                lost: link.lost,
+                dropped: link.dropped,
+            })
+        });
+        Self(reports.collect())
+    }
+
+    /// Returns the reading that another process of the screen has sent.
+    pub(crate) fn of_reports(reports: Vec<LinkReport>) -> Self {
+        Self(reports)
+    }
+
+    /// Returns each link.
+    pub(crate) fn reports(&self) -> &[LinkReport] {
+        &self.0
+    }
+
+    fn find(&self, input: &str) -> Option<&LinkReport> {
+        self.0.iter().find(|report| report.input == input)
+    }
+}
 
 struct LinksPanel;
 
@@ -36,7 +74,7 @@ impl SidePanel for LinksPanel {
         let (health, text) = describe_health(console, now);
         let text = RichText::new(text).color(palette.of_freshness(health));
         let button = ui.add_sized(vec2(ui.available_width(), TOUCH), Button::new(text));
-        if button.on_hover_text("rate, losses and age of each link").clicked() {
+        if button.on_hover_text("transport, rate, losses and age of each link").clicked() {
             open_parts::toggle(ui.ctx(), OpenPart::Links);
         }
         if open_parts::is_open(ui.ctx(), OpenPart::Links) {
@@ -80,23 +118,39 @@ fn list(names: &[&str]) -> String {
 }
 
 fn show_table(ui: &mut Ui, palette: &Palette, console: &Console, now: ClockTimes) {
-    let table = Grid::new("links").num_columns(4).spacing(vec2(10.0, 2.0));
+    // Six columns fit only in the smallest text.
+    let table = Grid::new("links").num_columns(6).spacing(vec2(6.0, 2.0)).min_col_width(0.0);
+    let reading = console.readings.newest::<LinksReading>();
     table.min_row_height(20.0).show(ui, |ui| {
-        for title in ["input", "rate", "lost", "age"] {
+        ui.style_mut().override_text_style = Some(TextStyle::Small);
+        for title in ["input", "via", "rate", "skipped", "lost", "age"] {
             ui.weak(title);
         }
         ui.end_row();
         for link in &console.links {
-            show_link(ui, palette, link, now);
+            let report = reading.and_then(|reading| reading.find(link.input));
+            show_link(ui, palette, link, report, now);
         }
     });
 }
 
-fn show_link(ui: &mut Ui, palette: &Palette, link: &InputLink, now: ClockTimes) {
+fn show_link(
+    ui: &mut Ui,
+    palette: &Palette,
+    link: &InputLink,
+    report: Option<&LinkReport>,
+    now: ClockTimes,
+) {
     ui.label(link.input).on_hover_text(&link.data);
+    // The fonts of the screen have no arrow.
+    let transport = report.map(|report| report.transport.replace('→', ">")).unwrap_or_default();
+    ui.label(if transport.is_empty() { "-" } else { &transport });
     ui.label(format_rate(link.rate_hz(now)));
-    let lost = if link.lost > 0 { palette.late } else { palette.text };
-    ui.colored_label(lost, link.lost.to_string());
+    match report {
+        Some(report) => ui.label(report.skipped.to_string()),
+        None => ui.label("-"),
+    };
+    show_losses(ui, palette, link, report);
     let age = ui.colored_label(age_colour(palette, link, now), format_age(link.age_s(now)));
     if let Some(problem) = &link.problem {
         age.on_hover_text(problem);
@@ -105,6 +159,18 @@ fn show_link(ui: &mut Ui, palette: &Palette, link: &InputLink, now: ClockTimes) 
     if let Some(problem) = &link.problem {
         ui.colored_label(palette.gone, "!").on_hover_text(problem);
         ui.end_row();
+    }
+}
+
+/// Without a report, the gaps in the sequence are all that is known.
+fn show_losses(ui: &mut Ui, palette: &Palette, link: &InputLink, report: Option<&LinkReport>) {
+    let lost = report.map_or(link.lost, |report| report.lost + report.dropped);
+    let ink = if lost > 0 { palette.late } else { palette.text };
+    let label = ui.colored_label(ink, lost.to_string());
+    if let Some(LinkReport { lost, dropped, .. }) = report {
+        label.on_hover_text(format!(
+            "{lost} lost in transport, {dropped} dropped because this screen was slow"
+        ));
     }
 }
 
