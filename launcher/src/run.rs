@@ -100,7 +100,9 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let mut plan =
         ProcessPlan::new(configuration, catalogue, arguments, registry, folder, hosts.as_ref())?;
     plan.set_variable(own_run.variable());
-    descriptors::raise_limit(descriptors::count_needed(configuration, plan.duties.len()))?;
+    let (system, manifests) = (&configuration.system, catalogue.manifests());
+    let needed = descriptors::count_needed(system, &manifests, plan.duties.len());
+    descriptors::raise_limit(needed)?;
     let record = RunRecord {
         system: name.clone(),
         file_names: plan::list_file_names(configuration),
