@@ -7,6 +7,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 
+use armor_socket::enlarge_datagram_buffers;
 use parking_lot::Mutex;
 use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
@@ -58,6 +59,7 @@ impl<K: Copy + Eq + Hash> DatagramPort<K> {
         key: fn(&[u8], SocketAddr) -> Option<K>,
     ) -> io::Result<Arc<Self>> {
         let socket = Arc::new(UdpSocket::bind(address).await?);
+        enlarge_datagram_buffers(&*socket);
         Ok(Arc::new(Self { socket, ways: Mutex::default(), key }))
     }
 
@@ -153,6 +155,7 @@ async fn connect(far: SocketAddr) -> io::Result<UdpSocket> {
         IpAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
     };
     let socket = UdpSocket::bind((any, 0)).await?;
+    enlarge_datagram_buffers(&socket);
     socket.connect(far).await?;
     Ok(socket)
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::os::fd::{AsFd, BorrowedFd};
 
-use socket2::{Domain, Socket, Type};
+use socket2::{Domain, SockRef, Socket, Type};
 
 use crate::stream::Stream;
 
@@ -24,9 +24,7 @@ impl DatagramSocket {
     pub fn bind(port: u16) -> io::Result<Self> {
         let socket = Socket::new(Domain::IPV4, Type::DGRAM, None)?;
         socket.bind(&SocketAddr::from((Ipv4Addr::LOCALHOST, port)).into())?;
-        // Smaller ones only lose more.
-        let _ = socket.set_recv_buffer_size(BUFFER_LEN);
-        let _ = socket.set_send_buffer_size(BUFFER_LEN);
+        enlarge_datagram_buffers(&socket);
         socket.set_nonblocking(true)?;
         Ok(Self(socket.into()))
     }
@@ -76,6 +74,14 @@ impl DatagramSocket {
     pub fn try_receive(&self, buffer: &mut [u8]) -> io::Result<(usize, SocketAddr)> {
         self.0.recv_from(buffer)
     }
+}
+
+/// Gives a socket for datagrams room for several large messages, as far as the system allows; with less
+/// it only loses more.
+pub fn enlarge_datagram_buffers(socket: &impl AsFd) {
+    let socket = SockRef::from(socket);
+    let _ = socket.set_recv_buffer_size(BUFFER_LEN);
+    let _ = socket.set_send_buffer_size(BUFFER_LEN);
 }
 
 impl AsFd for DatagramSocket {

@@ -23,7 +23,7 @@ mod tuning;
 pub use connect::{connect, connect_component};
 #[cfg(feature = "daemon")]
 pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
-pub use datagram::DatagramSocket;
+pub use datagram::{DatagramSocket, enlarge_datagram_buffers};
 pub use faults::{FaultTable, is_temporary};
 pub use hosts::{HostPlace, adopt_place, name_endpoint};
 pub use identity::{host_name, random_id};

@@ -34,6 +34,8 @@ pub struct Board {
     /// The data that feed it, those with the highest priority first.
     writers: Vec<String>,
     hold: ElementHold,
+    /// When it was activated.
+    started_s: f64,
     /// The holder that was published last.
     published: Option<usize>,
     /// The holder at the last tick.
@@ -92,7 +94,7 @@ impl Component for Board {
         ("element", "each message of the holder, with its bytes and stamp unchanged"),
         ("latest", "the same for late subscribers: they get the last one immediately"),
         ("holder", "the data that hold the element, such as planner.velocity; empty: none"),
-        ("age", "time since the stamp of the element, at every tick"),
+        ("age", "time since the stamp of the element, or since the activation while there is none"),
     ];
 
     const EVENTS: &'static [DeclaredEvent] = BoardEvent::DECLARED;
@@ -106,7 +108,8 @@ impl Component for Board {
         let parameters = BoardParameters::request(&armor)?;
         let hold = ElementHold::new(0, parameters.policy, parameters.timeout_s);
         let writers = Vec::new();
-        Ok(Self { armor, parameters, writers, hold, published: None, reported: None })
+        let (started_s, published, reported) = (0.0, None, None);
+        Ok(Self { armor, parameters, writers, hold, started_s, published, reported })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -134,7 +137,10 @@ impl Component for Board {
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         let now_s = self.armor.timestamp();
         match call {
-            Call::Started => self.start()?,
+            Call::Started => {
+                self.started_s = now_s;
+                self.start()?;
+            }
             Call::Stopping => {
                 self.armor.send_data("holder", &Text::default())?;
                 return Ok(Outcome::CarryOn);
@@ -144,9 +150,9 @@ impl Component for Board {
                 if self.published != self.hold.holder() {
                     self.publish_holder()?;
                 }
-                if let Some(age) = self.hold.age_s(now_s) {
-                    self.armor.send_data("age", &ElementAge { age })?;
-                }
+                // Without a message so far there has been none for as long as it is active.
+                let age = self.hold.age_s(now_s).unwrap_or(now_s - self.started_s);
+                self.armor.send_data("age", &ElementAge { age })?;
             }
         }
         Ok(self.next_event())
@@ -181,6 +187,17 @@ mod tests {
 
     fn event(name: &str, value: f64) -> ReportKind {
         ReportKind::Event { name: name.into(), value }
+    }
+
+    #[test]
+    fn without_a_writer_the_age_grows_from_the_activation_on() -> Result<(), TestError> {
+        let mut board = board(&[])?;
+        for expected in [0.1, 0.2, 0.3] {
+            board.tick_after(TICK)?;
+            let age = board.last_output::<ElementAge>("age")?.age;
+            assert!((age - expected).abs() < 1e-9, "{age}");
+        }
+        Ok(())
     }
 
     #[test]

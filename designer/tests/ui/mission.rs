@@ -279,8 +279,8 @@ fn it_plays_itself_to_an_end() {
 fn a_counterexample_is_played_firing_by_firing() {
     let file = SURVEY.replace(
         "    <layout>",
-        "    <transition name=\"stray\" from=\"home\" to=\"lost\" timeout=\"1s\"/>\n    \
-         <place name=\"lost\"/>\n    <check>never hold</check>\n    <layout>",
+        "    <transition name=\"stray\" from=\"home\" to=\"hold\" timeout=\"1s\"/>\n    \
+         <check>never hold</check>\n    <layout>",
     );
     let mut window = mission(&file);
     assert!(window.has_part("x violated"));

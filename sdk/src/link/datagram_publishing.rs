@@ -54,7 +54,9 @@ impl OutgoingLink {
         let switch = DatagramSwitchBody { in_datagrams: false, next: datagrams.floor() };
         let unreceived = datagrams.switch_off();
         self.send_body(FrameKind::DatagramSwitch, &switch);
-        for (header, payload) in unreceived {
+        // A frozen subscriber gets nothing.
+        let is_paused = self.paused;
+        for (header, payload) in unreceived.into_iter().filter(|_| !is_paused) {
             let mut frame = header.to_bytes(payload.len()).to_vec();
             frame.extend_from_slice(&payload);
             let written = if self.queue.is_empty() { self.write(&frame) } else { 0 };
@@ -74,9 +76,12 @@ impl OutgoingLink {
         // What waits for the stream would be overtaken; there will be another receipt.
         if !self.queue.is_empty() && !self.drain_queue() {
             if let Some(datagrams) = &mut self.datagrams {
-                datagrams.switch_off();
+                datagrams.undo_switch_on();
             }
             return;
+        }
+        if self.datagrams.as_mut().is_some_and(|datagrams| datagrams.note_return()) {
+            tracing::info!("datagrams to `{}` arrive again", self.to);
         }
         let switch = DatagramSwitchBody { in_datagrams: true, next: published };
         self.send_body(FrameKind::DatagramSwitch, &switch);
@@ -86,11 +91,17 @@ impl OutgoingLink {
     /// be called again.
     fn look_after_datagrams(&mut self) -> Option<Duration> {
         let datagrams = self.datagrams.as_mut()?;
-        if !datagrams.has_just_fallen() {
+        if !datagrams.note_silence() {
             return datagrams.resend();
         }
+        let is_first = datagrams.falls() == 1;
         self.leave_datagrams();
-        tracing::warn!("datagrams to `{}` have not arrived for 2 s; TCP carries the data", self.to);
+        if is_first {
+            tracing::warn!(
+                "`{}` has confirmed no datagram for 2 s, or no whole message; TCP carries the data",
+                self.to
+            );
+        }
         None
     }
 }
@@ -103,12 +114,25 @@ impl OutputState {
         message: &T,
         header: DataHeader,
     ) -> Result<bool, EncodeError> {
-        if DatagramSender::can_carry(codec::encoded_len(message)?) {
+        if self.check_len(codec::encoded_len(message)?) && self.has_datagrams() {
             let payload: Arc<[u8]> = codec::encode(message)?.into();
             return Ok(self.give_datagrams(header, &payload));
         }
-        self.links.iter_mut().for_each(OutgoingLink::leave_datagrams);
         Ok(false)
+    }
+
+    /// Whether datagrams can carry a message of this length. If they cannot, it takes the stream.
+    fn check_len(&mut self, len: usize) -> bool {
+        let fits = DatagramSender::can_carry(len);
+        for link in &mut self.links {
+            if !fits {
+                link.leave_datagrams();
+            }
+            if let Some(datagrams) = &mut link.datagrams {
+                datagrams.set_wanted(fits);
+            }
+        }
+        fits
     }
 
     /// The same for an encoded frame.
@@ -116,19 +140,20 @@ impl OutputState {
         let Some((prefix, body)) = frame.split_at_checked(PREFIX_LEN) else { return false };
         let frame = Frame { kind: FrameKind::Data, flags: prefix[5], body };
         let Ok((header, payload)) = frame.data() else { return false };
-        if DatagramSender::can_carry(payload.len()) {
-            return self.give_datagrams(header, &Arc::from(payload));
-        }
-        self.links.iter_mut().for_each(OutgoingLink::leave_datagrams);
-        false
+        self.check_len(payload.len()) && self.give_datagrams(header, &Arc::from(payload))
     }
 
     fn give_datagrams(&mut self, header: DataHeader, payload: &Arc<[u8]>) -> bool {
         self.links.iter_mut().fold(false, |any, link| link.send_in_datagrams(header, payload) | any)
     }
 
+    /// Whether a link can use datagrams.
+    pub(super) fn may_use_datagrams(&self) -> bool {
+        self.links.iter().any(|link| link.datagrams.is_some())
+    }
+
     /// Whether data of a link go in datagrams now.
-    pub(super) fn has_datagrams(&self) -> bool {
+    fn has_datagrams(&self) -> bool {
         self.links.iter().any(OutgoingLink::is_in_datagrams)
     }
 

@@ -19,7 +19,7 @@ pub(super) struct DatagramReader {
     receiver: DatagramReceiver,
     socket: DatagramSocket,
     last_receipt: Option<Instant>,
-    /// Something has come since the last receipt.
+    /// The publisher waits for a receipt.
     owes_receipt: bool,
     instance: u64,
 }
@@ -83,9 +83,7 @@ impl DatagramReader {
 
     /// Reports what has arrived, if that is due.
     pub fn send_receipt(&mut self) {
-        // Where nothing is sent again, receipts only show that datagrams arrive.
-        let is_owed = self.owes_receipt && self.receiver.is_ordered();
-        if is_owed || self.until_receipt().is_zero() {
+        if self.owes_receipt || self.until_receipt().is_zero() {
             let _ = self.socket.try_send(&self.receiver.write_receipt());
             self.last_receipt = Some(Instant::now());
             self.owes_receipt = false;

@@ -101,11 +101,31 @@ impl LinkDatagrams {
         self.sender.resend(now, send).map(|due| due.saturating_sub(now))
     }
 
-    /// Whether the stream must take over: nothing has arrived for too long.
-    pub fn has_just_fallen(&mut self) -> bool {
-        let is_silent = self.sender.is_silent(self.start.elapsed());
-        self.has_fallen |= is_silent;
-        is_silent
+    /// Whether the stream must take over, because datagrams do not arrive.
+    pub fn note_silence(&mut self) -> bool {
+        let has_fallen = self.sender.note_silence(self.start.elapsed());
+        self.has_fallen |= has_fallen;
+        has_fallen
+    }
+
+    /// How often datagrams have stopped arriving, lately.
+    pub fn falls(&self) -> u32 {
+        self.sender.falls()
+    }
+
+    /// Notes whether the messages fit into datagrams.
+    pub fn set_wanted(&mut self, is_wanted: bool) {
+        self.sender.set_wanted(is_wanted);
+    }
+
+    /// Takes back the switch to datagrams, of which the subscriber has not been informed.
+    pub fn undo_switch_on(&mut self) {
+        self.sender.undo_switch_on();
+    }
+
+    /// Notes that data go in datagrams. Returns whether the stream had taken over.
+    pub fn note_return(&mut self) -> bool {
+        std::mem::take(&mut self.has_fallen)
     }
 
     /// Data take the stream from here on: returns those that may not have arrived, oldest first.

@@ -90,8 +90,10 @@ pub(crate) struct InputReader {
 }
 
 impl ReadState<'_> {
-    fn is_in_datagrams(&self) -> bool {
-        self.datagrams.as_ref().is_some_and(DatagramReader::is_in_datagrams)
+    /// Whether what has come is the newest, and nobody need be asked for it.
+    fn brings_newest(&self) -> bool {
+        let by_datagrams = |it: &DatagramReader| it.is_in_datagrams() || it.is_ordered();
+        self.memory.is_some() || self.datagrams.as_ref().is_some_and(by_datagrams)
     }
 }
 
@@ -230,8 +232,7 @@ impl InputReader {
             self.process_datagrams(&mut state);
             self.runtime.after_release();
             // Ring and datagrams bring the newest, and are emptied before each wait.
-            let has_newest = state.memory.is_some() || state.is_in_datagrams();
-            if !has_newest && start.is_some_and(|start| start.elapsed() > BUSY) {
+            if !state.brings_newest() && start.is_some_and(|start| start.elapsed() > BUSY) {
                 match self.catch_up(stream, reader, &mut state) {
                     Ok(None) => {}
                     Ok(found) => {

@@ -192,7 +192,7 @@ impl OutputPort {
         if self.entry.latched {
             let frame = Arc::new(encode_frame(message, header)?);
             // Before the others: what they cannot carry takes the stream.
-            if state.has_datagrams() && state.send_frame_in_datagrams(&frame) {
+            if state.may_use_datagrams() && state.send_frame_in_datagrams(&frame) {
                 (how.wake)();
             }
             state.publish_shared(sequence, &frame, how);
@@ -207,7 +207,7 @@ impl OutputPort {
             } else {
                 state.store_newest(message, header)?;
             }
-            if state.has_datagrams() && state.publish_in_datagrams(message, header)? {
+            if state.may_use_datagrams() && state.publish_in_datagrams(message, header)? {
                 (how.wake)();
             }
             if pulls < state.links.len() {
@@ -374,10 +374,11 @@ impl OutputState {
         let history = self.links[at].history;
         let kept: Vec<_> = self.kept.newest(history).cloned().collect();
         for (sequence, frame) in kept {
-            offer_shared(&mut self.links[at], sequence, &frame);
+            // What is too long for datagrams takes the stream.
             if self.links[at].is_in_datagrams() {
                 self.send_frame_in_datagrams(&frame);
             }
+            offer_shared(&mut self.links[at], sequence, &frame);
             if self.links[at].memory_use != MemoryUse::Never {
                 self.share_frame(&frame, Some(at));
             }

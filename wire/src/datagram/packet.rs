@@ -50,6 +50,8 @@ pub(super) struct Receipt {
     pub token: u64,
     /// Counts the receipts of the link, from 1.
     pub number: u64,
+    /// How many changes between stream and datagrams it has followed.
+    pub switches: u32,
     /// Highest number of a datagram that has arrived; 0 before the first.
     pub heard: u64,
     /// All messages before this sequence have arrived, or are not waited for.
@@ -132,7 +134,8 @@ impl Receipt {
         bytes.extend_from_slice(&self.token.to_le_bytes());
         bytes.extend_from_slice(&self.number.to_le_bytes());
         let count = self.parts.len().min(MAX_PARTS);
-        bytes.extend_from_slice(&[RECEIPT, count as u8, 0, 0, 0, 0, 0, 0]);
+        bytes.extend_from_slice(&[RECEIPT, count as u8, 0, 0]);
+        bytes.extend_from_slice(&self.switches.to_le_bytes());
         for word in [self.heard, self.base, self.arrived] {
             bytes.extend_from_slice(&word.to_le_bytes());
         }
@@ -148,7 +151,7 @@ impl Receipt {
         let (header, rest) = packet.split_first_chunk::<HEADER_LEN>()?;
         let count = usize::from(header[17]);
         let is_whole = count <= MAX_PARTS && rest.len() == count * PART_LEN;
-        if header[16] != RECEIPT || header[18..24].iter().any(|byte| *byte != 0) || !is_whole {
+        if header[16] != RECEIPT || header[18..20] != [0, 0] || !is_whole {
             return None;
         }
         let read_part = |part: &[u8]| {
@@ -159,6 +162,7 @@ impl Receipt {
         Some(Self {
             token: word(header, 0),
             number: word(header, 8),
+            switches: u32::from_le_bytes([header[20], header[21], header[22], header[23]]),
             heard: word(header, 24),
             base: word(header, 32),
             arrived: word(header, 40),

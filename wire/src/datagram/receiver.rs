@@ -37,6 +37,8 @@ pub struct DatagramReceiver {
     /// Highest number that has arrived.
     heard: u64,
     receipts: u64,
+    /// How many changes it has followed.
+    switches: u32,
     /// Sequences before this one do not come any more, by what the stream and the datagrams said.
     stream_floor: u64,
     packet_floor: u64,
@@ -56,6 +58,7 @@ impl DatagramReceiver {
             in_datagrams: false,
             heard: 0,
             receipts: 0,
+            switches: 0,
             stream_floor: 0,
             packet_floor: 0,
             next: None,
@@ -74,16 +77,16 @@ impl DatagramReceiver {
         self.in_datagrams
     }
 
-    /// Takes a datagram of the publisher. Returns whether it belongs to this link.
+    /// Takes a datagram of the publisher. Returns whether the publisher waits for its receipt.
     pub fn receive(&mut self, packet: &[u8]) -> bool {
         let packet = DataPacket::read(packet).filter(|packet| packet.token == self.token);
         let Some(packet) = packet else { return false };
         self.heard = self.heard.max(packet.number);
         self.packet_floor = self.packet_floor.max(packet.floor);
-        if let Some(fragment) = packet.fragment {
-            self.add_fragment(&fragment);
-        }
-        true
+        // A probe waits for the receipt that comes in any case: an answer to each would be answered again.
+        let Some(fragment) = packet.fragment else { return false };
+        self.add_fragment(&fragment);
+        self.is_ordered
     }
 
     fn add_fragment(&mut self, fragment: &Fragment<'_>) {
@@ -132,6 +135,7 @@ impl DatagramReceiver {
 
     /// Follows a change of what carries the data.
     pub fn switch(&mut self, switch: DatagramSwitchBody) {
+        self.switches = self.switches.wrapping_add(1);
         self.in_datagrams = switch.in_datagrams;
         self.stream_floor = self.stream_floor.max(switch.next);
     }
@@ -162,13 +166,16 @@ impl DatagramReceiver {
     /// The datagram that reports what has arrived.
     pub fn write_receipt(&mut self) -> Vec<u8> {
         self.receipts += 1;
-        // All before it have been taken, or will not come.
-        let base = self.next.unwrap_or(0).max(self.floor());
+        // All before it have been taken, or will not come. Where nothing is sent again, the publisher
+        // sees by it whether messages become whole.
+        let next = self.next.unwrap_or(0);
+        let base = if self.is_ordered { next.max(self.floor()) } else { next };
         let is_whole = |at: u64| self.whole.contains_key(&at);
         let arrived = (0..64).filter(|ahead| base.checked_add(*ahead).is_some_and(is_whole));
         let receipt = Receipt {
             token: self.token,
             number: self.receipts,
+            switches: self.switches,
             heard: self.heard,
             base,
             arrived: arrived.fold(0, |bits, ahead| bits | 1 << ahead),

@@ -10,8 +10,18 @@ use super::round_trip::RoundTrip;
 use super::{DATAGRAM_LEN, MAX_DATAGRAM_MESSAGE, MAX_RESENT};
 use crate::frame::DataHeader;
 
-/// For so long without a datagram that has arrived, data come in datagrams.
+/// After so long without a datagram that has arrived, data take the stream.
 const SILENCE: Duration = Duration::from_secs(2);
+/// So many messages in a row, within [`SILENCE`], of which none became whole: the way loses a part of each.
+const MOST_BROKEN: u32 = 5;
+/// Shortest time between two probes.
+const PROBE_PERIOD: Duration = Duration::from_millis(200);
+/// Receipts that must show that datagrams arrive, after the first time that they did not; twice as many
+/// after each further time, up to 2⁵ times.
+const PROVEN_BY: u32 = 5;
+const MOST_DOUBLINGS: u32 = 5;
+/// After so long in datagrams, earlier times do not count any more.
+const FORGIVEN: Duration = Duration::from_secs(60);
 /// A message is sent again this often, at shortening intervals, before the intervals grow: the
 /// subscriber is busy or cut off, and more datagrams would not help it.
 const FAST_TRIES: u32 = 8;
@@ -39,6 +49,21 @@ pub struct DatagramSender {
     /// The sequence after the last that was published.
     next: u64,
     is_on: bool,
+    on_since: Duration,
+    /// Messages fit into datagrams: data are to go in them.
+    is_wanted: bool,
+    /// Changes between stream and datagrams, those of the subscriber's last receipt among them.
+    switches: u32,
+    /// How often datagrams have stopped arriving, lately.
+    falls: u32,
+    /// Receipts since then that show that they arrive.
+    proofs: u32,
+    last_probe: Option<Duration>,
+    /// Where nothing is sent again: up to where messages have become whole, and how many were sent since
+    /// which time without any that did.
+    base: u64,
+    broken: u32,
+    broken_since: Duration,
     /// Number of the last receipt.
     receipt: u64,
     /// Highest number that has arrived, and when that was reported.
@@ -74,6 +99,15 @@ impl DatagramSender {
             kept: VecDeque::new(),
             next: 0,
             is_on: false,
+            on_since: now,
+            is_wanted: true,
+            switches: 0,
+            falls: 0,
+            proofs: 0,
+            last_probe: None,
+            base: 0,
+            broken: 0,
+            broken_since: now,
             receipt: 0,
             heard: 0,
             heard_at: now,
@@ -103,9 +137,14 @@ impl DatagramSender {
         self.kept.front().map_or(self.next, |kept| kept.header.sequence)
     }
 
-    /// Notes a message that has taken the stream.
-    pub fn note_streamed(&mut self, sequence: u64) {
-        self.next = self.next.max(sequence + 1);
+    /// Notes whether the messages fit into datagrams: data are to go in them only then.
+    pub fn set_wanted(&mut self, is_wanted: bool) {
+        self.is_wanted = is_wanted;
+    }
+
+    /// How often datagrams have stopped arriving, lately.
+    pub fn falls(&self) -> u32 {
+        self.falls
     }
 
     /// Whether a payload of this length can be sent.
@@ -135,6 +174,10 @@ impl DatagramSender {
                 due: now + self.round_trip.wait(),
             });
         }
+        if self.broken == 0 {
+            self.broken_since = now;
+        }
+        self.broken += 1;
         let all = count_fragments(payload.len());
         self.send_fragments(header, payload, 0..all, now, &mut send);
     }
@@ -168,10 +211,14 @@ impl DatagramSender {
     ) {
         self.number += 1;
         let floor = self.floor();
+        let is_probe = fragment.is_none();
         let packet = DataPacket { token: self.token, number: self.number, floor, fragment };
         let mut buffer = [0; DATAGRAM_LEN];
         let len = packet.write(&mut buffer);
-        self.measured = self.measured.or(Some((self.number, now)));
+        // The receipt of a probe comes when one is due in any case.
+        if !is_probe {
+            self.measured = self.measured.or(Some((self.number, now)));
+        }
         send(&buffer[..len]);
     }
 
@@ -197,21 +244,48 @@ impl DatagramSender {
             self.round_trip.add_measurement(now.saturating_sub(sent_at));
         }
         self.note_arrivals(&receipt);
+        if receipt.base > self.base {
+            (self.base, self.broken) = (receipt.base, 0);
+        }
         let has_arrived = receipt.heard > self.heard;
         if has_arrived {
             self.heard = receipt.heard;
             self.heard_at = now;
         }
         // There must be something whose arrival the next receipt can report.
-        if self.number == self.number_at_receipt || !self.is_on {
+        let is_due = self.last_probe.is_none_or(|last| now.saturating_sub(last) >= PROBE_PERIOD);
+        if (self.number == self.number_at_receipt || !self.is_on) && is_due {
+            self.last_probe = Some(now);
             self.send_packet(None, now, &mut send);
         }
         self.number_at_receipt = self.number;
-        if has_arrived && !self.is_on {
+        if self.is_on {
+            if now.saturating_sub(self.on_since) > FORGIVEN {
+                self.falls = 0;
+            }
+            return ReceiptEffect::Counted;
+        }
+        self.proofs += u32::from(has_arrived);
+        let needed = match self.falls.checked_sub(1) {
+            None => 1,
+            Some(further) => PROVEN_BY << further.min(MOST_DOUBLINGS),
+        };
+        // What the stream still carries would be overtaken.
+        let has_followed = receipt.switches == self.switches;
+        if has_arrived && self.proofs >= needed && self.is_wanted && has_followed {
             self.is_on = true;
+            self.on_since = now;
+            self.broken = 0;
+            self.switches = self.switches.wrapping_add(1);
             return ReceiptEffect::SwitchOn;
         }
         ReceiptEffect::Counted
+    }
+
+    /// Takes back the switch to datagrams, of which the subscriber has not been informed.
+    pub fn undo_switch_on(&mut self) {
+        self.is_on = false;
+        self.switches = self.switches.wrapping_sub(1);
     }
 
     fn note_arrivals(&mut self, receipt: &Receipt) {
@@ -249,14 +323,24 @@ impl DatagramSender {
         self.kept.iter().map(|kept| kept.due).min()
     }
 
-    /// Whether nothing has arrived for so long that data take the stream from here on.
-    pub fn is_silent(&self, now: Duration) -> bool {
-        self.is_on && now.saturating_sub(self.heard_at) > SILENCE
+    /// Whether data must take the stream from here on: nothing has arrived for too long, or no message
+    /// has become whole. The caller switches off then.
+    pub fn note_silence(&mut self, now: Duration) -> bool {
+        let is_silent = now.saturating_sub(self.heard_at) > SILENCE;
+        let is_broken = self.resent == 0
+            && self.broken >= MOST_BROKEN
+            && now.saturating_sub(self.broken_since) > SILENCE;
+        let has_fallen = self.is_on && (is_silent || is_broken);
+        self.falls += u32::from(has_fallen);
+        has_fallen
     }
 
     /// Data take the stream from here on: returns the messages that may not have arrived, oldest first.
+    /// The caller sends [`DatagramSwitchBody`](super::DatagramSwitchBody) before them.
     pub fn switch_off(&mut self) -> Vec<(DataHeader, Arc<[u8]>)> {
         self.is_on = false;
+        self.proofs = 0;
+        self.switches = self.switches.wrapping_add(1);
         std::mem::take(&mut self.kept).into_iter().map(|kept| (kept.header, kept.payload)).collect()
     }
 }

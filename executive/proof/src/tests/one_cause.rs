@@ -208,7 +208,12 @@ fn a_goal_before_a_read_or_a_sub_mission_is_one_finding() {
     let ends =
         |goal: &str| with_inner(check).replace(r#"goal="home""#, &format!(r#"goal="{goal}""#));
     expect_with(&ends("home"), INNER, &[], "");
-    expect_with(&ends("c"), INNER, &["E0252"], "inner.xml never begins: it leads on from c, the goal");
+    expect_with(
+        &ends("c"),
+        INNER,
+        &["E0252"],
+        "inner.xml never begins: it leads on from c, the goal",
+    );
 }
 
 #[test]
