@@ -2,7 +2,7 @@
 //! they get in this file: that of the first link.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, PortManifest};
 
@@ -16,6 +16,8 @@ pub struct TypedManifests<'a> {
     first: BTreeMap<(&'a str, &'a str), &'a Link>,
     /// For each component that passes messages on, the input from which its outputs have their type.
     passed: BTreeMap<&'a str, &'a str>,
+    /// Those outputs, by component and output.
+    passing: BTreeSet<(&'a str, &'a str)>,
 }
 
 impl<'a> TypedManifests<'a> {
@@ -28,11 +30,14 @@ impl<'a> TypedManifests<'a> {
         });
         let kinds: BTreeMap<&str, &Manifest> = kinds.collect();
         let by_name = kinds.iter().map(|(name, kind)| (*name, Cow::Borrowed(*kind))).collect();
-        let mut typed = Self { by_name, first: BTreeMap::new(), passed: BTreeMap::new() };
+        let (first, passed, passing) = Default::default();
+        let mut typed = Self { by_name, first, passed, passing };
         for (name, kind) in &kinds {
             let input = kind.inputs.iter().find(|input| input.is_any());
             if let Some(input) = input.filter(|_| kind.outputs.iter().any(PortManifest::is_any)) {
                 typed.passed.insert(name, &input.id);
+                let outputs = kind.outputs.iter().filter(|output| output.is_any());
+                typed.passing.extend(outputs.map(|output| (*name, output.id.as_str())));
             }
         }
         for link in &system.links {
@@ -100,8 +105,10 @@ impl<'a> TypedManifests<'a> {
         self.first.get(&(input.component.value.as_str(), input.port.value.as_str())).copied()
     }
 
-    /// The input of `component` whose messages it passes on.
-    pub(crate) fn passed_input(&self, component: &str) -> Option<&'a str> {
-        self.passed.get(component).copied()
+    /// The input of the component whose messages come out of `output`.
+    pub(crate) fn passed_input(&self, output: &Port) -> Option<&'a str> {
+        let component = output.component.value.as_str();
+        let is_passing = self.passing.contains(&(component, output.port.value.as_str()));
+        self.passed.get(component).copied().filter(|_| is_passing)
     }
 }

@@ -82,7 +82,7 @@ fn writers_of<'a>(
     system: &'a System,
 ) -> impl Iterator<Item = &'a Link> {
     let component = link.from.component.value.as_str();
-    let passed = typed.passed_input(component);
+    let passed = typed.passed_input(&link.from);
     let is_writer = move |writer: &&Link| {
         writer.to.component.value == component && Some(writer.to.port.value.as_str()) == passed
     };

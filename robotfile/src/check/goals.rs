@@ -161,6 +161,17 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         let is_after = is_after_inner || before.any(|it| is_by(it, "done"));
         is_by(transition, "done") || (!has_others(transition) && is_after)
     };
+    let remedy = format!("did you mean goal=\"{}\" safe=\"{}\"?", safe.value, goal.value);
+    let find_safety = |name: &str| mission.place(name).filter(|it| it.class == Class::Safety);
+    if let (Some(place), None) = (find_safety(&goal.value), find_safety(&safe.value)) {
+        let message = format!(
+            "the goal {} has class=\"safety\", and the safe place {} has not",
+            goal.value, safe.value
+        );
+        let finding = Finding::new(Code::GoalExchanged, &goal.at, message).remedy(remedy);
+        findings.push(finding.related(&place.name.at, "this place"));
+        return;
+    }
     let to_goal: Vec<_> = entering(&goal.value).collect();
     if to_goal.is_empty() || !to_goal.iter().copied().all(is_exit) {
         return;
@@ -199,11 +210,7 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
             goal.value, done.value, safe.value
         );
         let finding = Finding::new(Code::GoalExchanged, &goal.at, message);
-        findings.push(
-            finding
-                .remedy(format!("did you mean goal=\"{}\" safe=\"{}\"?", safe.value, goal.value))
-                .related(&done.at, "this transition"),
-        );
+        findings.push(finding.remedy(remedy).related(&done.at, "this transition"));
     }
 }
 

@@ -49,6 +49,18 @@ fn all_writers_have_the_type_of_the_first_one() {
 }
 
 #[test]
+fn only_what_is_passed_on_has_the_type_of_the_writers() {
+    let mut manifests = manifests();
+    let mut holder = manifests["battery"].outputs[0].clone();
+    holder.id = "holder".into();
+    manifests.get_mut("board").unwrap().outputs.push(holder);
+    let links = r#"<link from="front.scan" to="board.writers"/><link from="board.holder" to="mapper.scan"/>"#;
+    let (reading, _) = reading(&file(links), Some(&manifests));
+    let shown = reading.findings.without_notes().render(Colours::No);
+    assert!(shown.contains("error[E0108]") && shown.ends_with("1 error\n"), "{shown}");
+}
+
+#[test]
 fn two_versions_of_a_type_are_distinguished_by_their_fields() {
     let mut manifests = manifests();
     let mut other = manifests["laser"].clone();

@@ -137,6 +137,19 @@ fn a_failure_leads_to_the_goal_and_an_event_to_the_safe_place_only_if_both_are_e
 }
 
 #[test]
+fn the_place_of_class_safety_is_not_the_goal() {
+    let end = r#"<transition name="end" from="a" to="over" on="go.packed"/>"#;
+    let plain = r#"<place name="hold"/>"#;
+    let file = |place: &str| robot(r#"safe="hold""#, &format!("{end}{LATE}")).replace(plain, place);
+    let exchange =
+        |file: String| file.replace(r#"goal="over" safe="hold""#, r#"goal="hold" safe="over""#);
+    let safety = file(r#"<place name="hold" class="safety"/>"#);
+    assert!(safety != file(plain), "the place is marked");
+    assert_eq!(codes(&safety), [""; 0]);
+    only("W0276", r#"did you mean goal="over" safe="hold"?"#, &exchange(safety));
+}
+
+#[test]
 fn a_component_that_excludes_several_of_its_place_is_one_finding() {
     let exclusive = r#"<exclusive components="go arm"/><exclusive components="go third"/>"#;
     let file = |components: &str| {
