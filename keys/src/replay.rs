@@ -1,5 +1,5 @@
-//! Protection against datagrams that somebody has recorded and sends again: each number is accepted
-//! once, and none that is far behind the newest (RFC 4303, section 3.4.3).
+//! Protection against replayed datagrams: each number is accepted once, and none that is far behind the
+//! newest (RFC 4303, section 3.4.3).
 
 /// Numbers behind the newest that are still accepted: datagrams overtake each other.
 const WINDOW: u64 = 1024;

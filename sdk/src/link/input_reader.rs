@@ -90,7 +90,7 @@ pub(crate) struct InputReader {
 }
 
 impl ReadState<'_> {
-    /// Whether what has come is the newest, and nobody need be asked for it.
+    /// Whether the newest data arrive without a question to the publisher.
     fn brings_newest(&self) -> bool {
         let by_datagrams = |it: &DatagramReader| it.is_in_datagrams() || it.is_ordered();
         self.memory.is_some() || self.datagrams.as_ref().is_some_and(by_datagrams)

@@ -54,7 +54,7 @@ pub struct DatagramSender {
     is_wanted: bool,
     /// Changes between stream and datagrams, those of the subscriber's last receipt among them.
     switches: u32,
-    /// How often datagrams have stopped arriving, lately.
+    /// How often datagrams have stopped arriving since they last arrived for a whole minute.
     falls: u32,
     /// Receipts since then that show that they arrive.
     proofs: u32,
@@ -142,7 +142,7 @@ impl DatagramSender {
         self.is_wanted = is_wanted;
     }
 
-    /// How often datagrams have stopped arriving, lately.
+    /// How often datagrams have stopped arriving since they last arrived for a whole minute.
     pub fn falls(&self) -> u32 {
         self.falls
     }
