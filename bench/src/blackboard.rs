@@ -11,6 +11,7 @@ use crate::job::BlackboardJob;
 use crate::machine::{Load, describe_machine};
 use crate::options::BenchOptions;
 use crate::process::{RoleLine, RoleProcess};
+use crate::pull;
 use crate::reliability::report::FaultReport;
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -30,14 +31,17 @@ pub fn run_job(job: BlackboardJob, options: &BenchOptions) -> Result<()> {
     let load = Load::start();
     let meets_goals = match job {
         BlackboardJob::FigureSeven => figure_seven::measure(&bench, options).map(|()| true)?,
-        BlackboardJob::Readers => {
-            let report = measure_readers(&bench)?;
-            print!("{}", report.to_markdown());
-            report.meets_goals()
-        }
+        BlackboardJob::Readers => print_report(&measure_readers(&bench)?),
+        BlackboardJob::Pull => print_report(&pull::measure(&bench)?),
     };
     println!("\nLoad of everything else {:.0} %. {}.", load.foreign_percent(), describe_machine());
     if meets_goals { Ok(()) } else { bail!("not every goal is met") }
+}
+
+/// Prints it. Returns whether every goal is met.
+fn print_report(report: &FaultReport) -> bool {
+    print!("{}", report.to_markdown());
+    report.meets_goals()
 }
 
 fn measure_readers(bench: &Bench) -> Result<FaultReport> {

@@ -82,6 +82,8 @@ pub enum BlackboardJob {
     Readers,
     /// Figure 7 of Little-MEC.
     FigureSeven,
+    /// What a pull costs.
+    Pull,
 }
 
 impl BlackboardJob {
@@ -90,6 +92,7 @@ impl BlackboardJob {
         match part {
             "blackboard" => Some(Self::Readers),
             "figure-seven" => Some(Self::FigureSeven),
+            "pull" => Some(Self::Pull),
             _ => None,
         }
     }

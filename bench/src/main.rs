@@ -18,6 +18,7 @@ mod options;
 mod other_means;
 mod petri;
 mod process;
+mod pull;
 mod reaction;
 mod readings;
 mod reliability;

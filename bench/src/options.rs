@@ -21,8 +21,8 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     Or, as root, faults in a system of several hosts, and nothing else:
                     hosts-kills, hosts-cuts, hosts-stops or soak.
                     Or memory-faults or memory-kills: shared memory under faults.
-                    Or blackboard (one writer, 16 readers) or figure-seven (the latency of
-                    7 means, 2 minutes with --secs 1).
+                    Or blackboard (one writer, 16 readers), pull (what a pull costs) or
+                    figure-seven (the latency of 7 means, 2 minutes with --secs 1).
                     Or mapper-kills, in simulated missions on this host, and nothing else
   --chart FILE      draw figure-seven there, as SVG
   --armor PATH      the program `armor` for these (default: next to this program)

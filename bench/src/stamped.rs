@@ -22,28 +22,35 @@ pub struct StampedWriter {
     armor: Armor,
     len: usize,
     period: Duration,
+    /// How many writes for each trigger.
+    triggered: usize,
     window: Duration,
 }
 
 impl Component for StampedWriter {
     const KIND: &'static str = "stamped-writer";
     const SUMMARY: &'static str = "Publishes stamped messages, and how late they are.";
-    const PARAMETERS: &'static [Parameter] =
-        &[LEN, WINDOW, Parameter::number("period", "s").doc("between two writes")];
+    const PARAMETERS: &'static [Parameter] = &[
+        LEN,
+        WINDOW,
+        Parameter::number("period", "s").doc("between two writes"),
+        Parameter::integer("triggered").default("1").doc("writes for each trigger"),
+    ];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
         armor.provide::<StampedBlob>("value")?;
-        armor.provide::<Count>("trigger")?;
+        armor.provide::<StampedBlob>("trigger")?;
         for parameter in Self::PARAMETERS {
             armor.get_parameter(&parameter.manifest().name)?;
         }
         armor.synchronize()?;
-        Ok(Self { armor, len: 0, period: Duration::ZERO, window: Duration::ZERO })
+        Ok(Self { armor, len: 0, period: Duration::ZERO, triggered: 1, window: Duration::ZERO })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
         match name {
             "len" => self.len = value.integer()? as usize,
+            "triggered" => self.triggered = (value.integer()? as usize).max(1),
             "period" => self.period = Duration::try_from_secs_f64(value.number()?)?,
             _ => self.window = Duration::try_from_secs_f64(value.number()?)?,
         }
@@ -52,10 +59,11 @@ impl Component for StampedWriter {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         if call == Call::Started {
-            let (armor, period, window) = (self.armor.clone(), self.period, self.window);
+            let (armor, window) = (self.armor.clone(), self.window);
+            let pace = (self.period, self.triggered);
             let message = StampedBlob { sent_ns: 0, bytes: vec![0x5a; self.len].into() };
             std::thread::Builder::new().name("writer".into()).spawn(move || {
-                if let Err(error) = write_for_ever(&armor, message, period, window) {
+                if let Err(error) = write_for_ever(&armor, message, pace, window) {
                     println!("failed {error}");
                 }
             })?;
@@ -67,9 +75,10 @@ impl Component for StampedWriter {
 fn write_for_ever(
     armor: &Armor,
     mut message: StampedBlob,
-    period: Duration,
+    (period, triggered): (Duration, usize),
     window: Duration,
 ) -> Result<(), Fault> {
+    let mut trigger = StampedBlob { sent_ns: 0, bytes: Array::default() };
     let mut late_ns = Vec::new();
     loop {
         let begun = Instant::now();
@@ -80,7 +89,10 @@ fn write_for_ever(
             message.sent_ns = monotonic_ns();
             armor.send_data("value", &message)?;
             late_ns.push(due.elapsed().as_nanos() as u64);
-            armor.send_data("trigger", &Count { count: late_ns.len() as u64 })?;
+            if late_ns.len() % triggered == 0 {
+                trigger.sent_ns = monotonic_ns();
+                armor.send_data("trigger", &trigger)?;
+            }
         }
         println!(
             "writes n={} late_p50_us={} late_p99_us={} late_most_us={}",
@@ -103,6 +115,8 @@ pub struct StampedReader {
     arrived_ns: Vec<u64>,
     /// Of each message when the next one arrived.
     replaced_ns: Vec<u64>,
+    /// Of each trigger when it arrived.
+    triggered_ns: Vec<u64>,
 }
 
 impl Component for StampedReader {
@@ -112,8 +126,8 @@ impl Component for StampedReader {
         &[WINDOW, Parameter::number("work", "s").doc("how long each message takes")];
 
     fn new(armor: Armor) -> Result<Self, Fault> {
-        armor.subscribe::<StampedBlob>("value")?;
-        armor.subscribe::<Optional<Count>>("trigger")?;
+        armor.subscribe::<Optional<StampedBlob>>("value")?;
+        armor.subscribe::<Optional<StampedBlob>>("trigger")?;
         for parameter in Self::PARAMETERS {
             armor.get_parameter(&parameter.manifest().name)?;
         }
@@ -125,6 +139,7 @@ impl Component for StampedReader {
             last_sent_ns: None,
             arrived_ns: Vec::new(),
             replaced_ns: Vec::new(),
+            triggered_ns: Vec::new(),
         })
     }
 
@@ -139,17 +154,25 @@ impl Component for StampedReader {
     }
 
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
-        if header.id() != "value" {
-            return Ok(());
-        }
-        let StampedBlob { sent_ns, .. } = data.decode()?;
         let now_ns = monotonic_ns();
-        self.arrived_ns.push(now_ns.saturating_sub(sent_ns));
-        if let Some(last) = self.last_sent_ns.replace(sent_ns) {
-            self.replaced_ns.push(now_ns.saturating_sub(last));
+        let StampedBlob { sent_ns, .. } = data.decode()?;
+        if header.id() == "trigger" {
+            self.triggered_ns.push(now_ns.saturating_sub(sent_ns));
+        } else {
+            let now_ns = monotonic_ns();
+            self.arrived_ns.push(now_ns.saturating_sub(sent_ns));
+            if let Some(last) = self.last_sent_ns.replace(sent_ns) {
+                self.replaced_ns.push(now_ns.saturating_sub(last));
+            }
+            std::thread::sleep(self.work);
         }
-        std::thread::sleep(self.work);
         if self.begun.elapsed() > self.window {
+            println!(
+                "triggers n={} p50_us={} p99_us={}",
+                self.triggered_ns.len(),
+                percentile_us(&mut self.triggered_ns, 0.5),
+                percentile_us(&mut self.triggered_ns, 0.99),
+            );
             println!(
                 "ages n={} p50_us={} p99_us={} replaced_p99_us={}",
                 self.arrived_ns.len(),
@@ -159,6 +182,7 @@ impl Component for StampedReader {
             );
             self.arrived_ns.clear();
             self.replaced_ns.clear();
+            self.triggered_ns.clear();
             self.begun = Instant::now();
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! Links: an output's data, straight from the publisher's thread to the subscriber's socket.
 
+mod arrivals;
 mod catch_up;
 mod datagram_publishing;
 mod datagrams_in;

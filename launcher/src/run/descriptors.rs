@@ -65,11 +65,11 @@ fn may_share_memory(system: &System, types: &TypedManifests<'_>, link: &Link) ->
         let component = system.component(&end.component.value);
         component.and_then(|component| component.host.as_ref()).map(|host| host.value.as_str())
     });
-    let is_pushed_within_host = hosts[0] == hosts[1] && link.mode == LinkMode::Push;
-    is_pushed_within_host
+    hosts[0] == hosts[1]
         && match link.transport {
             Transport::Shm => true,
             Transport::Tcp | Transport::Udp => false,
+            Transport::Auto if link.mode == LinkMode::Pull => true,
             Transport::Auto => {
                 let kind = types.find(&link.from.component.value);
                 let outputs = kind.into_iter().flat_map(|kind| &kind.outputs);

@@ -224,12 +224,7 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
             Keep::Last { count } if !pulls => count,
             _ => 0,
         };
-        if pulls {
-            fields.without_effect(
-                "transport",
-                "a link that pulls uses the socket: remove transport, or make it push",
-            );
-        } else if count > MAX_IN_MEMORY {
+        if count > MAX_IN_MEMORY {
             let advice = format!(
                 "shared memory holds at most {MAX_IN_MEMORY} messages that wait: write \
                  keep=\"{MAX_IN_MEMORY}\" or less, or remove transport"

@@ -40,7 +40,7 @@ fn links_together() {
     with("W0027", r#"<link from="a.x" to="b.y" mode="pull" [[keep]]="all"/>"#);
     with("W0027", r#"<link from="a.x" to="b.y" mode="pull" [[wake]]="spin"/>"#);
     fine(r#"<link from="a.x" to="b.y" mode="pull" keep="latest" wake="sleep"/>"#);
-    with("W0027", r#"<link from="a.x" to="b.y" mode="pull" [[transport]]="shm"/>"#);
+    fine(r#"<link from="a.x" to="b.y" mode="pull" transport="shm"/>"#);
     with("W0027", r#"<link from="a.x" to="b.y" keep="40" [[transport]]="shm"/>"#);
     fine(r#"<link from="a.x" to="b.y" keep="32" transport="shm"/>"#);
     let hosts = r#"<host name="h" at="h.local:7410"/><component name="d" kind="k" host="h"/><component name="e" kind="k" host="h"/>"#;

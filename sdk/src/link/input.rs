@@ -9,7 +9,7 @@ use std::time::Instant;
 use armor_socket::Stream;
 use armor_wire::config::InputSettings;
 use armor_wire::control::InputStatus;
-use armor_wire::frame::{self, FrameKind, PREFIX_LEN};
+use armor_wire::frame::{self, DataHeader, FrameKind, PREFIX_LEN};
 use armor_wire::hello::Welcome;
 use armor_wire::keep::Keep;
 use armor_wire::liveness::{BEAT, LOOK, MISSED_BEATS};
@@ -17,8 +17,10 @@ use armor_wire::message::Message;
 use armor_wire::schema;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
+use super::arrivals::ArrivedSequence;
 use super::inbox::{Inbox, InboxItem};
-use super::pull::PullState;
+use super::payload::StoredPayload;
+use super::pull::{PullState, PulledMessage};
 use crate::counter::SingleWriterCounter;
 use crate::declared::DeclaredType;
 use crate::message_type::LearnedType;
@@ -203,21 +205,72 @@ impl InputPort {
         self.pull.is_pulling()
     }
 
-    /// Asks the publisher for data that are newer than the last.
+    /// Asks the publisher for data that are newer than the last, unless the link has memory, which
+    /// holds them already.
     pub fn ask_newest(&self) {
+        if self.pull.has_memory() {
+            return;
+        }
         let state = self.lock_state();
         let Some(stream) = state.stream.as_deref() else { return };
         self.pull
             .ask(|| matches!(stream.try_send(&frame::signal(FrameKind::Sync)), Ok(PREFIX_LEN)));
     }
 
-    /// Waits until the publisher has answered, but not beyond `deadline`. Returns the newest data
-    /// that have arrived, if there are any.
+    /// Takes the newest data: from the memory of the link, or when the publisher has answered, but
+    /// not beyond `deadline`. `None` if there are none that are newer than the last.
     pub fn take_pulled(&self, deadline: Instant) -> Option<InboxItem> {
         self.pull.wait_until(deadline);
-        let item = self.lock_inbox().pop()?;
+        let answer = self.lock_inbox().pop();
+        let item = match self.take_from_memory(deadline) {
+            Some(newer) => {
+                self.skipped.fetch_add(u64::from(answer.is_some()), Ordering::Relaxed);
+                newer
+            }
+            None => answer?,
+        };
         self.received.increment();
         Some(item)
+    }
+
+    fn take_from_memory(&self, deadline: Instant) -> Option<InboxItem> {
+        let taken = self
+            .pull
+            .take_from_memory(deadline, |arrived, header| self.follow_sequence(arrived, header));
+        let PulledMessage { header, lost, slot, passed_over } = match taken {
+            Ok(message) => message?,
+            Err(reason) => {
+                tracing::warn!("a pull of `{}` ends its link: {reason}", self.id);
+                self.close_link();
+                return None;
+            }
+        };
+        self.skipped.fetch_add(passed_over, Ordering::Relaxed);
+        // It waits in no inbox, so no other data come before it.
+        Some(InboxItem { arrival: 0, header, lost, payload: StoredPayload::Slot(slot) })
+    }
+
+    /// Compares with the data so far: how many are missing before these, or `None` if they have been
+    /// received before. Counts the losses.
+    pub(super) fn follow_sequence(
+        &self,
+        arrived: &mut ArrivedSequence,
+        header: &DataHeader,
+    ) -> Option<u64> {
+        let was_paused = self.was_paused.load(Ordering::Relaxed);
+        let lost = arrived.follow(header, was_paused)?;
+        if was_paused {
+            self.was_paused.store(false, Ordering::Relaxed);
+        }
+        if lost > 0 && self.is_pulling() {
+            // What was published between two pulls, nobody has asked for.
+            self.skipped.fetch_add(lost, Ordering::Relaxed);
+            return Some(0);
+        }
+        if lost > 0 {
+            self.lost.fetch_add(lost, Ordering::Relaxed);
+        }
+        Some(lost)
     }
 
     /// Sends the publisher a beat.

@@ -27,11 +27,12 @@ use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Transport;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use super::arrivals::ArrivedSequence;
 use super::catch_up::{CatchUp, NewestFrame};
 use super::datagrams_in::{DatagramReader, is_about_datagrams};
 use super::inbox::InboxItem;
 use super::input::InputPort;
-use super::memory_in::MemoryReader;
+use super::memory_in::{MemoryReader, NO_MEMORY};
 use super::payload::{Payload, StoredPayload};
 use crate::dial::{self, Dialled};
 use crate::message_type::MessageType;
@@ -53,24 +54,15 @@ const BUSY: Duration = Duration::from_millis(1);
 /// A publisher that sends nothing for this long does not run: the newest that has come is delivered.
 const ANSWER_WITHIN: Duration = Duration::from_millis(100);
 
-/// The last data that arrived.
-#[derive(Clone, Copy)]
-struct LastArrival {
-    instance: u64,
-    sequence: u64,
-}
-
 /// Header, how many are missing before it, and payload.
 type ArrivedData<'a> = (DataHeader, u64, &'a [u8]);
 
 /// How far one link has been read.
 struct ReadState<'a> {
-    last: &'a mut Option<LastArrival>,
+    arrived: &'a mut ArrivedSequence,
     stream: &'a Stream,
     /// The process start that publishes.
     instance: u64,
-    /// No data have come on this link.
-    is_first: bool,
     catch_up: CatchUp,
     /// Came with bytes that have been received.
     files: VecDeque<OwnedFd>,
@@ -110,16 +102,16 @@ impl InputReader {
 
     /// Reads for the life of the process.
     pub fn read_links(self) {
-        let mut last = None;
+        let mut arrived = ArrivedSequence::default();
         let seed = self.participant().identity.instance ^ self.index as u64;
         let mut backoff = Backoff::new(RETRY.0, RETRY.1, seed);
         while !self.participant().lifecycle.has_left() {
             let start = Instant::now();
             let reason = match self.open_link() {
                 Ok(dialled) => {
-                    let reason = self.read_link(dialled, &mut last);
+                    let reason = self.read_link(dialled, &mut arrived);
                     self.input.lock_state().stream = None;
-                    self.input.pull.forget();
+                    self.input.pull.forget(&mut arrived);
                     tracing::info!("link from {} closed: {reason}", self.settings.data);
                     reason
                 }
@@ -167,6 +159,8 @@ impl InputReader {
             paused,
             history: settings.history,
             memory: match settings.transport {
+                // A pull takes what is there; over the socket it asks, and waits.
+                Transport::Auto if settings.keep == Keep::Pull => MemoryUse::Always,
                 Transport::Auto => MemoryUse::Large,
                 Transport::Shm => MemoryUse::Always,
                 Transport::Tcp | Transport::Udp => MemoryUse::Never,
@@ -199,16 +193,16 @@ impl InputReader {
     }
 
     /// Reads until the link ends; returns why it did.
-    fn read_link(&self, mut dialled: Dialled, last: &mut Option<LastArrival>) -> String {
+    fn read_link(&self, mut dialled: Dialled, arrived: &mut ArrivedSequence) -> String {
         let Dialled { stream, reader, files, welcome } = &mut dialled;
         if let Err(error) = stream.set_read_timeout(None) {
             return error.to_string();
         }
+        arrived.begin_link();
         let mut state = ReadState {
-            last,
+            arrived,
             stream,
             instance: welcome.instance,
-            is_first: true,
             catch_up: CatchUp::default(),
             files: std::mem::take(files),
             memory: None,
@@ -332,15 +326,22 @@ impl InputReader {
             }
             FrameKind::Ready => return Ok(None),
             FrameKind::MemoryOffer => {
-                state.memory = Some(MemoryReader::open(frame, &mut state.files)?);
+                let memory = MemoryReader::open(frame, &mut state.files)?;
+                if self.settings.keep == Keep::Pull {
+                    self.input.pull.open_memory(memory, *state.arrived);
+                } else {
+                    state.memory = Some(memory);
+                }
                 return Ok(None);
             }
             kind if is_about_datagrams(kind) => {
                 return self.follow_datagrams(frame, state).map(|()| None);
             }
+            FrameKind::SlotOffer | FrameKind::SlotEnd if self.settings.keep == Keep::Pull => {
+                return self.input.pull.follow_slot(frame, &mut state.files).map(|()| None);
+            }
             FrameKind::SlotOffer | FrameKind::SlotEnd => {
-                let memory =
-                    state.memory.as_mut().ok_or("a slot of memory that was not offered")?;
+                let memory = state.memory.as_mut().ok_or(NO_MEMORY)?;
                 return memory.follow(frame, &mut state.files).map(|()| None);
             }
             _ => {}
@@ -351,8 +352,7 @@ impl InputReader {
             datagrams.receive_by_stream(&header, payload);
             return Ok(None);
         }
-        let is_first = std::mem::take(&mut state.is_first);
-        let lost = self.follow_sequence(state.last, &header, is_first);
+        let lost = self.input.follow_sequence(state.arrived, &header);
         Ok(lost.map(|lost| (header, lost, payload)))
     }
 
@@ -394,46 +394,6 @@ impl InputReader {
         let unseen = self.input.lock_inbox().push(InboxItem { arrival, header, lost, payload });
         self.input.skipped.fetch_add(unseen, Ordering::Relaxed);
         self.input.pull.receive();
-    }
-
-    /// Compares with the sequence so far: how many are missing before this one, or `None` if it has
-    /// been received before.
-    fn follow_sequence(
-        &self,
-        last: &mut Option<LastArrival>,
-        header: &DataHeader,
-        is_first: bool,
-    ) -> Option<u64> {
-        let was_paused = self.input.was_paused.load(Ordering::Relaxed);
-        let lost = match last {
-            // A link never begins before the end of the one before: that one's last number was
-            // false, as a damaged one is, and must not hold up what is true.
-            Some(last) if is_first && header.sequence < last.sequence => 0,
-            Some(last) if last.instance == header.instance => {
-                // A latched value is sent again at the start of each link.
-                if header.sequence <= last.sequence {
-                    return None;
-                }
-                // The first data of every link is marked fresh, but after a reconnect a gap before
-                // it is a loss.
-                let is_intended = was_paused || (header.fresh && !is_first);
-                if is_intended { 0 } else { header.sequence - last.sequence - 1 }
-            }
-            _ => 0,
-        };
-        if was_paused {
-            self.input.was_paused.store(false, Ordering::Relaxed);
-        }
-        *last = Some(LastArrival { instance: header.instance, sequence: header.sequence });
-        if lost > 0 && self.settings.keep == Keep::Pull {
-            // What was published between two pulls, nobody has asked for.
-            self.input.skipped.fetch_add(lost, Ordering::Relaxed);
-            return Some(0);
-        }
-        if lost > 0 {
-            self.input.lost.fetch_add(lost, Ordering::Relaxed);
-        }
-        Some(lost)
     }
 
     /// Runs the component's code on the data, or keeps the data until the component is free.

@@ -16,6 +16,9 @@ use armor_wire::shared_memory::{
 
 use super::payload::HeldSlot;
 
+/// Why a frame about slots before any memory is an error.
+pub(super) const NO_MEMORY: &str = "a slot of memory that was not offered";
+
 /// The memory of one link, once the publisher has offered it.
 pub(super) struct MemoryReader {
     page: Arc<LinkPage>,

@@ -32,9 +32,8 @@ const OWN_SLOTS: u32 = 2;
 /// Whether a link of this policy can use shared memory: each message that waits needs a slot.
 pub(crate) fn suits_memory(keep: Keep) -> bool {
     match keep {
-        Keep::Latest | Keep::All { .. } => true,
+        Keep::Latest | Keep::All { .. } | Keep::Pull => true,
         Keep::Last { count } => count <= MAX_CELLS,
-        Keep::Pull => false,
     }
 }
 

@@ -5,6 +5,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 
 use armor_wire::codec::{self, EncodeError};
 use armor_wire::frame::{self, DATA_HEADER_LEN, DataHeader, Frame, FrameKind, PREFIX_LEN};
+use armor_wire::keep::Keep;
 use armor_wire::message::{Message, WireType};
 use armor_wire::shared_memory::{
     MemoryOfferBody, MemoryUse, SLOT_HEADER_LEN, SlotEndBody, SlotOfferBody, write_slot_header,
@@ -59,7 +60,7 @@ impl OutputState {
                 MemoryUse::Large => len > LARGE_LEN,
                 MemoryUse::Always => true,
             };
-            if is_due && link.is_pushed() {
+            if is_due && (link.is_pushed() || link.keep == Keep::Pull) {
                 link.open_memory();
             }
         }
@@ -115,7 +116,9 @@ impl OutputState {
     /// Takes back what frozen subscribers have not read.
     pub(super) fn clear_paused_rings(&mut self) {
         for link in &mut self.links {
-            if let Some(memory) = link.memory.as_mut().filter(|_| link.paused) {
+            // One that pulls takes the newest when it is active again.
+            let is_paused = link.paused && link.keep != Keep::Pull;
+            if let Some(memory) = link.memory.as_mut().filter(|_| is_paused) {
                 memory.clear(&self.slots);
             }
         }
@@ -153,7 +156,7 @@ impl OutgoingLink {
 
     fn takes_from_memory(&self, sequence: u64) -> bool {
         self.memory.is_some()
-            && self.is_pushed()
+            && (self.is_pushed() || self.keep == Keep::Pull)
             && self.last_sequence.is_none_or(|last| last < sequence)
     }
 
@@ -196,6 +199,8 @@ impl OutgoingLink {
         memory.note_offer(slot.number);
         match memory.push(slots, place, fresh) {
             RingResult::Refused => return self.miss_message(sequence),
+            // Nobody has asked for what a newer message replaces before it is pulled.
+            RingResult::Pushed { missed: true } if self.keep == Keep::Pull => self.sent -= 1,
             RingResult::Pushed { missed } => self.dropped += u64::from(missed),
         }
         let must_wake = memory.must_wake();

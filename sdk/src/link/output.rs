@@ -9,7 +9,6 @@ use armor_wire::codec::{self, EncodeError, MAX_DATA_LEN};
 use armor_wire::control::OutputStatus;
 use armor_wire::frame::DataHeader;
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
-use armor_wire::keep::Keep;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
 use armor_wire::schema::{self, ANY_SCHEMA};
@@ -201,25 +200,23 @@ impl OutputPort {
             }
             state.kept.push(sequence, frame);
         } else {
-            let pulls = state.links.iter().filter(|link| link.keep == Keep::Pull).count();
-            if pulls == 0 {
-                state.kept.clear();
-            } else {
-                state.store_newest(message, header)?;
-            }
             if state.may_use_datagrams() && state.publish_in_datagrams(message, header)? {
                 (how.wake)();
             }
-            if pulls < state.links.len() {
-                if state.wants_memory(self.may_be_large) {
-                    state.publish_in_memory(message, &header)?;
-                }
-                if state.links.iter().any(OutgoingLink::sends_frames)
-                    && !state.publish_small(message, header, how)?
-                {
-                    state.publish_large(message, header, how)?;
-                }
-            } else if pulls == 0 && !self.is_bounded {
+            if state.wants_memory(self.may_be_large) {
+                state.publish_in_memory(message, &header)?;
+            }
+            if state.links.iter().any(OutgoingLink::is_answered) {
+                state.store_newest(message, header)?;
+            } else {
+                state.kept.clear();
+            }
+            if state.links.iter().any(OutgoingLink::sends_frames)
+                && !state.publish_small(message, header, how)?
+            {
+                state.publish_large(message, header, how)?;
+            }
+            if state.links.is_empty() && !self.is_bounded {
                 // Whether it can be sent must not depend on who subscribes.
                 codec::encoded_len(message)?;
             }

@@ -1,19 +1,45 @@
-//! What an input that pulls has asked for: before each call of `exec` it asks its publisher for data
-//! newer than the last, and waits a moment for the answer (docs/protocol.md, Links).
+//! What an input that pulls does before each call of `exec`: it takes the newest message from the
+//! memory of its link, or asks its publisher for data newer than the last and waits a moment for the
+//! answer (docs/protocol.md, Links).
 
+use std::collections::VecDeque;
+use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use armor_wire::frame::{DataHeader, Frame};
 use parking_lot::{Condvar, Mutex};
 
+use super::arrivals::ArrivedSequence;
 use super::catch_up::CatchUp;
+use super::memory_in::{MemoryReader, NO_MEMORY, TakenMessage};
+use super::payload::HeldSlot;
 
-/// The questions of one input. The component's thread asks, the input's thread brings the answer.
+/// The questions of one input, or the memory that makes them unnecessary. The component's thread asks
+/// and takes, the input's thread brings answers and slots.
 #[derive(Default)]
 pub(crate) struct PullState {
     is_pulling: AtomicBool,
     questions: Mutex<CatchUp>,
     answered: Condvar,
+    memory: Mutex<Option<PulledMemory>>,
+    /// A slot was offered.
+    offered: Condvar,
+}
+
+/// The memory of the present link.
+struct PulledMemory {
+    reader: MemoryReader,
+    arrived: ArrivedSequence,
+}
+
+/// The newest message of a link with memory.
+pub(super) struct PulledMessage {
+    pub header: DataHeader,
+    pub lost: u64,
+    pub slot: HeldSlot,
+    /// How many others were taken before it.
+    pub passed_over: u64,
 }
 
 impl PullState {
@@ -46,10 +72,67 @@ impl PullState {
         self.answered.notify_all();
     }
 
-    /// The link has ended: no answer will come on it.
-    pub fn forget(&self) {
+    /// The link has ended: no answer will come on it, and no message in its memory. What has arrived
+    /// by memory is passed back.
+    pub fn forget(&self, arrived: &mut ArrivedSequence) {
         *self.questions.lock() = CatchUp::default();
         self.answered.notify_all();
+        if let Some(memory) = self.memory.lock().take() {
+            *arrived = memory.arrived;
+        }
+        self.offered.notify_all();
+    }
+
+    /// The publisher puts its messages into memory from here on.
+    pub fn open_memory(&self, reader: MemoryReader, arrived: ArrivedSequence) {
+        *self.memory.lock() = Some(PulledMemory { reader, arrived });
+    }
+
+    pub fn has_memory(&self) -> bool {
+        self.memory.lock().is_some()
+    }
+
+    /// Follows a frame about the slots of the memory.
+    pub fn follow_slot(
+        &self,
+        frame: &Frame<'_>,
+        files: &mut VecDeque<OwnedFd>,
+    ) -> Result<(), String> {
+        let mut memory = self.memory.lock();
+        memory.as_mut().ok_or(NO_MEMORY)?.reader.follow(frame, files)?;
+        self.offered.notify_all();
+        Ok(())
+    }
+
+    /// Takes the newest message from the memory. `follow` compares it with what has arrived: `None` if
+    /// it is not new. Only the offer of its slot, which is on its way in the socket, is waited for.
+    pub fn take_from_memory(
+        &self,
+        deadline: Instant,
+        follow: impl Fn(&mut ArrivedSequence, &DataHeader) -> Option<u64>,
+    ) -> Result<Option<PulledMessage>, String> {
+        let mut memory = self.memory.lock();
+        let mut newest: Option<PulledMessage> = None;
+        loop {
+            let Some(PulledMemory { reader, arrived }) = memory.as_mut() else { return Ok(newest) };
+            match reader.take_message()? {
+                TakenMessage::Nothing => return Ok(newest),
+                TakenMessage::Message(header, slot) => {
+                    let Some(lost) = follow(arrived, &header) else { continue };
+                    let passed_over = newest.take().map_or(0, |older| older.passed_over + 1);
+                    newest = Some(PulledMessage { header, lost, slot, passed_over });
+                    // A publisher that is faster than this loop must not keep it.
+                    if passed_over > 0 {
+                        return Ok(newest);
+                    }
+                }
+                TakenMessage::OfferAwaited => {
+                    if self.offered.wait_until(&mut memory, deadline).timed_out() {
+                        return Ok(newest);
+                    }
+                }
+            }
+        }
     }
 
     /// Waits for the answer, and for the data that follow it.
@@ -88,7 +171,7 @@ mod tests {
                         pull.answer(true);
                         pull.receive();
                     }
-                    _ => pull.forget(),
+                    _ => pull.forget(&mut ArrivedSequence::default()),
                 });
                 pull.wait_until(far());
             });

@@ -80,6 +80,11 @@ impl OutgoingLink {
         !self.paused && !self.broken && self.keep != Keep::Pull
     }
 
+    /// Whether the newest frame is stored for it, to answer its pulls.
+    pub fn is_answered(&self) -> bool {
+        self.keep == Keep::Pull && self.memory.is_none() && !self.broken
+    }
+
     /// What carries its data, as `armor graph` shows it.
     fn transport(&self) -> &'static str {
         if let Some(datagrams) = &self.datagrams {
@@ -189,13 +194,15 @@ impl OutgoingLink {
     }
 
     pub fn status(&self) -> LinkStatus {
+        let in_ring = self.memory.as_ref().map_or(0, LinkMemory::count_waiting);
+        // What lies ready for a pull neither waits to be sent, nor is it.
+        let (waiting, ready) = if self.keep == Keep::Pull { (0, in_ring) } else { (in_ring, 0) };
         LinkStatus {
             to: self.to.clone(),
             keep: self.keep,
-            sent: self.sent - self.dropped,
+            sent: self.sent - self.dropped - ready,
             dropped: self.dropped,
-            queued: self.queue.count_frames() as u64
-                + self.memory.as_ref().map_or(0, LinkMemory::count_waiting),
+            queued: self.queue.count_frames() as u64 + waiting,
             paused: self.paused,
             transport: self.transport().into(),
         }

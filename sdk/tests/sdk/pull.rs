@@ -9,6 +9,9 @@ use armor_sdk::prelude::*;
 
 use crate::bench_system::{ProbeEvent, System, data, sample};
 
+/// Within one host a link that pulls has memory, unless it must use TCP.
+const WAYS: [&str; 2] = ["", ",transport=tcp"];
+
 /// Publishes 1, 2, 3, … once per tick.
 fn count_up(len: usize) -> impl FnMut(&Armor, Call) -> Result<Outcome, Fault> {
     let mut next = 0;
@@ -42,7 +45,8 @@ fn run_puller(
 
 #[test]
 fn one_message_is_sent_for_each_call_and_what_is_passed_over_is_counted_as_skipped() {
-    for (len, how) in [(10, ""), (20_000, ""), (1 << 20, ""), (10, ",transport=tcp")] {
+    let lens = [10, 20_000, 1 << 20];
+    for (len, how) in lens.iter().flat_map(|len| WAYS.map(|how| (*len, how))) {
         let mut system = System::start();
         let (probe, calls) = run_puller(&mut system, &["--rate=50Hz"], how);
         system.run("source", &["--rate=500Hz"], None, count_up(len));
@@ -53,7 +57,10 @@ fn one_message_is_sent_for_each_call_and_what_is_passed_over_is_counted_as_skipp
         let source = system.until("source", |it| it.outputs[0].published > published + 50);
         let link = &source.outputs[0].links[0];
         assert_eq!((link.keep.to_string().as_str(), link.dropped), ("pull", 0), "{len} bytes{how}");
-        let most = calls.load(Ordering::SeqCst) + 1;
+        assert_eq!(link.transport, if how.is_empty() { "shm" } else { "tcp" });
+        // While the offer of a new slot is awaited, a second message comes in the same pull.
+        let slots = if how.is_empty() { 6 } else { 0 };
+        let most = calls.load(Ordering::SeqCst) + 1 + slots;
         assert!(link.sent <= most, "{len} bytes{how}: {} sent, {most} calls", link.sent);
         system.terminate("source");
         let sink = system.until("sink", |it| !it.inputs[0].connected).inputs.remove(0);
@@ -67,88 +74,141 @@ fn one_message_is_sent_for_each_call_and_what_is_passed_over_is_counted_as_skipp
 
 #[test]
 fn data_that_are_not_newer_are_not_sent_again_and_the_calls_go_on() {
-    let mut system = System::start();
-    let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], "");
-    let (send, go) = channel();
-    let mut next = 0;
-    system.run("source", &["--rate=100Hz"], None, move |armor, _| {
-        while go.try_recv().is_ok() {
-            next += 1;
-            armor.send_data("out", &sample(next, 10))?;
+    for how in WAYS {
+        let mut system = System::start();
+        let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], how);
+        let (send, go) = channel();
+        let mut next = 0;
+        system.run("source", &["--rate=100Hz"], None, move |armor, _| {
+            while go.try_recv().is_ok() {
+                next += 1;
+                armor.send_data("out", &sample(next, 10))?;
+            }
+            Ok(Outcome::CarryOn)
+        });
+        system.until("sink", |it| it.inputs[0].connected);
+        for value in 1..=3 {
+            send.send(()).unwrap();
+            assert_eq!(data(&probe), ("in".into(), value, 0));
+            let before = calls.load(Ordering::SeqCst);
+            system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 10);
+            assert_eq!(system.status("sink").inputs[0].received, value, "once each");
         }
-        Ok(Outcome::CarryOn)
-    });
-    system.until("sink", |it| it.inputs[0].connected);
-    for value in 1..=3 {
-        send.send(()).unwrap();
-        assert_eq!(data(&probe), ("in".into(), value, 0));
-        let before = calls.load(Ordering::SeqCst);
-        system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 10);
-        assert_eq!(system.status("sink").inputs[0].received, value, "once each");
     }
 }
-
 #[test]
 fn a_component_without_a_rate_pulls_before_the_call_that_other_data_cause() {
-    let mut system = System::start();
-    let pushed = system.link("in2", "clock", "out", "all");
-    let (probe, _) = run_puller(&mut system, &[&pushed], "");
-    system.run("source", &["--rate=200Hz"], None, count_up(10));
-    system.until("sink", |it| it.inputs[0].connected);
-    let mut left = 10;
-    system.run("clock", &["--rate=20Hz"], None, move |armor, call| {
-        if call == Call::Tick && left > 0 {
-            left -= 1;
-            armor.send_data("out", &sample(left, 10))?;
+    for how in WAYS {
+        let mut system = System::start();
+        let pushed = system.link("in2", "clock", "out", "all");
+        let (probe, _) = run_puller(&mut system, &[&pushed], how);
+        system.run("source", &["--rate=200Hz"], None, count_up(10));
+        system.until("sink", |it| it.inputs[0].connected);
+        let mut left = 10;
+        system.run("clock", &["--rate=20Hz"], None, move |armor, call| {
+            if call == Call::Tick && left > 0 {
+                left -= 1;
+                armor.send_data("out", &sample(left, 10))?;
+            }
+            Ok(Outcome::CarryOn)
+        });
+        let mut inputs = Vec::new();
+        while inputs.len() < 16 {
+            inputs.push(data(&probe).0);
         }
-        Ok(Outcome::CarryOn)
-    });
-    let mut inputs = Vec::new();
-    while inputs.len() < 16 {
-        inputs.push(data(&probe).0);
+        // Before each of the pushed data, at most one that was pulled.
+        let doubled = inputs.windows(2).filter(|pair| pair[0] == "in" && pair[1] == "in").count();
+        assert_eq!(doubled, 0, "{inputs:?}");
+        assert!(inputs.iter().filter(|input| *input == "in").count() >= 6, "{inputs:?}");
     }
-    // Before each of the pushed data, at most one that was pulled.
-    let doubled = inputs.windows(2).filter(|pair| pair[0] == "in" && pair[1] == "in").count();
-    assert_eq!(doubled, 0, "{inputs:?}");
-    assert!(inputs.iter().filter(|input| *input == "in").count() >= 6, "{inputs:?}");
 }
-
 #[test]
 fn a_frozen_component_pulls_nothing_and_one_that_is_activated_again_the_newest() {
-    let mut system = System::start();
-    let (probe, _) = run_puller(&mut system, &["--rate=100Hz"], "");
-    system.run("source", &["--rate=200Hz"], None, count_up(10));
-    data(&probe);
-    let (control, _events) = system.control("sink", Role::Executive);
-    control.send(&Command::Freeze { activation: 1 }).unwrap();
-    system.until("sink", |it| it.state.to_string() == "frozen");
-    while probe.try_recv().is_ok() {}
-    let sent = |system: &System| {
-        let output = system.status("source").outputs.remove(0);
-        (output.links[0].sent, output.published)
-    };
-    let (before, published) = sent(&system);
-    system.until("source", |it| it.outputs[0].published > published + 40);
-    assert_eq!(sent(&system).0, before, "nothing is sent to it");
-    let skipped = system.status("sink").inputs[0].skipped;
-    control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
-    let (_, value, lost) = data(&probe);
-    assert!(value > published + 40 && lost == 0, "{value} of {published}");
-    let sink = system.status("sink").inputs.remove(0);
-    assert!(sink.skipped < skipped + 40, "what was published meanwhile was not meant for it");
+    for how in WAYS {
+        let mut system = System::start();
+        let (probe, _) = run_puller(&mut system, &["--rate=100Hz"], how);
+        system.run("source", &["--rate=200Hz"], None, count_up(10));
+        data(&probe);
+        let (control, _events) = system.control("sink", Role::Executive);
+        control.send(&Command::Freeze { activation: 1 }).unwrap();
+        system.until("sink", |it| it.state.to_string() == "frozen");
+        while probe.try_recv().is_ok() {}
+        let sent = |system: &System| {
+            let output = system.status("source").outputs.remove(0);
+            (output.links[0].sent, output.published)
+        };
+        let (before, published) = sent(&system);
+        system.until("source", |it| it.outputs[0].published > published + 40);
+        assert_eq!(sent(&system).0, before, "nothing is sent to it");
+        let skipped = system.status("sink").inputs[0].skipped;
+        control.send(&Command::Activate { activation: 2, parameters: Vec::new() }).unwrap();
+        let (_, value, lost) = data(&probe);
+        assert!(value > published + 40 && lost == 0, "{value} of {published}");
+        let sink = system.status("sink").inputs.remove(0);
+        assert!(sink.skipped < skipped + 40, "what was published meanwhile was not meant for it");
+    }
+}
+#[test]
+fn a_publisher_that_comes_back_is_pulled_from_again() {
+    for how in WAYS {
+        let mut system = System::start();
+        let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], how);
+        system.run("source", &["--rate=200Hz"], None, count_up(10));
+        data(&probe);
+        system.terminate("source");
+        let before = calls.load(Ordering::SeqCst);
+        system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 10);
+        while probe.try_recv().is_ok() {}
+        system.run("source", &["--rate=200Hz"], None, count_up(10));
+        let (_, value, lost) = data(&probe);
+        assert!(value > 0 && lost == 0);
+    }
 }
 
 #[test]
-fn a_publisher_that_comes_back_is_pulled_from_again() {
-    let mut system = System::start();
-    let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], "");
-    system.run("source", &["--rate=200Hz"], None, count_up(10));
-    data(&probe);
-    system.terminate("source");
-    let before = calls.load(Ordering::SeqCst);
-    system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 10);
-    while probe.try_recv().is_ok() {}
-    system.run("source", &["--rate=200Hz"], None, count_up(10));
-    let (_, value, lost) = data(&probe);
-    assert!(value > 0 && lost == 0);
+fn a_latched_value_is_there_at_the_first_pull() {
+    for how in WAYS {
+        let mut system = System::start();
+        let mut next = 0;
+        system.run("source", &["--rate=100Hz"], None, move |armor, call| {
+            if call == Call::Tick && next < 3 {
+                next += 1;
+                armor.send_data("state", &sample(next, 10))?;
+            }
+            Ok(Outcome::CarryOn)
+        });
+        system.until("source", |it| it.outputs[1].published == 3);
+        let link = system.link("in", "source", "state", "pull") + how;
+        let probe = system.run("sink", &[&link, "--rate=100Hz"], None, |_, _| Ok(Outcome::CarryOn));
+        assert_eq!(data(&probe), ("in".into(), 3, 0));
+        let sink = system.status("sink").inputs.remove(0);
+        assert_eq!((sink.skipped, sink.dropped), (0, 0));
+    }
+}
+
+#[test]
+fn a_publisher_that_stands_still_or_ends_delays_no_call() {
+    for how in WAYS {
+        let mut system = System::start();
+        let (probe, calls) = run_puller(&mut system, &["--rate=100Hz"], how);
+        let (stop, stopped) = channel::<()>();
+        let mut next = 0;
+        system.run("source", &["--rate=200Hz"], None, move |armor, _| {
+            next += 1;
+            armor.send_data("out", &sample(next, 10))?;
+            // It stands still in its code, until the test ends.
+            if next == 100 {
+                let _ = stopped.recv();
+            }
+            Ok(Outcome::CarryOn)
+        });
+        let mut last = data(&probe);
+        while last.1 < 100 {
+            last = data(&probe);
+        }
+        let before = calls.load(Ordering::SeqCst);
+        system.until("sink", |_| calls.load(Ordering::SeqCst) > before + 20);
+        assert_eq!(system.status("sink").inputs[0].lost, 0);
+        drop(stop);
+    }
 }

@@ -43,8 +43,7 @@ impl InputReader {
         let mut arrived: Vec<NewestFrame> = Vec::new();
         for _ in 0..DATAGRAM_VISIT {
             while let Some((header, payload)) = datagrams.take_message() {
-                let is_first = std::mem::take(&mut state.is_first);
-                let lost = self.follow_sequence(state.last, &header, is_first);
+                let lost = self.input.follow_sequence(state.arrived, &header);
                 let Some(lost) = lost else { continue };
                 if self.settings.keep == Keep::Latest && arrived.pop().is_some() {
                     self.input.dropped.fetch_add(1, Ordering::Relaxed);

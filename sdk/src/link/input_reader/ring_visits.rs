@@ -33,8 +33,7 @@ impl InputReader {
             match memory.take_message()? {
                 TakenMessage::Nothing => return Ok(()),
                 TakenMessage::Message(header, slot) => {
-                    let is_first = std::mem::take(&mut state.is_first);
-                    let lost = self.follow_sequence(state.last, &header, is_first);
+                    let lost = self.input.follow_sequence(state.arrived, &header);
                     let Some(lost) = lost else { continue };
                     if entered.is_none() {
                         entered = self.runtime.try_enter();
