@@ -174,13 +174,21 @@ impl FileReader<'_> {
     }
 
     /// The same of a file that another one names; if it is no Armor file at all, the finding shows where it
-    /// is named.
+    /// is named. Of a file in which nothing resembles one, no line is shown: the right to
+    /// write a system's file is none to read others.
     fn named_contents(
         &mut self,
         path: &Path,
         bytes: &[u8],
         named: &Location,
     ) -> Option<(Arc<Source>, Contents)> {
+        if !bytes.trim_ascii().is_empty() && !resembles_armor_file(bytes) {
+            let message = format!("{} is no Armor file", path.display());
+            let finding = Finding::new(Code::WrongRoot, named, message);
+            self.findings
+                .push(finding.remedy("name a file that begins with <armor version=\"1\">"));
+            return None;
+        }
         let contents = self.contents(path, bytes);
         if contents.is_none() {
             let is_it = |finding: &&mut Finding| {
@@ -265,6 +273,14 @@ impl FileReader<'_> {
             }
         }
     }
+}
+
+/// Returns whether something in a file resembles an Armor file: then findings about it are of use.
+fn resembles_armor_file(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    let begins_as_xml = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+    let elements = ["<armor", "<system", "<mission", "<component", "<place"];
+    begins_as_xml && elements.into_iter().any(|element| text.contains(element))
 }
 
 /// Returns where a file without a system names one of the two as its system file.

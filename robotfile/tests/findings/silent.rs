@@ -206,10 +206,21 @@ fn a_parameter_with_the_name_of_another_component_is_not_only_misspelt() {
 
 #[test]
 fn a_file_that_is_none_of_armor_shows_where_it_is_named() {
-    let (codes, text) = found_with(&outer(INNER), "<svg/>");
+    let (codes, text) = found_with(&outer(INNER), "<robot><system/></robot>");
     assert_eq!(codes, ["E0020"], "{text}");
     assert!(text.contains("named here: name another file?"), "{text}");
     assert!(text.contains(r#"<submission ref="inner.xml""#), "{text}");
+}
+
+#[test]
+fn of_a_file_in_which_nothing_resembles_one_no_line_is_shown() {
+    for content in ["root:x:0:0:hidden", "<svg id='hidden'/>", "<!-- hidden", "hidden <mission>"] {
+        let (codes, text) = found_with(&outer(INNER), content);
+        assert_eq!(codes, ["E0020"], "{text}");
+        assert!(text.contains("inner.xml is no Armor file"), "{text}");
+        assert!(text.contains(r#"<submission ref="inner.xml""#), "{text}");
+        assert!(!text.contains("hidden"), "{text}");
+    }
 }
 
 /// A fork, a join and a sub-mission.
