@@ -6,7 +6,7 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd, RawFd};
 use std::os::unix::net::UnixListener;
 
 use armor_wire::transport::unix_socket_name;
-use socket2::{Domain, SockAddr, Socket, Type};
+use socket2::{Domain, SockAddr, SockRef, Socket, Type};
 use thiserror::Error;
 
 use crate::hosts::name_endpoint;
@@ -22,8 +22,9 @@ pub const PORTS: std::ops::Range<u16> = 10_000..32_000;
 
 /// How many random ports are tried. With half of them taken, all fail once in 10^19 times.
 const MAX_TRIES: usize = 64;
-/// Connections to a Unix socket that may wait to be accepted.
-const BACKLOG: i32 = 128;
+/// Connections that may wait to be accepted. Of a flood that fills this queue, the kernel forgets
+/// connections that the client takes for open, and repeats them only after seconds.
+const BACKLOG: i32 = 1024;
 
 /// Why a process cannot listen.
 #[derive(Debug, Error)]
@@ -88,6 +89,7 @@ impl Listener {
 
     fn bind_tcp(address: SocketAddr) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
+        SockRef::from(&listener).listen(BACKLOG)?;
         listener.set_nonblocking(true)?;
         Ok(Self::Tcp(listener))
     }

@@ -29,14 +29,14 @@ const MOST_GROWTH_KIB: u64 = 24 << 10;
 const MOST_LINES: usize = 30;
 
 /// An address at which a process listens.
-#[derive(Clone, Copy)]
-enum Port {
+#[derive(Clone, Copy, Debug)]
+pub enum Port {
     Tcp(SocketAddr),
     /// The Unix socket of a process start on this host.
     Local(u64),
 }
 
-fn connect(port: Port) -> Stream {
+pub fn connect(port: Port) -> Stream {
     let endpoint = match port {
         Port::Tcp(address) => Endpoint::Tcp(address.to_string()),
         Port::Local(instance) => Endpoint::Unix(instance),
@@ -202,7 +202,7 @@ fn link_to(data: &str) -> Purpose {
     Purpose::Link { link }
 }
 
-fn playing() -> System {
+pub fn playing() -> System {
     let draft = Draft::default()
         .probe("source", "rate='200Hz'", "bulk=1000")
         .probe("sink", "", "")
@@ -218,7 +218,7 @@ fn playing() -> System {
     system
 }
 
-fn tcp(entry: &ComponentEntry) -> Port {
+pub fn tcp(entry: &ComponentEntry) -> Port {
     Port::Tcp(entry.endpoint.parse().expect("an address"))
 }
 

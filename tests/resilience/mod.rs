@@ -8,6 +8,7 @@ mod datagrams;
 mod deaths;
 mod failures;
 mod far_sink;
+mod floods;
 mod hangs;
 mod hostile_bytes;
 mod impostors;

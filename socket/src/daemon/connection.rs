@@ -18,6 +18,7 @@ use tokio::time::{self, Instant, MissedTickBehavior};
 use crate::daemon::close_log::CloseLog;
 use crate::daemon::limits::{LINGER, MAX_REQUEST_LEN, ServerLimits};
 use crate::daemon::outgoing::{Next, Outgoing};
+use crate::daemon::seats::HandshakeSeat;
 use crate::daemon::stream::AsyncStream;
 use armor_wire::peer::{CloseReason, PeerId};
 
@@ -49,11 +50,23 @@ pub(crate) struct PeerConnection<Q> {
 impl<Q: WireType + Send> PeerConnection<Q> {
     /// Serves the connection until it ends. The end is reported to the server if the hello was,
     /// unless the server itself ended the connection.
-    pub(crate) async fn serve_peer(&self, stream: &AsyncStream, faults: &CloseLog) {
+    pub(crate) async fn serve_peer(
+        &self,
+        stream: &AsyncStream,
+        seat: &HandshakeSeat,
+        faults: &CloseLog,
+    ) {
         let mut frames = FrameReader::with_limit(MAX_REQUEST_LEN);
         let hello = time::timeout(self.limits.handshake, read_hello(stream, &mut frames));
+        let hello = tokio::select! {
+            hello = hello => hello.unwrap_or(Err(CloseReason::SlowHello)),
+            () = seat.wait_for_loss() => Err(CloseReason::Crowded),
+        };
+        // Held until the connection ends.
+        let seat = seat.take();
+        let hello = if seat.is_some() { hello } else { Err(CloseReason::Crowded) };
         let outgoing = Arc::new(Outgoing::new(self.limits.outgoing_len));
-        match hello.await.unwrap_or(Err(CloseReason::SlowHello)) {
+        match hello {
             Ok((hello, preface)) => {
                 let (address, outgoing) = (self.address, Arc::clone(&outgoing));
                 self.send_event(ConnectionEvent::Hello { address, hello, preface, outgoing }).await;

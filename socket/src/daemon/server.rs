@@ -34,7 +34,7 @@ use crate::daemon::close_log::CloseLog;
 use crate::daemon::connection::{ConnectionEvent, PeerConnection};
 use crate::daemon::limits::{ACCEPT_REST, MAX_EVENTS, ServerLimits};
 use crate::daemon::outgoing::Outgoing;
-use crate::daemon::seats::{Seat, Seats};
+use crate::daemon::seats::{Handshakes, Seats};
 use crate::daemon::stream::{AsyncListener, AsyncStream};
 use crate::listener::Listener;
 use crate::owner::{OwnerError, check_client};
@@ -70,6 +70,7 @@ impl<Q: WireType + Send, R: WireType> Server<Q, R> {
             epoch,
             events_sender: sender,
             seats,
+            handshakes: Handshakes::default(),
             faults: Arc::default(),
             connections: JoinSet::new(),
             last_peer: 0,
@@ -153,6 +154,7 @@ struct Acceptor<Q> {
     epoch: Instant,
     events_sender: mpsc::Sender<(PeerId, ConnectionEvent<Q>)>,
     seats: Seats,
+    handshakes: Handshakes,
     faults: Arc<CloseLog>,
     connections: JoinSet<()>,
     last_peer: u64,
@@ -191,7 +193,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
             }
             return;
         }
-        let Some(seat) = self.seats.take_seat(address.ip()) else {
+        let Some(seat) = self.handshakes.take_seat(&self.seats, address.ip()) else {
             self.faults.log_close(address, &CloseReason::Crowded);
             turn_away(&stream, RefusalCode::Limit, "there are too many connections already");
             return;
@@ -210,8 +212,7 @@ impl<Q: WireType + Send> Acceptor<Q> {
         };
         let faults = Arc::clone(&self.faults);
         self.connections.spawn(async move {
-            let _seat: Seat = seat;
-            connection.serve_peer(&stream, &faults).await;
+            connection.serve_peer(&stream, &seat, &faults).await;
         });
     }
 }
