@@ -28,6 +28,7 @@ mod lost_outputs;
 mod manifests;
 mod mission;
 mod names;
+mod needed_frames;
 mod order;
 mod paths;
 mod ports;
