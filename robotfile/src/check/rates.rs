@@ -195,6 +195,10 @@ fn shorten(seconds: f64) -> f64 {
 fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
     let Some(clock) = system.component(&source.component.value) else { return };
     let Some(steps) = &clock.rate_hz else { return };
+    // That it is too low for what takes the data is the finding then.
+    if findings.iter().any(|it| is_about(it, Code::RateTooLow, &steps.at)) {
+        return;
+    }
     let highest = MOST_PER_STEP * steps.value * find_speed(clock, system).recip().max(1.0);
     for component in system.components.iter().filter(|it| it.name.value != clock.name.value) {
         let Some(rate) = component.rate_hz.as_ref().filter(|rate| rate.value > highest) else {
@@ -218,6 +222,12 @@ fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
                 .related(&steps.at, "the rate of these steps"),
         );
     }
+    let step = |finding: &Finding| finding.related.first().map(|(at, _)| at.span);
+    findings.merge_same(|first, other| {
+        [first.code, other.code] == [Code::RateTooHigh; 2]
+            && step(first).is_some()
+            && step(first) == step(other)
+    });
 }
 
 /// Without `<clock>` all components are on the host's clock, so one whose time runs at another speed

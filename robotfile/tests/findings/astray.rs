@@ -73,6 +73,14 @@ fn a_report_of_another_place_names_the_components_of_this_one() {
     is_clean(&content("go.done"));
     let text = "name a component of the place: go; or one of the places that activate arm: b";
     only("W0214", text, &content("arm.done"));
+    // The place in which it is active.
+    let file = content("go.done")
+        .replace(r#"initial="true" components="go""#, r#"initial="true" components="lamp""#);
+    let file = file.replace("</system>", r#"<component name="lamp" kind="lamp"/></system>"#).replace(
+        "</mission>",
+        r#"<place name="c" components="go"/><transition name="in" from="a" to="c" on="lamp.failed"/><transition name="on" from="c" to="over" timeout="9s"/></mission>"#,
+    );
+    only("W0214", "one of the places that activate go: c", &file);
 }
 
 #[test]
@@ -160,6 +168,8 @@ fn a_rate_far_above_the_steps_of_time_is_too_high() {
         ))
     };
     is_clean(&file("1kHz"));
+    let both = file("5kHz").replace(r#"kind="tracker""#, r#"kind="tracker" rate="5kHz""#);
+    only("W0132", "pilot is called at these steps", &both);
     only("W0132", "time follows world.clock", &file("5kHz"));
     only("W0132", "write at most 10kHz", &file("50kHz"));
     is_clean(&file("5kHz").replace(r#"<clock source="world.clock"/>"#, ""));

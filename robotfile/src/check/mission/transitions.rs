@@ -84,12 +84,12 @@ impl MissionNames<'_> {
         let mut active: Vec<_> = active.collect();
         active.sort_by_key(|(_, places)| places.len());
         let active: Vec<_> = active.into_iter().map(|(component, _)| *component).collect();
-        if exchanged.is_empty() && !active.is_empty() {
-            let places = self.active_in.get(component.as_str()).into_iter().flatten().copied();
+        let places = self.active_in.get(component.as_str());
+        if let Some(places) = places.filter(|_| exchanged.is_empty() && !active.is_empty()) {
             findings.push(finding.remedy(format!(
                 "name a component of the place: {}; or one of the places that activate {component}: {}",
                 listed(active.into_iter()),
-                listed(places)
+                listed(places.iter().copied())
             )));
             return;
         }
