@@ -24,10 +24,12 @@ mod guards;
 mod kinds;
 mod layout;
 mod links;
+mod lone_activation;
 mod lost_outputs;
 mod manifests;
 mod mission;
 mod names;
+mod needed_frames;
 mod order;
 mod paths;
 mod ports;
@@ -40,6 +42,7 @@ mod system;
 mod transition;
 mod twice;
 mod unawaited_ends;
+mod undeclared;
 mod unused;
 mod unused_done;
 mod uses;
@@ -88,7 +91,10 @@ pub fn check(
         if let Some(manifests) = manifests {
             manifests::check(configuration, manifests, &mut found);
             manifests::explain_attributes(&configuration.system, manifests, &mut findings);
+            undeclared::explain(configuration, Some(manifests), &mut found);
             fill_frames(configuration, manifests);
+        } else {
+            undeclared::explain(configuration, None, &mut found);
         }
         // If a name is misspelt, the thing that was meant only seems to be unused.
         if !findings.has_errors() && !found.has_errors() {
@@ -224,6 +230,11 @@ fn without_errors(
     reports::check_always_active(configuration, findings);
     let unawaited =
         manifests.map(|it| unused_done::find_unawaited(configuration, it)).unwrap_or_default();
+    let is_never_done = |name: &str| {
+        let component = configuration.system.component(name);
+        let kind = component.and_then(|it| manifests?.get(&it.kind.value));
+        kind.is_some_and(|kind| !kind.reports_done)
+    };
     let mut is_reached = true;
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
@@ -234,7 +245,7 @@ fn without_errors(
         if let Ok(whole) = configuration.flatten(mission) {
             is_reached &= reach::check(mission, &whole, is_main, findings);
             unused_done::check(mission, &unawaited, findings);
-            goals::check(mission, &whole, is_main, findings);
+            goals::check(mission, &whole, is_main, &is_never_done, findings);
         }
     }
     value_effects::merge_by_timeout(findings);
@@ -250,6 +261,7 @@ fn without_errors(
         }
         feedback::check(&activity, &configuration.system, findings);
         findings.merge_same(Finding::is_of_same_frozen);
+        lone_activation::advise(configuration, findings);
     }
     if let Some(manifests) = manifests {
         unawaited_ends::check(configuration, manifests, findings);

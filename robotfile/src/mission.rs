@@ -64,13 +64,14 @@ impl Mission {
     }
 
     /// Whether the transition would be an emergency exit if the safe place were named that is
-    /// probably meant: no other is named, or one that the mission leads on from, or the goal. That is
-    /// a finding.
+    /// probably meant: no other is named, or one that does not exist, that the mission leads on from,
+    /// or the goal. That is a finding.
     pub(crate) fn is_meant_exit(&self, transition: &Transition) -> bool {
         let is_goal = |place: &str| self.goal.as_ref().is_some_and(|goal| goal.value == place);
         let is_named = self
             .safe
             .as_ref()
+            .filter(|safe| self.place(&safe.value).is_some())
             .is_some_and(|safe| !self.leads_on_from(&safe.value) && !is_goal(&safe.value));
         let end = self.find_unnamed_end().filter(|_| !is_named);
         transition.class == Class::Safety

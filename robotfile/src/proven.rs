@@ -81,6 +81,9 @@ impl Findings {
         self.drop_ties_of_dead(&proven);
         self.drop_ties_of_failures(&mut proven);
         causes::explain_never_fired(&mut proven);
+        if let Some(mission) = &configuration.mission {
+            merging::merge_same_values(&mut proven, mission);
+        }
         merging::merge_witnesses(&mut proven);
         merging::merge_last_firings(&mut proven);
         merging::merge_stronger_claims(&mut proven);

@@ -1,6 +1,7 @@
 //! One file, one fault, one finding: the right code at the marked piece of text.
 
 mod any_type;
+mod astray;
 mod exchanged;
 mod exits;
 mod file;

@@ -246,6 +246,9 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     let (name, kind) = (options.name.clone(), C::KIND.into());
     let identity = ProcessIdentity { name, kind, instance: random_id() };
     let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), false)?);
+    // Threads inherit the mark from the one that starts them: before any is started.
+    participant.thread_panics.mark().mark_main_thread();
+    participant.thread_panics.include_unmarked();
     end_on_signals(&participant)?;
     report_thread_panics(&participant);
     node::join_system(&participant, &options.registry, START_LIMIT)?;

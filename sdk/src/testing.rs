@@ -127,7 +127,7 @@ impl TestedComponent {
         }
         participant.parameters.answer_locally(values, ORIGIN)?;
         report_thread_panics(&participant);
-        let mark = participant.thread_panics.distinguish_threads();
+        let mark = participant.thread_panics.mark();
         let marked = mark.mark_thread();
         let running = participant.calls.begin_call(CalledFunction::New);
         let code = C::new(Armor { participant: Arc::clone(&participant) })?;

@@ -4,8 +4,8 @@
 use std::cell::RefCell;
 use std::num::NonZeroU64;
 use std::panic::{self, PanicHookInfo};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Once, OnceLock, Weak};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Once, Weak};
 use std::thread;
 
 use parking_lot::Mutex;
@@ -30,8 +30,10 @@ static HOOK: Once = Once::new();
 /// The panics of a component's own threads that are not reported yet, in words.
 pub(crate) struct ThreadPanics {
     waiting: Mutex<Vec<String>>,
-    /// Where several components share a process, in tests: by what their threads differ.
-    mark: OnceLock<ThreadMark>,
+    /// By which its threads differ from those of other components and of tests in this process.
+    mark: ThreadMark,
+    /// Whether threads without its mark are its own, too, as long as it is the only component.
+    includes_unmarked: AtomicBool,
     wakers: Arc<Wakers>,
 }
 
@@ -47,6 +49,14 @@ impl ThreadMark {
         // Where the kernel has no timer slack, no thread is found to be the component's.
         let _ = set_current_timer_slack(NonZeroU64::new(self.0));
         MarkedThread(before)
+    }
+
+    /// Marks this thread for good, unless its timer slack was set to another value than the default,
+    /// as a service does that needs exact times.
+    pub fn mark_main_thread(self) {
+        if current_timer_slack().is_ok_and(|slack| slack == DEFAULT_SLACK_NS) {
+            let _ = set_current_timer_slack(NonZeroU64::new(self.0));
+        }
     }
 
     fn is_of_this_thread(self) -> bool {
@@ -65,18 +75,19 @@ impl Drop for MarkedThread {
 
 impl ThreadPanics {
     pub fn new(wakers: Arc<Wakers>) -> Self {
-        Self { waiting: Mutex::default(), mark: OnceLock::new(), wakers }
+        let mark = ThreadMark(LAST_MARK.fetch_add(1, Ordering::Relaxed) + 1);
+        Self { waiting: Mutex::default(), mark, includes_unmarked: AtomicBool::new(false), wakers }
     }
 
-    /// From now on only the panics of threads with the returned mark are kept: other components and
-    /// tests share the process.
-    pub fn distinguish_threads(&self) -> ThreadMark {
-        *self.mark.get_or_init(|| ThreadMark(LAST_MARK.fetch_add(1, Ordering::Relaxed) + 1))
+    /// Returns the mark of its threads.
+    pub fn mark(&self) -> ThreadMark {
+        self.mark
     }
 
-    /// Whether this thread is one of the component's own.
-    fn is_of_component(&self) -> bool {
-        self.mark.get().is_none_or(|mark| mark.is_of_this_thread())
+    /// From now on threads without its mark are its own, too, as long as it is the only component of
+    /// the process: those that began before it, or that a library has started elsewhere.
+    pub fn include_unmarked(&self) {
+        self.includes_unmarked.store(true, Ordering::Relaxed);
     }
 
     /// Keeps a panic for the main loop and wakes it. Logs nothing: the thread that panics may hold
@@ -176,8 +187,53 @@ fn note_panic(info: &PanicHookInfo<'_>) {
     let mut components = COMPONENTS.lock();
     components.retain(|component| component.strong_count() > 0);
     let components: Vec<_> = components.iter().filter_map(Weak::upgrade).collect();
-    let concerned = |component: &Arc<Participant>| component.thread_panics.is_of_component();
-    for component in components.into_iter().filter(concerned) {
-        component.thread_panics.add_panic(reason.clone());
+    let panics: Vec<_> = components.iter().map(|component| &component.thread_panics).collect();
+    if let Some(concerned) = find_concerned(&panics) {
+        concerned.add_panic(reason);
+    }
+}
+
+/// Returns the component that this thread belongs to, of all those in the process.
+fn find_concerned<'a>(components: &[&'a ThreadPanics]) -> Option<&'a ThreadPanics> {
+    let marked = components.iter().find(|it| it.mark.is_of_this_thread()).copied();
+    marked.or_else(|| match components {
+        [only] if only.includes_unmarked.load(Ordering::Relaxed) => Some(only),
+        _ => None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn new_panics() -> ThreadPanics {
+        ThreadPanics::new(Arc::new(Wakers::new().expect("wakers")))
+    }
+
+    #[test]
+    fn a_panic_is_that_of_the_component_whose_thread_it_is() {
+        let [first, second] = [(); 2].map(|()| new_panics());
+        let is = |found: Option<&ThreadPanics>, wanted: &ThreadPanics| {
+            found.is_some_and(|found| std::ptr::eq(found, wanted))
+        };
+        for panics in [&first, &second] {
+            panics.include_unmarked();
+        }
+        let both = [&first, &second];
+        assert!(find_concerned(&both).is_none(), "the thread of a test");
+        assert!(is(find_concerned(&both[..1]), &first), "it is alone");
+        let marked = second.mark().mark_thread();
+        let inherited = thread::scope(|scope| {
+            scope.spawn(|| is(find_concerned(&both), &second)).join().expect("it ends")
+        });
+        assert!(inherited && is(find_concerned(&both), &second));
+        drop(marked);
+        assert!(find_concerned(&both).is_none());
+    }
+
+    #[test]
+    fn a_tested_component_has_no_thread_without_its_mark() {
+        let panics = new_panics();
+        assert!(find_concerned(&[&panics]).is_none());
     }
 }

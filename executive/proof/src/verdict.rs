@@ -7,7 +7,7 @@ use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{Escape, MarkingGraph, find_escape, nearest_lost};
 use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
-use armor_robotfile::claim::{Relation, Statement};
+use armor_robotfile::claim::{Formula, Relation, Statement};
 use armor_robotfile::{FiringTrace, Location};
 
 use crate::formula::PlaceFormula;
@@ -61,7 +61,10 @@ impl Proof<'_> {
             Statement::Reachable(wanted) => self.decide_reachable(&formula(wanted)?),
             Statement::AlwaysReachable(wanted) => self.always_reachable(&formula(wanted)?),
             Statement::Eventually(wanted) => self.decide_eventually(&formula(wanted)?),
-            Statement::LeadsTo(from, to) => self.leads_to(&formula(from)?, &formula(to)?),
+            Statement::LeadsTo(from, to) => {
+                let verdict = self.leads_to(&formula(from)?, &formula(to)?);
+                self.turn_from_end(from, to, verdict)
+            }
             Statement::Duration { until, relation, limit } => {
                 self.decide_duration(&formula(until)?, *relation, *limit)
             }
@@ -200,6 +203,25 @@ impl Proof<'_> {
                 failed(reason, self.or_the_end(&marking), Some(self.trace_of(path, &[])))
             }
         }
+    }
+
+    /// Advises to turn a check round that asks what the end of the mission leads to.
+    fn turn_from_end(&self, from: &Formula, to: &Formula, verdict: ClaimVerdict) -> ClaimVerdict {
+        let ends = [self.plan.goal(), self.plan.safe()];
+        let (mut failure, end) = match (verdict, from) {
+            (ClaimVerdict::Fails(failure), Formula::Marked(end)) => (failure, end),
+            (verdict, _) => return verdict,
+        };
+        let place = self.plan.place_named(end.as_str());
+        if place.is_none() || !ends.contains(&place) {
+            return ClaimVerdict::Fails(failure);
+        }
+        failure.remedy = match to {
+            Formula::Marked(other) => format!("did you mean {other} leads to {end}?"),
+            _ => "exchange the two sides of leads to".to_owned(),
+        };
+        failure.remedy += &format!(" The mission is over in {end}, which leads to nothing");
+        ClaimVerdict::Fails(failure)
     }
 
     fn marking_after(&self, path: &[TransitionId]) -> Vec<u32> {

@@ -1,6 +1,7 @@
 //! Transitions that put back what they take and change nothing, and inhibitors that keep apart two tokens
 //! which a later transition joins.
 
+use crate::check::names::joined;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -25,7 +26,7 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
 }
 
 /// A timeout whose token returns to its place. A component that is active before and after a firing is
-/// not touched, so nothing is restarted either. One that takes a report or an order uses that up.
+/// not touched, unless it is done, which the mission does not wait for. One that takes a report or an order uses that up.
 fn find_returning(mission: &Mission, transition: &Transition) -> Option<Finding> {
     let interval = transition.interval.as_ref().filter(|it| !it.value.earliest.is_zero())?;
     let is_plain = transition.on.is_none()
@@ -51,8 +52,8 @@ fn find_returning(mission: &Mission, transition: &Transition) -> Option<Finding>
     let active: Vec<_> = active.map(|name| name.value.as_str()).collect();
     let rest = match active.as_slice() {
         [] => String::new(),
-        [only] => format!(", and {only} is not restarted"),
-        some => format!(", and {} are not restarted", some.join(" and ")),
+        [only] => format!(", and restarts {only} only if it is done"),
+        some => format!(", and restarts of {} only what is done", joined(some.iter().copied())),
     };
     let message = format!(
         "{} changes nothing: after {} it puts the token back into {place}{rest}",

@@ -3,6 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use armor_wire::schema::Scalar;
+
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -70,6 +72,8 @@ pub(super) fn check(
         let is_counted = !names.is_empty() && names.iter().all(|name| counters.contains(name));
         if is_counted && keeps_values(mission, place, &names) {
             findings.push(report_decided(transition, &when.value, place, other));
+        } else if is_counted && is_true_at_first(mission, place, &guard) {
+            findings.push(report_at_first(transition, &when.value, place, other));
         }
     }
 }
@@ -150,6 +154,26 @@ fn keeps_values(mission: &Mission, place: &str, names: &[&str]) -> bool {
     setters.peek().is_some() && setters.all(moves_token)
 }
 
+/// Returns whether the guard is true when the place is marked for the first time: its variables have
+/// the values with which they begin, because only transitions from the place set them.
+fn is_true_at_first(mission: &Mission, place: &str, guard: &Guard) -> bool {
+    let sets = |transition: &Transition, name: &str| {
+        transition.sets.iter().any(|set| set.variable.value == name)
+    };
+    let is_set_here = |name: &str| {
+        let mut setters = mission.transitions.iter().filter(|it| sets(it, name)).peekable();
+        setters.peek().is_some()
+            && setters.all(|it| it.inputs().any(|arc| arc.place.value == place))
+    };
+    let first = |name: &str| {
+        let variable = mission.variables.iter().find(|it| it.name.value == name)?;
+        Some(Scalar::Number(variable.counts()?.initial as f64))
+    };
+    let names = || guard.names().iter().map(|name| name.as_str());
+    let values: Vec<_> = names().map(first).collect();
+    names().all(is_set_here) && guard.holds(&values) == Some(true)
+}
+
 fn report(transition: &Transition, place: &str, other: &Transition) -> Finding {
     let message = format!(
         "{} has no condition: it fires as soon as {place} is marked, before {} can",
@@ -207,4 +231,25 @@ fn report_decided(
     );
     let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
     finding.remedy(remedy).related(&other.name.at, "this one waits")
+}
+
+fn report_at_first(
+    transition: &Transition,
+    guard: &str,
+    place: &str,
+    other: &Transition,
+) -> Finding {
+    let message = format!(
+        "{} waits for nothing: `{guard}` is true when {place} is marked for the first time, so it \
+         fires immediately, before {} can",
+        transition.name.value, other.name.value
+    );
+    let on = other
+        .on
+        .as_ref()
+        .map_or("…".to_owned(), |on| format!("{}.{}", on.component.value, on.event.value));
+    let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+    finding
+        .remedy(format!("write on=\"{on}\", or the report that it waits for"))
+        .related(&other.name.at, "this one waits")
 }

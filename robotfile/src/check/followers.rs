@@ -1,6 +1,8 @@
 //! Findings that only follow from others. Where a name is given twice or reserved, the name that it
 //! replaced seems to be missing, and what is linked to the one seems to be linked to the other.
 
+mod declarations;
+
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -61,6 +63,9 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     explain_wrong_field(findings);
     explain_missing_output(findings);
     explain_unused_done(findings);
+    declarations::drop_unused_of_report(findings);
+    declarations::merge_outside_domain(findings);
+    declarations::explain_lost_components(findings);
     // Where from and to are exchanged, nothing leads to the place that is named as from.
     let exchanged: BTreeSet<_> = findings
         .iter()
@@ -223,6 +228,7 @@ pub(super) fn drop_followers_of_reading(found: &mut Findings, reading: &Findings
     if has(&[Code::UnknownAttribute, Code::UnknownElement]) {
         found.retain(|finding| finding.code != Code::ReportNeverSent);
     }
+    declarations::drop_misplaced(found, reading);
     // The attribute that an element seems to lack is there, but misspelt.
     let strangers = reading.iter().filter(|finding| finding.code == Code::UnknownAttribute);
     let misspelt: BTreeSet<_> =

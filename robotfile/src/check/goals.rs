@@ -12,7 +12,15 @@ use crate::mission::{ArcKind, Class, Mission, Place, Transition};
 use crate::source::{Location, Spanned};
 
 /// Checks a mission; `whole` is the mission with its sub-missions.
-pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings: &mut Findings) {
+///
+/// `is_never_done` states whether a component certainly never reports that it is done.
+pub(super) fn check(
+    mission: &Mission,
+    whole: &Mission,
+    is_main: bool,
+    is_never_done: &dyn Fn(&str) -> bool,
+    findings: &mut Findings,
+) {
     check_exchanged(mission, findings);
     check_safe_left(mission, findings);
     let is_reported = check_goal_left(mission, is_main, findings);
@@ -22,7 +30,7 @@ pub(super) fn check(mission: &Mission, whole: &Mission, is_main: bool, findings:
         }
         check_one_end(mission, findings);
     }
-    check_failures(mission, whole, findings);
+    check_failures(mission, whole, is_never_done, findings);
     if is_main {
         check_left_tokens(mission, findings);
     }
@@ -66,7 +74,12 @@ fn check_left_tokens(mission: &Mission, findings: &mut Findings) {
 }
 
 /// The goal is reached if a component fails, and not otherwise.
-fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
+fn check_failures(
+    mission: &Mission,
+    whole: &Mission,
+    is_never_done: &dyn Fn(&str) -> bool,
+    findings: &mut Findings,
+) {
     let Some(goal) = &mission.goal else { return };
     let is_reached = |reached: &BTreeSet<&str>| reached.contains(goal.value.as_str());
     let reached = find_reached_without_failures(whole);
@@ -85,7 +98,7 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
         let mut leading = whole.transitions.iter().filter(|transition| leads_to(transition, place));
         let Some(transition) = leading.next() else { break };
         if transition.is_on_failure() {
-            on_failure = transition.on.as_ref().map(|on| (&transition.name, on));
+            on_failure = transition.on.as_ref().map(|on| (transition, on));
             break;
         }
         let mut needed = transition.inputs().map(|arc| arc.place.value.as_str());
@@ -94,7 +107,8 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
             None => break,
         }
     }
-    if let Some((name, on)) = on_failure {
+    if let Some((transition, on)) = on_failure {
+        let name = &transition.name;
         // In a mission and its sub-mission it is one mistake.
         let is_same = |it: &Finding| {
             it.code == Code::GoalByFailure
@@ -107,11 +121,15 @@ fn check_failures(mission: &Mission, whole: &Mission, findings: &mut Findings) {
             "the goal {} is reached only if a component fails: {} waits for {}.failed",
             goal.value, name.value, on.component.value
         );
+        let inputs = transition.inputs().filter_map(|arc| whole.place(&arc.place.value));
+        let active = inputs.flat_map(|it| &it.components).map(|it| it.value.as_str());
+        let mut candidates = std::iter::once(on.component.value.as_str()).chain(active);
+        let guess = candidates.find(|it| !is_never_done(it));
+        let guess = guess.map(|it| format!("did you mean on=\"{it}.done\"? Otherwise "));
         let finding = Finding::new(Code::GoalByFailure, &on.event.at, message);
         findings.push(finding.remedy(format!(
-            "did you mean on=\"{}.done\"? Otherwise add a transition that leads to {place} when all goes \
-             well",
-            on.component.value
+            "{}add a transition that leads to {place} when all goes well",
+            guess.unwrap_or_default()
         )));
         return;
     }

@@ -30,8 +30,19 @@ pub(super) fn check(
         }
         findings.push(report_exchanged_kinds(one, other));
     }
+    // What is used of a name that is given twice may be that of the other component.
+    let given_twice = |name: &str, findings: &Findings| {
+        findings.iter().any(|it| {
+            it.code == Code::DuplicateComponent
+                && it.at.as_ref().is_some_and(|at| at.text() == name)
+        })
+    };
     for component in &system.components {
         let name = component.name.value.as_str();
+        if given_twice(name, findings) {
+            kinds.remove(name);
+            continue;
+        }
         let (Some(manifest), Some(uses)) = (kinds.get(name), uses.get(name)) else { continue };
         let mut found = Findings::default();
         if report_other_kind(component, manifest, uses, manifests, &mut found) {
@@ -137,6 +148,15 @@ fn report_other_kind(
 ) -> bool {
     let unknown: Vec<_> = uses.iter().filter(|it| !has(manifest, *it)).collect();
     let missing = uses.find_missing(manifest);
+    if let Some(named) = manifests.get(&component.name.value)
+        && unknown.is_empty()
+        && !missing.is_empty()
+        && uses.is_known_to(named)
+        && uses.find_missing(named).is_empty()
+    {
+        findings.push(report_named_kind(component, manifest, named, &missing));
+        return true;
+    }
     // A kind that lists no events may report any.
     let is_certain = unknown.iter().any(|(is, _)| *is != Use::Event);
     if !is_certain || unknown.len() + missing.len() < 2 {
@@ -173,12 +193,36 @@ fn report_other_kind(
     true
 }
 
+/// The finding for a component that is called like another kind, and gives all that this one needs but
+/// not what its own kind needs.
+fn report_named_kind(
+    component: &Component,
+    manifest: &Manifest,
+    named: &Manifest,
+    missing: &[&str],
+) -> Finding {
+    let needs = listed(missing.iter().copied());
+    let message = format!(
+        "{} is {}, which needs {needs}; {} needs no more than is given",
+        component.name.value,
+        with_article(&manifest.kind),
+        with_article(&named.kind)
+    );
+    let is_parameter = |it: &&&str| manifest.parameters.iter().any(|given| given.name == ***it);
+    let code = match missing.iter().find(is_parameter) {
+        Some(_) => Code::ParameterUnassigned,
+        None => Code::InputUnfed,
+    };
+    Finding::new(code, &component.kind.at, message)
+        .remedy(format!("did you mean kind=\"{}\"? Otherwise give it {needs}", named.kind))
+}
+
 /// The letters that the name of a component and that of its kind have in common at their beginning.
 const MIN_SHARED_LEN: usize = 3;
 
 /// Returns the only kind that has all that is used of a component: of several, the only one that also
 /// needs nothing else, or else the one that the component is named after.
-fn find_meant_kind<'a>(
+pub(super) fn find_meant_kind<'a>(
     name: &str,
     uses: &ComponentUses,
     manifests: &'a Manifests,

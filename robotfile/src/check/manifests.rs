@@ -9,7 +9,7 @@ use armor_wire::text_format::TextFormat;
 
 use crate::check::names::listed;
 use crate::check::uses::{Use, has};
-use crate::check::{frames, kinds, ports};
+use crate::check::{frames, kinds, needed_frames, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
@@ -50,7 +50,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
-    frames::check_needed(configuration, &kinds, findings);
+    needed_frames::check(configuration, &kinds, findings);
     let places = configuration.missions().flat_map(|mission| &mission.places);
     for place in places {
         // The parameter of a component that is not active there is a finding already.

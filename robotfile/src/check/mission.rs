@@ -1,6 +1,7 @@
 //! The requirements on a mission: unique names, places and components that exist, an initial place,
 //! and places that do not activate exclusive components together.
 
+mod places;
 mod transitions;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +13,7 @@ use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::flatten::is_state_machine;
 use crate::manifests::Manifests;
-use crate::mission::{Exclusive, Mission, Place, Submission, Transition};
+use crate::mission::{Exclusive, Mission, Place, Submission};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
 
@@ -209,6 +210,10 @@ struct MissionNames<'a> {
     entered: BTreeSet<&'a str>,
     /// The components of which a place sets parameters, with the place.
     assigned: BTreeSet<(&'a str, &'a str)>,
+    /// The reports that transitions wait for in each place: place, component, event.
+    awaited: BTreeSet<(&'a str, &'a str, &'a str)>,
+    /// The places that set parameters and activate no component: they have lost their components.
+    lost: BTreeSet<&'a str>,
 }
 
 impl<'a> MissionNames<'a> {
@@ -236,6 +241,14 @@ impl<'a> MissionNames<'a> {
             let given = place.parameters.iter();
             given.map(|given| (place.name.value.as_str(), given.component.value.as_str()))
         });
+        let awaited = mission.transitions.iter().flat_map(|it| {
+            let on =
+                it.on.as_ref().map(|on| (on.component.value.as_str(), on.event.value.as_str()));
+            let places = it.inputs().map(|arc| arc.place.value.as_str());
+            places.filter_map(move |place| on.map(|(component, event)| (place, component, event)))
+        });
+        let is_lost = |place: &&Place| place.components.is_empty() && !place.parameters.is_empty();
+        let lost = mission.places.iter().filter(is_lost).map(|place| place.name.value.as_str());
         let initial = mission.places.iter().filter(|place| place.initial > 0);
         let initial = initial.map(|place| place.name.value.as_str());
         let put = mission.transitions.iter().flat_map(|transition| transition.outputs());
@@ -261,6 +274,8 @@ impl<'a> MissionNames<'a> {
             is_complete: true,
             doubtful: doubtful.map(|place| place.name.value.as_str()).collect(),
             assigned: assigned.collect(),
+            awaited: awaited.collect(),
+            lost: lost.collect(),
             entered: entered.collect(),
         }
     }
@@ -361,94 +376,6 @@ impl<'a> MissionNames<'a> {
 
     fn is_active_in(&self, component: &str, place: &str) -> bool {
         self.active_in.get(component).is_some_and(|places| places.contains(place))
-    }
-
-    fn check_place(&self, place: &Place, transitions: &[Transition], findings: &mut Findings) {
-        self.expect_controllable(&place.components, findings);
-        place.on_failure.iter().for_each(|target| self.expect_place(target, findings));
-        // Parameters for components that it does not activate are a finding with the same remedy.
-        // So is a transition that waits there for a component that is active elsewhere.
-        let waits = |it: &&Transition| {
-            let component = it.on.as_ref().map(|on| on.component.value.as_str());
-            component.is_some_and(|component| self.controlled.contains(component))
-                && it.inputs().any(|arc| arc.place.value == place.name.value)
-        };
-        let is_passive = place.components.is_empty()
-            && place.parameters.is_empty()
-            && !transitions.iter().any(|it| waits(&it));
-        if let Some(target) = place.on_failure.as_ref().filter(|_| is_passive) {
-            let message = "on-failure has no effect here";
-            let finding = Finding::new(Code::NoEffect, &target.at, message);
-            findings.push(finding.remedy(
-                "the place has no components that could fail: name them in components=\"…\", or \
-                 remove it",
-            ));
-        }
-        let is_own = |target: &&Spanned<String>| target.value == place.name.value;
-        if let Some(target) = place.on_failure.as_ref().filter(is_own)
-            && !place.components.is_empty()
-        {
-            let message = format!("after a failure in {0}, the token stays in {0}", target.value);
-            let finding = Finding::new(Code::FailsToItself, &target.at, message);
-            findings.push(finding.remedy(
-                "name a place without the failed component, or remove on-failure: then the mission goes to its safe place",
-            ));
-        }
-        let mut assigned = BTreeMap::new();
-        let mut foreign = BTreeSet::new();
-        for given in &place.parameters {
-            let (component, name) = (&given.component, &given.parameter.name);
-            let exists = self.expect_component(component, findings);
-            let is_active = self.is_active_in(&component.value, &place.name.value);
-            if let Some(by) = self.fixed.get(component.value.as_str()).filter(|_| !is_active) {
-                report_fixed(component, *by, "set the parameter in the system", findings);
-            } else if exists
-                && !is_active
-                && !self.doubtful.contains(place.name.value.as_str())
-                && foreign.insert(&component.value)
-            {
-                self.report_foreign(place, component, transitions, findings);
-            }
-            let key = (component.value.as_str(), name.value.as_str());
-            if let Some(first) = assigned.insert(key, &name.at) {
-                let message = format!("{}.{} is set twice in one place", key.0, key.1);
-                let finding = Finding::new(Code::DuplicateParameter, &name.at, message);
-                findings.push(finding.remedy("keep one of them").related(first, "first here"));
-            }
-        }
-    }
-
-    /// Reports parameters of a component that the place does not activate, with what else it seems to
-    /// have been forgotten for.
-    fn report_foreign(
-        &self,
-        place: &Place,
-        component: &Spanned<String>,
-        transitions: &[Transition],
-        findings: &mut Findings,
-    ) {
-        let message = format!(
-            "{} does not activate {}, so it cannot set its parameters",
-            place.name.value, component.value
-        );
-        let mut finding =
-            Finding::new(Code::ForeignParameter, &component.at, message).remedy(format!(
-                "add {0} to the components of {1}, or set the parameter in the system",
-                component.value, place.name.value
-            ));
-        let given = place.parameters.iter().map(|given| &given.component);
-        let others = given
-            .filter(|other| other.value == component.value && other.at.span != component.at.span);
-        for other in others {
-            finding = finding.related(&other.at, "and here");
-        }
-        let waiting = transitions.iter().filter(|it| self.waits_for_foreign(it));
-        for on in waiting.filter_map(|it| it.on.as_ref()) {
-            if on.component.value == component.value {
-                finding = finding.related(&on.component.at, "this report is never sent");
-            }
-        }
-        findings.push(finding);
     }
 }
 

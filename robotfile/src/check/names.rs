@@ -113,3 +113,12 @@ pub(super) fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
         _ => format!("{} and {more} more", names.join(", ")),
     }
 }
+
+/// Returns the first dozen names as a sentence lists them: `a, b and c`.
+pub(super) fn joined<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let list = listed(names);
+    match list.rsplit_once(", ") {
+        Some((first, last)) if !list.ends_with(" more") => format!("{first} and {last}"),
+        _ => list,
+    }
+}

@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::guard::{Guard, implies};
+use crate::guard::{Guard, Name, implies};
 use crate::mission::{ArcKind, Autonomy, Class, Mission, Transition};
 
 /// The limit for compared conditions: four thousand transitions from one place must not take
@@ -21,7 +21,20 @@ const IMPLICATION: usize = 50;
 pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     let safety = mission.places.iter().filter(|place| place.class == Class::Safety);
     let safety: BTreeSet<_> = safety.map(|place| place.name.value.as_str()).collect();
-    let all: Vec<_> = mission.transitions.iter().map(|t| Conditions::of(t, &safety)).collect();
+    let is_measured = |name: &Name| {
+        name.data().is_some()
+            || mission
+                .variables
+                .iter()
+                .any(|it| it.name.value == name.as_str() && it.source.is_some())
+    };
+    let all = mission.transitions.iter().map(|t| {
+        let conditions = Conditions::of(t, &safety);
+        let mut names = conditions.guard.iter().flat_map(Guard::names);
+        let is_measured = names.any(is_measured);
+        Conditions { is_measured, ..conditions }
+    });
+    let all: Vec<_> = all.collect();
     let mut by_place: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (index, conditions) in all.iter().enumerate() {
         for place in conditions.needs.keys() {
@@ -67,6 +80,8 @@ struct Conditions<'a> {
     /// Whether not all of its conditions could be read.
     is_vague: bool,
     guard: Option<Guard>,
+    /// Whether the guard changes with data while the places stay marked.
+    is_measured: bool,
     earliest: Duration,
     latest: Option<Duration>,
 }
@@ -98,6 +113,7 @@ impl<'a> Conditions<'a> {
                 || transition.outputs().any(|arc| safety.contains(arc.place.value.as_str())),
             is_vague: transition.is_doubtful || guard.as_ref().is_some_and(Result::is_err),
             guard: guard.and_then(Result::ok),
+            is_measured: false,
             earliest: interval.map_or(Duration::ZERO, |interval| interval.earliest),
             latest: interval.map_or(Some(Duration::ZERO), |interval| interval.latest),
         }
@@ -124,6 +140,12 @@ impl<'a> Conditions<'a> {
         // A pause stops all clocks but those of safety.
         if always && is_free && is_earlier && (other.is_safety || !self.is_safety) {
             return Some(self.never_fires(other, &format!("{name} always fires before it")));
+        }
+        // Its guard would have to be true from the first moment on.
+        let is_as_late = other.latest == Some(self.earliest) && !self.earliest.is_zero();
+        let waits_for_data = self.is_measured && self.latest.is_none();
+        if always && is_free && is_as_late && waits_for_data && other.rank() >= self.rank() {
+            return Some(self.report_as_late(other));
         }
         if !self.has_same_moment(other) {
             return None;
@@ -240,6 +262,26 @@ impl<'a> Conditions<'a> {
             .remedy("give one of the two another condition, time or priority, or remove this one")
             .related(&other.transition.name.at, "this one")
             .stops_transition()
+    }
+
+    /// The finding for one whose guard must be true for as long as `other` waits.
+    fn report_as_late(&self, other: &Self) -> Finding {
+        let (name, late) = (&self.transition.name, &other.transition.name);
+        let time = |it: &Self| it.transition.interval.as_ref().map_or("", |it| it.at.text());
+        let when = self.transition.when.as_ref().map_or("", |when| when.value.as_str());
+        let message = format!(
+            "{} fires after `{when}` has been true for {}, and {} leaves the place at that moment: \
+             only if it is true from the first moment on, the order in the file decides",
+            name.value,
+            time(self),
+            late.value
+        );
+        Finding::new(Code::Tie, &name.at, message)
+            .remedy(format!(
+                "write a shorter after=\"…\" here, or a longer time for {}",
+                late.value
+            ))
+            .related(&late.at, "this one leaves the place")
     }
 
     fn decided_by_order(&self, other: &Self) -> Finding {

@@ -179,18 +179,29 @@ fn report_mismatch(
             ),
             match meant {
                 Some(meant) => format!(
-                    "{}.{} takes {}; or link an output of type {} here",
-                    link.to.component.value, meant.id, output.type_name, input.type_name
+                    "{}.{} takes {}; or link an output of {} here",
+                    link.to.component.value,
+                    meant.id,
+                    output.type_name,
+                    describe_type(input)
                 ),
                 None => format!(
-                    "link an output of type {} here; `armor describe` lists them",
-                    input.type_name
+                    "link an output of {} here; `armor describe` lists them",
+                    describe_type(input)
                 ),
             },
         )
     };
     let finding = Finding::new(Code::TypeMismatch, &link.to.at, message);
     finding.remedy(remedy).related(&link.from.at, "from here")
+}
+
+/// `type Scan`, or `any type`.
+fn describe_type(input: &PortManifest) -> String {
+    match input.is_any() {
+        true => "any type".to_owned(),
+        false => format!("type {}", input.type_name),
+    }
 }
 
 /// The source of the system's time: an output of type `Clock`.
@@ -382,8 +393,10 @@ pub(super) fn required_inputs(
             format!("nothing feeds {}.{}, which {} needs", name.value, input.id, manifest.kind);
         let finding = Finding::new(Code::InputUnfed, &name.at, message);
         let remedy = format!(
-            "add <link from=\"…\" to=\"{}.{}\"/>, from an output of type {}",
-            name.value, input.id, input.type_name
+            "add <link from=\"…\" to=\"{}.{}\"/>, from an output of {}",
+            name.value,
+            input.id,
+            describe_type(input)
         );
         findings.push(finding.remedy(remedy));
     }

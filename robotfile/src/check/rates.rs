@@ -14,19 +14,35 @@ use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::manifests::Manifests;
-use crate::model::{Component, Link, LinkMode, System};
+use crate::model::{Component, Link, LinkMode, Port, System};
+use crate::typed_manifests::TypedManifests;
 
 /// The parameter with which a kind that publishes a clock states how fast its time runs.
 const CLOCK_SPEED: &str = "speed";
+
+/// The rate of a component that is surely a mistake, as a multiple of that with which time moves.
+const MOST_PER_STEP: f64 = 10.0;
 
 /// Circles that are reported. When these are broken, the next ones are.
 const MAX_CIRCLES: usize = 8;
 
 /// Checks the rates of the system against its manifests.
 pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findings) {
+    let typed = TypedManifests::of(system, manifests);
     for link in &system.links {
-        if let Some(finding) = find_slow_producer(link, system, manifests) {
-            findings.push(finding);
+        match typed.passed_input(&link.from) {
+            None => findings.extend(find_slow_producer(&link.from, link, system, manifests)),
+            // What it passes on comes when its writers publish, whatever its own rate.
+            Some(input) => {
+                let is_writer = |it: &&Link| {
+                    it.to.component.value == link.from.component.value && it.to.port.value == input
+                };
+                let writers = system.links.iter().filter(is_writer).map(|writer| &writer.from);
+                let direct = writers.filter(|from| typed.passed_input(from).is_none());
+                findings.extend(
+                    direct.filter_map(|from| find_slow_producer(from, link, system, manifests)),
+                );
+            }
         }
     }
     for component in system.components.iter().filter(|component| component.rate_hz.is_none()) {
@@ -55,8 +71,9 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
             && time(first) == time(other)
     });
     check_waiting_circles(system, manifests, findings);
-    if system.clock.is_none() {
-        check_speeds(system, manifests, findings);
+    match &system.clock {
+        Some(clock) => check_steps(&clock.source, system, findings),
+        None => check_speeds(system, manifests, findings),
     }
 }
 
@@ -112,16 +129,18 @@ fn check_waiting_circles(system: &System, manifests: &Manifests, findings: &mut 
 
 /// A component with a rate publishes once per period, as far as the file can show. One without a rate
 /// publishes when it is called by data.
-fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Option<Finding> {
-    let producer = system.component(&link.from.component.value)?;
+///
+/// `from` is the output from which the data of the link come, perhaps through a component that passes
+/// them on.
+fn find_slow_producer(
+    from: &Port,
+    link: &Link,
+    system: &System,
+    manifests: &Manifests,
+) -> Option<Finding> {
+    let producer = system.component(&from.component.value)?;
     let consumer = system.component(&link.to.component.value)?;
     let rate = producer.rate_hz.as_ref()?;
-    // What it passes on comes when its writers publish, whatever its own rate.
-    let sender = manifests.get(&producer.kind.value);
-    let mut outputs = sender.into_iter().flat_map(|kind| &kind.outputs);
-    if outputs.any(|output| output.id == link.from.port.value && output.is_any()) {
-        return None;
-    }
     let kind = manifests.get(&consumer.kind.value)?;
     let input = kind.inputs.iter().find(|input| input.id == link.to.port.value)?;
     let assigned = |name: &str| Some(consumer.parameter(name)?.value.value.as_str());
@@ -131,10 +150,14 @@ fn find_slow_producer(link: &Link, system: &System, manifests: &Manifests) -> Op
     if period_s < age_s {
         return None;
     }
-    let from = link.from.data();
+    let passed = match from.at.is_at(&link.from.at) {
+        true => String::new(),
+        false => format!(", which {} passes on,", link.from.component.value),
+    };
+    let from = from.data();
     let time = if speed == 1.0 { "s" } else { "s of the system's time" };
     let message = format!(
-        "{} is called every {} {time}, but {} takes {from} for missing after {} s",
+        "{} is called every {} {time}, but {} takes {from}{passed} for missing after {} s",
         producer.name.value,
         shorten(period_s),
         consumer.name.value,
@@ -165,6 +188,46 @@ fn find_speed(producer: &Component, system: &System) -> f64 {
 
 fn shorten(seconds: f64) -> f64 {
     (seconds * 1000.0).round() / 1000.0
+}
+
+/// Time that follows data moves in steps, so nothing is called much more often than these come. Up to
+/// ten times the rate of its source is no finding: with `speed` below 1 the steps are shorter.
+fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
+    let Some(clock) = system.component(&source.component.value) else { return };
+    let Some(steps) = &clock.rate_hz else { return };
+    // That it is too low for what takes the data is the finding then.
+    if findings.iter().any(|it| is_about(it, Code::RateTooLow, &steps.at)) {
+        return;
+    }
+    let highest = MOST_PER_STEP * steps.value * find_speed(clock, system).recip().max(1.0);
+    for component in system.components.iter().filter(|it| it.name.value != clock.name.value) {
+        let Some(rate) = component.rate_hz.as_ref().filter(|rate| rate.value > highest) else {
+            continue;
+        };
+        if findings.iter().any(|it| is_about(it, Code::RateTooHigh, &rate.at)) {
+            continue;
+        }
+        let name = &component.name.value;
+        let message = format!(
+            "`{}` is too high: time follows {}, which moves it {} times per second, and {name} is \
+             called at these steps",
+            rate.at.text(),
+            source.data(),
+            steps.value
+        );
+        let finding = Finding::new(Code::RateTooHigh, &rate.at, message);
+        findings.push(
+            finding
+                .remedy(format!("write a lower rate, or a higher one for {}", clock.name.value))
+                .related(&steps.at, "the rate of these steps"),
+        );
+    }
+    let step = |finding: &Finding| finding.related.first().map(|(at, _)| at.span);
+    findings.merge_same(|first, other| {
+        [first.code, other.code] == [Code::RateTooHigh; 2]
+            && step(first).is_some()
+            && step(first) == step(other)
+    });
 }
 
 /// Without `<clock>` all components are on the host's clock, so one whose time runs at another speed

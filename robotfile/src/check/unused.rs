@@ -13,13 +13,24 @@ use crate::findings::Findings;
 use crate::guard::{Guard, Name};
 use crate::manifests::Manifests;
 use crate::model::{Component, Configuration, Link, System};
+use crate::typed_manifests::TypedManifests;
 
 /// The type of messages that report how far a component is: for the screen of an operator, and for
 /// `armor echo`. Most systems link none of them.
 const FOR_PEOPLE: &str = "Progress";
 
 pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findings: &mut Findings) {
-    let used = Used::of(configuration);
+    let mut used = Used::of(configuration);
+    let typed = TypedManifests::of(&configuration.system, manifests);
+    for component in &configuration.system.components {
+        let is_any = |it: &&PortManifest| it.is_any();
+        let kind = manifests.get(&component.kind.value);
+        let Some(output) = kind.and_then(|kind| kind.outputs.iter().find(is_any)) else { continue };
+        let name = component.name.value.as_str();
+        let resolved =
+            typed.find(name).and_then(|it| it.outputs.iter().find(|o| o.id == output.id));
+        used.passing.extend(resolved.filter(|it| !it.is_any()).map(|it| (name, it.clone())));
+    }
     let mut free = free_inputs(&configuration.system, manifests);
     // That a component has no link at all is a finding of its own.
     free.values_mut().for_each(|inputs| inputs.retain(|it| used.components.contains(it.component)));
@@ -34,7 +45,9 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     }
     // One note for the file: almost every robot leaves outputs unused.
     if let Some(at) = first {
-        let message = format!("no link uses {}", listed(outputs.iter().map(String::as_str)));
+        // What a free input would take is named first, as the list is shortened.
+        outputs.sort_by_key(|(_, is_wanted)| !is_wanted);
+        let message = format!("no link uses {}", listed(outputs.iter().map(|(it, _)| it.as_str())));
         let finding = Finding::new(Code::UnusedOutput, at, message);
         findings
             .push(finding.remedy("link what is needed; if nothing is missing, ignore this note"));
@@ -93,6 +106,10 @@ struct Used<'a> {
     watched: BTreeSet<String>,
     /// The components that the mission activates.
     activated: BTreeSet<&'a str>,
+    /// The components whose reports the mission waits for.
+    reporting: BTreeSet<&'a str>,
+    /// The first output of each component that passes messages on, with the type of what it passes.
+    passing: BTreeMap<&'a str, PortManifest>,
     /// Whether the system has one component only.
     is_alone: bool,
     links: &'a [Link],
@@ -125,9 +142,10 @@ impl<'a> Used<'a> {
             let in_places = mission.places.iter().flat_map(|place| &place.components);
             used.activated.extend(in_places.map(|name| name.value.as_str()));
             let reporters = mission.transitions.iter().filter_map(|t| t.on.as_ref());
-            used.components.extend(reporters.map(|on| on.component.value.as_str()));
+            used.reporting.extend(reporters.map(|on| on.component.value.as_str()));
         }
         used.components.extend(&used.activated);
+        used.components.extend(&used.reporting);
         used
     }
 
@@ -172,14 +190,38 @@ impl<'a> Used<'a> {
         Some(others.iter().fold(finding, |it, link| it.related(&link.from.at, "another one")))
     }
 
-    /// Returns the outputs that nothing uses, if the component itself is used.
+    /// The finding for a component that passes on what others send to it, none of whose outputs leads
+    /// anywhere, while an input that takes such data is free.
+    fn find_lost_passage(&self, component: &Component, free: &FreeInputs<'_>) -> Option<Finding> {
+        let name = component.name.value.as_str();
+        let output = self.passing.get(name).filter(|_| !self.reporting.contains(name))?;
+        let is_writer = |link: &&Link| link.to.component.value == name;
+        let writers: Vec<_> = self.links.iter().filter(is_writer).collect();
+        let writes = |input: &&FreeInput<'_>| {
+            input.component == name
+                || writers.iter().any(|link| link.from.component.value == input.component)
+        };
+        let input = free.get(&output.schema_hash)?.iter().find(|input| !writes(input))?;
+        let from = listed(writers.iter().map(|link| link.from.component.value.as_str()));
+        let message = format!(
+            "{name} passes on what {from} sends, but no link leads an output of it to another component"
+        );
+        let finding = Finding::new(Code::WorkUnused, &component.name.at, message);
+        Some(finding.remedy(format!(
+            "add a link, such as <link from=\"{name}.{}\" to=\"{}.{}\"/>, which nothing feeds",
+            output.id, input.component, input.input
+        )))
+    }
+
+    /// Returns the outputs that nothing uses, if the component itself is used; with each, whether an
+    /// input of another component takes its data and is fed by nothing.
     fn check_component(
         &self,
         component: &Component,
         manifest: &Manifest,
         free: &FreeInputs<'_>,
         findings: &mut Findings,
-    ) -> Vec<String> {
+    ) -> Vec<(String, bool)> {
         let name = component.name.value.as_str();
         let has_ports = !manifest.inputs.is_empty() || !manifest.outputs.is_empty();
         // A required input without a link is an error already.
@@ -200,7 +242,7 @@ impl<'a> Used<'a> {
         // A clock is used by `<clock>`, not by a link.
         let outputs = manifest.outputs.iter().filter(|output| output.type_name != Clock::NAME);
         let unused: Vec<_> = outputs.clone().filter(|it| unused(&it.id)).collect();
-        if unused.len() == outputs.count()
+        if unused.len() == outputs.clone().count()
             && self.activated.contains(name)
             && let Some((output, input)) = fitting_input(name, &unused, free)
         {
@@ -213,12 +255,22 @@ impl<'a> Used<'a> {
             findings.push(finding.remedy(format!("add a link, such as {remedy}")));
             return Vec::new();
         }
+        if unused.len() == outputs.count()
+            && let Some(finding) = self.find_lost_passage(component, free)
+        {
+            findings.push(finding);
+            return Vec::new();
+        }
         if let Some(finding) = self.find_copied_link(component, &unused, manifest) {
             findings.push(finding);
             return Vec::new();
         }
         let is_own = |output: &str| self.own_outputs.contains(&(name, output));
         let unused = unused.iter().filter(|it| it.type_name != FOR_PEOPLE && !is_own(&it.id));
-        unused.map(|output| format!("{name}.{}", output.id)).collect()
+        let named = unused.map(|output| {
+            let is_wanted = fitting_input(name, &[*output], free).is_some();
+            (format!("{name}.{}", output.id), is_wanted)
+        });
+        named.collect()
     }
 }

@@ -1,5 +1,5 @@
 //! Comparisons with `==` and `!=` of a measured value with a fraction: a measurement is almost never
-//! exactly that number.
+//! exactly that number. Two comparisons with one number may amount to the same.
 
 use crate::code::Code;
 use crate::guard::meaning::{GuardProblem, Meaning};
@@ -27,6 +27,10 @@ fn find_inexact(
     };
     let outcome = match operator {
         GuardOperator::And | GuardOperator::Or => {
+            if let Some(constant) = single_number(*operator, left, right) {
+                report_single(*operator, node, (left, constant), text, meanings, problems);
+                return;
+            }
             find_inexact(left, text, meanings, problems);
             find_inexact(right, text, meanings, problems);
             return;
@@ -52,6 +56,53 @@ fn find_inexact(
             remedy: "compare with <, <=, > or >=; for a range, with both ends".into(),
         });
     }
+}
+
+/// Returns the constant for which `x < 40% or x > 40%` is false, or `x <= 40% and x >= 40%` is true.
+fn single_number<'a>(
+    operator: GuardOperator,
+    left: &'a GuardNode,
+    right: &'a GuardNode,
+) -> Option<&'a GuardNode> {
+    use GuardOperator::{Greater, GreaterOrEqual, Less, LessOrEqual};
+    let (GuardNodeKind::Binary(first, one, number), GuardNodeKind::Binary(second, other, same)) =
+        (&left.kind, &right.kind)
+    else {
+        return None;
+    };
+    let excludes = match operator {
+        GuardOperator::Or => matches!((first, second), (Less, Greater) | (Greater, Less)),
+        _ => {
+            matches!((first, second), (LessOrEqual, GreaterOrEqual) | (GreaterOrEqual, LessOrEqual))
+        }
+    };
+    (excludes && one.is_same(other) && fraction(number)? == fraction(same)?).then_some(number)
+}
+
+fn report_single(
+    operator: GuardOperator,
+    node: &GuardNode,
+    (left, constant): (&GuardNode, &GuardNode),
+    text: &str,
+    meanings: &[Meaning],
+    problems: &mut Vec<GuardProblem>,
+) {
+    let GuardNodeKind::Binary(_, value, _) = &left.kind else { return };
+    if !fraction(constant).is_some_and(|number| is_measured(value, number, meanings)) {
+        return;
+    }
+    let part = |node: &GuardNode| text.get(node.at.clone()).unwrap_or_default();
+    let outcome = if operator == GuardOperator::Or { "true" } else { "false" };
+    problems.push(GuardProblem {
+        code: Code::InexactEqual,
+        at: node.at.clone(),
+        message: format!(
+            "`{}` is almost always {outcome}: a measured value is rarely exactly {}",
+            part(node),
+            part(constant)
+        ),
+        remedy: "write one of the two comparisons, or another number in one of them".into(),
+    });
 }
 
 /// The number that is written there, if it is not a whole one.

@@ -213,6 +213,49 @@ fn has_guard_in(mission: Option<&Mission>, at: &Location, inner: &[Location]) ->
         .is_some_and(|when| inner.iter().any(|constant| when.at.contains(constant)))
 }
 
+/// Whether an attribute of a place or a transition is without effect.
+fn is_without_effect_in_mission(finding: &Finding) -> bool {
+    let Some(at) = finding.at.as_ref().filter(|_| finding.code == Code::NoEffect) else {
+        return false;
+    };
+    let before = at.source.text().get(..at.span.start()).unwrap_or_default();
+    let element = before.rsplit('<').next().unwrap_or_default();
+    element.starts_with("transition") || element.starts_with("place")
+}
+
+/// Merges the transitions that never fire because a variable has the same values wherever they could:
+/// one of their guards, or the value with which the variable begins, is wrong.
+pub(super) fn merge_same_values(proven: &mut Vec<Finding>, mission: &Mission) {
+    let values = |finding: &Finding| {
+        let message = finding.message.as_str();
+        let (_, values) = message.split_once(", because ")?;
+        let values = values.strip_suffix(" there").filter(|it| it.contains(" is "))?;
+        Some(values.to_owned()).filter(|_| finding.code == Code::NeverFires)
+    };
+    let mut merged: Vec<Finding> = Vec::new();
+    for result in std::mem::take(proven) {
+        let same = merged
+            .iter_mut()
+            .find(|first| values(&result).is_some_and(|own| values(first).as_ref() == Some(&own)));
+        match same {
+            Some(first) => first.merge_place(result),
+            None => merged.push(result),
+        }
+    }
+    for first in &mut merged {
+        let Some(values) = values(first).filter(|_| first.related.len() > 1) else { continue };
+        let (name, value) = values.split_once(" is ").unwrap_or_default();
+        let variable = mission.variables.iter().find(|it| it.name.value == name);
+        let Some(initial) = variable.and_then(|it| it.initial.as_ref()) else { continue };
+        if initial.value.to_string() == value {
+            first.related.push((initial.at.clone(), format!("{name} begins with {value}")));
+            first.remedy = first.remedy.replace(", or let ", ", let ");
+            first.remedy += ", or let it begin with another value";
+        }
+    }
+    *proven = merged;
+}
+
 /// Merges the errors that tokens cause with a goal that is never reached because they went elsewhere.
 pub(super) fn merge_token_faults(proven: &mut Vec<Finding>) {
     let (following, mut others): (Vec<_>, Vec<_>) =
@@ -263,7 +306,8 @@ impl Findings {
         let is_fault = |finding: &&Finding| finding.severity() != Severity::Note;
         let mut faults = self.iter().filter(is_fault);
         let (Some(cause), None) = (faults.next().cloned(), faults.next()) else { return };
-        let is_of_mission = cause.code.as_str().starts_with("W02");
+        let is_of_mission =
+            cause.code.as_str().starts_with("W02") || is_without_effect_in_mission(&cause);
         let mut results = proven.iter_mut().filter(|it| it.severity() != Severity::Note);
         let (Some(check), None) = (results.next(), results.next()) else { return };
         if !is_of_mission || find_awaited(check).is_none() {

@@ -186,9 +186,17 @@ fn read_set(
 fn refuse_repeats(arcs: &[Arc], findings: &mut Findings) {
     let mut seen = std::collections::BTreeMap::new();
     for arc in arcs {
-        if let Some(first) = seen.insert((arc.kind, arc.place.value.as_str()), &arc.place.at) {
-            let message = format!("{} has two arcs of the same kind here", arc.place.value);
-            let finding = Finding::new(Code::DuplicateArc, &arc.place.at, message);
+        let place = &arc.place;
+        // A name that a list has twice is a finding already.
+        let is_listed = |it: &Finding| {
+            let is_there = it.at.as_ref().is_some_and(|at| at.is_at(&place.at));
+            it.code == Code::DuplicateInList && is_there
+        };
+        if let Some(first) = seen.insert((arc.kind, place.value.as_str()), &place.at)
+            && !findings.iter().any(is_listed)
+        {
+            let message = format!("{} has two arcs of the same kind here", place.value);
+            let finding = Finding::new(Code::DuplicateArc, &place.at, message);
             findings
                 .push(finding.remedy("write one arc with a weight").related(first, "first here"));
         }

@@ -128,6 +128,7 @@ fn what_only_follows_from_a_missing_writer_is_no_finding() {
             .replace(r#"name="board""#, r#"name="[[board]]""#),
     );
     only("E0109", &unfed);
+    assert!(errors(&unfed.replace("[[", "").replace("]]", "")).contains("an output of any type"));
     let unknown = file(
         r#"<component name="odd" kind="[[oddity]]"/><link from="odd.out" to="board.writers"/><link from="board.element" to="mapper.scan"/>"#,
     );

@@ -132,3 +132,34 @@ fn frames_are_given_by_no_command_line() {
     let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
     assert_eq!(codes, ["E0112"]);
 }
+
+#[test]
+fn one_frame_that_several_components_need_is_one_finding() {
+    let kinds = example_kinds();
+    let with = |code: &str, frames: &str, remedy: &str| {
+        let file = mapped(frames, r#"</component><component name="n" kind="mounted-mapper">"#)
+            .replace("</system>", r#"<link from="l.scan" to="n.scan"/></system>"#);
+        one_with(code, &file, Some(&kinds));
+        let plain = file.replace("[[", "").replace("]]", "");
+        let reading = read(Path::new("a.xml"), &mut |_| Ok(plain.clone().into()));
+        let shown = check(reading, &[], Some(&kinds)).findings.render(Colours::No);
+        let names_both = code != "E0146" || shown.contains("m and n need the frame laser");
+        assert!(shown.contains(remedy) && names_both, "{remedy}\n{shown}");
+    };
+    let mast = r#"<frame name="mast" in="base_link"/>"#;
+    with("E0146", "", "add <frame name=\"laser\"");
+    with("E0146", r#"<frame name="[[lazer]]" in="base_link"/>"#, "did you mean laser?");
+    with("E0146", &format!(r#"{mast}<frame name="laser" in="[[mats]]"/>"#), "did you mean mast?");
+    let base = mast.replace("base_link", "[[base]]");
+    let base = format!(r#"{base}<frame name="laser" in="mast"/>"#);
+    with("E0146", &base, "did you mean base_link?");
+    let lost = r#"<frame name="laser" in="[[mast]]"/>"#;
+    with("E0146", lost, "or place laser in base_link");
+    with("E0146", &lost.replace("mast", "map"), "write in=\"base_link\"");
+    // What is wrong with the frame itself explains that it is missing.
+    let inner = r#"<frame name="laser" in="mast"/>"#;
+    with("E0016", &format!(r#"<frame name="mast" [[parent]]="base_link"/>{inner}"#), "mean in?");
+    with("E0144", &format!(r#"{mast}<frame name="[[mast]]" in="mast"/>"#), "another name");
+    with("E0145", &format!(r#"<frame name="mast" in="[[laser]]"/>{inner}"#), "base_link");
+    with("E0148", &format!(r#"{mast}<frame name="[[odom]]" in="mast"/>"#), "remove it");
+}

@@ -139,7 +139,11 @@ fn from_and_to_exchanged_is_one_finding() {
     let turned = r#"<place name="b" components="arm"/><place name="c"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="u" from="c" to="b" on="arm.done"/><transition name="v" from="b" to="over" timeout="9s"/>"#;
     only("W0214", r#"did you mean from="b" to="c"?"#, &with(turned));
     let other = r#"<place name="b" components="arm"/><transition name="t" from="a" to="b" on="go.failed"/><transition name="v" from="b" to="over" on="go.done"/>"#;
-    only("W0214", "activate it there, or name a component of the place: arm", &with(other));
+    only(
+        "W0214",
+        "name a component of the place: arm; or one of the places that activate go: a",
+        &with(other),
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! One mistake is one finding: it brings no follow-ups, and hides no other mistake.
 
-use super::{all_of, found_in, mission, one, system};
+use super::follow_ups::{END, LATE, kinds, only, robot};
+use super::{all_of, found_in, mission, one, reading, system};
 
 #[test]
 fn tags_that_do_not_match_hide_nothing_else() {
@@ -256,4 +257,111 @@ fn an_attribute_under_another_name_is_one_finding() {
         r#"<place name="b" components="go"><parameter component="go" speed="1m/s"/></place><transition name="t" from="a" to="b" timeout="5s"/><transition name="u" from="b" to="hold" on="go.done"/>"#,
     ));
     assert!(place.contains(r#"did you mean name="speed" value="1m/s"?"#), "{place}");
+}
+
+/// A mission in which `go` works, then `stop`; `{}` are its places and elements.
+fn two_steps(of_b: &str, content: &str) -> String {
+    mission(&format!(
+        r#"<place name="b" {of_b}</place><place name="c" components="stop"/><transition name="in" from="a" to="b" timeout="5s"/><transition name="next" from="b" to="c" on="go.done"/><transition name="late" from="b" to="hold" timeout="9s"/><transition name="out" from="c" to="over" on="stop.done"/><transition name="stuck" from="c" to="hold" timeout="9s"/>{content}"#
+    ))
+}
+
+/// The file has only this finding, which shows the text.
+fn only_shown(code: &str, text: &str, file: &str) {
+    let (codes, shown) = found_in(file);
+    assert_eq!(codes, [code], "{file}\n{shown}");
+    assert!(shown.contains(text), "{text}\n{shown}");
+}
+
+#[test]
+fn the_components_that_a_place_lost_are_one_finding() {
+    let given = r#"><parameter component="go" name="p" value="1"/>"#;
+    assert_eq!(found_in(&two_steps(&format!(r#"components="go"{given}"#), "")).0, [""; 0]);
+    let add = "add go to the components of b";
+    only_shown("E0209", add, &two_steps(given, ""));
+    // It is the only place of the other component, too.
+    let both = format!(r#"{given}<parameter component="stop" name="p" value="1"/>"#);
+    only_shown("E0209", "add go and stop to the components of b", &two_steps(&both, ""));
+    let other = two_steps(r#"><parameter component="stop" name="p" value="1"/>"#, "");
+    let elsewhere = r#"<place name="d" components="go"/><transition name="t" from="a" to="d" operator="true"/><transition name="u" from="d" to="over" on="go.done"/></mission>"#;
+    let other = other.replace("</mission>", elsewhere);
+    only_shown("E0209", "add stop and go to the components of b", &other);
+    let exclusive = r#"<exclusive components="go stop"/>"#;
+    let right = two_steps(r#"components="go" on-failure="c">"#, exclusive);
+    assert_eq!(found_in(&right).0, [""; 0]);
+    let lost = right.replace(r#"components="go" on-failure="c""#, r#"on-failure="c""#);
+    let lost = lost.replace(r#"on="go.done""#, r#"operator="true""#);
+    only_shown("E0207", "did you mean components=\"go\" in b?", &lost);
+}
+
+#[test]
+fn a_place_that_a_list_has_twice_is_one_finding() {
+    one(
+        "E0208",
+        &mission(
+            r#"<place name="b"/><transition name="in" from="a" to="b" timeout="5s"/><transition name="t" from="b [[b]]" to="over" timeout="5s"/>"#,
+        ),
+    );
+}
+
+#[test]
+fn a_misspelt_safe_place_is_one_finding() {
+    let exits = r#"<transition name="crash" to="hold" when="free.state.broken" class="safety"/><transition name="panic" to="hold" operator="true" class="safety"/>"#;
+    assert_eq!(found_in(&mission(exits)).0, [""; 0]);
+    one("E0203", &mission(exits).replace("safe=\"hold\"", "safe=\"[[holt]]\""));
+}
+
+#[test]
+fn a_domain_that_is_too_small_is_one_finding() {
+    let file = |maximum: &str| {
+        two_steps(
+            r#"components="go">"#,
+            &format!(
+                r#"<variable name="n" min="0" max="{maximum}"/><transition name="again" from="b" to="b" on="go.failed" when="n &lt; 2"><set variable="n" value="3"/></transition><check>always n &lt;= 3</check>"#
+            ),
+        )
+    };
+    assert_eq!(found_in(&file("3")).0, [""; 0]);
+    only_shown("E0238", "this comparison with 3 is always true", &file("2"));
+    // A comparison that is never true is another mistake.
+    let never = file("2").replace("n &lt;= 3", "n &gt;= 3");
+    assert_eq!(found_in(&never).0, ["E0238", "W0236"]);
+}
+
+#[test]
+fn a_variable_in_the_system_is_one_finding() {
+    let guarded = r#"<transition name="weak" from="a" to="hold" when="level &lt; 2"/>"#;
+    let variable = r#"<variable name="level" source="free.state.level"/>"#;
+    assert_eq!(found_in(&mission(&format!("{variable}{guarded}"))).0, [""; 0]);
+    let moved = mission(guarded).replace("</system>", &format!("{variable}</system>"));
+    only_shown("E0015", "write it directly in <mission>", &moved);
+    let other = moved.replace("when=\"level", "when=\"lever");
+    assert_eq!(found_in(&other).0, ["E0015", "E0231"]);
+}
+
+#[test]
+fn a_report_in_place_of_a_guard_is_one_finding() {
+    let file = |condition: &str| {
+        robot(
+            r#"safe="hold""#,
+            &format!(
+                r#"<variable name="level" source="power.state.level"/>{END}{LATE}<transition name="weak" from="a" to="hold" {condition}/>"#
+            ),
+        )
+    };
+    only("E0225", "did you mean empty?", &file(r#"on="go.empyt""#));
+    only("W0237", "no guard uses level", &file(r#"on="go.failed""#));
+}
+
+#[test]
+fn a_component_that_gets_the_name_of_another_is_one_finding() {
+    let file = |name: &str| {
+        system(&format!(
+            r#"<component name="laser" kind="laser"/><component name="{name}" kind="arm"/><component name="mapper" kind="mapper"/><link from="laser.scan" to="mapper.scan"/>"#
+        ))
+    };
+    let (reading, _) = reading(&file("mapper"), Some(&kinds()));
+    let found = reading.findings.without_notes();
+    let codes: Vec<_> = found.iter().map(|it| it.code.as_str()).collect();
+    assert_eq!(codes, ["E0101"], "{}", found.render(armor_robotfile::Colours::No));
 }

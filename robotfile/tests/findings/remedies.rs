@@ -211,7 +211,7 @@ fn two_initial_places_of_an_exclusive_set_are_named() {
 #[test]
 fn places_that_are_exchanged_are_proposed() {
     let file = with(
-        r#"<place name="b" components="arm"/><transition name="in" from="a" to="b" on="go.failed"/><transition name="t" from="b" to="a" on="go.done"/><transition name="u" from="b" to="over" on="arm.done"/>"#,
+        r#"<place name="b" components="arm"/><transition name="in" from="a" to="b" on="go.failed"/><transition name="t" from="b" to="a" on="go.seen"/><transition name="u" from="b" to="over" on="arm.done"/>"#,
     );
     only("W0214", r#"did you mean from="a" to="b"? Otherwise, a frozen"#, &file);
 }

@@ -118,7 +118,7 @@ fn a_timeout_leads_to_another_place_or_sets_something() {
         "again changes nothing: after 30s it puts the token back into a",
         &with(&format!("{again}/>")),
     );
-    only("W0281", "and go is not restarted", &with(&format!("{again}/>")));
+    only("W0281", "and restarts go only if it is done", &with(&format!("{again}/>")));
     let counts = r#"<variable name="n" min="0" max="9"/><transition name="t" from="a" to="over" on="go.packed" when="n &lt; 3"/>"#;
     let with = |content: &str| robot(r#"safe="hold""#, &format!("{END}{content}"));
     nothing(&with(&format!(r#"{again}><set variable="n" value="n + 1"/></transition>{counts}"#)));

@@ -125,3 +125,31 @@ fn the_work_of_an_active_component_is_unused_if_an_input_waits_for_it() {
     let file = unused.replace("[[wheels]]", "wheels");
     has_no_finding(&file, &without_base.collect());
 }
+
+#[test]
+fn a_component_that_one_place_activates_by_mistake_is_named() {
+    let file = |first: &str, second: &str, third: &str| {
+        let places = [("out", first), ("back", second), ("on", third)];
+        let places = places.map(|(name, components)| {
+            let initial = if name == "out" { r#" initial="true""# } else { "" };
+            format!(r#"<place name="{name}"{initial} components="{components}"/>"#)
+        });
+        format!(
+            r#"<armor version="1"><system><component name="guide" kind="guide" rate="10Hz"/><component name="wheels" kind="wheels" rate="10Hz"/><component name="base" kind="base" rate="10Hz"/>{LOOP}</system>
+            <mission goal="home" safe="hold">{}<place name="home"/><place name="hold"/>
+            <transition name="there" from="out" to="back" on="guide.done"/><transition name="here" from="back" to="on" on="guide.done"/><transition name="end" from="on" to="home" on="guide.done"/>
+            <transition name="slow" from="out" to="hold" timeout="9s"/><transition name="late" from="back" to="hold" timeout="9s"/><transition name="lost" from="on" to="hold" timeout="9s"/></mission></armor>"#,
+            places.concat()
+        )
+        .replace(r#"to="wheels.goal"/>"#, r#"to="wheels.goal" mode="pull"/>"#)
+        .replace(r#"to="guide.pose"/>"#, r#"to="guide.pose" mode="pull"/>"#)
+    };
+    let all = manifests("");
+    has_no_finding(&file("guide", "guide", "guide"), &all);
+    let wrong = file("guide", "guide", "guide [[wheels]]");
+    one_with("W0269", &wrong, Some(&all));
+    let (reading, _) = reading(&wrong, Some(&all));
+    let shown = reading.findings.render(armor_robotfile::Colours::No);
+    assert!(shown.contains("take wheels out of on, the only place that activates it"), "{shown}");
+    has_no_finding(&file("guide wheels", "guide wheels", "guide wheels"), &all);
+}

@@ -155,3 +155,11 @@ fn a_forgotten_guard_is_one_finding() {
     expect(&rounds(less, ""), &["E0252"], "again and enough can fire at the same moment");
     expect(&rounds("", reached), &["E0254"], "would set n to 3");
 }
+
+#[test]
+fn a_check_from_the_end_of_the_mission_is_turned_round() {
+    let file = |check: &str| mission(BOTH, &format!("{OUT}{LATE}{HOME}<check>{check}</check>"));
+    expect(&file("b leads to home or hold"), &[], "");
+    expect(&file("home leads to b"), &["E0252"], "did you mean b leads to home?");
+    expect(&file("hold leads to a or b"), &["E0252"], "exchange the two sides of leads to");
+}

@@ -240,3 +240,32 @@ fn a_timeout_that_ends_the_mission_before_all_others_is_one_finding() {
     expect(&file("85s"), &[], "");
     expect(&file("20s"), &["W0217"], "long ends the mission after 20 s, before");
 }
+
+#[test]
+fn guards_that_are_never_true_for_one_value_are_one_finding() {
+    let rounds = |initial: &str, when: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="3" initial="{initial}"/><place name="c" components="go"/>{OUT}{LATE}<transition name="again" from="b" to="b" on="back.done" when="{when}"><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="c" on="back.done" when="n == 2"><set variable="n" value="3"/></transition><transition name="end" from="c" to="home" on="go.done"/><transition name="skip" from="b" to="home" operator="true"/>"#
+        );
+        mission(BOTH, &content)
+    };
+    expect(&rounds("0", "n &lt; 2"), &[], "");
+    let shown = "enough never fires: `n == 2` is false";
+    expect(&rounds("0", "n &gt; 2"), &["W0217"], shown);
+    expect(&rounds("3", "n &lt; 2"), &["W0217"], shown);
+    expect(&rounds("3", "n &lt; 2"), &["W0217"], "let it begin with another value");
+}
+
+#[test]
+fn an_attribute_without_effect_explains_the_check_that_fails() {
+    let ask = r#"autonomy="confirm" answer-within="5s" unanswered="fire""#;
+    let file = |ask: &str| {
+        let out = OUT.replace(r#"on="go.done""#, ask);
+        mission(BOTH, &format!("{out}{HOME}{LATE}<check>duration(home or hold) &lt;= 5min</check>"))
+    };
+    expect(&file(ask), &[], "");
+    let endless = ask.replace(r#" answer-within="5s""#, "");
+    expect(&file(&endless), &["E0252"], "write answer-within=\"30s\"");
+    let operator = ask.replace("confirm", "operator");
+    expect(&file(&operator), &["E0252"], "write autonomy=\"confirm\"");
+}

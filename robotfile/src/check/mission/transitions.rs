@@ -13,14 +13,16 @@ use crate::source::Spanned;
 
 impl MissionNames<'_> {
     /// Returns whether the transition waits for a component that one of its places does not activate,
-    /// though it sets parameters of it, or may activate under a misspelt name. That is a finding of
-    /// the place.
+    /// though it sets parameters of it, or may activate under a misspelt name, or that lost all its
+    /// components. That is a finding of the place.
     pub(super) fn waits_for_foreign(&self, transition: &Transition) -> bool {
         let Some(on) = &transition.on else { return false };
         let mut needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         needed.any(|arc| {
             let (place, component) = (arc.place.value.as_str(), on.component.value.as_str());
-            self.doubtful.contains(place) || self.assigned.contains(&(place, component))
+            self.doubtful.contains(place)
+                || self.assigned.contains(&(place, component))
+                || self.lost.contains(place)
         })
     }
 
@@ -63,19 +65,34 @@ impl MissionNames<'_> {
             && let Some(place) = self.places.known.get(from)
         {
             exchanged = format!("did you mean from=\"{to}\" to=\"{from}\"?");
+            let event = transition.on.as_ref().map_or("", |on| on.event.value.as_str());
+            let is_awaited = self.awaited.contains(&(*to, component, event));
             if !self.entered.contains(from) {
                 let finding = finding.related(place, "no transition leads to this place");
                 findings.push(finding.remedy(exchanged));
                 return;
             }
-            exchanged += " Otherwise, ";
+            // Where another transition waits for the same report, this one does not belong there.
+            exchanged = if is_awaited { String::new() } else { exchanged + " Otherwise, " };
         }
         let needed = transition.arcs.iter().filter(|arc| arc.kind != ArcKind::Put);
         let is_there = |places: &BTreeSet<&str>| {
             needed.clone().any(|arc| places.contains(arc.place.value.as_str()))
         };
         let active = self.active_in.iter().filter(|(_, places)| is_there(places));
-        let active: Vec<_> = active.map(|(component, _)| *component).collect();
+        // One that few places activate is more probably the one whose report the mission waits for.
+        let mut active: Vec<_> = active.collect();
+        active.sort_by_key(|(_, places)| places.len());
+        let active: Vec<_> = active.into_iter().map(|(component, _)| *component).collect();
+        let places = self.active_in.get(component.as_str());
+        if let Some(places) = places.filter(|_| exchanged.is_empty() && !active.is_empty()) {
+            findings.push(finding.remedy(format!(
+                "name a component of the place: {}; or one of the places that activate {component}: {}",
+                listed(active.into_iter()),
+                listed(places.iter().copied())
+            )));
+            return;
+        }
         let remedy = "a frozen component reports nothing; activate it there";
         findings.push(finding.remedy(match active.is_empty() {
             true => format!("{exchanged}{remedy}"),
