@@ -19,6 +19,7 @@ mod outside;
 mod preempted;
 mod proof;
 mod prove;
+mod repair;
 mod starts;
 mod sums;
 #[cfg(test)]
@@ -33,4 +34,5 @@ mod wording;
 pub use analysed::Analysed;
 pub use proof::{MAX_BYTES, MAX_CLASSES, MAX_STATES};
 pub use prove::{prove, prove_from_here};
+pub use repair::{Recheck, explain_by_edit};
 pub use wording::time_in_words;
