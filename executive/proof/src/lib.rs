@@ -12,6 +12,7 @@ mod dead;
 mod durations;
 mod formula;
 mod general;
+mod ignored_ends;
 mod large;
 mod meetings;
 mod misplaced;
