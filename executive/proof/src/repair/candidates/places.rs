@@ -31,7 +31,7 @@ const WORKLESS: i32 = 2;
 /// How much less likely it is that a timeout to the safe place is wrong, and how much likelier that it
 /// is meant.
 const TIMEOUT_FROM_SAFE: i32 = 4;
-const TIMEOUT_TO_SAFE: i32 = 2;
+const TIMEOUT_TO_SAFE: i32 = 3;
 /// How much likelier an end of the mission is one too many in a list, as the other places count
 /// for nothing then.
 const END_IN_LIST: i32 = 8;
