@@ -124,4 +124,6 @@ fn shows_ages(console: &Console, now: ClockTimes) -> bool {
 #[cfg(test)]
 mod frame_cost;
 #[cfg(test)]
+mod model_tests;
+#[cfg(test)]
 mod tests;

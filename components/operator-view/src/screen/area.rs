@@ -77,6 +77,18 @@ impl Area {
         self.look.on_screen(point)
     }
 
+    /// Whether a notice lies over a point of the screen.
+    #[cfg(test)]
+    pub(super) fn is_covered(&self, at: Pos2) -> bool {
+        self.covered.iter().any(|place| place.contains(at))
+    }
+
+    /// The scale of the map.
+    #[cfg(test)]
+    pub(super) fn points_per_metre(&self) -> f32 {
+        self.look.scale
+    }
+
     /// How it is looked at.
     pub(super) fn show_view_buttons(&mut self, ui: &mut Ui) {
         let hint = "keeps the robot in the middle";

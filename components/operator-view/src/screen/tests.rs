@@ -19,14 +19,14 @@ const ZERO: RobotCommand = RobotCommand::Velocity { forward_mps: 0.0, turn_radps
 
 const FIRST: SequenceNumber = SequenceNumber { instance: 1, sequence: 0 };
 
-struct TestScreen {
-    console: Console,
-    screen: Screen,
-    now: ClockTimes,
+pub(super) struct TestScreen {
+    pub(super) console: Console,
+    pub(super) screen: Screen,
+    pub(super) now: ClockTimes,
     commands: Vec<RobotCommand>,
 }
 
-type ViewWindow = Harness<'static, TestScreen>;
+pub(super) type ViewWindow = Harness<'static, TestScreen>;
 
 fn layout() -> MapLayout {
     let corner = Pose2::new(-5.0, -5.0, 0.0);
@@ -34,7 +34,7 @@ fn layout() -> MapLayout {
 }
 
 /// A robot at (1, 0) on a map of 10 × 10 m around the origin, all inputs linked.
-fn test_screen() -> TestScreen {
+pub(super) fn test_screen() -> TestScreen {
     let mut console = Console { robot_radius_m: 0.2, ..Console::default() };
     for (input, is_steady) in [("map", false), ("pose", true), ("scan", true), ("image", true)] {
         console.links.push(InputLink::new(input, format!("robot.{input}"), is_steady));
@@ -55,7 +55,7 @@ fn test_screen() -> TestScreen {
     }
 }
 
-fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
+pub(super) fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
     let mut harness = Harness::builder()
         .with_size(size)
         .with_max_steps(8)
@@ -80,7 +80,7 @@ fn window() -> ViewWindow {
 }
 
 /// Takes the commands sent since the last call.
-fn take_commands(window: &mut ViewWindow) -> Vec<RobotCommand> {
+pub(super) fn take_commands(window: &mut ViewWindow) -> Vec<RobotCommand> {
     std::mem::take(&mut window.state_mut().commands)
 }
 
@@ -90,19 +90,19 @@ fn events(window: &mut ViewWindow) -> Vec<OperatorEvent> {
 }
 
 /// A moment passes.
-fn wait(window: &mut ViewWindow, seconds: f64) {
+pub(super) fn wait(window: &mut ViewWindow, seconds: f64) {
     window.state_mut().now.host_s += seconds;
     window.run_steps(1);
 }
 
-fn button(window: &mut ViewWindow, at: Pos2, button: PointerButton, pressed: bool) {
+pub(super) fn button(window: &mut ViewWindow, at: Pos2, button: PointerButton, pressed: bool) {
     let modifiers = Modifiers::NONE;
     window.event(Input::PointerButton { pos: at, button, pressed, modifiers });
     window.run_steps(1);
 }
 
 /// Presses in one place, moves, and lets go in another.
-fn stroke(window: &mut ViewWindow, with: PointerButton, from: Pos2, to: Pos2) {
+pub(super) fn stroke(window: &mut ViewWindow, with: PointerButton, from: Pos2, to: Pos2) {
     window.hover_at(from);
     window.run_steps(1);
     button(window, from, with, true);
@@ -471,7 +471,7 @@ fn a_new_frame_is_shown_until_the_operator_acknowledges_it() {
 }
 
 /// Sets every cell of a map of 10 × 10 m by its place.
-fn set_cells(window: &mut ViewWindow, cell: impl Fn(f64, f64) -> i8) {
+pub(super) fn set_cells(window: &mut ViewWindow, cell: impl Fn(f64, f64) -> i8) {
     let place = |index: usize| (index as f64 + 0.5) * 0.1 - 5.0;
     let cells = (0..10_000).map(|n| cell(place(n % 100), place(n / 100))).collect();
     window.state_mut().console.scene.map.replace(2.0, layout(), cells).unwrap();
