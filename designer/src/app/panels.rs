@@ -63,7 +63,7 @@ impl Designer {
     /// Shows the button that opens the palette.
     fn show_folded_palette(&mut self, ui: &mut egui::Ui) {
         let entry = about(Command::TogglePalette);
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.vertical_centered(|ui| {
             let button = egui::Button::new("»").min_size(Vec2::splat(FOLDED_WIDTH - 8.0));
             let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use eframe::egui::text::{LayoutJob, TextWrapping};
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect};
 
-use crate::theme::LEAST_TEXT;
+use armor_picture::theme::LEAST_TEXT;
 
 /// The room of a text that stands alone as soon as those around it are not drawn.
 pub(super) const ALONE: f32 = 34.0;

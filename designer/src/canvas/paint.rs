@@ -21,7 +21,7 @@ use crate::canvas::rules::JoinRules;
 use crate::canvas::snap::GRID;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
-use crate::theme::{BODY, CanvasColours, HEADING, LEAST_TEXT, mix};
+use armor_picture::theme::{BODY, HEADING, LEAST_TEXT, ThemeColours, mix};
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint(
@@ -30,7 +30,7 @@ impl<Id: DiagramId> Canvas<Id> {
         diagram: &Diagram<Id>,
         rules: &dyn JoinRules,
         hovered: Option<Hit>,
-        colours: &CanvasColours,
+        colours: &ThemeColours,
     ) {
         let painter = ui.painter().with_clip_rect(self.rect.intersect(ui.clip_rect()));
         painter.rect_filled(self.rect, 0.0, colours.background);
@@ -131,7 +131,7 @@ impl<Id: DiagramId> Canvas<Id> {
         } else {
             (colours.group, colours.grid)
         };
-        let line = if is_selected { colours.selected } else { line };
+        let line = if is_selected { colours.accent } else { line };
         let stroke = Stroke::new(if is_selected { 2.0 } else { 1.0 }, line);
         let round = CornerRadius::same((6.0 * frame.zoom).clamp(0.0, 12.0) as u8);
         frame.painter.rect(area, round, fill, stroke, StrokeKind::Inside);
@@ -180,8 +180,8 @@ impl<Id: DiagramId> Canvas<Id> {
         match self.gesture.clone() {
             Gesture::Band { from, to, .. } => {
                 let area = Rect::from_two_pos(self.to_window(from), self.to_window(to));
-                let stroke = Stroke::new(1.0, colours.selected);
-                let fill = colours.selected.gamma_multiply(0.12);
+                let stroke = Stroke::new(1.0, colours.accent);
+                let fill = colours.accent.gamma_multiply(0.12);
                 frame.painter.rect(area, 0.0, fill, stroke, StrokeKind::Inside);
             }
             Gesture::Wire { to, .. } => self.paint_pending(frame, to, rules),

@@ -12,7 +12,7 @@ use crate::canvas::rules::JoinRules;
 use crate::canvas::selection::Selection;
 use crate::canvas::snap::snapped;
 use crate::canvas::viewport::Viewport;
-use crate::theme::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// The result of showing the drawing.
 pub struct CanvasOutput<Id> {
@@ -182,10 +182,10 @@ impl<Id: DiagramId> Canvas<Id> {
             self.handle_keys(ui, &response, diagram, &mut events);
         }
         self.stays_fitted &= self.viewport == fitted && !self.is_busy();
-        let colours = CanvasColours::of(ui.visuals());
-        self.paint(ui, diagram, rules, hovered, &colours);
+        let colours = ThemeColours::of(ui.visuals());
+        self.paint(ui, diagram, rules, hovered, colours);
         if response.has_focus() {
-            let line = Stroke::new(1.0, colours.selected);
+            let line = Stroke::new(1.0, colours.accent);
             ui.painter().rect_stroke(rect, 0.0, line, StrokeKind::Inside);
         }
         self.describe_drawing(ui, &response, diagram);

@@ -8,8 +8,8 @@ use crate::diagram_pane::show_dragged;
 use crate::panels::fields::is_entered;
 use crate::panels::pick;
 use crate::system::docs;
-use crate::theme;
 use crate::workspace::Workspace;
+use armor_picture::theme;
 
 /// The height of one kind in the list.
 const ENTRY_HEIGHT: f32 = 38.0;

@@ -1,6 +1,7 @@
 //! The screen as a person meets it: by accessible names, keys and the pointer, without a display.
 
 use armor_grid::Pose2;
+use armor_picture::theme;
 use eframe::egui::accesskit::Role;
 use eframe::egui::epaint::ClippedShape;
 use eframe::egui::{Event as Input, Key, Modifiers, PointerButton, Pos2, Shape, Vec2, pos2};
@@ -592,10 +593,7 @@ fn stopped_is_a_banner_over_the_map_and_release_is_far_from_stop() {
         (window.get_by_label("STOP").rect(), window.get_by_label("Release").rect());
     assert!(map.contains_rect(release) && !map.intersects(stop));
     assert!(release.distance_to_pos(stop.center()) > 150.0, "{stop:?} {release:?}");
-    assert!(
-        colours::contrast(colours::STOP, colours::RELEASE) > 1.0
-            && colours::STOP != colours::RELEASE
-    );
+    assert!(theme::contrast(theme::STOP, theme::RELEASE) > 1.0 && theme::STOP != theme::RELEASE);
 }
 
 fn goal_end() -> RunEnd {
@@ -932,7 +930,7 @@ fn what_is_touched_is_large_enough_and_no_text_is_small() {
     for role in [Role::Button, Role::CheckBox] {
         for node in window.query_all_by_role(role) {
             let (rect, name) = (node.rect(), node.accesskit_node().label().unwrap_or_default());
-            let least = colours::TOUCH - 0.01;
+            let least = theme::TOUCH - 0.01;
             assert!(rect.height() >= least && rect.width() >= least, "{name}: {rect:?}");
         }
     }

@@ -12,7 +12,7 @@ use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
-use crate::theme::{SMALL, mix};
+use armor_picture::theme::{SMALL, mix};
 
 /// Links of neighbouring ports run this close.
 const PORT_ROOM: f32 = 20.0;
@@ -70,7 +70,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let strong = if wire.is_strong { 1.2 } else { 0.0 };
         let zoom = frame.zoom.clamp(0.5, 1.5);
         if !self.selection.is_empty() && self.selection.contains(wire.item) {
-            return (frame.colours.selected, (2.8 + strong) * zoom);
+            return (frame.colours.accent, (2.8 + strong) * zoom);
         }
         // A hue of its type, so that it can be followed.
         let hue = || {
@@ -92,7 +92,7 @@ impl<Id: DiagramId> Canvas<Id> {
         }
         for (_, _, at) in self.grips(frame.diagram) {
             let size = 5.0 * frame.zoom.clamp(0.8, 1.5);
-            let line = Stroke::new(2.0, frame.colours.selected);
+            let line = Stroke::new(2.0, frame.colours.accent);
             frame.painter.circle(self.to_window(at), size, frame.colours.background, line);
         }
     }

@@ -43,7 +43,7 @@ impl Question {
             ui.weak(text::path(&self.path));
             compare(ui, &apart(mine.unwrap_or_default(), &self.theirs));
             ui.weak("Undo restores the other one while the window is open.");
-            ui.add_space(crate::theme::NEAR);
+            ui.add_space(armor_picture::theme::NEAR);
             buttons(ui, |ui| {
                 let mine = ui.button("Keep mine").on_hover_text(
                     "The drawing stays as it is (Escape). Saving replaces the file on disk.",
