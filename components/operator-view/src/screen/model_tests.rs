@@ -144,6 +144,7 @@ fn locate_robot(window: &mut ViewWindow, model: &mut Model, at: Point2) {
         return;
     }
     let state = window.state_mut();
+    state.now.host_s += 0.1;
     let pose = Pose2::new(at.x_m, at.y_m, 0.0);
     let stamp_s = state.now.host_s;
     let located = LocatedPose { stamp_s, pose, covariance_m2: [0.01, 0.0, 0.01] };
