@@ -85,6 +85,13 @@ impl Icon {
             paint_icon(ui.painter(), place.rect, self, place.fallback_text_color);
         })
     }
+
+    /// The same in a colour of its own, as the text of a main button has.
+    pub fn to_coloured_atom<'a>(self, colour: Color32) -> Atom<'a> {
+        Atom::paint(Vec2::splat(SIDE), move |ui, place| {
+            paint_icon(ui.painter(), place.rect, self, colour);
+        })
+    }
 }
 
 /// Paints a sign into the middle of a rectangle.
@@ -166,7 +173,7 @@ impl Pen {
 fn draw_icon(pen: Pen, icon: Icon) -> Vec<Shape> {
     match icon {
         Icon::Save => vec![
-            pen.line([(0.1, 0.1), (0.7, 0.1), (0.9, 0.3), (0.9, 0.9), (0.1, 0.9), (0.1, 0.06)]),
+            pen.line([(0.1, 0.1), (0.7, 0.1), (0.9, 0.3), (0.9, 0.9), (0.1, 0.9), (0.1, 0.1)]),
             pen.fill((0.28, 0.1), (0.62, 0.36)),
             pen.frame((0.26, 0.56), (0.74, 0.9)),
         ],

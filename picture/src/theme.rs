@@ -230,7 +230,8 @@ pub fn apply(context: &egui::Context, pointing: Pointing) {
 
 /// Returns the main button of a question or a page, in the accent's colour.
 pub fn main_button<'a>(colours: &ThemeColours, text: impl Into<String>) -> Button<'a> {
-    Button::new(RichText::new(text).strong().color(colours.on_accent)).fill(colours.accent)
+    let text = RichText::new(text).strong().color(colours.on_accent);
+    Button::new(text).fill(colours.accent)
 }
 
 fn style_window(style: &mut Style, colours: &ThemeColours, pointing: Pointing) {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use armor_picture::theme::{self, ThemeColours};
 use eframe::egui::{self, Id, Key, Modal};
 
 use crate::app::Designer;
@@ -132,7 +133,8 @@ impl Designer {
         let name = self.workspace.project.name();
         ui.label(format!("{} has unsaved changes.", crate::text::paintable(ui.ctx(), &name)));
         ui.horizontal(|ui| {
-            if ui.button("Save").clicked() {
+            let save = theme::main_button(ThemeColours::of(ui.visuals()), "Save");
+            if ui.add(save).clicked() {
                 self.after_saving = Some(then);
                 self.workspace.order_command(crate::commands::Command::Save);
             } else if ui.button("Leave without saving").clicked() {
@@ -187,7 +189,8 @@ impl Designer {
         }
         let may = elsewhere.files.iter().any(|file| file.obstacle.is_none());
         ui.horizontal(|ui| {
-            let change = ui.add_enabled(may, egui::Button::new("Change them too"));
+            let change = theme::main_button(ThemeColours::of(ui.visuals()), "Change them too");
+            let change = ui.add_enabled(may, change);
             if change.clicked() {
                 self.change_elsewhere(&elsewhere);
             } else if ui.button("Leave them").clicked() || pressed_escape(ui) {

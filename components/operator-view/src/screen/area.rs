@@ -2,12 +2,14 @@
 //! the right or middle button moves the map, a right click deletes the goal.
 
 use armor_grid::{Point2, Pose2};
+use armor_picture::icons::Icon;
 use armor_picture::theme::{self, TOUCH, ThemeColours};
 use eframe::egui::{
     Align2, Button, Event, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense,
     Stroke, Ui, Vec2, vec2,
 };
 
+use super::SMALL_WIDTH;
 use super::camera::CameraImage;
 use super::colours::colours_of;
 use super::layers::{Layer, Layers};
@@ -93,13 +95,15 @@ impl Area {
     /// How it is looked at.
     pub(super) fn show_view_buttons(&mut self, ui: &mut Ui) {
         let hint = "keeps the robot in the middle";
+        // In a small window the signs would take another row from the map.
+        let fit = match ui.max_rect().width() < SMALL_WIDTH {
+            true => Button::new("fit"),
+            false => Button::new((Icon::Fit.to_atom(), "fit")),
+        };
         if ui.checkbox(&mut self.follows, "follow").on_hover_text(hint).changed() {
             self.fits = false;
         }
-        if ui
-            .add(Button::new("fit").min_size(Vec2::splat(TOUCH)))
-            .on_hover_text("shows all of the map")
-            .clicked()
+        if ui.add(fit.min_size(Vec2::splat(TOUCH))).on_hover_text("shows all of the map").clicked()
         {
             (self.fits, self.follows) = (true, false);
         }

@@ -2,10 +2,11 @@
 //! list of alerts, which it opens over the map.
 
 use super::colours::colours_of;
-use armor_picture::theme::{self, ThemeColours};
+use armor_picture::icons::Icon;
+use armor_picture::theme::{self, TOUCH, ThemeColours};
 use eframe::egui::{
-    Align2, Color32, FontId, Frame, Grid, Margin, Rect, RichText, Role, ScrollArea, Sense, Stroke,
-    StrokeKind, Ui, WidgetInfo, vec2,
+    Align2, Button, Color32, FontId, Frame, Grid, Margin, Rect, RichText, Role, ScrollArea, Sense,
+    Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
 };
 
 use super::new_buttons::NewButtons;
@@ -35,7 +36,8 @@ pub(super) fn show_strip(
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         // The title of a small window has the name.
-        if ui.available_width() >= NAMED_WIDTH {
+        let is_wide = ui.available_width() >= NAMED_WIDTH;
+        if is_wide {
             ui.label(RichText::new(&console.robot_name).size(theme::HEADING).strong());
         }
         show_connection(ui, colours, console);
@@ -50,11 +52,22 @@ pub(super) fn show_strip(
             1 => RichText::new("! 1 alert").strong().color(colours.error),
             count => RichText::new(format!("! {count} alerts")).strong().color(colours.error),
         };
-        if ui.button(text).on_hover_text("what has gone wrong, with its time").clicked() {
+        let sign = match count {
+            0 => Icon::Alert.to_atom(),
+            _ => Icon::Alert.to_coloured_atom(colours.error),
+        };
+        let button = if is_wide { Button::new((sign, text)) } else { Button::new(text) };
+        if ui.add(button).on_hover_text("what has gone wrong, with its time").clicked() {
             open_parts::toggle(ui.ctx(), OpenPart::Alerts);
         }
-        let theme = if console.is_light { "dark" } else { "light" };
-        if ui.button(theme).on_hover_text("the other theme: light is for sunlight").clicked() {
+        let (sign, name) =
+            if console.is_light { (Icon::Moon, "dark") } else { (Icon::Sun, "light") };
+        let button = match is_wide {
+            true => Button::new((sign.to_atom(), name)),
+            false => Button::new(sign.to_atom()).min_size(Vec2::splat(TOUCH)),
+        };
+        let button = ui.add(button).accessible_name(name);
+        if button.on_hover_text("the other theme: light is for sunlight").clicked() {
             console.is_light = !console.is_light;
         }
         if let Some(mission) = &console.mission {
@@ -111,8 +124,9 @@ fn show_question(
     let text = format!("{}?{}", question.transition, left.unwrap_or_default());
     ui.colored_label(colours.warning, RichText::new(text).strong());
     let mut answer = None;
-    for (name, is_confirmed) in [("Confirm", true), ("Decline", false)] {
-        if ui.button(name).on_hover_text("answers the mission's question").clicked() {
+    let confirm = theme::main_button(colours, "Confirm");
+    for (button, is_confirmed) in [(confirm, true), (Button::new("Decline"), false)] {
+        if ui.add(button).on_hover_text("answers the mission's question").clicked() {
             answer = Some(is_confirmed);
         }
     }
