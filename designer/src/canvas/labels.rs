@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 use eframe::egui::text::{LayoutJob, TextWrapping};
-use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect};
+use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect, Vec2};
 
 use armor_picture::theme::LEAST_TEXT;
 
@@ -23,6 +23,15 @@ pub(super) struct Label<'a> {
     pub(super) width: f32,
     pub(super) colour: Color32,
     pub(super) anchor: Align2,
+}
+
+/// The size that a text has at actual size.
+pub(super) fn measure(painter: &Painter, label: Label<'_>) -> Vec2 {
+    let text = paintable(painter.ctx(), label.text).into_owned();
+    let font = FontId::proportional(label.size.max(LEAST_TEXT));
+    let mut job = LayoutJob::simple_singleline(text, font, Color32::PLACEHOLDER);
+    job.wrap = TextWrapping::truncate_at_width(label.width);
+    painter.layout_job(job).size()
 }
 
 /// Draws a text at a point of the window; returns where it is.

@@ -14,7 +14,7 @@ use crate::canvas::diagram::{Diagram, DiagramId};
 use crate::canvas::gesture::Gesture;
 use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::{CORNER, GROUP_TITLE, Hit};
-use crate::canvas::labels::{ALONE, Label, SMALLEST, draw, paintable};
+use crate::canvas::labels::{ALONE, Label, SMALLEST, draw, measure, paintable};
 use crate::canvas::node::{Decoration, PortAt};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
@@ -22,6 +22,9 @@ use crate::canvas::snap::GRID;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
 use armor_picture::theme::{BODY, HEADING, LEAST_TEXT, ThemeColours, mix};
+
+/// Space around the text of a hint.
+const HINT_MARGIN: Vec2 = Vec2::new(7.0, 4.0);
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint(
@@ -199,13 +202,17 @@ impl<Id: DiagramId> Canvas<Id> {
             colour,
             anchor: Align2::LEFT_CENTER,
         };
-        let at = at + Vec2::new(18.0, 18.0);
+        // It stays in the drawing, also at its right edge.
+        let paper = HINT_MARGIN + Vec2::splat(1.0);
+        let text_size = measure(frame.painter, label);
+        let most = self.rect.max - text_size - paper - Vec2::new(0.0, text_size.y);
+        let at = (at + Vec2::new(18.0, 18.0)).min(most).max(self.rect.min + paper);
         let shape = frame.painter.add(Shape::Noop);
         if let Some(rect) = draw(frame.painter, 1.0, at, label) {
             let stroke = Stroke::new(1.0, colour);
             let paper = frame.colours.block;
             let back = egui::epaint::RectShape::new(
-                rect.expand2(Vec2::new(7.0, 4.0)),
+                rect.expand2(HINT_MARGIN),
                 4.0,
                 paper,
                 stroke,
