@@ -8,6 +8,7 @@ use eframe::egui::{
 };
 
 use crate::app::Designer;
+use crate::app::dialogs::Dialog;
 use crate::commands::{Command, about};
 use crate::messages::MessageKind;
 use crate::view::View;
@@ -150,7 +151,11 @@ impl Designer {
             ui.spacing_mut().item_spacing.x = 7.0;
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
             ui.colored_label(colour, RichText::new(sign).strong());
-            ui.weak(finding.code.as_str());
+            let code = finding.code.as_str();
+            let page = ui.link(code).on_hover_text("Shows what it means, with an example");
+            if page.accessible_name(format!("page of {code}")).clicked() {
+                self.dialog = Some(Dialog::Page(finding.code));
+            }
             if let Some(place) = place {
                 ui.weak(place);
             }
