@@ -37,6 +37,7 @@ impl<Id: DiagramId> Canvas<Id> {
     ) {
         let painter = ui.painter().with_clip_rect(self.rect.intersect(ui.clip_rect()));
         painter.rect_filled(self.rect, 0.0, colours.background);
+        self.labels.clear();
         let pending = self.pending(diagram, rules);
         let frame = PaintFrame {
             painter: &painter,
@@ -204,7 +205,7 @@ impl<Id: DiagramId> Canvas<Id> {
         };
         // It stays in the drawing, also at its right edge.
         let paper = HINT_MARGIN + Vec2::splat(1.0);
-        let text_size = measure(frame.painter, label);
+        let text_size = measure(frame.painter, 1.0, label).unwrap_or_default();
         let most = self.rect.max - text_size - paper - Vec2::new(0.0, text_size.y);
         let at = (at + Vec2::new(18.0, 18.0)).min(most).max(self.rect.min + paper);
         let shape = frame.painter.add(Shape::Noop);

@@ -44,6 +44,8 @@ pub struct Canvas<Id> {
     /// The area to fit into the window once its size is known.
     pub(super) fit: Option<FitTarget>,
     pub(super) rect: Rect,
+    /// Where texts of wires have been painted in this frame.
+    pub(super) labels: Vec<Rect>,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Whether the whole drawing stays fitted into the window: until the user moves the view.
@@ -73,6 +75,7 @@ impl<Id: DiagramId> Canvas<Id> {
             grid: CellIndex::default(),
             fit: Some(FitTarget::Everything),
             rect: Rect::ZERO,
+            labels: Vec::new(),
             wheel_turned: f64::NEG_INFINITY,
             stays_fitted: true,
             pointer: None,

@@ -112,7 +112,7 @@ fn entry(ui: &mut egui::Ui, dragged: &DraggedPart, name: &str, about: &str, doc:
                 ui.spacing_mut().item_spacing.y = 1.0;
                 ui.add(Label::new(RichText::new(name).strong()).selectable(false).truncate());
                 let about = RichText::new(about).weak().small();
-                ui.add(Label::new(about).selectable(false).truncate());
+                ui.add(Label::new(about).selectable(false).wrap());
             });
         })
         .response;
