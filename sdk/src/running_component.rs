@@ -13,6 +13,7 @@ use crate::calls::CalledFunction;
 use crate::data::{Data, Header};
 use crate::fed_input::FedInput;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
+use crate::link::input::InputPort;
 use crate::link::payload::Payload;
 use crate::parameter::Value;
 use crate::participant::Participant;
@@ -102,16 +103,22 @@ impl RunningComponent {
         if !self.pulls || !self.is_active() {
             return;
         }
-        let ports: Vec<_> = self.inputs.iter().map(|input| Arc::clone(&input.port)).collect();
-        ports.iter().filter(|port| port.is_pulling()).for_each(|port| port.ask_newest());
+        self.pulled_inputs().for_each(InputPort::ask_newest);
         let period = self.participant.period().unwrap_or(Duration::MAX);
         let deadline = Instant::now() + LONGEST_PULL.min(period / 4);
-        for (index, port) in ports.iter().enumerate().filter(|(_, port)| port.is_pulling()) {
-            if let Some(item) = port.take_pulled(deadline) {
+        for index in 0..self.inputs.len() {
+            let port = &self.inputs[index].port;
+            if port.is_pulling()
+                && let Some(item) = port.take_pulled(deadline)
+            {
                 let payload = item.payload.as_payload();
                 self.hand_over_data(index, item.header, item.lost, payload, false);
             }
         }
+    }
+
+    fn pulled_inputs(&self) -> impl Iterator<Item = &InputPort> {
+        self.inputs.iter().map(|input| &*input.port).filter(|port| port.is_pulling())
     }
 
     fn hand_over_data(
