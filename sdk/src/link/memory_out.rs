@@ -149,9 +149,13 @@ impl LinkMemory {
     /// Lends a slot to the subscriber and puts it into the ring.
     pub fn push(&mut self, slots: &OutputSlots, place: usize, fresh: bool) -> RingResult {
         let words = self.page.words();
-        let lent = words.count_held(slots.slots().iter().map(|slot| slot.index));
-        // One that gives nothing back must not take the slots of all others.
-        if lent as u32 >= self.most_lent() {
+        // Read before the slots are counted: if the subscriber takes the entry in between, its slot
+        // still counts as one of those that it may have.
+        let exchanged = u32::from(self.ring.is_full(words));
+        let lent = words.count_held(slots.slots().iter().map(|slot| slot.index)) as u32;
+        // One that gives nothing back must not take the slots of all others. A message that replaces
+        // another takes none: refused, it would leave an older one as the newest.
+        if lent + 1 > self.most_lent() + exchanged {
             return RingResult::Refused;
         }
         let slot = &slots.slots()[place];
@@ -269,6 +273,8 @@ mod tests {
             assert_eq!(publish(&mut slots, &mut link), taken, "{waiting} wait");
         }
         assert!(link.is_full(), "now a sender that may drop nothing waits");
+        let replaced = RingResult::Pushed { missed: true };
+        assert_eq!(publish(&mut slots, &mut link), replaced, "the newest takes no further slot");
         // One more than it may hold and copy: it would take the slots of the others.
         held.push(ring.take(far.words()).expect("it waits"));
         assert_eq!(publish(&mut slots, &mut link), RingResult::Refused);

@@ -192,3 +192,31 @@ fn a_frozen_subscriber_gets_what_is_new_after_it_and_a_publisher_that_comes_back
     send.send(1).unwrap();
     assert_eq!(data(&probe), ("in".into(), 0, 0));
 }
+
+#[test]
+fn a_subscriber_whose_history_holds_all_slots_that_it_may_still_gets_the_newest_message() {
+    for (keep, rate) in [("pull", "--rate=100Hz"), ("latest", ""), ("2", "")] {
+        let mut system = System::start();
+        let send = run_source(&mut system, "out", 50_000);
+        let (open, gate) = channel();
+        let link = system.link("in", "source", "out", keep) + SHARED + ",history=60";
+        let arguments: Vec<_> =
+            [&link as &str, rate].into_iter().filter(|it| !it.is_empty()).collect();
+        let probe = system.run("sink", &arguments, Some(gate), |_, _| Ok(Outcome::CarryOn));
+        system.until("sink", |it| it.inputs[0].connected);
+        for value in 0..=40 {
+            send.send(1).unwrap();
+            assert_eq!(data(&probe), ("in".into(), value, 0), "keep={keep}");
+            if value < 40 {
+                open.send(()).unwrap();
+            }
+        }
+        // It is in its code, with a slot more than it may store.
+        send.send(5).unwrap();
+        let source = system.until("source", |status| status.outputs[0].published == 46);
+        let link = &source.outputs[0].links[0];
+        assert!(keep != "pull" || link.dropped == 0, "{link:#?}");
+        drop(open);
+        while data(&probe).1 < 45 {}
+    }
+}
