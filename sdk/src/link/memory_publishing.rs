@@ -197,14 +197,18 @@ impl OutgoingLink {
         let fresh = self.fresh;
         let Some(memory) = &mut self.memory else { return };
         memory.note_offer(slot.number);
-        match memory.push(slots, place, fresh) {
+        let missed = match memory.push(slots, place, fresh) {
             RingResult::Refused => return self.miss_message(sequence),
-            // Nobody has asked for what a newer message replaces before it is pulled.
-            RingResult::Pushed { missed: true } if self.keep == Keep::Pull => self.sent -= 1,
-            RingResult::Pushed { missed } => self.dropped += u64::from(missed),
-        }
+            RingResult::Pushed { missed } => u64::from(missed),
+        };
         let must_wake = memory.must_wake();
-        self.sent += 1;
+        // No subscriber has asked for what a newer message replaces before it is pulled.
+        if self.keep == Keep::Pull {
+            self.sent += 1 - missed;
+        } else {
+            self.sent += 1;
+            self.dropped += missed;
+        }
         self.fresh = false;
         self.last_sequence = Some(sequence);
         self.patience.restart();
@@ -267,3 +271,59 @@ impl OutgoingLink {
 
 // A frame's header and that of a slot have the same content.
 const _: () = assert!(SLOT_HEADER_LEN >= DATA_HEADER_LEN - PREFIX_LEN + 8);
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::net::UnixStream;
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use armor_memory::{LinkPage, RingEntry, RingWriter};
+    use armor_socket::Stream;
+    use armor_wire::frame::FrameReader;
+    use armor_wire::liveness::Liveness;
+
+    use super::*;
+    use crate::link::patience::Patience;
+    use crate::link::queue::LinkQueue;
+    use crate::messages::Flag;
+
+    fn open_link(stream: UnixStream, memory: LinkMemory) -> OutgoingLink {
+        let keep = Keep::Pull;
+        OutgoingLink {
+            stream: Arc::new(Stream::Unix(stream)),
+            to: "sink".into(),
+            faults: Arc::default(),
+            keep,
+            history: 1,
+            queue: LinkQueue::new(keep),
+            reader: FrameReader::with_limit(0),
+            liveness: Liveness::new(Duration::ZERO),
+            paused: false,
+            fresh: true,
+            last_call: 0,
+            sent: 0,
+            dropped: 0,
+            patience: Patience::of(keep),
+            last_sequence: None,
+            memory_use: MemoryUse::Always,
+            memory: Some(memory),
+            datagrams: None,
+            broken: false,
+        }
+    }
+
+    #[test]
+    fn a_subscriber_that_writes_into_its_ring_corrupts_no_count() {
+        let (near, _far) = UnixStream::pair().unwrap();
+        let (memory, file) = LinkMemory::create(Keep::Pull, 1).unwrap();
+        let page = LinkPage::map(&file, memory.layout()).unwrap();
+        let mut state = OutputState { links: vec![open_link(near, memory)], ..Default::default() };
+        RingWriter::default().push(page.words(), RingEntry { slot: 9, fresh: false });
+        assert_eq!(state.links[0].status().sent, 0);
+        let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
+        state.publish_in_memory(&Flag::default(), &header).unwrap();
+        let status = state.links[0].status();
+        assert_eq!((status.sent, status.dropped, status.transport.as_str()), (0, 0, "shm"));
+    }
+}
