@@ -25,9 +25,9 @@ use crate::pane::Pane;
 use crate::project::Project;
 use crate::settings::Settings;
 use crate::system::SystemView;
-use crate::theme;
 use crate::view::View;
 use crate::workspace::Workspace;
+use armor_picture::theme::{self, Pointing};
 use dialogs::Dialog;
 use lists::{AllCommands, FindList};
 
@@ -88,7 +88,7 @@ pub struct Designer {
 impl Designer {
     /// A window on a file, or on a robot with nothing in it.
     pub fn new(ctx: &egui::Context, start: Start, settings: Settings) -> Self {
-        theme::apply(ctx);
+        theme::apply(ctx, Pointing::Mouse);
         ctx.options_mut(|options| options.zoom_with_keyboard = false);
         ctx.set_theme(settings.theme);
         let given = Arc::new(start.kinds.clone().unwrap_or_default());

@@ -48,5 +48,3 @@ pub use selection::Selection;
 pub use snap::{GRID, snapped};
 pub use state::{Canvas, CanvasOutput};
 pub use viewport::Viewport;
-
-pub use crate::theme::{CanvasColours, mix};

@@ -163,7 +163,7 @@ impl Kinds {
 /// The `armor` binary: named by `ARMOR`, else next to this program, else in `PATH`.
 pub fn find_armor() -> Option<PathBuf> {
     if let Some(named) = std::env::var_os("ARMOR").filter(|named| !named.is_empty()) {
-        return Some(PathBuf::from(named));
+        return Some(absolute_program(PathBuf::from(named)));
     }
     let own = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.join("armor")));
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -171,9 +171,30 @@ pub fn find_armor() -> Option<PathBuf> {
     own.into_iter().chain(in_path).find(|candidate| candidate.is_file())
 }
 
+/// Returns a program that is named by a path as an absolute path, since it is started in the folder of
+/// the open file; a plain name is looked up in `PATH`.
+fn absolute_program(named: PathBuf) -> PathBuf {
+    match named.components().count() {
+        1 => named,
+        _ => std::path::absolute(&named).unwrap_or(named),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_program_named_by_a_path_is_found_from_every_folder() {
+        let here = std::env::current_dir().unwrap();
+        for (named, expected) in [
+            ("armor", PathBuf::from("armor")),
+            ("target/debug/armor", here.join("target/debug/armor")),
+            ("/usr/bin/armor", PathBuf::from("/usr/bin/armor")),
+        ] {
+            assert_eq!(absolute_program(PathBuf::from(named)), expected);
+        }
+    }
 
     #[test]
     fn what_armor_describe_prints_is_read_with_its_origin() {

@@ -28,7 +28,6 @@ pub mod project;
 mod settings;
 pub mod system;
 mod text;
-pub mod theme;
 mod view;
 mod workspace;
 

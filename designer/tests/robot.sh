@@ -66,7 +66,8 @@ step "the first page"
 timeout 30 bash -c "until xdotool getdisplaygeometry >/dev/null 2>&1; do sleep 0.2; done" || fail "no display"
 open_window
 picture 1-first-page
-click 315 307
+click 315 296
+sleep 1.5
 xdotool mousemove 640 365
 keys ctrl+0
 
@@ -86,23 +87,27 @@ picture 2-added-by-name
 keys Return
 
 step "a link that is refused, and two that are not"
-hold 580 335 640 445
+hold 744 265 769 445
 picture 3-refused-link
 xdotool mouseup 1
 sleep 0.6
-drag 580 335 640 425
-drag 580 355 640 445
+drag 744 265 769 425
+drag 744 285 769 445
 
 step "saving is refused while a parameter needs a value"
 keys ctrl+s Return
 sleep 1.5
 picture 4-not-saved
 [ ! -e robot.xml ] || fail "it was saved without a value"
-xdotool mousemove 480 290 sleep 0.2 click --repeat 2 --delay 80 1
+xdotool mousemove 640 245 sleep 0.2 click --repeat 2 --delay 80 1
 sleep 0.6
 # The field that needs a value has the keyboard.
 xdotool type --delay 60 rooms.svg
 keys Return
+
+step "the frame of the laser"
+click 320 640
+click 1150 197
 keys ctrl+s Return
 sleep 2
 saved 'value="rooms.svg"' || fail "the robot is not saved"
@@ -116,19 +121,19 @@ xdotool mousemove 640 365
 keys ctrl+0
 drag 45 66 360 300
 fill 1207 64 look
-click 1069 254
+click 1091 267
 drag 45 66 860 300
 fill 1207 64 over
-click 1069 115
+click 1091 114
 drag 45 66 860 480
 fill 1207 64 hold
-click 1069 141
-drag 416 317 870 308
+click 1091 142
+drag 416 317 860 308
 fill 1207 64 seen
 click 1265 244
 click 1231 297
 picture 6-transition
-drag 416 317 870 488
+drag 416 317 860 488
 fill 1207 64 enough
 click 1265 347
 click 1219 427

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use armor_executive::RunError;
 use armor_plan::Plan;
+use armor_proof::Recheck;
 use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, NeededPath, Override, Reading,
     Severity, needed_paths, passed_dates,
@@ -23,7 +24,9 @@ use crate::verb::Verb;
 
 /// Longest time to prove a mission. One that is drawn by hand takes milliseconds.
 const PROOF_WITHIN: Duration = Duration::from_secs(5);
-/// The same in configd, which answers no request during the proof: a longer silence would count as
+/// Longest time to find the edit that removes the faults of a mission.
+const EDITS_WITHIN: Duration = Duration::from_secs(2);
+/// The same as [`PROOF_WITHIN`] in configd, which answers no request during the proof: a longer silence would count as
 /// a hang.
 const SHORT_PROOF_WITHIN: Duration = Duration::from_millis(500);
 
@@ -136,6 +139,10 @@ fn check_reading(
         let proven = proven_within(configuration, PROOF_WITHIN);
         reading.findings.extend_proven(proven, configuration);
     }
+    let start = Instant::now();
+    let stop = || start.elapsed() > EDITS_WITHIN;
+    let recheck = Recheck { overrides: &overrides, manifests: Some(&manifests), stop: &stop };
+    armor_proof::explain_by_edit(&mut reading, &recheck);
     reading.findings.sort();
     Ok(CheckedFile { reading, catalogue })
 }

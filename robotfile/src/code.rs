@@ -204,7 +204,7 @@ codes! {
         StaysThere = "N0278", "a token that no transition takes";
         ValueTooLate = "W0279", "a value with which a component is done too late, or never";
         EmergencyAsks = "W0280", "an emergency that waits for a person";
-        ChangesNothing = "W0281", "a timeout that changes nothing";
+        ChangesNothing = "W0281", "a transition that changes nothing";
         InhibitedJoin = "W0282", "an inhibitor that keeps two tokens apart";
         EndUnawaited = "W0284", "the end of a task that nothing waits for";
         FailsToItself = "W0263", "a place that is its own on-failure";

@@ -141,6 +141,19 @@ impl Finding {
         self.related.truncate(MAX_PLACES);
     }
 
+    /// Moves a result of the proof to the finding that explains it: to its place, with its message and
+    /// remedy. It stays an error if it is one, and what it showed is related.
+    pub(crate) fn move_to_cause(&mut self, cause: Self) {
+        self.remedy = cause.remedy;
+        let Some(at) = cause.at else { return };
+        let message = std::mem::replace(&mut self.message, cause.message);
+        let own = self.at.replace(at).map(|at| (at, message));
+        let mut related = cause.related;
+        related.extend(own);
+        related.append(&mut self.related);
+        self.related = related;
+    }
+
     /// Returns the severity.
     pub fn severity(&self) -> Severity {
         self.code.severity()

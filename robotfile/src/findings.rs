@@ -128,6 +128,12 @@ impl Findings {
         }
     }
 
+    /// Replaces the errors and warnings by one finding, of which all of them are effects.
+    pub fn replace_faults(&mut self, cause: Finding) {
+        self.list.retain(|finding| finding.severity() == Severity::Note);
+        self.push(cause);
+    }
+
     /// Returns the findings that `known` does not have: the same code with the same message is the
     /// same mistake, wherever it has moved to in the file.
     #[must_use]

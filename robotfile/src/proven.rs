@@ -88,6 +88,7 @@ impl Findings {
         merging::merge_last_firings(&mut proven);
         merging::merge_stronger_claims(&mut proven);
         self.merge_preempted(&mut proven);
+        merging::merge_stuck(&mut proven);
         merging::merge_tokens(&mut proven, configuration.mission.as_ref());
         merging::merge_filling(&mut proven);
         self.merge_unreached(&mut proven);

@@ -144,7 +144,8 @@ impl Console {
             return self.orders.handle_order(OperatorOrder::LetGo, now.host_s);
         }
         match order {
-            OperatorOrder::LetGo => {}
+            // Repeated in each frame while a hand drives: the reason would not be seen.
+            OperatorOrder::LetGo | OperatorOrder::Drive { .. } => {}
             OperatorOrder::AcknowledgeAlerts => self.alerts.acknowledge_all(),
             _ => self.refusal = None,
         }

@@ -1,5 +1,6 @@
 //! The screen as a PNG file, without a window, painted on a thread of its own.
 
+use armor_picture::theme::ThemeColours;
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
@@ -9,7 +10,7 @@ use eframe::egui::Context;
 
 use crate::console::Console;
 use crate::links::ClockTimes;
-use crate::screen::{Palette, Screen, SidePanel, apply_theme};
+use crate::screen::{Screen, SidePanel, apply_theme};
 
 /// Frames until sizes that depend on one another have settled.
 const FRAMES: usize = 3;
@@ -58,7 +59,7 @@ impl ScreenPicture {
         self.stage.settle(FRAMES, |ui| {
             self.screen.show_frame(ui, &mut console, now);
         });
-        self.stage.pixels(Palette::of_theme(console.is_light).canvas).png()
+        self.stage.pixels(ThemeColours::of_theme(console.is_light).unknown).png()
     }
 }
 

@@ -15,6 +15,7 @@ mod panel;
 mod strip;
 mod tiles;
 
+use armor_picture::theme::ThemeColours;
 use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
 
 use crate::console::Console;
@@ -22,7 +23,7 @@ use crate::links::{ClockTimes, Freshness, InputLink};
 use crate::orders::{OperatorOrder, RobotCommand};
 use open_parts::OpenPart;
 
-pub(crate) use colours::{Palette, apply as apply_theme};
+pub(crate) use colours::{apply_theme, colours_of, freshness_ink};
 pub(crate) use panel::{SidePanel, show_rows};
 
 /// Width of the column of panels next to the map, in points.
@@ -86,7 +87,7 @@ impl Screen {
             });
         });
         CentralPanel::default()
-            .frame(Frame::NONE.fill(Palette::of_theme(console.is_light).canvas))
+            .frame(Frame::NONE.fill(ThemeColours::of_theme(console.is_light).unknown))
             .show(ui, |ui| {
                 self.area.show_map(ui, console, &self.shown, now, &mut orders);
             });
@@ -123,5 +124,7 @@ fn shows_ages(console: &Console, now: ClockTimes) -> bool {
 
 #[cfg(test)]
 mod frame_cost;
+#[cfg(test)]
+mod model_tests;
 #[cfg(test)]
 mod tests;

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use armor_picture::theme::{self, ThemeColours};
+use armor_robotfile::Code;
 use eframe::egui::{self, Id, Key, Modal};
 
 use crate::app::Designer;
@@ -27,6 +29,8 @@ pub(super) enum Dialog {
     Running,
     /// The version, and the programs in use.
     About,
+    /// The page of a finding: what it means, an example and the remedy.
+    Page(Code),
     /// Whether to change other files too, that name what was renamed or removed.
     Elsewhere(Elsewhere),
 }
@@ -72,6 +76,7 @@ impl Designer {
                 Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
                 Dialog::Running => self.ask_running(ui),
                 Dialog::About => self.show_about(ui),
+                Dialog::Page(code) => self.show_page(ui, code),
                 Dialog::Elsewhere(elsewhere) => self.ask_elsewhere(ui, elsewhere),
             }
         });
@@ -132,7 +137,8 @@ impl Designer {
         let name = self.workspace.project.name();
         ui.label(format!("{} has unsaved changes.", crate::text::paintable(ui.ctx(), &name)));
         ui.horizontal(|ui| {
-            if ui.button("Save").clicked() {
+            let save = theme::main_button(ThemeColours::of(ui.visuals()), "Save");
+            if ui.add(save).clicked() {
                 self.after_saving = Some(then);
                 self.workspace.order_command(crate::commands::Command::Save);
             } else if ui.button("Leave without saving").clicked() {
@@ -187,7 +193,8 @@ impl Designer {
         }
         let may = elsewhere.files.iter().any(|file| file.obstacle.is_none());
         ui.horizontal(|ui| {
-            let change = ui.add_enabled(may, egui::Button::new("Change them too"));
+            let change = theme::main_button(ThemeColours::of(ui.visuals()), "Change them too");
+            let change = ui.add_enabled(may, change);
             if change.clicked() {
                 self.change_elsewhere(&elsewhere);
             } else if ui.button("Leave them").clicked() || pressed_escape(ui) {
@@ -208,6 +215,31 @@ impl Designer {
         ui.label("Licence: MIT or Apache 2.0");
         if !ui.button("Close").clicked() && !pressed_escape(ui) {
             self.dialog = Some(Dialog::About);
+        }
+    }
+
+    /// Shows the page of a finding as it is in the documentation.
+    fn show_page(&mut self, ui: &mut egui::Ui, code: Code) {
+        let mut lines = code.page().lines();
+        ui.heading(lines.next().unwrap_or_default().trim_start_matches('#').trim());
+        let room = ui.ctx().content_rect().height() - PAGE_MARGIN;
+        egui::ScrollArea::vertical().max_height(room).show(ui, |ui| {
+            let mut is_code = false;
+            for line in lines {
+                match line {
+                    _ if line.starts_with("```") => is_code = !is_code,
+                    _ if is_code => drop(ui.monospace(line)),
+                    "" => ui.add_space(theme::NEAR),
+                    _ if line.starts_with('#') => {
+                        drop(ui.strong(line.trim_start_matches('#').trim()));
+                    }
+                    _ => drop(ui.label(line)),
+                }
+            }
+        });
+        let close = theme::main_button(ThemeColours::of(ui.visuals()), "Close");
+        if !ui.add(close).clicked() && !pressed_escape(ui) {
+            self.dialog = Some(Dialog::Page(code));
         }
     }
 
@@ -269,6 +301,9 @@ impl Designer {
         }
     }
 }
+
+/// Height that a page leaves for its heading and its button.
+const PAGE_MARGIN: f32 = 160.0;
 
 fn pressed_escape(ui: &egui::Ui) -> bool {
     ui.input(|i| i.key_pressed(Key::Escape))

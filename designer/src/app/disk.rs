@@ -187,10 +187,10 @@ fn hint_to_drop(ctx: &egui::Context) {
     let area = Area::new(Id::unique("drop")).order(Order::Foreground);
     area.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).interactable(false).show(ctx, |ui| {
         let window = ctx.content_rect();
-        let colours = crate::canvas::CanvasColours::of(ui.visuals());
+        let colours = armor_picture::theme::ThemeColours::of(ui.visuals());
         ui.painter().rect_filled(window, 0.0, colours.background.gamma_multiply(0.8));
         let font = FontId::proportional(26.0);
         let text = "Drop to open the file";
-        ui.painter().text(window.center(), Align2::CENTER_CENTER, text, font, colours.selected);
+        ui.painter().text(window.center(), Align2::CENTER_CENTER, text, font, colours.accent);
     });
 }

@@ -1,21 +1,23 @@
 //! The menu bar, the tool bar and the bar at the bottom, all made from the table of commands.
 
+use armor_picture::icons::Icon;
+use armor_picture::theme::{self, ThemeColours};
 use eframe::egui::{self, Button, Key, Popup};
 
 use crate::app::Designer;
 use crate::commands::{COMMANDS, Command, Menu, about};
 use crate::view::View;
 
-/// The commands that are one click away.
+/// The commands that are one click away, the most important ones first.
 const TOOLS: &[&[Command]] = &[
+    &[Command::Run, Command::Stop],
     &[Command::Save, Command::Undo, Command::Redo],
     &[Command::Add, Command::Arrange, Command::Group, Command::Note],
     &[Command::ZoomFit, Command::Find],
-    &[Command::Run, Command::Stop],
 ];
 
-/// Approximate width of the views and one more tool.
-const VIEWS_AND_A_TOOL: f32 = 320.0;
+/// Approximate width of the widest tool.
+const A_TOOL: f32 = 90.0;
 
 impl Designer {
     /// Runs the commands whose keys are pressed, unless a text is being written.
@@ -96,16 +98,16 @@ impl Designer {
                 }
                 self.menu_keys.open(ui.ctx(), &buttons);
                 ui.separator();
+                self.view_tabs(ui);
                 for group in TOOLS {
+                    ui.separator();
                     for command in *group {
-                        // All of them are in the menus; the views always have room.
-                        if ui.available_width() > VIEWS_AND_A_TOOL {
+                        // All of them are in the menus; a narrow window has the first of them.
+                        if ui.available_width() > A_TOOL {
                             self.show_tool_button(ui, *command);
                         }
                     }
-                    ui.separator();
                 }
-                self.view_tabs(ui);
             });
         });
     }
@@ -136,7 +138,18 @@ impl Designer {
         let entry = about(command);
         let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
         let may = self.may(command);
-        let button = ui.add_enabled(may, Button::new(entry.name).frame_when_inactive(false));
+        let name = entry.name.trim_end_matches('…');
+        let button = match icon_of(command) {
+            Some(icon) if command == Command::Run && may => {
+                let colours = ThemeColours::of(ui.visuals());
+                let text = egui::RichText::new(name).strong().color(colours.on_accent);
+                let icon = icon.to_coloured_atom(colours.on_accent);
+                Button::new((icon, text)).fill(colours.accent)
+            }
+            Some(icon) => Button::new((icon.to_atom(), name)).frame_when_inactive(false),
+            None => Button::new(name).frame_when_inactive(false),
+        };
+        let button = ui.add_enabled(may, button.gap(theme::NEAR));
         let button = button.on_hover_text(format!("{} ({keys})", entry.doc));
         // The menu has an entry of the same name.
         let button = button.accessible_name(format!("tool: {}", entry.name));
@@ -154,7 +167,12 @@ impl Designer {
                 View::Live => Command::ShowLive,
             };
             let entry = about(command);
-            let tab = ui.selectable_label(self.view == view, entry.name).on_hover_text(entry.doc);
+            let icon = icon_of(command).map(Icon::to_atom);
+            let tab = match icon {
+                Some(icon) => Button::selectable(self.view == view, (icon, entry.name)),
+                None => Button::selectable(self.view == view, entry.name),
+            };
+            let tab = ui.add(tab.gap(theme::NEAR)).on_hover_text(entry.doc);
             if tab.accessible_name(format!("view: {}", entry.name)).clicked() {
                 self.workspace.order_command(command);
             }
@@ -222,6 +240,27 @@ impl Designer {
             ui.weak("checking");
         }
     }
+}
+
+/// Returns the sign of a command that is one click away.
+fn icon_of(command: Command) -> Option<Icon> {
+    Some(match command {
+        Command::Save => Icon::Save,
+        Command::Undo => Icon::Undo,
+        Command::Redo => Icon::Redo,
+        Command::Add => Icon::Add,
+        Command::Arrange => Icon::Arrange,
+        Command::Group => Icon::Group,
+        Command::Note => Icon::Note,
+        Command::ZoomFit => Icon::Fit,
+        Command::Find => Icon::Find,
+        Command::Run => Icon::Run,
+        Command::Stop => Icon::Stop,
+        Command::ShowSystem => Icon::System,
+        Command::ShowMission => Icon::Mission,
+        Command::ShowLive => Icon::Live,
+        _ => return None,
+    })
 }
 
 /// Removes a press of exactly these keys from the input. Some keyboards need shift for a plus.

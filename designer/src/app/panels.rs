@@ -8,6 +8,7 @@ use eframe::egui::{
 };
 
 use crate::app::Designer;
+use crate::app::dialogs::Dialog;
 use crate::commands::{Command, about};
 use crate::messages::MessageKind;
 use crate::view::View;
@@ -63,7 +64,7 @@ impl Designer {
     /// Shows the button that opens the palette.
     fn show_folded_palette(&mut self, ui: &mut egui::Ui) {
         let entry = about(Command::TogglePalette);
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.vertical_centered(|ui| {
             let button = egui::Button::new("»").min_size(Vec2::splat(FOLDED_WIDTH - 8.0));
             let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
@@ -150,7 +151,11 @@ impl Designer {
             ui.spacing_mut().item_spacing.x = 7.0;
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
             ui.colored_label(colour, RichText::new(sign).strong());
-            ui.weak(finding.code.as_str());
+            let code = finding.code.as_str();
+            let page = ui.link(code).on_hover_text("Shows what it means, with an example");
+            if page.accessible_name(format!("page of {code}")).clicked() {
+                self.dialog = Some(Dialog::Page(finding.code));
+            }
             if let Some(place) = place {
                 ui.weak(place);
             }

@@ -7,11 +7,11 @@ use eframe::egui::Context;
 
 use crate::app::{Designer, Start};
 use crate::arguments::{Arguments, Picture, Task};
-use crate::canvas::CanvasColours;
 use crate::export::{ExportError, PngError, Stage, export, save_png};
 use crate::kinds::{Kinds, KindsError, find_armor};
 use crate::project::{OpenError, Project};
 use crate::settings::Settings;
+use armor_picture::theme::ThemeColours;
 
 /// Frames until the layout of the window is stable.
 const FRAMES: usize = 12;
@@ -82,7 +82,6 @@ fn screenshot(
     let mut stage = Stage::new(context.clone(), width, height, scale);
     stage.settle(FRAMES, |ui| designer.show(ui));
     let is_dark = context.theme() == eframe::egui::Theme::Dark;
-    let under =
-        if is_dark { CanvasColours::DARK.background } else { CanvasColours::LIGHT.background };
+    let under = ThemeColours::of_theme(!is_dark).background;
     Ok(save_png(&stage.pixels(under), to)?)
 }

@@ -2,11 +2,12 @@
 //! and there are few of them; egui keeps what it has laid out from frame to frame.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use eframe::egui::text::{LayoutJob, TextWrapping};
-use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect};
+use eframe::egui::{self, Align2, Color32, FontId, Galley, Painter, Pos2, Rect, Vec2};
 
-use crate::theme::LEAST_TEXT;
+use armor_picture::theme::LEAST_TEXT;
 
 /// The room of a text that stands alone as soon as those around it are not drawn.
 pub(super) const ALONE: f32 = 34.0;
@@ -27,6 +28,20 @@ pub(super) struct Label<'a> {
 
 /// Draws a text at a point of the window; returns where it is.
 pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> Option<Rect> {
+    let galley = lay_out(painter, zoom, label)?;
+    let rect = label.anchor.anchor_size(at, galley.size());
+    if painter.clip_rect().intersects(rect) {
+        painter.galley(rect.min, galley, label.colour);
+    }
+    Some(rect)
+}
+
+/// The size of a text in the window; none if it is not drawn.
+pub(super) fn measure(painter: &Painter, zoom: f32, label: Label<'_>) -> Option<Vec2> {
+    Some(lay_out(painter, zoom, label)?.size())
+}
+
+fn lay_out(painter: &Painter, zoom: f32, label: Label<'_>) -> Option<Arc<Galley>> {
     let size = (label.size * zoom * 2.0).round() / 2.0;
     // Text that can be read needs this height, however small the drawing is.
     if label.room * zoom < LEAST_TEXT - 0.5 || label.text.is_empty() {
@@ -37,12 +52,7 @@ pub(super) fn draw(painter: &Painter, zoom: f32, at: Pos2, label: Label<'_>) -> 
     let mut job =
         LayoutJob::simple_singleline(text, FontId::proportional(size), Color32::PLACEHOLDER);
     job.wrap = TextWrapping::truncate_at_width(label.width.max(size));
-    let galley = painter.layout_job(job);
-    let rect = label.anchor.anchor_size(at, galley.size());
-    if painter.clip_rect().intersects(rect) {
-        painter.galley(rect.min, galley, label.colour);
-    }
-    Some(rect)
+    Some(painter.layout_job(job))
 }
 
 /// The text with `?` for every character that no font has and with spaces for control characters.

@@ -6,7 +6,7 @@ use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::node::Mark;
 use crate::canvas::state::Canvas;
-use crate::theme::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// The largest it gets, in points.
 const SIZE: Vec2 = Vec2::new(180.0, 120.0);
@@ -72,7 +72,7 @@ impl<Id: DiagramId> Canvas<Id> {
         &self,
         painter: &egui::Painter,
         diagram: &Diagram<Id>,
-        colours: &CanvasColours,
+        colours: &ThemeColours,
     ) {
         let Some(map) = self.map(diagram) else { return };
         let paper = colours.background.gamma_multiply(0.92);
@@ -85,7 +85,7 @@ impl<Id: DiagramId> Canvas<Id> {
                 Rect::from_min_max(map.to_window(node.rect.min), map.to_window(node.rect.max));
             let size = area.size().max(Vec2::splat(1.5));
             let colour = match node.mark {
-                _ if self.selection.contains(node.item) => colours.selected,
+                _ if self.selection.contains(node.item) => colours.accent,
                 Mark::Error => colours.error,
                 Mark::Warning => colours.warning,
                 Mark::None => colours.outline,
@@ -95,6 +95,6 @@ impl<Id: DiagramId> Canvas<Id> {
         painter.add(dots);
         let shown = self.viewport.shown(self.rect).intersect(map.area);
         let frame = Rect::from_min_max(map.to_window(shown.min), map.to_window(shown.max));
-        painter.rect_stroke(frame, 2.0, Stroke::new(1.5, colours.selected), StrokeKind::Inside);
+        painter.rect_stroke(frame, 2.0, Stroke::new(1.5, colours.accent), StrokeKind::Inside);
     }
 }

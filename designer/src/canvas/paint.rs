@@ -14,14 +14,17 @@ use crate::canvas::diagram::{Diagram, DiagramId};
 use crate::canvas::gesture::Gesture;
 use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::{CORNER, GROUP_TITLE, Hit};
-use crate::canvas::labels::{ALONE, Label, SMALLEST, draw, paintable};
+use crate::canvas::labels::{ALONE, Label, SMALLEST, draw, measure, paintable};
 use crate::canvas::node::{Decoration, PortAt};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::snap::GRID;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
-use crate::theme::{BODY, CanvasColours, HEADING, LEAST_TEXT, mix};
+use armor_picture::theme::{BODY, HEADING, LEAST_TEXT, ThemeColours, mix};
+
+/// Space around the text of a hint.
+const HINT_MARGIN: Vec2 = Vec2::new(7.0, 4.0);
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint(
@@ -30,10 +33,11 @@ impl<Id: DiagramId> Canvas<Id> {
         diagram: &Diagram<Id>,
         rules: &dyn JoinRules,
         hovered: Option<Hit>,
-        colours: &CanvasColours,
+        colours: &ThemeColours,
     ) {
         let painter = ui.painter().with_clip_rect(self.rect.intersect(ui.clip_rect()));
         painter.rect_filled(self.rect, 0.0, colours.background);
+        self.labels.clear();
         let pending = self.pending(diagram, rules);
         let frame = PaintFrame {
             painter: &painter,
@@ -131,7 +135,7 @@ impl<Id: DiagramId> Canvas<Id> {
         } else {
             (colours.group, colours.grid)
         };
-        let line = if is_selected { colours.selected } else { line };
+        let line = if is_selected { colours.accent } else { line };
         let stroke = Stroke::new(if is_selected { 2.0 } else { 1.0 }, line);
         let round = CornerRadius::same((6.0 * frame.zoom).clamp(0.0, 12.0) as u8);
         frame.painter.rect(area, round, fill, stroke, StrokeKind::Inside);
@@ -180,8 +184,8 @@ impl<Id: DiagramId> Canvas<Id> {
         match self.gesture.clone() {
             Gesture::Band { from, to, .. } => {
                 let area = Rect::from_two_pos(self.to_window(from), self.to_window(to));
-                let stroke = Stroke::new(1.0, colours.selected);
-                let fill = colours.selected.gamma_multiply(0.12);
+                let stroke = Stroke::new(1.0, colours.accent);
+                let fill = colours.accent.gamma_multiply(0.12);
                 frame.painter.rect(area, 0.0, fill, stroke, StrokeKind::Inside);
             }
             Gesture::Wire { to, .. } => self.paint_pending(frame, to, rules),
@@ -199,13 +203,17 @@ impl<Id: DiagramId> Canvas<Id> {
             colour,
             anchor: Align2::LEFT_CENTER,
         };
-        let at = at + Vec2::new(18.0, 18.0);
+        // It stays in the drawing, also at its right edge.
+        let paper = HINT_MARGIN + Vec2::splat(1.0);
+        let text_size = measure(frame.painter, 1.0, label).unwrap_or_default();
+        let most = self.rect.max - text_size - paper - Vec2::new(0.0, text_size.y);
+        let at = (at + Vec2::new(18.0, 18.0)).min(most).max(self.rect.min + paper);
         let shape = frame.painter.add(Shape::Noop);
         if let Some(rect) = draw(frame.painter, 1.0, at, label) {
             let stroke = Stroke::new(1.0, colour);
             let paper = frame.colours.block;
             let back = egui::epaint::RectShape::new(
-                rect.expand2(Vec2::new(7.0, 4.0)),
+                rect.expand2(HINT_MARGIN),
                 4.0,
                 paper,
                 stroke,

@@ -12,7 +12,7 @@ use crate::canvas::rules::JoinRules;
 use crate::canvas::selection::Selection;
 use crate::canvas::snap::snapped;
 use crate::canvas::viewport::Viewport;
-use crate::theme::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// The result of showing the drawing.
 pub struct CanvasOutput<Id> {
@@ -44,6 +44,8 @@ pub struct Canvas<Id> {
     /// The area to fit into the window once its size is known.
     pub(super) fit: Option<FitTarget>,
     pub(super) rect: Rect,
+    /// Where texts of wires have been painted in this frame.
+    pub(super) labels: Vec<Rect>,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Whether the whole drawing stays fitted into the window: until the user moves the view.
@@ -73,6 +75,7 @@ impl<Id: DiagramId> Canvas<Id> {
             grid: CellIndex::default(),
             fit: Some(FitTarget::Everything),
             rect: Rect::ZERO,
+            labels: Vec::new(),
             wheel_turned: f64::NEG_INFINITY,
             stays_fitted: true,
             pointer: None,
@@ -182,10 +185,10 @@ impl<Id: DiagramId> Canvas<Id> {
             self.handle_keys(ui, &response, diagram, &mut events);
         }
         self.stays_fitted &= self.viewport == fitted && !self.is_busy();
-        let colours = CanvasColours::of(ui.visuals());
-        self.paint(ui, diagram, rules, hovered, &colours);
+        let colours = ThemeColours::of(ui.visuals());
+        self.paint(ui, diagram, rules, hovered, colours);
         if response.has_focus() {
-            let line = Stroke::new(1.0, colours.selected);
+            let line = Stroke::new(1.0, colours.accent);
             ui.painter().rect_stroke(rect, 0.0, line, StrokeKind::Inside);
         }
         self.describe_drawing(ui, &response, diagram);

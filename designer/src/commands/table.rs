@@ -204,7 +204,7 @@ pub const COMMANDS: &[About] = {
         entry(
             C::ZoomFit,
             View,
-            "Show everything",
+            "Fit",
             "Fits the whole drawing into the window.",
             Some((NONE, Key::F)),
         ),

@@ -6,10 +6,9 @@ use armor_picture::svg;
 use eframe::egui::{CentralPanel, Context, Frame, Rect, ThemePreference};
 
 use super::{Format, PngError, Stage, save_png};
-use crate::canvas::CanvasColours;
 use crate::canvas::{Canvas, Diagram, JoinRules, PortAt};
 use crate::item::Item;
-use crate::theme;
+use armor_picture::theme::{self, Pointing, ThemeColours};
 
 /// Points around the drawing; wires reach a little beyond the blocks.
 const MARGIN: f32 = 60.0;
@@ -65,7 +64,7 @@ pub fn export(
         return Err(ExportError::TooLarge { side: pixels.max_elem() as u32 });
     }
     let context = Context::default();
-    theme::apply(&context);
+    theme::apply(&context, Pointing::Mouse);
     context.set_theme(if is_dark { ThemePreference::Dark } else { ThemePreference::Light });
     let mut canvas = Canvas::new("drawing");
     canvas.minimap = false;
@@ -79,8 +78,7 @@ pub fn export(
             canvas.show(ui, diagram, &Still);
         });
     });
-    let under =
-        if is_dark { CanvasColours::DARK.background } else { CanvasColours::LIGHT.background };
+    let under = ThemeColours::of_theme(!is_dark).background;
     match format {
         Format::Png => save_png(&stage.pixels(under), path)?,
         Format::Svg => {

@@ -27,7 +27,7 @@ pub fn show(ctx: &egui::Context) -> bool {
         ui.set_width((room.x - 60.0).min(860.0));
         ui.heading("Keys and mouse");
         ScrollArea::vertical().max_height(room.y - 140.0).show(ui, page);
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.vertical_centered(|ui| ui.button("Close").clicked()).inner
     });
     let again = ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::F1));
@@ -53,7 +53,7 @@ fn commands(ui: &mut Ui, menu: Menu) {
             ui.end_row();
         }
     });
-    ui.add_space(crate::theme::GAP);
+    ui.add_space(armor_picture::theme::GAP);
 }
 
 fn mouse(ui: &mut Ui) {

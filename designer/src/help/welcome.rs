@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use armor_picture::theme::{self, ThemeColours};
 use eframe::egui::{
     self, Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, Ui, UiBuilder,
 };
@@ -52,14 +53,14 @@ pub fn show(ui: &mut Ui, recent: &[PathBuf]) -> Option<Chosen> {
         let rect = ui.available_rect_before_wrap();
         let rect = rect.with_min_x(rect.left() + side).with_max_x(rect.right() - side);
         ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
-            ui.add_space(crate::theme::FAR);
+            ui.add_space(theme::FAR);
             ui.label(RichText::new("Armor designer").size(30.0).strong());
             ui.label("Draw a robot as blocks and its mission as a net, and watch both run.");
-            ui.add_space(crate::theme::FAR);
+            ui.add_space(theme::FAR);
             steps(ui);
-            ui.add_space(crate::theme::FAR);
+            ui.add_space(theme::FAR);
             chosen = begin(ui).or_else(|| examples(ui)).or_else(|| before(ui, recent));
-            ui.add_space(crate::theme::FAR);
+            ui.add_space(theme::FAR);
         });
     });
     chosen
@@ -71,9 +72,7 @@ fn steps(ui: &mut Ui) {
             card(ui, |ui| {
                 ui.set_min_height(110.0);
                 ui.label(
-                    RichText::new(format!("{}  {title}", n + 1))
-                        .size(crate::theme::HEADING)
-                        .strong(),
+                    RichText::new(format!("{}  {title}", n + 1)).size(theme::HEADING).strong(),
                 );
                 ui.label(how);
             });
@@ -86,7 +85,10 @@ fn begin(ui: &mut Ui) -> Option<Chosen> {
     ui.horizontal(|ui| {
         for (command, name) in [(Command::New, "Start a new robot"), (Command::Open, "Open a file")]
         {
-            let button = egui::Button::new(RichText::new(name).size(crate::theme::HEADING));
+            let button = match command {
+                Command::New => theme::main_button(ThemeColours::of(ui.visuals()), name),
+                _ => egui::Button::new(RichText::new(name).size(theme::HEADING)),
+            };
             let button = ui.add(button.min_size([170.0, 36.0].into()));
             if button.on_hover_text(about(command).doc).clicked() {
                 chosen = Some(Chosen::Run(command));
@@ -98,20 +100,20 @@ fn begin(ui: &mut Ui) -> Option<Chosen> {
         }
         ui.weak("or drop a file on the window; F1 shows all keys");
     });
-    ui.add_space(crate::theme::FAR);
+    ui.add_space(theme::FAR);
     chosen
 }
 
 fn examples(ui: &mut Ui) -> Option<Chosen> {
     let mut chosen = None;
-    ui.label(RichText::new("Examples").size(crate::theme::HEADING).strong());
+    ui.label(RichText::new("Examples").size(theme::HEADING).strong());
     ui.weak("Examples open as copies that you can change.");
     for row in EXAMPLES.chunks(3) {
         ui.columns(3, |columns| {
             for (ui, example) in columns.iter_mut().zip(row) {
                 let is_clicked = clickable(ui, example.title, |ui| {
                     ui.set_min_height(62.0);
-                    ui.label(RichText::new(example.title).size(crate::theme::HEADING).strong());
+                    ui.label(RichText::new(example.title).size(theme::HEADING).strong());
                     ui.label(example.about);
                 });
                 if is_clicked {
@@ -119,9 +121,9 @@ fn examples(ui: &mut Ui) -> Option<Chosen> {
                 }
             }
         });
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(theme::NEAR);
     }
-    ui.add_space(crate::theme::GAP);
+    ui.add_space(theme::GAP);
     chosen
 }
 
@@ -130,7 +132,7 @@ fn before(ui: &mut Ui, recent: &[PathBuf]) -> Option<Chosen> {
         return None;
     }
     let mut chosen = None;
-    ui.label(RichText::new("Recent files").size(crate::theme::HEADING).strong());
+    ui.label(RichText::new("Recent files").size(theme::HEADING).strong());
     for path in recent {
         ui.horizontal(|ui| {
             let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

@@ -8,9 +8,9 @@ use eframe::egui::Color32;
 
 use super::presence::{self, Presences};
 use super::tone::{self, Tone};
-use crate::canvas::CanvasColours;
 use crate::canvas::{Badge, Diagram, Mark, Wire};
 use crate::item::Item;
+use armor_picture::theme::ThemeColours;
 
 /// The host of each component that the file places on another one.
 pub type FilePlaces = BTreeMap<String, String>;
@@ -23,7 +23,7 @@ pub fn show(
     picture: &SystemPicture,
     places: &FilePlaces,
     presences: &Presences,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     let has_hosts = !places.is_empty() || !picture.hosts.is_empty();
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
@@ -80,7 +80,7 @@ pub fn show(
 }
 
 /// The mark of a component that died and came back, or that is gone.
-fn restarts(process: &ObservedProcess, colours: &CanvasColours) -> Option<Badge> {
+fn restarts(process: &ObservedProcess, colours: &ThemeColours) -> Option<Badge> {
     let count = process.starts.saturating_sub(1);
     let text = match count {
         0 => return None,
@@ -96,7 +96,7 @@ fn carry(
     wire: &mut Wire<Item>,
     plain: &Wire<Item>,
     edge: Option<&ObservedLink>,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     let words = edge.map_or_else(|| "unknown".to_owned(), in_words);
     let is_down = edge.is_none_or(|edge| !edge.connected);
@@ -117,7 +117,7 @@ fn carry(
 fn tint(
     edge: Option<&ObservedLink>,
     plain: Option<Color32>,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) -> Option<Color32> {
     match edge {
         None => Some(colours.weak),

@@ -9,12 +9,13 @@ use eframe::egui::{self, Panel, RichText};
 
 use super::presence::{self, Presences};
 use super::words::printable;
-use crate::canvas::{CanvasColours, Diagram};
+use crate::canvas::Diagram;
 use crate::item::Item;
 use crate::mission::net;
 use crate::project::Project;
 use crate::system::draw;
 use crate::workspace::Workspace;
+use armor_picture::theme::ThemeColours;
 
 /// Differences that are listed in the tooltip.
 const MAX_LISTED: usize = 12;
@@ -77,7 +78,7 @@ pub struct BothDrawings {
 pub fn draw_both(
     workspace: &Workspace,
     running: Option<&RunningTexts>,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) -> BothDrawings {
     let text = &workspace.project;
     let Some(texts) = running else {
@@ -140,7 +141,7 @@ impl Comparison {
     /// Shows the line above the drawing.
     pub fn show(&self, ui: &mut egui::Ui, workspace: &Workspace) {
         let Some(watched) = workspace.live.watched() else { return };
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let (line, differs) = self.line().unwrap_or_else(|| {
             ("the version that runs is not known here; drawn is the open file".into(), false)
         });

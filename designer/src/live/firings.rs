@@ -6,7 +6,7 @@ use eframe::egui::{self, RichText, ScrollArea};
 
 use super::watched::Watched;
 use super::words::printable;
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// The firings, the newest first.
 pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
@@ -36,7 +36,7 @@ pub fn fired(ui: &mut egui::Ui, watched: &Watched) {
 
 /// Shows the orders of all operators, the newest first.
 pub fn ordered(ui: &mut egui::Ui, watched: &Watched) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let look = watched.mission.look();
     let orders = look.marking.as_ref().map(|marking| marking.orders.as_slice()).unwrap_or_default();
     if orders.is_empty() {

@@ -8,7 +8,7 @@ use armor_inspect::{ObservedHost, SystemPicture};
 use eframe::egui::{self, Color32, RichText, Sense, Stroke, Vec2};
 
 use super::words::printable;
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// Size of the sign of a connection.
 const SIGN: f32 = 12.0;
@@ -27,17 +27,17 @@ pub fn show(ui: &mut egui::Ui, picture: &SystemPicture) {
 }
 
 fn show_host(ui: &mut egui::Ui, host: &ObservedHost<'_>, has_ended: bool) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let report = host.report.filter(|_| !has_ended);
     let name = format!("host {}", printable(ui, host.name));
     ui.horizontal_wrapped(|ui| {
         if let Some(report) = report {
-            show_sign(ui, report.link, &colours);
+            show_sign(ui, report.link, colours);
         }
         ui.label(RichText::new(name).strong());
         if let Some(report) = report {
             let text = printable(ui, &report.describe_link());
-            ui.colored_label(ink(report.link, &colours), text);
+            ui.colored_label(ink(report.link, colours), text);
         }
     });
     let clock = report.and_then(HostReport::describe_clock);
@@ -53,7 +53,7 @@ fn show_host(ui: &mut egui::Ui, host: &ObservedHost<'_>, has_ended: bool) {
     });
 }
 
-fn ink(link: HostLink, colours: &CanvasColours) -> Color32 {
+fn ink(link: HostLink, colours: &ThemeColours) -> Color32 {
     match link {
         HostLink::Connected => colours.good,
         HostLink::CutOff => colours.error,
@@ -62,7 +62,7 @@ fn ink(link: HostLink, colours: &CanvasColours) -> Color32 {
 }
 
 /// A full circle, an empty one, or for a host that is cut off a cross.
-fn show_sign(ui: &mut egui::Ui, link: HostLink, colours: &CanvasColours) {
+fn show_sign(ui: &mut egui::Ui, link: HostLink, colours: &ThemeColours) {
     let (area, _) = ui.allocate_exact_size(Vec2::splat(SIGN), Sense::hover());
     let (middle, radius) = (area.center(), 0.36 * SIGN);
     let stroke = Stroke::new(2.0, ink(link, colours));

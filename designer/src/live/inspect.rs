@@ -11,7 +11,7 @@ use super::tone::{self, Tone};
 use super::values;
 use super::watched::Watched;
 use super::words::printable;
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// A component: what it does, what it publishes and gets, its parameters.
 pub fn component(
@@ -44,11 +44,11 @@ pub fn component(
 }
 
 fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) {
-    let colours = CanvasColours::of(ui.visuals());
-    let (tone, word) = Tone::seen(Some(process), picture, &colours);
+    let colours = ThemeColours::of(ui.visuals());
+    let (tone, word) = Tone::seen(Some(process), picture, colours);
     ui.horizontal_wrapped(|ui| {
         let word = RichText::new(word).strong();
-        ui.colored_label(tone.ink(&colours), word).on_hover_text(tone::doc(process.condition));
+        ui.colored_label(tone.ink(colours), word).on_hover_text(tone::doc(process.condition));
         if !picture.has_ended() {
             let for_s = picture.now.saturating_sub(process.since).as_secs_f64();
             ui.weak(format!("for {}", format_duration(for_s)));
@@ -67,7 +67,7 @@ fn state(ui: &mut egui::Ui, process: &ObservedProcess, picture: &SystemPicture) 
 }
 
 fn facts(ui: &mut egui::Ui, process: &ObservedProcess, status: &Status) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     if !status.last_error.is_empty() {
         ui.colored_label(colours.error, printable(ui, &status.last_error));
     }
@@ -104,7 +104,7 @@ fn outputs(ui: &mut egui::Ui, watched: &Watched, status: &Status, plots: &mut Pl
     if status.outputs.is_empty() {
         return;
     }
-    ui.add_space(crate::theme::NEAR);
+    ui.add_space(armor_picture::theme::NEAR);
     ui.strong("Outputs");
     for output in &status.outputs {
         let title = format!("{}  {}", output.id, output.type_name);
@@ -123,8 +123,8 @@ fn inputs(ui: &mut egui::Ui, status: &Status, has_ended: bool) {
     if fed.is_empty() {
         return;
     }
-    let colours = CanvasColours::of(ui.visuals());
-    ui.add_space(crate::theme::NEAR);
+    let colours = ThemeColours::of(ui.visuals());
+    ui.add_space(armor_picture::theme::NEAR);
     ui.strong("Inputs");
     for input in fed {
         ui.horizontal_wrapped(|ui| {
@@ -169,7 +169,7 @@ pub fn link(ui: &mut egui::Ui, watched: &Watched, from: &str, to: &str, plots: &
 }
 
 fn state_of_link(ui: &mut egui::Ui, edge: &ObservedLink) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     ui.strong(super::blocks::in_words(edge));
     if !edge.problem.is_empty() {
         ui.colored_label(colours.error, printable(ui, &edge.problem));

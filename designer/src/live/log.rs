@@ -10,7 +10,7 @@ use eframe::egui::{
 
 use super::rows::Rows;
 use super::session::{PastRun, Session};
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// The least severity that is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -167,7 +167,7 @@ impl Panel {
         }
         // Otherwise egui scrolls back to the end of the previous, shorter text.
         ui.spacing_mut().scroll.kinetic.rubber_band = false;
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let shown = area.show_viewport(ui, |ui, seen| {
             ui.set_height(whole);
             ui.set_width(ui.available_width());
@@ -180,7 +180,7 @@ impl Panel {
                 let place = UiBuilder::new().max_rect(Rect::from_min_size(at, size));
                 let line = &self.chosen[number];
                 let text = self.rows.wrap(&line.text, prefix_width(line));
-                ui.scope_builder(place, |ui| show_line(ui, line, &text, &colours));
+                ui.scope_builder(place, |ui| show_line(ui, line, &text, colours));
             }
         });
         // Half a point: a difference by rounding is no scrolling.
@@ -257,7 +257,7 @@ fn prefix_width(line: &LogLine) -> usize {
     before(line).iter().map(|part| part.chars().count()).sum()
 }
 
-fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &CanvasColours) {
+fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &ThemeColours) {
     let ink = match line.level.as_str() {
         "ERROR" => colours.error,
         "WARN" => colours.warning,

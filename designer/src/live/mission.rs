@@ -11,7 +11,7 @@ use super::moves;
 use super::orders::Giving;
 use super::session::Session;
 use super::words::{is_over, printable};
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// What of this panel is remembered from frame to frame.
 #[derive(Debug, Default)]
@@ -48,7 +48,7 @@ impl Panel {
         giving.refusal(ui, &marking);
         show_circumstances(ui, &marking, now_s);
         if !look.problem.is_empty() && !is_over(marking.stage) && watched.silence().is_none() {
-            let colours = CanvasColours::of(ui.visuals());
+            let colours = ThemeColours::of(ui.visuals());
             ui.colored_label(colours.warning, printable(ui, &look.problem));
         }
         show_facts(ui, &marking);
@@ -94,7 +94,7 @@ impl Panel {
 
 /// Where it stands; `silence` is why nothing is heard of it any longer.
 fn show_stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<&str>) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.strong(&marking.mission);
         let colour = match marking.stage {
@@ -119,7 +119,7 @@ fn show_stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<
 
 /// Further facts about the state of the mission.
 fn show_circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     if !marking.clock.is_empty() {
         ui.weak(format!("Its time follows {}.", marking.clock));
     }
@@ -145,7 +145,7 @@ fn show_circumstances(ui: &mut egui::Ui, marking: &Marking, now_s: f64) {
 
 /// What the operator is asked.
 fn show_questions(ui: &mut egui::Ui, giving: &Giving<'_>, marking: &Marking, now_s: f64) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     for asked in &marking.confirmations {
         egui::Frame::group(ui.style()).stroke((1.5, colours.warning)).show(ui, |ui| {
             ui.strong(format!("May {} fire?", asked.transition));

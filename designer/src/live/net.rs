@@ -6,9 +6,9 @@ use armor_inspect::words::{describe_enabled, format_duration, transition_clock};
 use armor_marking::{EnabledTransition, FiringDecider, MarkedPlace, Marking};
 
 use super::presence::{self, Presences};
-use crate::canvas::CanvasColours;
 use crate::canvas::{Badge, Diagram, DiagramNode, Mark, NodeShape, Outline};
 use crate::item::Item;
+use armor_picture::theme::ThemeColours;
 
 /// Updates the drawing with the marking; `base` is the drawing without it, of the same nodes, and
 /// `now_s` is mission time.
@@ -18,7 +18,7 @@ pub fn show(
     marking: &Marking,
     now_s: f64,
     presences: &Presences,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     let marked: BTreeMap<_, _> =
         marking.places.iter().map(|place| (place.place.as_str(), place)).collect();
@@ -48,7 +48,7 @@ pub fn mark_presences(
     diagram: &mut Diagram<Item>,
     base: &Diagram<Item>,
     presences: &Presences,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     for (node, plain) in diagram.nodes.iter_mut().zip(&base.nodes) {
         if let Some(presence) = presences.get(&plain.label) {
@@ -68,7 +68,7 @@ fn place(
     place: Option<&MarkedPlace>,
     name: &str,
     marking: &Marking,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) -> String {
     if let NodeShape::Place { tokens, .. } = &mut node.shape {
         *tokens = place.map_or(0, |place| place.tokens);
@@ -96,7 +96,7 @@ fn transition(
     name: &str,
     marking: &Marking,
     now_s: f64,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) -> String {
     let flies = marking.in_flight.iter().any(|flight| flight.cause == name);
     let asks = marking.confirmations.iter().any(|asked| asked.transition == name);
@@ -112,7 +112,7 @@ fn transition(
                     "waits".into()
                 }
             };
-            (Some(colours.selected), Some(badge), describe_enabled(enabled, now_s))
+            (Some(colours.accent), Some(badge), describe_enabled(enabled, now_s))
         }
         None => (None, None, "not enabled".into()),
     };
@@ -128,7 +128,7 @@ fn inside(
     node: &mut DiagramNode<Item>,
     mission: &str,
     marking: &Marking,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) -> String {
     let own = marking
         .places

@@ -7,7 +7,7 @@ use eframe::egui::{self, Button, Color32, Label, Response, RichText};
 
 use super::watched::Watched;
 use super::words::{is_over, printable};
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// Where orders are given, by whom, and whether that can be.
 pub struct Giving<'a> {
@@ -77,7 +77,7 @@ impl<'a> Giving<'a> {
             {
                 self.client.give(&last.author, true, order.clone());
             }
-            let (text, colour) = in_words(&last, &CanvasColours::of(ui.visuals()));
+            let (text, colour) = in_words(&last, ThemeColours::of(ui.visuals()));
             let text = RichText::new(printable(ui, &text)).color(colour);
             ui.add(Label::new(text).truncate());
         });
@@ -89,12 +89,12 @@ impl<'a> Giving<'a> {
             ui.weak(format!("{} has command ({}).", holder.author, holder.from));
         }
         if let Some(last) = self.client.given().pop().filter(|last| last.accepted == Some(false)) {
-            ui.colored_label(CanvasColours::of(ui.visuals()).error, printable(ui, &last.text));
+            ui.colored_label(ThemeColours::of(ui.visuals()).error, printable(ui, &last.text));
         }
     }
 }
 
-fn in_words(given: &SentOrder, colours: &CanvasColours) -> (String, Color32) {
+fn in_words(given: &SentOrder, colours: &ThemeColours) -> (String, Color32) {
     match given.accepted {
         None => (format!("{}: waits for its answer", given.order), colours.weak),
         Some(true) => (format!("{}: {}", given.order, given.text), colours.text),

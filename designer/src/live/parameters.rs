@@ -7,8 +7,8 @@ use eframe::egui::{self, Align, Button, Key, Label, Layout, Response, TextEdit, 
 
 use super::watched::Watched;
 use super::words::printable;
-use crate::canvas::CanvasColours;
 use crate::panels::fields::{is_entered, show_edit};
+use armor_picture::theme::ThemeColours;
 
 /// How wide a field is, in points: a number with its unit, or the end of a path.
 const FIELD_WIDTH: f32 = 110.0;
@@ -39,7 +39,7 @@ impl Panel {
             ui.weak(watched.silence().unwrap_or("loading"));
             return;
         };
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let listed = match listed.as_ref() {
             Ok(listed) => listed,
             Err(problem) => {
@@ -65,7 +65,7 @@ impl Panel {
         for parameter in own {
             self.show_row(ui, watched, parameter);
         }
-        show_result(ui, client, component, &colours);
+        show_result(ui, client, component, colours);
     }
 
     /// Lists them once, and again when the running system has another version of the file.
@@ -136,7 +136,7 @@ impl Panel {
 fn show_field(ui: &mut egui::Ui, name: &str, text: &mut String, is_wrong: bool) -> Response {
     let mut field = TextEdit::singleline(text);
     if is_wrong {
-        field = field.text_color(CanvasColours::of(ui.visuals()).error);
+        field = field.text_color(ThemeColours::of(ui.visuals()).error);
     }
     let size = vec2(FIELD_WIDTH, ui.spacing().interact_size.y);
     let layout = Layout::left_to_right(Align::Center);
@@ -164,7 +164,7 @@ fn show_unit(ui: &mut egui::Ui, parameter: &ListedParameter) {
 
 /// Why a value was refused, and what it may be.
 fn show_refusal(ui: &mut egui::Ui, result: &SetReport, parameter: &ListedParameter) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let found = result.findings.iter().filter(|finding| finding.severity == FindingSeverity::Error);
     let found: Vec<_> = found.collect();
     if found.is_empty() {
@@ -207,7 +207,7 @@ fn show_result(
     ui: &mut egui::Ui,
     client: &ParameterClient,
     component: &str,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     let Some(result) = client.last_result().filter(|result| result.is_set) else { return };
     if result.parameter.split('.').next() == Some(component) {

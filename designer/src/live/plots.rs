@@ -5,7 +5,7 @@ use armor_inspect::words::format_duration;
 use eframe::egui::{self, RichText, ScrollArea, Vec2b};
 use egui_plot::{Line, Plot, PlotPoints, PlotUi};
 
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// Points drawn of a line: two for each column of a wide window.
 const MOST_POINTS: usize = 3000;
@@ -82,7 +82,7 @@ impl Plots {
             return;
         }
         self.choices(ui, values);
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let series: Vec<_> = self.lines.iter().map(|line| self.points(values, line)).collect();
         let newest =
             series.iter().flatten().map(|point| point[0]).fold(f64::NEG_INFINITY, f64::max);
@@ -121,7 +121,7 @@ impl Plots {
 
     fn choices(&mut self, ui: &mut egui::Ui, values: &WatchedValues) {
         let mut gone = None;
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
             ui.weak("The last").on_hover_text("The newest value is at 0 seconds.");
             for span_s in SPANS_S {

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use armor_robotfile::{Configuration, Difference, Subject, differences};
 use eframe::egui::{Rect, vec2};
 
-use crate::canvas::{Badge, CanvasColours, Diagram, DiagramNode, Outline, PortAt, PortSide, Wire};
+use crate::canvas::{Badge, Diagram, DiagramNode, Outline, PortAt, PortSide, Wire};
 use crate::item::Item;
+use armor_picture::theme::ThemeColours;
 
 /// Space between a removed block and what it would cover.
 const GAP: f32 = 30.0;
@@ -177,7 +178,7 @@ pub fn mark_node(
     plain: &DiagramNode<Item>,
     presence: &Presence,
     is_seen: bool,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     let words = presence.words();
     match presence {
@@ -208,7 +209,7 @@ pub fn mark_wire(
     wire: &mut Wire<Item>,
     plain: &Wire<Item>,
     presence: &Presence,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     let words = presence.words();
     match presence {

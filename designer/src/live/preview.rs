@@ -9,7 +9,7 @@ use eframe::egui::{
     TextureOptions, Vec2, pos2, vec2,
 };
 
-use crate::theme::{CanvasColours, mix};
+use armor_picture::theme::{ThemeColours, mix};
 
 /// Most pixels of a side; larger pictures are sampled.
 const MAX_SIDE: usize = 256;
@@ -47,7 +47,7 @@ pub enum Drawn {
 }
 
 /// The preview of a message; none if its type has none, or its contents do not fit each other.
-pub fn preview(schema: &Schema, payload: &[u8], colours: &CanvasColours) -> Option<Preview> {
+pub fn preview(schema: &Schema, payload: &[u8], colours: &ThemeColours) -> Option<Preview> {
     let hash = schema.hash();
     if hash == OccupancyGrid::schema().hash() {
         map(&codec::decode(payload).ok()?, colours)
@@ -78,7 +78,7 @@ fn sample(
     Some(Drawn::Pixels { size, pixels })
 }
 
-fn map(map: &OccupancyGrid, colours: &CanvasColours) -> Option<Preview> {
+fn map(map: &OccupancyGrid, colours: &ThemeColours) -> Option<Preview> {
     let (width, height) = (map.info.width as usize, map.info.height as usize);
     let cell = |x: usize, y: usize| {
         // The first row of a map is its lowest.
@@ -158,14 +158,14 @@ pub fn show(
     ui: &mut egui::Ui,
     data: &str,
     sequence: u64,
-    make: impl FnOnce(&CanvasColours) -> Option<Preview>,
+    make: impl FnOnce(&ThemeColours) -> Option<Preview>,
 ) -> bool {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let id = egui::Id::unique(("preview", data));
     let kept = ui.data(|kept| kept.get_temp::<KeptTexture>(id));
     let is_it = |kept: &KeptTexture| kept.sequence == sequence && kept.is_dark == colours.is_dark;
     let kept = kept.filter(is_it).or_else(|| {
-        let preview = make(&colours)?;
+        let preview = make(colours)?;
         let texture = match &preview.drawn {
             Drawn::Pixels { size, pixels } => {
                 let image = ColorImage::new(*size, pixels.clone());
@@ -193,7 +193,7 @@ pub fn show(
             painter.image(texture.id(), area, whole, Color32::WHITE);
         }
         (Drawn::Points { points, is_line }, _) => {
-            paint_points(&painter, rect, points, *is_line, &colours);
+            paint_points(&painter, rect, points, *is_line, colours);
         }
         (Drawn::Pixels { .. }, None) => {}
     }
@@ -207,7 +207,7 @@ fn paint_points(
     rect: Rect,
     points: &[Pos2],
     is_line: bool,
-    colours: &CanvasColours,
+    colours: &ThemeColours,
 ) {
     // The place of the sensor, or the origin, is always seen.
     let mut extent = Rect::from_min_max(Pos2::ZERO, Pos2::ZERO);
@@ -225,10 +225,10 @@ fn paint_points(
     painter.line_segment([origin - vec2(0.0, 5.0), origin + vec2(0.0, 5.0)], cross);
     let points: Vec<_> = points.iter().map(|point| to_window(*point)).collect();
     if is_line {
-        painter.line(points, Stroke::new(2.0, colours.selected));
+        painter.line(points, Stroke::new(2.0, colours.accent));
     } else {
         for point in points {
-            painter.circle_filled(point, 1.5, colours.selected);
+            painter.circle_filled(point, 1.5, colours.accent);
         }
     }
 }
@@ -245,7 +245,7 @@ mod tests {
         preview(
             &T::schema(),
             &codec::encode(message).expect("it can be encoded"),
-            &CanvasColours::LIGHT,
+            ThemeColours::of_theme(true),
         )
     }
 

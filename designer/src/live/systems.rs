@@ -10,11 +10,11 @@ use super::hosts;
 use super::session::{Session, Standing, running};
 use super::tone::{self, Tone};
 use super::words;
-use crate::canvas::CanvasColours;
 use crate::commands::Command;
 use crate::item::Item;
 use crate::panels::fields::is_entered;
 use crate::workspace::Workspace;
+use armor_picture::theme::ThemeColours;
 
 /// Pause between two searches for systems of this host, while none is watched.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
@@ -90,7 +90,7 @@ impl Panel {
                 chosen = Some((record.registry.to_string(), Some(record.clone())));
             }
         }
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.strong("Elsewhere");
         ui.horizontal(|ui| {
             let edit = TextEdit::singleline(&mut self.address).hint_text("address:port");
@@ -120,11 +120,11 @@ pub fn attach(workspace: &mut Workspace, registry: &str, record: Option<RunRecor
 
 /// Shows the state of the watched system, and the buttons to change it.
 fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let is_own = workspace.live.run().is_some();
     let (word, colour) = match workspace.live.standing() {
         Standing::Idle => ("not watching", colours.weak),
-        Standing::Starting => ("starting", colours.selected),
+        Standing::Starting => ("starting", colours.accent),
         Standing::Watching => (if is_own { "running" } else { "watching" }, colours.good),
         Standing::Lost => ("ended, or unreachable", colours.warning),
         Standing::Stopping => ("stopping", colours.warning),
@@ -186,7 +186,7 @@ fn show_owner(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Pat
     ui.weak(format!("started {}", words::time_of_day(record.started_s)));
     let file = record.resolve(&record.file);
     if open.is_none_or(|open| !record.runs(open)) {
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let text = format!("Running: {}, not the open file.", file.display());
         ui.colored_label(colours.warning, text);
     }
@@ -198,7 +198,7 @@ fn show_processes(
     picture: &SystemPicture,
     selected: Option<&str>,
 ) -> Option<String> {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     if !picture.is_found && !picture.has_ended() {
         let text = if picture.was_found {
             "The registry is unreachable; links stay up."
@@ -211,8 +211,8 @@ fn show_processes(
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let processes = picture.processes.iter();
         for (name, process) in processes.filter(|(name, _)| !picture.is_second_name(name)) {
-            let (tone, word) = Tone::seen(Some(process), picture, &colours);
-            let ink = tone.ink(&colours);
+            let (tone, word) = Tone::seen(Some(process), picture, colours);
+            let ink = tone.ink(colours);
             ui.horizontal(|ui| {
                 let label = ui.selectable_label(selected == Some(name), name);
                 let label = label.accessible_name(format!("process {name}: {word}"));

@@ -4,8 +4,8 @@
 use armor_inspect::{Condition, ObservedProcess, SystemPicture};
 use eframe::egui::Color32;
 
-use crate::canvas::CanvasColours;
 use crate::canvas::{Mark, Outline};
+use armor_picture::theme::ThemeColours;
 
 /// How a block of this state is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Tone {
 
 impl Tone {
     /// Returns the look of a state; none is that of a component whose process has not been seen.
-    pub fn of(condition: Option<Condition>, colours: &CanvasColours) -> Self {
+    pub fn of(condition: Option<Condition>, colours: &ThemeColours) -> Self {
         let plain = Self { tint: None, outline: Outline::Plain, is_dim: false, mark: Mark::None };
         let Some(condition) = condition else {
             return Self { outline: Outline::Dashed, is_dim: true, ..plain };
@@ -34,7 +34,7 @@ impl Tone {
             Condition::Done => Self { tint: Some(colours.good), ..plain },
             Condition::Frozen => Self { is_dim: true, ..plain },
             Condition::Unknown => Self { tint: Some(colours.weak), ..plain },
-            Condition::Starting => Self { tint: Some(colours.selected), ..plain },
+            Condition::Starting => Self { tint: Some(colours.accent), ..plain },
             Condition::Failed => Self { tint: Some(colours.error), mark: Mark::Error, ..plain },
             Condition::Suspected => Self {
                 tint: Some(colours.warning),
@@ -59,7 +59,7 @@ impl Tone {
 
     /// Returns the look and the word of a component on a host that is cut off, whatever was last seen of
     /// it.
-    pub fn cut_off(colours: &CanvasColours) -> (Self, &'static str) {
+    pub fn cut_off(colours: &ThemeColours) -> (Self, &'static str) {
         let tone = Self {
             tint: Some(colours.error),
             outline: Outline::Dashed,
@@ -74,7 +74,7 @@ impl Tone {
     pub fn seen(
         process: Option<&ObservedProcess>,
         picture: &SystemPicture,
-        colours: &CanvasColours,
+        colours: &ThemeColours,
     ) -> (Self, &'static str) {
         match process {
             Some(_) if picture.has_ended() => (Self::of(None, colours), "ended"),
@@ -84,7 +84,7 @@ impl Tone {
     }
 
     /// The colour in which the word is written.
-    pub fn ink(self, colours: &CanvasColours) -> Color32 {
+    pub fn ink(self, colours: &ThemeColours) -> Color32 {
         self.tint.unwrap_or(if self.is_dim { colours.weak } else { colours.text })
     }
 }
@@ -111,7 +111,7 @@ mod tests {
     /// Black and white, and without reading: what is left must still show what needs attention.
     #[test]
     fn states_differ_also_without_their_colours() {
-        for colours in [CanvasColours::DARK, CanvasColours::LIGHT] {
+        for colours in [ThemeColours::of_theme(false), ThemeColours::of_theme(true)] {
             let shape_of = |tone: Tone| {
                 (
                     tone.outline == Outline::Dashed,
@@ -120,7 +120,7 @@ mod tests {
                     tone.mark,
                 )
             };
-            let shape = |condition| shape_of(Tone::of(Some(condition), &colours));
+            let shape = |condition| shape_of(Tone::of(Some(condition), colours));
             let apart = [
                 Condition::Active,
                 Condition::Frozen,
@@ -128,7 +128,7 @@ mod tests {
                 Condition::Dead,
                 Condition::Restarting,
             ];
-            let cut_off = shape_of(Tone::cut_off(&colours).0);
+            let cut_off = shape_of(Tone::cut_off(colours).0);
             for (index, one) in apart.iter().enumerate() {
                 assert_ne!(shape(*one), cut_off, "{one:?}");
                 for other in &apart[index + 1..] {

@@ -7,7 +7,7 @@ use eframe::egui::{self, Grid};
 use super::plots::Plots;
 use super::preview;
 use super::words::printable;
-use crate::canvas::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// Most values shown of one message.
 const MOST_LINES: usize = 60;
@@ -47,12 +47,12 @@ pub fn show(ui: &mut egui::Ui, values: &WatchedValues, plots: &mut Plots, data: 
 /// Shows maps, images, scans and paths as pictures. Returns whether there is one.
 fn show_preview(ui: &mut egui::Ui, name: &str, look: &ValueLook) -> bool {
     let (Some(schema), Some(data)) = (&look.schema, &look.data) else { return false };
-    let make = |colours: &CanvasColours| preview::preview(schema, &data.payload, colours);
+    let make = |colours: &ThemeColours| preview::preview(schema, &data.payload, colours);
     preview::show(ui, name, data.header.sequence, make)
 }
 
 fn heading(ui: &mut egui::Ui, look: &ValueLook) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.weak(&look.type_name);
         if let Some(data) = &look.data {

@@ -11,7 +11,6 @@ use super::systems::component_of;
 use super::{
     blocks, firings, hover, inspect, log, mission, net, parameters, plots, systems, words,
 };
-use crate::canvas::CanvasColours;
 use crate::canvas::Diagram;
 use crate::commands::Command;
 use crate::diagram_pane::view_action_of;
@@ -19,6 +18,7 @@ use crate::item::Item;
 use crate::pane::Pane;
 use crate::project::Project;
 use crate::workspace::Workspace;
+use armor_picture::theme::ThemeColours;
 
 /// Pause after which running clocks are drawn again.
 const CLOCKS_EVERY: Duration = Duration::from_millis(100);
@@ -140,8 +140,8 @@ impl LiveView {
         };
         if self.drawn.as_ref() != Some(&drawn) {
             self.drawn = Some(drawn);
-            let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
-            let drawings = comparison::draw_both(workspace, running.as_ref(), &colours);
+            let colours = ThemeColours::of_theme(!is_dark);
+            let drawings = comparison::draw_both(workspace, running.as_ref(), colours);
             self.system.set(drawings.system);
             self.net.set(drawings.net);
             self.comparison = drawings.comparison;
@@ -153,7 +153,7 @@ impl LiveView {
 
     /// Draws what runs in them.
     fn show_overlay(&mut self, ui: &egui::Ui, workspace: &Workspace) {
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let Some(watched) = workspace.live.watched() else {
             self.system.clear();
             self.net.clear();
@@ -162,18 +162,18 @@ impl LiveView {
         let Sheet { diagram, base, .. } = &mut self.system;
         let presences = &self.comparison.presences;
         let picture = watched.watch.picture();
-        blocks::show(diagram, base, &picture, &self.hosts, presences, &colours);
+        blocks::show(diagram, base, &picture, &self.hosts, presences, colours);
         let look = watched.mission.look();
         let Sheet { diagram, base, .. } = &mut self.net;
         match &look.marking {
             Some(marking) => {
                 let now_s = watched.mission_s(&look);
-                net::show(diagram, base, marking, now_s, presences, &colours);
+                net::show(diagram, base, marking, now_s, presences, colours);
             }
             None => {
                 self.net.clear();
                 let Sheet { diagram, base, .. } = &mut self.net;
-                net::mark_presences(diagram, base, presences, &colours);
+                net::mark_presences(diagram, base, presences, colours);
             }
         }
     }

@@ -11,10 +11,10 @@ use eframe::egui::Pos2;
 use super::marks::Marks;
 use super::play::Play;
 use super::rules::{self, Join};
-use crate::canvas::CanvasColours;
 use crate::canvas::{Diagram, JoinRules, PortAt};
 use crate::item::Item;
 use crate::layout::Layout;
+use armor_picture::theme::ThemeColours;
 pub use positions::arranged;
 
 /// The port that is the node as a whole.
@@ -37,7 +37,7 @@ pub struct Scene<'a> {
     /// Tokens that have not arrived yet.
     pub in_flight: &'a [(PlaceId, u32)],
     /// The window's colours.
-    pub colours: &'a CanvasColours,
+    pub colours: &'a ThemeColours,
 }
 
 impl Scene<'_> {

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use eframe::egui::{self, RichText};
 
 use super::changes::Change;
-use crate::canvas::CanvasColours;
 use crate::panels::fields::{self, Drafts};
+use armor_picture::theme::ThemeColours;
 
 /// The fields of one panel.
 #[derive(Default)]
@@ -199,7 +199,7 @@ impl Form {
 
 /// What is wrong, with a sign before it that is no colour.
 pub fn wrong(ui: &mut egui::Ui, why: &str) {
-    let colour = CanvasColours::of(ui.visuals()).error;
+    let colour = ThemeColours::of(ui.visuals()).error;
     ui.label(RichText::new(format!("! {why}")).color(colour).small());
 }
 

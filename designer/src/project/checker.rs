@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use armor_plan::Plan;
+use armor_proof::{Recheck, explain_by_edit};
 use armor_robotfile::{Date, Findings, NeededPath, Reading, needed_paths, passed_dates};
 use parking_lot::Mutex;
 
@@ -107,15 +108,15 @@ impl Thread {
             let reading = check_without_proof(&mut disk, &wanted);
             self.send_result(&wanted, &reading.findings, !reading.is_valid());
             if reading.is_valid() {
-                let findings = self.prove_mission(reading, wanted.revision);
+                let findings = self.prove_mission(reading, &wanted);
                 self.send_result(&wanted, &findings, true);
             }
         }
     }
 
-    fn prove_mission(&self, mut reading: Reading, revision: u64) -> Findings {
+    fn prove_mission(&self, mut reading: Reading, wanted: &Wanted) -> Findings {
         let start = Instant::now();
-        let is_stale = || self.newest.load(Ordering::Relaxed) != revision;
+        let is_stale = || self.newest.load(Ordering::Relaxed) != wanted.revision;
         if let Some(configuration) = &reading.configuration {
             let found = match Plan::of(configuration) {
                 Ok(Some(plan)) => armor_proof::prove(configuration, &plan, &|| {
@@ -126,6 +127,9 @@ impl Thread {
             };
             reading.findings.extend_proven(found, configuration);
         }
+        let stop = || is_stale() || start.elapsed() > PROOF_WITHIN;
+        let manifests = wanted.kinds.manifests();
+        explain_by_edit(&mut reading, &Recheck { overrides: &[], manifests, stop: &stop });
         reading.findings.sort();
         reading.findings
     }

@@ -11,7 +11,7 @@ pub(super) fn show(ui: &mut egui::Ui, kind: &Manifest, origin: &str) {
     ports(ui, "Inputs", &kind.inputs);
     ports(ui, "Outputs", &kind.outputs);
     if !kind.parameters.is_empty() {
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.weak("Parameters");
         Grid::new(("parameters", &kind.kind)).num_columns(3).show(ui, |ui| {
             for parameter in &kind.parameters {
@@ -22,7 +22,7 @@ pub(super) fn show(ui: &mut egui::Ui, kind: &Manifest, origin: &str) {
             }
         });
     }
-    ui.add_space(crate::theme::NEAR);
+    ui.add_space(armor_picture::theme::NEAR);
     ui.weak(shown(ui, &format!("from: {origin}")));
 }
 
@@ -30,7 +30,7 @@ fn ports(ui: &mut egui::Ui, heading: &str, ports: &[PortManifest]) {
     if ports.is_empty() {
         return;
     }
-    ui.add_space(crate::theme::NEAR);
+    ui.add_space(armor_picture::theme::NEAR);
     ui.weak(heading);
     Grid::new((heading, ports[0].id.as_str())).num_columns(3).show(ui, |ui| {
         for port in ports {

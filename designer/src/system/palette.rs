@@ -1,18 +1,22 @@
 //! The palette of the system: all kinds, searched by typing, dragged into the drawing.
 
+use std::sync::Arc;
+
 use armor_wire::manifest::Manifest;
-use eframe::egui::text::{LayoutJob, TextWrapping};
-use eframe::egui::{self, FontId, Key, Modifiers, Rect, ScrollArea, Sense, TextEdit};
+use eframe::egui::text::LayoutJob;
+use eframe::egui::{self, FontId, Galley, Key, Modifiers, Rect, ScrollArea, Sense, TextEdit};
 
 use crate::diagram_pane::show_dragged;
 use crate::panels::fields::is_entered;
 use crate::panels::pick;
 use crate::system::docs;
-use crate::theme;
 use crate::workspace::Workspace;
+use armor_picture::theme;
 
-/// The height of one kind in the list.
-const ENTRY_HEIGHT: f32 = 38.0;
+/// Space around the texts of an entry.
+const MARGIN: egui::Vec2 = egui::vec2(6.0, theme::NEAR);
+/// Most lines of what a kind does; the tooltip has all of it.
+const SUMMARY_LINES: usize = 3;
 
 /// A kind that is dragged from the palette.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,9 +68,11 @@ impl SystemPalette {
 
     /// One kind; returns whether it is to be added.
     fn entry(&self, ui: &mut egui::Ui, workspace: &Workspace, kind: &Manifest) -> bool {
-        let size = egui::vec2(ui.available_width(), ENTRY_HEIGHT);
+        let lines = lay_out(ui, kind, ui.available_width() - 2.0 * MARGIN.x);
+        let height = lines.iter().map(|line| line.size().y).sum::<f32>() + 2.0 * MARGIN.y;
+        let size = egui::vec2(ui.available_width(), height);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
-        paint(ui, rect, &response, kind);
+        paint(ui, rect, &response, lines);
         let name = format!("kind {}", kind.kind);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
         response.dnd_set_drag_payload(DraggedKind(kind.kind.clone()));
@@ -82,24 +88,31 @@ impl SystemPalette {
     }
 }
 
-/// Draws an entry: the kind, and below it what it does.
-fn paint(ui: &egui::Ui, rect: Rect, response: &egui::Response, kind: &Manifest) {
+/// Lays out the kind, and below it what it does, in the width of the list.
+fn lay_out(ui: &egui::Ui, kind: &Manifest, width: f32) -> [Arc<Galley>; 2] {
+    let weak = ui.visuals().weak_text_color();
+    let parts = [
+        (kind.kind.as_str(), theme::BODY, ui.visuals().strong_text_color(), 1),
+        (kind.summary.as_str(), theme::SMALL, weak, SUMMARY_LINES),
+    ];
+    parts.map(|(text, size, colour, most)| {
+        let text = crate::text::paintable(ui.ctx(), text).into_owned();
+        let mut job = LayoutJob::simple(text, FontId::proportional(size), colour, width);
+        job.wrap.max_rows = most;
+        ui.painter().layout_job(job)
+    })
+}
+
+/// Draws an entry.
+fn paint(ui: &egui::Ui, rect: Rect, response: &egui::Response, lines: [Arc<Galley>; 2]) {
     if response.hovered() || response.has_focus() {
         let fill = ui.style().interact(response).weak_bg_fill;
-        ui.painter().rect_filled(rect, 5.0, fill);
+        ui.painter().rect_filled(rect, theme::CORNER, fill);
     }
-    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
-    let weak = ui.visuals().weak_text_color();
-    let lines = [
-        (kind.kind.as_str(), theme::BODY, ui.visuals().strong_text_color(), 12.0),
-        (kind.summary.as_str(), theme::SMALL, weak, 28.0),
-    ];
-    for (text, size, colour, y) in lines {
-        let text = crate::text::paintable(ui.ctx(), text).into_owned();
-        let mut job = LayoutJob::simple_singleline(text, FontId::proportional(size), colour);
-        job.wrap = TextWrapping::truncate_at_width(rect.width() - 12.0);
-        let galley = painter.layout_job(job);
-        let at = rect.min + egui::vec2(6.0, y - galley.size().y / 2.0);
-        painter.galley(at, galley, colour);
+    let mut at = rect.min + MARGIN;
+    for line in lines {
+        let height = line.size().y;
+        ui.painter().galley(at, line, ui.visuals().text_color());
+        at.y += height;
     }
 }

@@ -21,7 +21,7 @@ use crate::workspace::Workspace;
 
 impl SystemView {
     pub(super) fn show_properties(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
             let only = self.pane.only();
@@ -87,7 +87,7 @@ impl SystemView {
             .response
             .accessible_name("system clock");
         self.show_frames(ui, workspace, system);
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.weak(format!("{} components, {} links", system.components.len(), system.links.len()));
         ui.weak("Select a block or a link to see its properties.");
     }

@@ -105,3 +105,18 @@ fn a_view_is_turned_to_from_the_first_page() {
     window.click("view: Mission");
     assert!(window.has("drawing of the mission"));
 }
+
+#[test]
+fn the_page_of_a_finding_is_one_click_away_and_closed_with_escape() {
+    let mut window = Window::open(Some(
+        "<armor version=\"1\"><system name=\"bench\">\n<component name=\"eye\" kind=\"eye\"/>\n</system></armor>",
+    ));
+    let page = armor_robotfile::Code::ParameterUnassigned.page();
+    let title = page.lines().next().unwrap_or_default().trim_start_matches('#').trim().to_owned();
+    let page_shown = |window: &Window| window.harness.query_by_label(&title).is_some();
+    assert!(!page_shown(&window));
+    window.click("page of E0111");
+    assert!(page_shown(&window), "{title}");
+    window.key(Key::Escape);
+    assert!(!page_shown(&window));
+}

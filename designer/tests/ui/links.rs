@@ -1,6 +1,6 @@
 //! ArMoR 4.1, rule by rule: what can be linked, and the reason where it cannot.
 
-use eframe::egui::{Key, Modifiers, vec2};
+use eframe::egui::{Key, Modifiers, Rect, Shape, vec2};
 
 use crate::ui::Window;
 
@@ -177,4 +177,42 @@ fn a_drag_is_called_off_with_escape() {
     window.key(Key::Escape);
     window.drag(to + vec2(0.0, 500.0), to + vec2(0.0, 501.0));
     assert_eq!(window.text(), TWO_EACH);
+}
+
+/// Two links next to each other have texts that do not cover each other.
+#[test]
+fn texts_of_links_never_overlap() {
+    let text = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye"/>
+    <component name="arm" kind="arm"/>
+    <component name="hand" kind="arm"/>
+    <link from="eye.target" to="arm.target" keep="50"/>
+    <link from="eye.target" to="hand.target" keep="60"/>
+    <layout>
+      <block of="eye" x="0" y="0"/>
+      <block of="arm" x="400" y="0"/>
+      <block of="hand" x="400" y="6"/>
+    </layout>
+  </system>
+</armor>
+"#;
+    let window = Window::open(Some(text));
+    let mut found = Vec::new();
+    for clipped in &window.harness.output().shapes {
+        collect_texts(&clipped.shape, &mut found);
+    }
+    let of = |text: &str| found.iter().find(|(it, _)| it == text).map(|(_, rect)| *rect);
+    let (Some(one), Some(other)) = (of("keep 50"), of("keep 60")) else { panic!("{found:?}") };
+    assert!(!one.intersects(other), "{one:?} {other:?}");
+}
+
+fn collect_texts(shape: &Shape, texts: &mut Vec<(String, Rect)>) {
+    match shape {
+        Shape::Text(text) => {
+            texts.push((text.galley.text().to_owned(), shape.visual_bounding_rect()));
+        }
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect_texts(shape, texts)),
+        _ => {}
+    }
 }

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Key, Modifiers, vec2};
+use egui_kittest::kittest::Queryable;
 
 use crate::ui::Window;
 
@@ -69,6 +70,60 @@ fn return_in_a_field_reaches_nothing_else() {
     // Undo is that of the file.
     window.keys(Modifiers::COMMAND, Key::Z);
     assert_eq!(window.text(), THREE);
+}
+
+const DRAWN: &str = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye"/>
+    <layout>
+      <block of="eye" x="0" y="0"/>
+      <group title="senses" x="-40" y="-60" width="260" height="200"/>
+      <group title="limbs" x="300" y="-60" width="260" height="120"/>
+      <note x="300" y="200" width="200" height="80">first</note>
+      <note x="300" y="320" width="200" height="80">second</note>
+    </layout>
+  </system>
+  <mission name="bench" goal="home">
+    <place name="explore" initial="true"/>
+    <place name="home"/>
+    <transition name="late" from="explore" to="home" timeout="90s"/>
+    <transition name="never" from="explore" to="home" timeout="80s"/>
+  </mission>
+</armor>
+"#;
+
+/// Clicks where also a group is hit: at its title.
+fn select(window: &mut Window, label: &str) {
+    let rect = window.harness.get_by_label(label).rect();
+    let is_group = label.starts_with("group");
+    window.click_at(if is_group { rect.min + vec2(30.0, 10.0) } else { rect.center() });
+}
+
+/// The same field of two things: undo in that of the second brings nothing of the first.
+#[test]
+fn undo_in_a_field_of_a_group_a_note_a_place_or_a_transition_stays_in_it() {
+    for (view, first, second, field) in [
+        ("view: System", "group senses", "group limbs", "Title"),
+        ("view: System", "note first", "note second", "Text"),
+        ("view: Mission", "place explore", "place home", "name of the place"),
+        ("view: Mission", "transition late", "transition never", "timeout"),
+    ] {
+        let mut window = Window::open(Some(DRAWN));
+        window.click(view);
+        select(&mut window, first);
+        window.fill(field, if field == "timeout" { "5s" } else { "fifth" });
+        if field == "Text" {
+            // Enter is a letter of a note; leaving the field takes it.
+            window.click("component eye");
+        }
+        let changed = window.text();
+        assert_ne!(changed, DRAWN, "{field}");
+        select(&mut window, second);
+        window.click(field);
+        window.keys(Modifiers::COMMAND, Key::Z);
+        window.click(if view == "view: System" { "component eye" } else { "view: System" });
+        assert_eq!(window.text(), changed, "{field}: nothing came from {first}");
+    }
 }
 
 /// What the file assigns to each component: its name, rate and parameters.

@@ -61,7 +61,12 @@ impl Proof<'_> {
         let Some(goal) = self.plan.goal() else { return };
         match self.goal_never(goal) {
             Some(never) => findings.push(never),
-            None => findings.extend(self.end_lost()),
+            None => {
+                findings.extend(self.end_lost());
+                if !self.effort.has_begun {
+                    self.find_ignored_ends(findings);
+                }
+            }
         }
     }
 

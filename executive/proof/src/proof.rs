@@ -33,11 +33,13 @@ pub(crate) struct ProofEffort {
     pub(crate) classes: u64,
     /// Whether the plan starts where a mission stands that has begun.
     pub(crate) has_begun: bool,
+    /// Whether it suffices to know that there are no errors and warnings.
+    pub(crate) skips_notes: bool,
 }
 
 impl Default for ProofEffort {
     fn default() -> Self {
-        Self { states: MAX_STATES, classes: MAX_CLASSES, has_begun: false }
+        Self { states: MAX_STATES, classes: MAX_CLASSES, has_begun: false, skips_notes: false }
     }
 }
 

@@ -51,7 +51,7 @@ pub(crate) fn prove_within(
             plain.find_meetings(&mut findings);
         }
         proof.examine_in_general(&mut findings);
-        if !effort.has_begun {
+        if !effort.has_begun && !effort.skips_notes {
             findings.extend(proof.find_durations());
         }
         proof.not_followed(&mut findings);

@@ -27,7 +27,7 @@ fn proven(file: &str) -> Findings {
 }
 
 fn few(states: u64, classes: u64) -> ProofEffort {
-    ProofEffort { states, classes, has_begun: false }
+    ProofEffort { states, classes, ..ProofEffort::default() }
 }
 
 fn all_proven(file: &str, effort: ProofEffort) -> Findings {

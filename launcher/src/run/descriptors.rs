@@ -165,8 +165,10 @@ mod tests {
         check(&link.replace("<link", r#"<link history="4""#), 2 + 17, 2);
         let second = link.replace("slam.", "second.");
         check(&format!("{link}{second}"), 4 + 12, 2);
-        // No memory: it has no ring for a pull, no array, or no common host.
-        check(&link.replace("keep=\"latest\"", "mode=\"pull\""), 2, 2);
+        let pull = link.replace("keep=\"latest\"", "mode=\"pull\"");
+        check(&pull, 2 + 7, 2);
+        check(&pull.replace("scan", "odometry"), 2 + 7, 2);
+        // No memory: it has no array, or no common host.
         check(&link.replace("scan", "odometry"), 2, 2);
         check(&link.replace("slam.", "far."), 2, 0);
         let asked = link.replace("scan", "odometry").replace("/>", " transport=\"shm\"/>");

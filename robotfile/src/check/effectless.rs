@@ -25,12 +25,17 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
     }
 }
 
-/// A timeout whose token returns to its place. A component that is active before and after a firing is
-/// not touched, unless it is done, which the mission does not wait for. One that takes a report or an order uses that up.
+/// A timeout or a guard whose token returns to its place. A component that is active before and after a
+/// firing is not touched, unless it is done, which the mission does not wait for. One that takes a
+/// report or an order uses that up.
 fn find_returning(mission: &Mission, transition: &Transition) -> Option<Finding> {
-    let interval = transition.interval.as_ref().filter(|it| !it.value.earliest.is_zero())?;
+    let time = transition.interval.as_ref().filter(|it| !it.value.earliest.is_zero());
+    let condition = match (time, &transition.when) {
+        (Some(time), None) => format!("after {}", time.at.text()),
+        (None, Some(when)) => format!("as long as `{}` is true, again and again,", when.value),
+        _ => return None,
+    };
     let is_plain = transition.on.is_none()
-        && transition.when.is_none()
         && transition.not_before.is_none()
         && transition.not_after.is_none()
         && transition.autonomy == Autonomy::Auto
@@ -56,9 +61,8 @@ fn find_returning(mission: &Mission, transition: &Transition) -> Option<Finding>
         some => format!(", and restarts of {} only what is done", joined(some.iter().copied())),
     };
     let message = format!(
-        "{} changes nothing: after {} it puts the token back into {place}{rest}",
-        transition.name.value,
-        interval.at.text()
+        "{} changes nothing: {condition} it puts the token back into {place}{rest}",
+        transition.name.value
     );
     let at = transition.outputs().next().map_or(&transition.name.at, |arc| &arc.place.at);
     let finding = Finding::new(Code::ChangesNothing, at, message);

@@ -24,11 +24,12 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let mut reported = BTreeSet::new();
     for mission in configuration.missions() {
         for place in &mission.places {
-            for name in place.components.iter().filter(|it| unawaited.contains(it.value.as_str())) {
+            for name in &place.components {
+                let is_awaited = !unawaited.contains(name.value.as_str());
                 let Some(component) = configuration.system.component(&name.value) else { continue };
                 let kind = manifests.get(&component.kind.value).filter(|kind| kind.ends_by_itself);
                 let Some(kind) = kind else { continue };
-                let found = find_ignored(mission, place, name, (component, kind));
+                let found = find_ignored(mission, place, name, (component, kind), is_awaited);
                 // One transition that is missing is one finding, in however many places.
                 if let Some(found) = found
                     && reported.insert(name.value.as_str())
@@ -40,11 +41,14 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     }
 }
 
+/// Finds a place that ignores the end. If other places wait for it (`is_awaited`), an event that leads to
+/// where the component works on is enough.
 fn find_ignored(
     mission: &Mission,
     place: &Place,
     name: &Spanned<String>,
     (component, kind): (&Component, &Manifest),
+    is_awaited: bool,
 ) -> Option<Finding> {
     let (from, of) = (place.name.value.as_str(), name.value.as_str());
     let mut effects = kind.value_effects.iter();
@@ -68,21 +72,31 @@ fn find_ignored(
         });
         in_place || component.parameter(&limit.parameter).is_some()
     });
+    let works_on = |it: &Transition| {
+        let mut after = it.outputs().filter_map(|arc| mission.place(&arc.place.value));
+        after.any(|place| place.activates(of))
+    };
     let is_event = |it: &&&Transition| {
         let on = it.on.as_ref();
-        on.is_some_and(|on| on.component.value == of && on.event.value != "failed")
+        let is_own = on.is_some_and(|on| on.component.value == of && on.event.value != "failed");
+        is_own && !(is_awaited && works_on(it))
     };
     if let Some(other) = leaving.iter().find(is_event).filter(|_| is_limited)
         && let Some(on) = &other.on
     {
         let message = format!(
-            "{} waits in {from} for {} of {of}, and no transition waits for its done",
-            other.name.value, on.event.value
+            "{} waits in {from} for {} of {of}, and no transition waits for its done{}",
+            other.name.value,
+            on.event.value,
+            if is_awaited { " there" } else { "" }
         );
         let finding = Finding::new(Code::EndUnawaited, &on.event.at, message);
         return Some(finding.remedy(format!(
             "did you mean on=\"{of}.done\"? Otherwise add a transition for it from {from}"
         )));
+    }
+    if is_awaited {
+        return None;
     }
     let is_timeout = |it: &&&Transition| {
         it.on.is_none()

@@ -175,9 +175,7 @@ pub(super) fn explain_never_fired(proven: &mut Vec<Finding>) {
 fn explain_first(checks: Vec<Finding>, cause: Finding) -> Option<Finding> {
     let mut checks = checks.into_iter();
     let mut first = checks.next()?;
-    first.remedy = cause.remedy;
-    first.related.extend(cause.at.map(|at| (at, cause.message)));
-    first.related.extend(cause.related);
+    first.move_to_cause(cause);
     first.related.extend(merging::label_checks(checks));
     Some(first)
 }

@@ -16,8 +16,8 @@ pub(super) fn label_checks(
     checks.filter_map(|check| check.at).map(|at| (at, "this check fails, too".to_owned()))
 }
 
-/// Merges results that the same firings show into one: the first check that fails, with the remedy of
-/// the others. A mission that stands still makes its checks fail, for example.
+/// Merges results that the same firings show into one: the first check that fails, at the place that
+/// the others name. A second token in a place makes checks fail, for example.
 pub(super) fn merge_witnesses(proven: &mut Vec<Finding>) {
     let is_check = |result: &Finding| result.code == Code::CheckFails && result.trace.is_some();
     let (checks, others): (Vec<_>, Vec<_>) =
@@ -33,15 +33,14 @@ pub(super) fn merge_witnesses(proven: &mut Vec<Finding>) {
         }
     }
     for other in others {
-        let is_shown = matches!(
-            other.code,
-            Code::Standstill | Code::GoalLost | Code::TwoTokens | Code::MarkedTogether
-        );
+        let is_shown = has_too_many_tokens(&other);
         match merged.iter_mut().find(|check| is_shown && check.trace == other.trace) {
             // The proof may find a meeting twice.
             Some(check) if check.related.iter().any(|(_, label)| *label == other.message) => {}
+            Some(check) if check.at.as_ref().and_then(read_claim).is_some() => {
+                check.move_to_cause(other);
+            }
             Some(check) => {
-                check.remedy = other.remedy;
                 check.related.extend(other.at.map(|at| (at, other.message)));
                 check.related.extend(other.related);
             }
@@ -150,6 +149,24 @@ pub(super) fn merge_filling(proven: &mut Vec<Finding>) {
         kept.merge_place(other);
         kept
     }));
+}
+
+/// Merges the checks that wait for something with the marking in which the mission stands still, or
+/// from which it reaches no end: it never comes to what they wait for. A check that fails is an error,
+/// so the finding is one, at the place where the mission is stuck.
+pub(super) fn merge_stuck(proven: &mut Vec<Finding>) {
+    let is_stuck = |result: &Finding| matches!(result.code, Code::Standstill | Code::GoalLost);
+    let Some(at) = proven.iter().position(is_stuck) else { return };
+    let stuck = proven.remove(at);
+    let (waiting, others): (Vec<_>, Vec<_>) =
+        std::mem::take(proven).into_iter().partition(|it| find_awaited(it).is_some());
+    *proven = others;
+    let mut waiting = waiting.into_iter();
+    let Some(mut first) = waiting.next() else { return proven.push(stuck) };
+    first.trace.clone_from(&stuck.trace);
+    first.move_to_cause(stuck);
+    first.related.extend(label_checks(waiting));
+    proven.push(first);
 }
 
 /// Merges checks that wait for something into the first: what keeps the mission from its end makes most
@@ -291,8 +308,9 @@ impl Findings {
             let preempted: Vec<_> = self.iter().filter(|it| is_fired(it)).cloned().collect();
             self.retain(|finding| !is_fired(finding));
             for finding in preempted {
-                if result.code == Code::CheckFails {
-                    result.remedy = finding.remedy;
+                if result.at.as_ref().and_then(read_claim).is_some() {
+                    result.move_to_cause(finding);
+                    continue;
                 }
                 result.related.extend(finding.at.map(|at| (at, finding.message)));
                 result.related.extend(finding.related);
@@ -310,12 +328,12 @@ impl Findings {
             cause.code.as_str().starts_with("W02") || is_without_effect_in_mission(&cause);
         let mut results = proven.iter_mut().filter(|it| it.severity() != Severity::Note);
         let (Some(check), None) = (results.next(), results.next()) else { return };
-        if !is_of_mission || find_awaited(check).is_none() {
+        let is_moved =
+            check.code == Code::CheckFails && check.at.as_ref().and_then(read_claim).is_none();
+        if !is_of_mission || (find_awaited(check).is_none() && !is_moved) {
             return;
         }
-        check.remedy.clone_from(&cause.remedy);
-        check.related.extend(cause.at.clone().map(|at| (at, cause.message.clone())));
-        check.related.extend(cause.related.clone());
+        check.move_to_cause(cause.clone());
         let span = |finding: &Finding| finding.at.as_ref().map(|at| at.span);
         self.retain(|finding| finding.code != cause.code || span(finding) != span(&cause));
     }

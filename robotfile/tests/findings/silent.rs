@@ -119,6 +119,10 @@ fn a_timeout_leads_to_another_place_or_sets_something() {
         &with(&format!("{again}/>")),
     );
     only("W0281", "and restarts go only if it is done", &with(&format!("{again}/>")));
+    let low = r#"<transition name="low" from="a" to="a" when="power.state.level &lt; 0.1"/>"#;
+    let shown =
+        "low changes nothing: as long as `power.state.level < 0.1` is true, again and again,";
+    only("W0281", shown, &with(low));
     let counts = r#"<variable name="n" min="0" max="9"/><transition name="t" from="a" to="over" on="go.packed" when="n &lt; 3"/>"#;
     let with = |content: &str| robot(r#"safe="hold""#, &format!("{END}{content}"));
     nothing(&with(&format!(r#"{again}><set variable="n" value="n + 1"/></transition>{counts}"#)));
@@ -279,6 +283,13 @@ fn the_end_of_a_task_is_waited_for() {
     only("W0284", r#"did you mean on="p.done"?"#, &patrol(twice, &on("waypoint")));
     // The first round may be meant.
     nothing(&patrol("", &on("lap")));
+    // Another place waits for it.
+    let other = r#"<place name="c" components="p"/><transition name="end" from="c" to="over" on="p.done"/>"#;
+    let shown = "no transition waits for its done there";
+    let enter = r#"<transition name="enter" from="s" to="c" on="go.failed"/>"#;
+    only("W0284", shown, &patrol(twice, &format!("{other}{enter}{}", on("lap"))));
+    let works_on = on("lap").replacen("to=\"over\"", "to=\"c\"", 1);
+    nothing(&patrol(twice, &format!("{other}{works_on}")));
     // One without end is left by other events, and by timeouts.
     let endless = r#"<parameter name="laps" value="0"/>"#;
     nothing(&patrol(endless, late));

@@ -2,13 +2,16 @@
 //! the right or middle button moves the map, a right click deletes the goal.
 
 use armor_grid::{Point2, Pose2};
+use armor_picture::icons::Icon;
+use armor_picture::theme::{self, TOUCH, ThemeColours};
 use eframe::egui::{
     Align2, Button, Event, FontId, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense,
     Stroke, Ui, Vec2, vec2,
 };
 
+use super::SMALL_WIDTH;
 use super::camera::CameraImage;
-use super::colours::{Palette, TOUCH};
+use super::colours::colours_of;
 use super::layers::{Layer, Layers};
 use super::map_viewport::{MapViewport, pose_of};
 use super::marks;
@@ -77,16 +80,30 @@ impl Area {
         self.look.on_screen(point)
     }
 
+    /// Whether a notice lies over a point of the screen.
+    #[cfg(test)]
+    pub(super) fn is_covered(&self, at: Pos2) -> bool {
+        self.covered.iter().any(|place| place.contains(at))
+    }
+
+    /// The scale of the map.
+    #[cfg(test)]
+    pub(super) fn points_per_metre(&self) -> f32 {
+        self.look.scale
+    }
+
     /// How it is looked at.
     pub(super) fn show_view_buttons(&mut self, ui: &mut Ui) {
         let hint = "keeps the robot in the middle";
+        // In a small window the signs would take another row from the map.
+        let fit = match ui.max_rect().width() < SMALL_WIDTH {
+            true => Button::new("fit"),
+            false => Button::new((Icon::Fit.to_atom(), "fit")),
+        };
         if ui.checkbox(&mut self.follows, "follow").on_hover_text(hint).changed() {
             self.fits = false;
         }
-        if ui
-            .add(Button::new("fit").min_size(Vec2::splat(TOUCH)))
-            .on_hover_text("shows all of the map")
-            .clicked()
+        if ui.add(fit.min_size(Vec2::splat(TOUCH))).on_hover_text("shows all of the map").clicked()
         {
             (self.fits, self.follows) = (true, false);
         }
@@ -132,24 +149,24 @@ impl Area {
         marks::paint_marks(&painter, &self.look, console, layers);
         if let Some(place) = drawn {
             marks::paint_goal(&painter, &self.look, place);
-            self.paint_heading(&painter, Palette::of(ui), place);
+            self.paint_heading(&painter, colours_of(ui), place);
         }
         if let Some(place) = camera {
-            self.camera.paint_image(&painter, Palette::of(ui), place, console);
+            self.camera.paint_image(&painter, colours_of(ui), place, console);
         }
-        self.scale_bar(&painter, Palette::of(ui), response.hover_pos());
+        self.scale_bar(&painter, colours_of(ui), response.hover_pos());
         self.covered = notices::show_notices(ui, &self.look, console, now, orders);
     }
 
     /// Shows the heading of the goal that is being drawn, in degrees.
-    fn paint_heading(&self, painter: &Painter, palette: &Palette, place: Pose2) {
+    fn paint_heading(&self, painter: &Painter, colours: &ThemeColours, place: Pose2) {
         let at = self.look.on_screen(place.point()) + vec2(0.0, 30.0);
         let text = format!("heading {:.0}°", place.yaw_rad.to_degrees());
-        let font = FontId::proportional(15.0);
-        let galley = painter.layout_no_wrap(text, font, palette.text);
+        let font = FontId::proportional(theme::HEADING);
+        let galley = painter.layout_no_wrap(text, font, colours.text);
         let rect = Align2::CENTER_TOP.anchor_size(at, galley.size() + vec2(12.0, 6.0));
-        painter.rect_filled(rect, 4.0, palette.panel);
-        painter.galley(rect.min + vec2(6.0, 3.0), galley, palette.text);
+        painter.rect_filled(rect, 4.0, colours.panel);
+        painter.galley(rect.min + vec2(6.0, 3.0), galley, colours.text);
     }
 
     /// The look: wheel, moving, following, fitting.
@@ -236,14 +253,14 @@ impl Area {
         (is_drawn && self.stroke.is_some()).then_some(place)
     }
 
-    fn scale_bar(&self, painter: &Painter, palette: &Palette, pointer: Option<Pos2>) {
+    fn scale_bar(&self, painter: &Painter, colours: &ThemeColours, pointer: Option<Pos2>) {
         let length_m = self.look.bar_m(BAR);
         let length = length_m as f32 * self.look.scale;
         let left = self.look.rect.left_bottom() + vec2(14.0, -16.0);
-        let stroke = Stroke::new(2.0, palette.text);
+        let stroke = Stroke::new(2.0, colours.text);
         let back =
             Rect::from_min_max(left - vec2(8.0, 20.0), left + vec2(length.max(150.0) + 8.0, 10.0));
-        painter.rect_filled(back, 4.0, palette.panel);
+        painter.rect_filled(back, 4.0, colours.panel);
         painter.line_segment([left, left + vec2(length, 0.0)], stroke);
         for end in [left, left + vec2(length, 0.0)] {
             painter.line_segment([end - vec2(0.0, 4.0), end + vec2(0.0, 4.0)], stroke);
@@ -254,8 +271,8 @@ impl Area {
             let point = self.look.on_map(at);
             text = format!("{text}   {:.2}, {:.2} m", point.x_m, point.y_m);
         }
-        let font = FontId::proportional(13.0);
-        painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, palette.text);
+        let font = FontId::proportional(theme::BODY);
+        painter.text(left - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, text, font, colours.text);
     }
 }
 

@@ -1,11 +1,11 @@
 //! The camera image over the map: dragged to another place, large after a click.
 
+use armor_picture::theme::{self, ThemeColours};
 use eframe::egui::{
     Align2, Color32, ColorImage, FontId, Painter, Pos2, Rect, Sense, Stroke, TextureHandle,
     TextureOptions, Ui, Vec2, pos2, vec2,
 };
 
-use super::colours::Palette;
 use super::open_parts::{self, OpenPart};
 use crate::console::Console;
 use crate::scene::RobotScene;
@@ -62,24 +62,24 @@ impl CameraImage {
     pub(super) fn paint_image(
         &mut self,
         painter: &Painter,
-        palette: &Palette,
+        colours: &ThemeColours,
         rect: Rect,
         console: &Console,
     ) {
-        painter.rect_filled(rect, 2.0, palette.panel);
+        painter.rect_filled(rect, 2.0, colours.panel);
         if console.scene.photo.0 > 0 {
             let texture = self.load_texture(painter, &console.scene);
             let all = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
             painter.image(texture.id(), rect, all, Color32::WHITE);
         }
-        let stroke = Stroke::new(1.0, palette.weak);
+        let stroke = Stroke::new(1.0, colours.weak);
         painter.rect_stroke(rect, 2.0, stroke, eframe::egui::StrokeKind::Outside);
         if let Some(text) = Self::describe_trouble(console) {
-            let font = FontId::proportional(13.0);
-            let galley = painter.layout(text, font, palette.late, rect.width() - 12.0);
+            let font = FontId::proportional(theme::BODY);
+            let galley = painter.layout(text, font, colours.warning, rect.width() - 12.0);
             let at = Align2::CENTER_CENTER.anchor_size(rect.center(), galley.size());
-            painter.rect_filled(at.expand(4.0), 2.0, palette.panel);
-            painter.galley(at.min, galley, palette.late);
+            painter.rect_filled(at.expand(4.0), 2.0, colours.panel);
+            painter.galley(at.min, galley, colours.warning);
         }
     }
 

@@ -1,8 +1,9 @@
 //! The layers of the map: each linked one can be switched off.
 
+use super::colours::colours_of;
+use armor_picture::theme;
 use eframe::egui::{Color32, RichText, Ui};
 
-use super::colours::{self, Palette};
 use crate::console::Console;
 
 /// The layers, in the order in which they are painted.
@@ -21,12 +22,12 @@ pub(super) enum Layer {
 /// Each with its name, its colour and the inputs that it comes from.
 const LAYERS: [(Layer, &str, Color32, &[&str]); 8] = [
     (Layer::Map, "map", Color32::GRAY, &["map", "map_updates"]),
-    (Layer::Scan, "scan", colours::SCAN, &["scan"]),
-    (Layer::Trajectory, "trajectory", colours::TRAJECTORY, &["trajectory", "pose"]),
-    (Layer::Odometry, "odometry", colours::ODOMETRY, &["odometry"]),
-    (Layer::Truth, "truth", colours::TRUTH, &["truth"]),
-    (Layer::Particles, "particles", colours::PARTICLES, &["particles"]),
-    (Layer::Path, "path", colours::PATH, &["path"]),
+    (Layer::Scan, "scan", theme::map::SCAN, &["scan"]),
+    (Layer::Trajectory, "trajectory", theme::map::TRAJECTORY, &["trajectory", "pose"]),
+    (Layer::Odometry, "odometry", theme::map::ODOMETRY, &["odometry"]),
+    (Layer::Truth, "truth", theme::map::TRUTH, &["truth"]),
+    (Layer::Particles, "particles", theme::map::PARTICLES, &["particles"]),
+    (Layer::Path, "path", theme::map::PATH, &["path"]),
     (Layer::Camera, "camera", Color32::GRAY, &["image"]),
 ];
 
@@ -49,7 +50,7 @@ impl Layers {
                 continue;
             }
             let mut is_shown = self.is_shown(layer);
-            let text = RichText::new(name).color(Palette::of(ui).make_legible(colour));
+            let text = RichText::new(name).color(colours_of(ui).make_legible(colour));
             if ui.checkbox(&mut is_shown, text).changed() {
                 self.hidden.retain(|hidden| *hidden != layer);
                 if !is_shown {

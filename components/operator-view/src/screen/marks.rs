@@ -1,12 +1,12 @@
 //! Everything drawn on the map: trajectories, scan, particles, the robot with its uncertainty, the
 //! goal.
 
+use armor_picture::theme;
 use std::f64::consts::TAU;
 
 use armor_grid::{Point2, Pose2};
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2, vec2};
 
-use super::colours;
 use super::layers::{Layer, Layers};
 use super::map_viewport::MapViewport;
 use crate::console::Console;
@@ -33,28 +33,28 @@ pub(super) fn paint_marks(
         painter.add(Shape::line(points, Stroke::new(width, colour)));
     };
     if layers.is_shown(Layer::Truth) {
-        draw_line(look.line(scene.truth.line()), 3.0, colours::TRUTH.gamma_multiply(0.6));
+        draw_line(look.line(scene.truth.line()), 3.0, theme::map::TRUTH.gamma_multiply(0.6));
     }
     if layers.is_shown(Layer::Odometry) {
-        let stroke = Stroke::new(1.5, colours::ODOMETRY);
+        let stroke = Stroke::new(1.5, theme::map::ODOMETRY);
         for points in near(&look.line(scene.odometry.line()), look.rect) {
             painter.extend(Shape::dashed_line(points, stroke, DASHES.0, DASHES.1));
         }
     }
     if layers.is_shown(Layer::Trajectory) {
-        draw_line(look.line(scene.trajectory_points()), 2.0, colours::TRAJECTORY);
+        draw_line(look.line(scene.trajectory_points()), 2.0, theme::map::TRAJECTORY);
     }
     if layers.is_shown(Layer::Particles) {
         paint_particles(painter, look, &scene.particles);
     }
     if layers.is_shown(Layer::Path) && console.is_linked("path") {
-        draw_line(look.line(scene.path.iter().copied()), 3.0, colours::PATH);
+        draw_line(look.line(scene.path.iter().copied()), 3.0, theme::map::PATH);
     }
     if layers.is_shown(Layer::Scan)
         && let Some(robot) = scene.robot_at(scene.scan.stamp_s)
     {
         let points = scene.scan.points.iter().map(|point| robot.apply(*point));
-        paint_dots(painter, look, points, 3.0, colours::SCAN);
+        paint_dots(painter, look, points, 3.0, theme::map::SCAN);
     }
     if let Some(located) = &scene.located {
         paint_ellipse(painter, look, located, scene.robot().unwrap_or(located.pose));
@@ -101,7 +101,7 @@ fn paint_particles(painter: &Painter, look: &MapViewport, poses: &[Pose2]) {
             let aside = ahead.rot90() / 18.0;
             let first = mesh.vertices.len() as u32;
             for corner in [at - aside, at + aside, at + ahead + aside, at + ahead - aside] {
-                mesh.colored_vertex(corner, colours::PARTICLES);
+                mesh.colored_vertex(corner, theme::map::PARTICLES);
             }
             mesh.add_triangle(first, first + 1, first + 2);
             mesh.add_triangle(first, first + 2, first + 3);
@@ -109,7 +109,7 @@ fn paint_particles(painter: &Painter, look: &MapViewport, poses: &[Pose2]) {
     }
     painter.add(Shape::mesh(mesh));
     let points = poses.iter().map(|pose| pose.point());
-    paint_dots(painter, look, points, 3.0, colours::PARTICLES);
+    paint_dots(painter, look, points, 3.0, theme::map::PARTICLES);
 }
 
 /// Returns a direction on the screen, whose y points down.
@@ -136,7 +136,7 @@ fn paint_ellipse(painter: &Painter, look: &MapViewport, located: &LocatedPose, r
             robot.y_m + sin * along + cos * up,
         ))
     });
-    let stroke = Stroke::new(1.5, colours::ROBOT.gamma_multiply(0.8));
+    let stroke = Stroke::new(1.5, theme::map::ROBOT.gamma_multiply(0.8));
     painter.add(Shape::closed_line(points.collect(), stroke));
 }
 
@@ -146,8 +146,8 @@ fn robot(painter: &Painter, look: &MapViewport, robot: Pose2, radius_m: f64) {
     painter.circle(
         at,
         radius,
-        colours::ROBOT.gamma_multiply(0.25),
-        Stroke::new(2.0, colours::ROBOT),
+        theme::map::ROBOT.gamma_multiply(0.25),
+        Stroke::new(2.0, theme::map::ROBOT),
     );
     let aside = ahead.rot90() * radius * 0.5;
     let points = vec![
@@ -155,12 +155,12 @@ fn robot(painter: &Painter, look: &MapViewport, robot: Pose2, radius_m: f64) {
         at - ahead * radius * 0.5 + aside,
         at - ahead * radius * 0.5 - aside,
     ];
-    painter.add(Shape::convex_polygon(points, colours::ROBOT, Stroke::NONE));
+    painter.add(Shape::convex_polygon(points, theme::map::ROBOT, Stroke::NONE));
 }
 
 /// A ring with an arrow.
 pub(super) fn paint_goal(painter: &Painter, look: &MapViewport, place: Pose2) {
-    let stroke = Stroke::new(2.5, colours::GOAL);
+    let stroke = Stroke::new(2.5, theme::map::GOAL);
     let (at, ahead) = (look.on_screen(place.point()), direction(place.yaw_rad));
     painter.circle_stroke(at, 7.0, stroke);
     painter.arrow(at + ahead * 7.0, ahead * 22.0, stroke);

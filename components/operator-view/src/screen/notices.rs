@@ -1,13 +1,14 @@
 //! What lies over the map for the operator to read: STOPPED, a system that has ended or has not been
 //! started, a missing map, missing data, and a goal that was refused or has no path.
 
+use super::colours::{colours_of, freshness_ink};
+use armor_picture::theme::{self, TOUCH, ThemeColours};
 use eframe::egui::{
     Align2, Button, Color32, FontId, Frame, Galley, Margin, Painter, Pos2, Rect, RichText, Ui,
     UiBuilder, vec2,
 };
 use std::sync::Arc;
 
-use super::colours::{self, Palette, TOUCH};
 use super::map_viewport::MapViewport;
 use super::open_parts::{self, OpenPart};
 use super::strip;
@@ -32,20 +33,20 @@ pub(super) fn show_notices(
     now: ClockTimes,
     orders: &mut Vec<OperatorOrder>,
 ) -> Vec<Rect> {
-    let palette = Palette::of(ui);
+    let colours = colours_of(ui);
     let painter = ui.painter_at(look.rect);
     if console.connection.is_old() {
-        painter.rect_filled(look.rect, 0.0, palette.canvas.gamma_multiply(VEIL));
-        let font = FontId::proportional(56.0);
+        painter.rect_filled(look.rect, 0.0, colours.unknown.gamma_multiply(VEIL));
+        let font = FontId::proportional(2.0 * theme::LARGE);
         let middle = look.rect.center();
-        painter.text(middle, Align2::CENTER_CENTER, "OLD", font, palette.text.gamma_multiply(0.75));
+        painter.text(middle, Align2::CENTER_CENTER, "OLD", font, colours.text.gamma_multiply(0.75));
     }
-    paint_middle(&painter, palette, look, console);
-    paint_goal_notices(&painter, palette, look, console, now);
+    paint_middle(&painter, colours, look, console);
+    paint_goal_notices(&painter, colours, look, console, now);
     let at = look.rect.shrink2(vec2(16.0, 10.0));
     let mut column = ui.new_child(UiBuilder::new().max_rect(at).id_salt("notices"));
     let mut covered = Vec::new();
-    covered.extend(show_connection(&mut column, palette, console, now));
+    covered.extend(show_connection(&mut column, colours, console, now));
     // Whether the robot of a run that has ended stands is not known.
     if let Some(status) = console.stop_status(now) {
         covered.push(show_stopped(&mut column, console, status, orders));
@@ -54,16 +55,16 @@ pub(super) fn show_notices(
         && let Some(mission) = &console.mission
         && !mission.paused_by.is_empty()
     {
-        covered.push(show_pause(&mut column, palette, mission));
+        covered.push(show_pause(&mut column, colours, mission));
     }
     if console.orders.is_frame_new() {
         covered.push(show_frame_change(&mut column, orders));
     }
     if open_parts::is_open(column.ctx(), OpenPart::Alerts) {
-        covered.push(strip::show_alerts(&mut column, palette, console, now, orders));
+        covered.push(strip::show_alerts(&mut column, colours, console, now, orders));
     }
     if !console.connection.is_old() {
-        show_silence(&mut column, palette, console, now);
+        show_silence(&mut column, colours, console, now);
     }
     covered
 }
@@ -77,16 +78,16 @@ fn show_banner<R>(ui: &mut Ui, fill: Color32, show: impl FnOnce(&mut Ui) -> R) -
 
 fn show_connection(
     ui: &mut Ui,
-    palette: &Palette,
+    colours: &ThemeColours,
     console: &Console,
     now: ClockTimes,
 ) -> Option<Rect> {
     let (title, why, colour, next) = match &console.connection {
         SystemConnection::Cut { why, .. } => {
-            (format!("{CUT}; the robot may be moving"), why, palette.gone, "")
+            (format!("{CUT}; the robot may be moving"), why, colours.error, "")
         }
         SystemConnection::Ended { system, why, is_normal } => {
-            let colour = if *is_normal { palette.text } else { palette.gone };
+            let colour = if *is_normal { colours.text } else { colours.error };
             (format!("{system} has ended"), why, colour, " Waiting for the next run.")
         }
         _ => return None,
@@ -95,11 +96,11 @@ fn show_connection(
         0 => "less than a minute".to_owned(),
         minutes => format!("{minutes} min"),
     };
-    let (rect, ()) = show_banner(ui, palette.panel, |ui| {
-        ui.label(RichText::new(title).size(18.0).strong().color(colour));
-        ui.label(RichText::new(format!("{why}.")).size(16.0));
+    let (rect, ()) = show_banner(ui, colours.panel, |ui| {
+        ui.label(RichText::new(title).size(theme::HEADING).strong().color(colour));
+        ui.label(RichText::new(format!("{why}.")).size(theme::HEADING));
         let age = format!("Map and readings are {age} old.{next}");
-        ui.label(RichText::new(age).color(palette.late));
+        ui.label(RichText::new(age).color(colours.warning));
     });
     Some(rect)
 }
@@ -134,18 +135,18 @@ fn show_stopped(
     orders: &mut Vec<OperatorOrder>,
 ) -> Rect {
     let (title, text) = describe_stop(status);
-    show_banner(ui, colours::STOP, |ui| {
-        ui.label(RichText::new(title).size(26.0).strong().color(colours::ON_STOP));
-        ui.label(RichText::new(text).size(15.0).color(colours::ON_STOP));
+    show_banner(ui, theme::STOP, |ui| {
+        ui.label(RichText::new(title).size(theme::LARGE).strong().color(theme::ON_STOP));
+        ui.label(RichText::new(text).size(theme::HEADING).color(theme::ON_STOP));
         if console.connection.check_orders().is_err() {
             return;
         }
         if let Some(button) = console.orders.pressed_in_stop() {
             let text = format!("Release: the robot continues with {button}");
-            ui.label(RichText::new(text).size(15.0).strong().color(colours::ON_STOP));
+            ui.label(RichText::new(text).size(theme::HEADING).strong().color(theme::ON_STOP));
         }
-        let text = RichText::new("Release").size(18.0).strong().color(colours::ON_STOP);
-        let button = Button::new(text).fill(colours::RELEASE).min_size(vec2(120.0, TOUCH));
+        let text = RichText::new("Release").size(theme::HEADING).strong().color(theme::ON_STOP);
+        let button = Button::new(text).fill(theme::RELEASE).min_size(vec2(120.0, TOUCH));
         if ui.add(button).on_hover_text("the robot may drive again").clicked() {
             orders.push(OperatorOrder::Release);
         }
@@ -154,9 +155,9 @@ fn show_stopped(
 }
 
 /// A pause, with what it freezes and what it does not.
-fn show_pause(ui: &mut Ui, palette: &Palette, mission: &MissionState) -> Rect {
-    show_banner(ui, palette.panel, |ui| {
-        ui.label(RichText::new("PAUSED").size(26.0).strong().color(palette.late));
+fn show_pause(ui: &mut Ui, colours: &ThemeColours, mission: &MissionState) -> Rect {
+    show_banner(ui, colours.panel, |ui| {
+        ui.label(RichText::new("PAUSED").size(theme::LARGE).strong().color(colours.warning));
         let frozen = match mission.frozen.as_slice() {
             [] => "none is frozen".to_owned(),
             names => names.join(", "),
@@ -166,15 +167,15 @@ fn show_pause(ui: &mut Ui, palette: &Palette, mission: &MissionState) -> Rect {
              of yours, such as a goal or driving by hand, still move the robot.",
             mission.paused_by
         );
-        ui.label(RichText::new(text).size(15.0));
+        ui.label(RichText::new(text).size(theme::HEADING));
     })
     .0
 }
 
 /// The map frame has changed, until the operator acknowledges.
 fn show_frame_change(ui: &mut Ui, orders: &mut Vec<OperatorOrder>) -> Rect {
-    show_banner(ui, colours::STOP, |ui| {
-        ui.label(RichText::new(FRAME_CHANGED).size(16.0).strong().color(colours::ON_STOP));
+    show_banner(ui, theme::STOP, |ui| {
+        ui.label(RichText::new(FRAME_CHANGED).size(theme::HEADING).strong().color(theme::ON_STOP));
         if ui.button("Acknowledge").on_hover_text("goals are accepted again").clicked() {
             orders.push(OperatorOrder::Acknowledge);
         }
@@ -183,7 +184,7 @@ fn show_frame_change(ui: &mut Ui, orders: &mut Vec<OperatorOrder>) -> Rect {
 }
 
 /// Lists missing data at the top of the map, where they cannot be overlooked.
-fn show_silence(ui: &mut Ui, palette: &Palette, console: &Console, now: ClockTimes) {
+fn show_silence(ui: &mut Ui, colours: &ThemeColours, console: &Console, now: ClockTimes) {
     for wanted in [Freshness::Gone, Freshness::Late] {
         let silent: Vec<_> =
             console.list_silent(now).filter(|(_, how, _)| *how == wanted).collect();
@@ -194,14 +195,16 @@ fn show_silence(ui: &mut Ui, palette: &Palette, console: &Console, now: ClockTim
             continue;
         }
         let text = format!("nothing for {age_s:.1} s: {}", inputs.join(", "));
-        show_banner(ui, palette.panel, |ui| {
-            ui.label(RichText::new(text).size(16.0).color(palette.of_freshness(wanted)));
+        show_banner(ui, colours.panel, |ui| {
+            ui.label(
+                RichText::new(text).size(theme::HEADING).color(freshness_ink(colours, wanted)),
+            );
         });
     }
 }
 
 /// What is waited for, instead of an empty map.
-fn paint_middle(painter: &Painter, palette: &Palette, look: &MapViewport, console: &Console) {
+fn paint_middle(painter: &Painter, colours: &ThemeColours, look: &MapViewport, console: &Console) {
     let text = match &console.connection {
         SystemConnection::Awaited { what } => {
             format!("no system yet: waiting for\n{what}")
@@ -214,26 +217,32 @@ fn paint_middle(painter: &Painter, palette: &Palette, look: &MapViewport, consol
             None => return,
         },
     };
-    let font = FontId::proportional(20.0);
-    let galley = painter.layout(text, font, palette.text, look.rect.width() - 40.0);
-    paint_box(painter, palette, look.rect.center(), Align2::CENTER_CENTER, galley);
+    let font = FontId::proportional(theme::HEADING);
+    let galley = painter.layout(text, font, colours.text, look.rect.width() - 40.0);
+    paint_box(painter, colours, look.rect.center(), Align2::CENTER_CENTER, galley);
 }
 
-fn paint_box(painter: &Painter, palette: &Palette, at: Pos2, anchor: Align2, galley: Arc<Galley>) {
+fn paint_box(
+    painter: &Painter,
+    colours: &ThemeColours,
+    at: Pos2,
+    anchor: Align2,
+    galley: Arc<Galley>,
+) {
     let rect = anchor.anchor_size(at, galley.size() + vec2(16.0, 10.0));
     // It stays on the map, wherever the place is.
     let area = painter.clip_rect().shrink(4.0);
     let low = (rect.min - area.min).min(vec2(0.0, 0.0));
     let high = (rect.max - area.max).max(vec2(0.0, 0.0));
     let rect = rect.translate(-low - high);
-    painter.rect_filled(rect, 4.0, palette.panel);
-    painter.galley(rect.min + vec2(8.0, 5.0), galley, palette.text);
+    painter.rect_filled(rect, 4.0, colours.panel);
+    painter.galley(rect.min + vec2(8.0, 5.0), galley, colours.text);
 }
 
 /// The reason why a goal was refused, at the place of the click, and a goal without a path.
 fn paint_goal_notices(
     painter: &Painter,
-    palette: &Palette,
+    colours: &ThemeColours,
     look: &MapViewport,
     console: &Console,
     now: ClockTimes,
@@ -245,11 +254,11 @@ fn paint_goal_notices(
             let arm = direction * 5.0;
             painter.line_segment([at - arm, at + arm], (2.5, colour));
         }
-        let galley = painter.layout(text, FontId::proportional(15.0), colour, 320.0);
-        paint_box(painter, palette, at + vec2(14.0, -12.0), Align2::LEFT_BOTTOM, galley);
+        let galley = painter.layout(text, FontId::proportional(theme::HEADING), colour, 320.0);
+        paint_box(painter, colours, at + vec2(14.0, -12.0), Align2::LEFT_BOTTOM, galley);
     };
     if let Some(refusal) = console.recent_refusal(now) {
-        paint(refusal.place, format!("no goal here: {}", refusal.why), palette.gone);
+        paint(refusal.place, format!("no goal here: {}", refusal.why), colours.error);
         // One box at a time, so that none covers another.
         return;
     }
@@ -257,12 +266,15 @@ fn paint_goal_notices(
         return;
     }
     if let Some(place) = console.recent_arrival(now) {
-        let galley =
-            painter.layout_no_wrap("goal reached".into(), FontId::proportional(15.0), palette.good);
+        let galley = painter.layout_no_wrap(
+            "goal reached".into(),
+            FontId::proportional(theme::HEADING),
+            colours.good,
+        );
         let at = look.on_screen(place) + vec2(14.0, -12.0);
-        paint_box(painter, palette, at, Align2::LEFT_BOTTOM, galley);
+        paint_box(painter, colours, at, Align2::LEFT_BOTTOM, galley);
     }
     if let (Some(goal), Some(problem)) = (console.orders.goal(), console.goal_problem(now)) {
-        paint(goal.place.point(), problem, palette.gone);
+        paint(goal.place.point(), problem, colours.error);
     }
 }

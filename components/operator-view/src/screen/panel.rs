@@ -1,8 +1,8 @@
 //! The column of panels next to the map.
 
+use super::colours::colours_of;
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 
-use super::colours::Palette;
 use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
@@ -78,7 +78,7 @@ impl PanelColumn {
             } else {
                 "old: the readings before the connection was lost"
             };
-            ui.colored_label(Palette::of(ui).late, RichText::new(text).strong());
+            ui.colored_label(colours_of(ui).warning, RichText::new(text).strong());
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             for panel in scrolling {

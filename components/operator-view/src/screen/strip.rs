@@ -1,12 +1,14 @@
 //! The strip at the top: robot, connection, mission and its questions, battery, alerts, theme; and the
 //! list of alerts, which it opens over the map.
 
+use super::colours::colours_of;
+use armor_picture::icons::Icon;
+use armor_picture::theme::{self, TOUCH, ThemeColours};
 use eframe::egui::{
-    Align2, Color32, FontId, Frame, Grid, Margin, Rect, RichText, Role, ScrollArea, Sense, Stroke,
-    StrokeKind, Ui, WidgetInfo, vec2,
+    Align2, Button, Color32, FontId, Frame, Grid, Margin, Rect, RichText, Role, ScrollArea, Sense,
+    Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
 };
 
-use super::colours::Palette;
 use super::new_buttons::NewButtons;
 use super::open_parts::{self, OpenPart};
 use crate::connection::SystemConnection;
@@ -30,30 +32,42 @@ pub(super) fn show_strip(
     new_buttons: &NewButtons,
     orders: &mut Vec<OperatorOrder>,
 ) {
-    let palette = Palette::of(ui);
+    let colours = colours_of(ui);
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         // The title of a small window has the name.
-        if ui.available_width() >= NAMED_WIDTH {
-            ui.label(RichText::new(&console.robot_name).size(18.0).strong());
+        let is_wide = ui.available_width() >= NAMED_WIDTH;
+        if is_wide {
+            ui.label(RichText::new(&console.robot_name).size(theme::HEADING).strong());
         }
-        show_connection(ui, palette, console);
+        show_connection(ui, colours, console);
         if let Some(battery) = console.readings.newest::<BatteryReading>() {
             ui.separator();
-            show_battery(ui, palette, battery);
+            show_battery(ui, colours, battery);
         }
         ui.separator();
         let count = console.alerts.count_new();
         let text = match count {
             0 => RichText::new("alerts"),
-            1 => RichText::new("! 1 alert").strong().color(palette.gone),
-            count => RichText::new(format!("! {count} alerts")).strong().color(palette.gone),
+            1 => RichText::new("! 1 alert").strong().color(colours.error),
+            count => RichText::new(format!("! {count} alerts")).strong().color(colours.error),
         };
-        if ui.button(text).on_hover_text("what has gone wrong, with its time").clicked() {
+        let sign = match count {
+            0 => Icon::Alert.to_atom(),
+            _ => Icon::Alert.to_coloured_atom(colours.error),
+        };
+        let button = if is_wide { Button::new((sign, text)) } else { Button::new(text) };
+        if ui.add(button).on_hover_text("what has gone wrong, with its time").clicked() {
             open_parts::toggle(ui.ctx(), OpenPart::Alerts);
         }
-        let theme = if console.is_light { "dark" } else { "light" };
-        if ui.button(theme).on_hover_text("the other theme: light is for sunlight").clicked() {
+        let (sign, name) =
+            if console.is_light { (Icon::Moon, "dark") } else { (Icon::Sun, "light") };
+        let button = match is_wide {
+            true => Button::new((sign.to_atom(), name)),
+            false => Button::new(sign.to_atom()).min_size(Vec2::splat(TOUCH)),
+        };
+        let button = ui.add(button).accessible_name(name);
+        if button.on_hover_text("the other theme: light is for sunlight").clicked() {
             console.is_light = !console.is_light;
         }
         if let Some(mission) = &console.mission {
@@ -62,7 +76,7 @@ pub(super) fn show_strip(
             show_mission(ui, mission, run_time);
             let questions = mission.questions.iter().filter(|_| !console.connection.is_old());
             for question in questions {
-                let answer = show_question(ui, palette, mission, question, now);
+                let answer = show_question(ui, colours, mission, question, now);
                 if let Some(is_confirmed) = answer
                     && new_buttons.accepts(&question.transition, now.host_s)
                 {
@@ -75,20 +89,20 @@ pub(super) fn show_strip(
     ui.add_space(3.0);
 }
 
-fn show_connection(ui: &mut Ui, palette: &Palette, console: &Console) {
+fn show_connection(ui: &mut Ui, colours: &ThemeColours, console: &Console) {
     let (colour, text) = match &console.connection {
-        SystemConnection::Part | SystemConnection::Live { .. } => (palette.good, "connected"),
-        SystemConnection::Awaited { .. } => (palette.late, "waiting for a system"),
-        SystemConnection::Cut { .. } => (palette.gone, "! connection lost"),
-        SystemConnection::Ended { is_normal: true, .. } => (palette.text, "ended"),
-        SystemConnection::Ended { .. } => (palette.gone, "! ended"),
+        SystemConnection::Part | SystemConnection::Live { .. } => (colours.good, "connected"),
+        SystemConnection::Awaited { .. } => (colours.warning, "waiting for a system"),
+        SystemConnection::Cut { .. } => (colours.error, "! connection lost"),
+        SystemConnection::Ended { is_normal: true, .. } => (colours.text, "ended"),
+        SystemConnection::Ended { .. } => (colours.error, "! ended"),
     };
     ui.colored_label(colour, text);
 }
 
 fn show_mission(ui: &mut Ui, mission: &MissionState, now: ClockTimes) {
     let places = if mission.places.is_empty() { "-".into() } else { mission.places.join(", ") };
-    ui.label(RichText::new(places).size(16.0).strong())
+    ui.label(RichText::new(places).size(theme::HEADING).strong())
         .on_hover_text(format!("the marked places of the mission {}", mission.name));
     let stage = if mission.stage == "playing" { "" } else { mission.stage.as_str() };
     let clock = format_clock(mission.now_at_s(now));
@@ -98,7 +112,7 @@ fn show_mission(ui: &mut Ui, mission: &MissionState, now: ClockTimes) {
 /// Shows a question; returns the answer if one is clicked.
 fn show_question(
     ui: &mut Ui,
-    palette: &Palette,
+    colours: &ThemeColours,
     mission: &MissionState,
     question: &crate::mission::MissionQuestion,
     now: ClockTimes,
@@ -108,10 +122,11 @@ fn show_question(
         format!(" ({} in {left_s:.0} s)", question.unanswered)
     });
     let text = format!("{}?{}", question.transition, left.unwrap_or_default());
-    ui.colored_label(palette.late, RichText::new(text).strong());
+    ui.colored_label(colours.warning, RichText::new(text).strong());
     let mut answer = None;
-    for (name, is_confirmed) in [("Confirm", true), ("Decline", false)] {
-        if ui.button(name).on_hover_text("answers the mission's question").clicked() {
+    let confirm = theme::main_button(colours, "Confirm");
+    for (button, is_confirmed) in [(confirm, true), (Button::new("Decline"), false)] {
+        if ui.add(button).on_hover_text("answers the mission's question").clicked() {
             answer = Some(is_confirmed);
         }
     }
@@ -119,7 +134,7 @@ fn show_question(
 }
 
 /// A gauge: its length is the charge, and the number is in it.
-fn show_battery(ui: &mut Ui, palette: &Palette, battery: &BatteryReading) {
+fn show_battery(ui: &mut Ui, colours: &ThemeColours, battery: &BatteryReading) {
     let (rect, response) = ui.allocate_exact_size(GAUGE.into(), Sense::hover());
     let charge = battery.charge.map(|charge| charge.clamp(0.0, 1.0));
     let text = match charge {
@@ -133,33 +148,33 @@ fn show_battery(ui: &mut Ui, palette: &Palette, battery: &BatteryReading) {
         WidgetInfo::labeled(Role::ProgressIndicator, true, format!("battery {text}"))
     });
     let painter = ui.painter();
-    let edge = if battery.is_low() { palette.gone } else { palette.weak };
+    let edge = if battery.is_low() { colours.error } else { colours.weak };
     let body = rect.shrink(1.0).with_max_x(rect.max.x - 5.0);
-    painter.rect_filled(body, 3.0, palette.button);
+    painter.rect_filled(body, 3.0, colours.button);
     let mut filled = body;
     filled.set_width(body.width() * charge.unwrap_or(0.0) as f32);
-    painter.rect_filled(filled, 3.0, palette.filled);
+    painter.rect_filled(filled, 3.0, colours.filled);
     painter.rect_stroke(body, 3.0, Stroke::new(1.5, edge), StrokeKind::Inside);
     let pole = Rect::from_center_size(body.right_center() + vec2(2.5, 0.0), vec2(4.0, 8.0));
     painter.rect_filled(pole, 1.0, edge);
     let sign = if battery.is_low() { "! " } else { "" };
     let at = body.center();
-    let font = FontId::proportional(13.0);
-    painter.text(at, Align2::CENTER_CENTER, format!("{sign}{text}"), font, palette.text);
+    let font = FontId::proportional(theme::BODY);
+    painter.text(at, Align2::CENTER_CENTER, format!("{sign}{text}"), font, colours.text);
 }
 
 /// Shows the list of alerts over the map, so that it moves nothing; returns its place.
 pub(super) fn show_alerts(
     ui: &mut Ui,
-    palette: &Palette,
+    colours: &ThemeColours,
     console: &Console,
     now: ClockTimes,
     orders: &mut Vec<OperatorOrder>,
 ) -> Rect {
-    let frame = Frame::new().fill(palette.panel).inner_margin(Margin::same(8)).corner_radius(4);
+    let frame = Frame::new().fill(colours.panel).inner_margin(Margin::same(8)).corner_radius(4);
     let shown = frame.show(ui, |ui| {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("Alerts").size(16.0).strong());
+            ui.label(RichText::new("Alerts").size(theme::HEADING).strong());
             if ui.button("Acknowledge all").clicked() {
                 orders.push(OperatorOrder::AcknowledgeAlerts);
             }
@@ -171,7 +186,7 @@ pub(super) fn show_alerts(
         ScrollArea::vertical().max_height(180.0).show(ui, |ui| {
             Grid::new("alerts").num_columns(3).min_row_height(20.0).show(ui, |ui| {
                 for alert in console.alerts.newest_first() {
-                    let colour = if alert.is_acknowledged { palette.weak } else { palette.gone };
+                    let colour = if alert.is_acknowledged { colours.weak } else { colours.error };
                     let sign = if alert.is_acknowledged { "seen" } else { "new" };
                     show_alert(
                         ui,

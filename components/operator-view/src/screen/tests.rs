@@ -1,6 +1,7 @@
 //! The screen as a person meets it: by accessible names, keys and the pointer, without a display.
 
 use armor_grid::Pose2;
+use armor_picture::theme;
 use eframe::egui::accesskit::Role;
 use eframe::egui::epaint::ClippedShape;
 use eframe::egui::{Event as Input, Key, Modifiers, PointerButton, Pos2, Shape, Vec2, pos2};
@@ -19,14 +20,14 @@ const ZERO: RobotCommand = RobotCommand::Velocity { forward_mps: 0.0, turn_radps
 
 const FIRST: SequenceNumber = SequenceNumber { instance: 1, sequence: 0 };
 
-struct TestScreen {
-    console: Console,
-    screen: Screen,
-    now: ClockTimes,
+pub(super) struct TestScreen {
+    pub(super) console: Console,
+    pub(super) screen: Screen,
+    pub(super) now: ClockTimes,
     commands: Vec<RobotCommand>,
 }
 
-type ViewWindow = Harness<'static, TestScreen>;
+pub(super) type ViewWindow = Harness<'static, TestScreen>;
 
 fn layout() -> MapLayout {
     let corner = Pose2::new(-5.0, -5.0, 0.0);
@@ -34,7 +35,7 @@ fn layout() -> MapLayout {
 }
 
 /// A robot at (1, 0) on a map of 10 × 10 m around the origin, all inputs linked.
-fn test_screen() -> TestScreen {
+pub(super) fn test_screen() -> TestScreen {
     let mut console = Console { robot_radius_m: 0.2, ..Console::default() };
     for (input, is_steady) in [("map", false), ("pose", true), ("scan", true), ("image", true)] {
         console.links.push(InputLink::new(input, format!("robot.{input}"), is_steady));
@@ -55,7 +56,7 @@ fn test_screen() -> TestScreen {
     }
 }
 
-fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
+pub(super) fn window_of(test_screen: TestScreen, size: Vec2) -> ViewWindow {
     let mut harness = Harness::builder()
         .with_size(size)
         .with_max_steps(8)
@@ -80,7 +81,7 @@ fn window() -> ViewWindow {
 }
 
 /// Takes the commands sent since the last call.
-fn take_commands(window: &mut ViewWindow) -> Vec<RobotCommand> {
+pub(super) fn take_commands(window: &mut ViewWindow) -> Vec<RobotCommand> {
     std::mem::take(&mut window.state_mut().commands)
 }
 
@@ -90,19 +91,19 @@ fn events(window: &mut ViewWindow) -> Vec<OperatorEvent> {
 }
 
 /// A moment passes.
-fn wait(window: &mut ViewWindow, seconds: f64) {
+pub(super) fn wait(window: &mut ViewWindow, seconds: f64) {
     window.state_mut().now.host_s += seconds;
     window.run_steps(1);
 }
 
-fn button(window: &mut ViewWindow, at: Pos2, button: PointerButton, pressed: bool) {
+pub(super) fn button(window: &mut ViewWindow, at: Pos2, button: PointerButton, pressed: bool) {
     let modifiers = Modifiers::NONE;
     window.event(Input::PointerButton { pos: at, button, pressed, modifiers });
     window.run_steps(1);
 }
 
 /// Presses in one place, moves, and lets go in another.
-fn stroke(window: &mut ViewWindow, with: PointerButton, from: Pos2, to: Pos2) {
+pub(super) fn stroke(window: &mut ViewWindow, with: PointerButton, from: Pos2, to: Pos2) {
     window.hover_at(from);
     window.run_steps(1);
     button(window, from, with, true);
@@ -471,7 +472,7 @@ fn a_new_frame_is_shown_until_the_operator_acknowledges_it() {
 }
 
 /// Sets every cell of a map of 10 × 10 m by its place.
-fn set_cells(window: &mut ViewWindow, cell: impl Fn(f64, f64) -> i8) {
+pub(super) fn set_cells(window: &mut ViewWindow, cell: impl Fn(f64, f64) -> i8) {
     let place = |index: usize| (index as f64 + 0.5) * 0.1 - 5.0;
     let cells = (0..10_000).map(|n| cell(place(n % 100), place(n / 100))).collect();
     window.state_mut().console.scene.map.replace(2.0, layout(), cells).unwrap();
@@ -592,10 +593,7 @@ fn stopped_is_a_banner_over_the_map_and_release_is_far_from_stop() {
         (window.get_by_label("STOP").rect(), window.get_by_label("Release").rect());
     assert!(map.contains_rect(release) && !map.intersects(stop));
     assert!(release.distance_to_pos(stop.center()) > 150.0, "{stop:?} {release:?}");
-    assert!(
-        colours::contrast(colours::STOP, colours::RELEASE) > 1.0
-            && colours::STOP != colours::RELEASE
-    );
+    assert!(theme::contrast(theme::STOP, theme::RELEASE) > 1.0 && theme::STOP != theme::RELEASE);
 }
 
 fn goal_end() -> RunEnd {
@@ -932,7 +930,7 @@ fn what_is_touched_is_large_enough_and_no_text_is_small() {
     for role in [Role::Button, Role::CheckBox] {
         for node in window.query_all_by_role(role) {
             let (rect, name) = (node.rect(), node.accesskit_node().label().unwrap_or_default());
-            let least = colours::TOUCH - 0.01;
+            let least = theme::TOUCH - 0.01;
             assert!(rect.height() >= least && rect.width() >= least, "{name}: {rect:?}");
         }
     }

@@ -13,7 +13,7 @@ use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
-use crate::theme::{HEADING, LEAST_TEXT, SMALL, mix};
+use armor_picture::theme::{HEADING, LEAST_TEXT, SMALL, mix};
 
 /// Space between the edge of a block and its text.
 pub(super) const PAD: f32 = 10.0;
@@ -64,7 +64,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let line = self.border(frame, node, is_selected);
         if frame.zoom < PLAIN {
             if is_selected {
-                fill = colours.selected;
+                fill = colours.accent;
             } else if let Some(tint) = node.look.tint {
                 fill = mix(fill, tint, 0.35);
             }
@@ -94,7 +94,7 @@ impl<Id: DiagramId> Canvas<Id> {
     ) -> Stroke {
         let colours = frame.colours;
         let colour = match frame.mark_colour(node.mark) {
-            _ if is_selected => colours.selected,
+            _ if is_selected => colours.accent,
             Some(marked) => marked,
             None => colours.outline,
         };

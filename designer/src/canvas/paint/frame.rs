@@ -6,13 +6,13 @@ use crate::canvas::diagram::Diagram;
 use crate::canvas::gesture::PendingWire;
 use crate::canvas::hit::Hit;
 use crate::canvas::node::{Mark, PortAt};
-use crate::theme::CanvasColours;
+use armor_picture::theme::ThemeColours;
 
 /// What painting one frame needs to know.
 pub(in crate::canvas) struct PaintFrame<'a, Id> {
     pub(in crate::canvas) painter: &'a Painter,
     pub(in crate::canvas) diagram: &'a Diagram<Id>,
-    pub(in crate::canvas) colours: &'a CanvasColours,
+    pub(in crate::canvas) colours: &'a ThemeColours,
     /// How far what is selected is being dragged.
     pub(in crate::canvas) shift: Vec2,
     pub(in crate::canvas) hovered: Option<Hit>,

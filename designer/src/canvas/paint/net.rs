@@ -9,7 +9,7 @@ use crate::canvas::node::{BAR_LINE, BAR_TEXT, DiagramNode, NodeShape, Outline};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
-use crate::theme::{BODY, LEAST_TEXT, SMALL, mix};
+use armor_picture::theme::{BODY, LEAST_TEXT, SMALL, mix};
 
 /// From line to line in a place.
 const LINE: f32 = 16.0;
@@ -33,7 +33,7 @@ impl<Id: DiagramId> Canvas<Id> {
             fill = mix(fill, tint, 0.3);
         }
         let colour = match frame.mark_colour(node.mark) {
-            _ if is_selected => colours.selected,
+            _ if is_selected => colours.accent,
             Some(marked) => marked,
             None => node.look.tint.unwrap_or(colours.outline),
         };
@@ -56,13 +56,13 @@ impl<Id: DiagramId> Canvas<Id> {
             }
             NodeShape::Bar | NodeShape::Block => {
                 let ink = if node.look.is_dim { colours.outline } else { colours.text };
-                let ink = if is_selected { colours.selected } else { ink };
+                let ink = if is_selected { colours.accent } else { ink };
                 let ink = frame.mark_colour(node.mark).filter(|_| !is_selected).unwrap_or(ink);
                 let ink = node.look.tint.filter(|_| !is_selected).unwrap_or(ink);
                 let round = 2.0 * frame.zoom;
                 frame.painter.rect_filled(area, round, ink);
                 if is_hovered {
-                    let halo = Stroke::new(1.0, colours.selected);
+                    let halo = Stroke::new(1.0, colours.accent);
                     frame.painter.rect_stroke(area.expand(3.0), round, halo, StrokeKind::Outside);
                 }
                 self.paint_bar_texts(frame, node, area);

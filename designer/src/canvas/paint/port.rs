@@ -9,7 +9,7 @@ use crate::canvas::node::{Direction, PortAt, PortSide};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
-use crate::theme::{SMALL, mix};
+use armor_picture::theme::{SMALL, mix};
 
 /// How large a port is drawn.
 const SIZE: f32 = 5.5;

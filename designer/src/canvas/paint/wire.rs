@@ -6,18 +6,23 @@ use crate::canvas::curve::curve;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::edges::{path, wire_ends};
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{Label, draw};
+use crate::canvas::labels::{Label, draw, measure};
 use crate::canvas::node::{PortSide, WireEnd};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
-use crate::theme::{SMALL, mix};
+use armor_picture::theme::{SMALL, mix};
 
 /// Links of neighbouring ports run this close.
 const PORT_ROOM: f32 = 20.0;
 /// Approximate length of the straight pieces of a curve, in points.
 const PIECE: f32 = 14.0;
+
+/// Where on a wire its text may be, as shares of its length, the first one first.
+const LABEL_PLACES: [f32; 7] = [0.5, 0.38, 0.62, 0.26, 0.74, 0.16, 0.84];
+/// Space around the text of a wire.
+const LABEL_MARGIN: f32 = 3.0;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_wire(&mut self, frame: &PaintFrame<'_, Id>, number: usize) {
@@ -39,7 +44,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let Some(points) = path(frame.diagram, number, shift, pieces) else { return };
         let points: Vec<Pos2> = points.into_iter().map(|at| self.to_window(at)).collect();
         paint_end(frame, &points, wire.end, stroke);
-        let middle = points[points.len() / 2];
+        let places = LABEL_PLACES.map(|share| point_at(&points, share));
         if wire.is_dashed {
             frame.painter.extend(Painted::dashed_line(&points, stroke, 7.0, 5.0));
         } else {
@@ -54,10 +59,18 @@ impl<Id: DiagramId> Canvas<Id> {
                 colour: frame.colours.text,
                 anchor: Align2::CENTER_CENTER,
             };
+            let Some(size) = measure(frame.painter, frame.zoom, label) else { return };
+            let area = |at: &Pos2| Rect::from_center_size(*at, size).expand(LABEL_MARGIN);
+            let is_free = |at: &&Pos2| !self.labels.iter().any(|it| it.intersects(area(at)));
+            // Where there is no room, the tooltip has the text.
+            let Some(at) = places.iter().find(is_free) else { return };
+            self.labels.push(area(at));
             let back = frame.painter.add(Painted::Noop);
-            if let Some(rect) = draw(frame.painter, frame.zoom, middle, label) {
+            if let Some(rect) = draw(frame.painter, frame.zoom, *at, label) {
                 let paper = frame.colours.background.gamma_multiply(0.9);
-                frame.painter.set(back, Painted::rect_filled(rect.expand(3.0), 3.0, paper));
+                frame
+                    .painter
+                    .set(back, Painted::rect_filled(rect.expand(LABEL_MARGIN), 3.0, paper));
             }
         }
     }
@@ -70,7 +83,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let strong = if wire.is_strong { 1.2 } else { 0.0 };
         let zoom = frame.zoom.clamp(0.5, 1.5);
         if !self.selection.is_empty() && self.selection.contains(wire.item) {
-            return (frame.colours.selected, (2.8 + strong) * zoom);
+            return (frame.colours.accent, (2.8 + strong) * zoom);
         }
         // A hue of its type, so that it can be followed.
         let hue = || {
@@ -92,7 +105,7 @@ impl<Id: DiagramId> Canvas<Id> {
         }
         for (_, _, at) in self.grips(frame.diagram) {
             let size = 5.0 * frame.zoom.clamp(0.8, 1.5);
-            let line = Stroke::new(2.0, frame.colours.selected);
+            let line = Stroke::new(2.0, frame.colours.accent);
             frame.painter.circle(self.to_window(at), size, frame.colours.background, line);
         }
     }
@@ -146,6 +159,20 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 }
 
+/// Returns the point at a share of the length of a wire.
+fn point_at(points: &[Pos2], share: f32) -> Pos2 {
+    let lengths = points.windows(2).map(|pair| pair[0].distance(pair[1]));
+    let mut rest = share * lengths.sum::<f32>();
+    for pair in points.windows(2) {
+        let length = pair[0].distance(pair[1]);
+        if rest <= length {
+            return pair[0].lerp(pair[1], rest / length.max(f32::EPSILON));
+        }
+        rest -= length;
+    }
+    points.last().copied().unwrap_or_default()
+}
+
 fn paint_end<Id: DiagramId>(
     frame: &PaintFrame<'_, Id>,
     points: &[Pos2],
@@ -172,5 +199,23 @@ fn paint_end<Id: DiagramId>(
             let dot = Rect::from_center_size(*tip - way * size * 0.5, Vec2::splat(size));
             frame.painter.circle(dot.center(), size * 0.5, frame.colours.background, stroke);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::pos2;
+
+    use super::*;
+
+    #[test]
+    fn a_point_at_a_share_of_a_wire_is_found_by_its_length() {
+        let points = [pos2(0.0, 0.0), pos2(10.0, 0.0), pos2(10.0, 30.0)];
+        for (share, expected) in
+            [(0.0, pos2(0.0, 0.0)), (0.25, pos2(10.0, 0.0)), (0.5, pos2(10.0, 10.0))]
+        {
+            assert!(point_at(&points, share).distance(expected) < 0.01, "{share}");
+        }
+        assert!(point_at(&points, 1.0).distance(points[2]) < 0.01);
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use armor_picture::theme::{self, ThemeColours};
 use eframe::egui::{self, Align, Id, Key, Layout, Modal, Ui};
 
 use super::shown;
@@ -43,7 +44,7 @@ impl Question {
             ui.weak(text::path(&self.path));
             compare(ui, &apart(mine.unwrap_or_default(), &self.theirs));
             ui.weak("Undo restores the other one while the window is open.");
-            ui.add_space(crate::theme::NEAR);
+            ui.add_space(theme::NEAR);
             buttons(ui, |ui| {
                 let mine = ui.button("Keep mine").on_hover_text(
                     "The drawing stays as it is (Escape). Saving replaces the file on disk.",
@@ -155,7 +156,8 @@ fn one(ui: &mut Ui, n: usize, kept: &Kept) -> Option<Offer> {
     ui.horizontal(|ui| {
         ui.weak(ago(kept.at));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let recover = ui.button("Recover").clicked().then_some(Offer::Recover(n));
+            let recover = ui.add(theme::main_button(ThemeColours::of(ui.visuals()), "Recover"));
+            let recover = recover.clicked().then_some(Offer::Recover(n));
             recover.or(ui.button("Discard").clicked().then_some(Offer::Discard(n)))
         })
         .inner

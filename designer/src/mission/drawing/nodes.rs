@@ -179,7 +179,7 @@ impl Scene<'_> {
         let standing = self.standing(&transition.name.value);
         let tint = match standing {
             Some(Standing::Ready) => Some(self.colours.good),
-            Some(Standing::Waits(_)) => Some(self.colours.selected),
+            Some(Standing::Waits(_)) => Some(self.colours.accent),
             Some(Standing::Expects) => Some(self.colours.warning),
             _ => None,
         };

@@ -4,10 +4,10 @@ use armor_robotfile::{Code, Finding};
 use eframe::egui::{self, RichText};
 
 use super::parts::{PanelRequest, PanelSource, section, show_finding};
-use crate::canvas::CanvasColours;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_check};
+use armor_picture::theme::ThemeColours;
 
 pub(super) fn show(
     ui: &mut egui::Ui,
@@ -33,7 +33,7 @@ pub(super) fn show(
         for finding in found {
             show_finding(ui, finding, requests);
         }
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
     }
     ui.menu_button("Add a check…", |ui| {
         for text in proposals(shown) {
@@ -45,7 +45,7 @@ pub(super) fn show(
 }
 
 fn verdict(ui: &mut egui::Ui, shown: &PanelSource<'_>, found: &[&Finding]) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let is = |code: Code| found.iter().any(|found| found.code == code);
     let (text, colour) = match () {
         () if is(Code::CheckFails) => ("x violated", colours.error),

@@ -4,11 +4,11 @@ use armor_robotfile::mission::{ArcKind, Mission};
 use armor_robotfile::{Configuration, Finding, Severity};
 use eframe::egui::{self, RichText};
 
-use crate::canvas::CanvasColours;
 use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::mission::marks::Marks;
 use crate::project::Project;
+use armor_picture::theme::ThemeColours;
 
 /// What the panels show.
 pub struct PanelSource<'a> {
@@ -55,7 +55,7 @@ impl PanelSource<'_> {
 
 /// A finding in a few lines.
 pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<PanelRequest>) {
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let (sign, colour) = match finding.severity() {
         Severity::Error => ("x", colours.error),
         Severity::Warning => ("!", colours.warning),
@@ -77,7 +77,7 @@ pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<Pan
 }
 
 pub fn section(ui: &mut egui::Ui, title: &str) {
-    ui.add_space(crate::theme::GAP);
+    ui.add_space(armor_picture::theme::GAP);
     ui.separator();
     ui.label(RichText::new(title).strong());
 }

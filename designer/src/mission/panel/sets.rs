@@ -63,7 +63,7 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut F
         if ui.small_button(format!("Remove {item}")).clicked() {
             form.change(Change::Remove(vec![item]));
         }
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
     }
     let fields = data_fields(shown.configuration, shown.kinds);
     ui.menu_button("Add a variable…", |ui| {
@@ -146,7 +146,7 @@ pub(super) fn submissions(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut
     for number in 0..shown.mission.submissions.len() {
         form.of(Item::Submission(number));
         submission(ui, shown, number, form);
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
     }
     form.of("mission");
     row(ui, "Add a file", "Another mission over the same system, such as dock.xml.", |ui| {

@@ -8,10 +8,10 @@ use eframe::egui::{self, RichText};
 
 use super::parts::{PanelRequest, PanelSource, section, show_finding};
 use super::{claims, sets};
-use crate::canvas::CanvasColours;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_name, is_time, row};
+use armor_picture::theme::ThemeColours;
 
 pub(super) fn show(
     ui: &mut egui::Ui,
@@ -85,7 +85,7 @@ fn attributes(ui: &mut egui::Ui, shown: &PanelSource<'_>, mission: &Mission, for
 /// What was found of the mission, in a few words.
 fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, requests: &mut Vec<PanelRequest>) {
     section(ui, "Proof");
-    let colours = CanvasColours::of(ui.visuals());
+    let colours = ThemeColours::of(ui.visuals());
     let counted = |severity| shown.marks.all().counted(severity);
     let (verdict, colour) = match (counted(Severity::Error), counted(Severity::Warning)) {
         _ if shown.is_checking => ("proving…".to_owned(), colours.weak),

@@ -4,9 +4,9 @@ use armor_petri::PlaceId;
 use eframe::egui::{self, Pos2, Stroke, Vec2};
 
 use super::state::MissionView;
-use crate::canvas::CanvasColours;
 use crate::canvas::{Wire, curve, wire_ends};
 use crate::item::Item;
+use armor_picture::theme::ThemeColours;
 use armor_robotfile::mission::ArcKind;
 
 /// The radius of a token, in the drawing.
@@ -43,7 +43,7 @@ impl MissionView {
             Item::arc(&written.name.value, stage.net.place(*place), kind)
         };
         let items: Vec<_> = arcs.iter().map(arc_item).collect();
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         let painter = ui.painter_at(self.pane.canvas.rect());
         for item in items {
             let wire = self.diagram.wires.iter().find(|wire| wire.item == item);

@@ -23,7 +23,7 @@ const KINDS: [(ArcKind, &str, &str); 4] = [
 
 impl MissionView {
     pub(super) fn show_palette(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.strong("Mission");
         let mut wanted = None;
         let parts = [
@@ -35,7 +35,7 @@ impl MissionView {
                 wanted = Some(dragged);
             }
         }
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         ui.weak("Arcs from a place to a transition");
         ui.horizontal_wrapped(|ui| {
             for (kind, name, doc) in KINDS {
@@ -46,11 +46,11 @@ impl MissionView {
         });
         let name = if self.simulator.is_some() { "End the simulation" } else { "Simulate" };
         let may = mission_of(workspace).is_some();
-        ui.add_space(crate::theme::NEAR);
+        ui.add_space(armor_picture::theme::NEAR);
         if ui.add_enabled(may, egui::Button::new(name)).clicked() {
             workspace.order_command(Command::Simulate);
         }
-        ui.add_space(crate::theme::GAP);
+        ui.add_space(armor_picture::theme::GAP);
         ui.strong("Places that activate");
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             let system =
@@ -112,7 +112,7 @@ fn entry(ui: &mut egui::Ui, dragged: &DraggedPart, name: &str, about: &str, doc:
                 ui.spacing_mut().item_spacing.y = 1.0;
                 ui.add(Label::new(RichText::new(name).strong()).selectable(false).truncate());
                 let about = RichText::new(about).weak().small();
-                ui.add(Label::new(about).selectable(false).truncate());
+                ui.add(Label::new(about).selectable(false).wrap());
             });
         })
         .response;

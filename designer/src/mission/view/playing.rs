@@ -9,12 +9,12 @@ use eframe::egui::{self, Button, Panel, RichText, ScrollArea};
 
 use super::simulator::MissionSimulator;
 use super::state::MissionView;
-use crate::canvas::CanvasColours;
 use crate::commands::{Command, about};
 use crate::mission::play::world::World;
 use crate::mission::play::{Happened, Play, Standing, act_words};
 use crate::panels::fields::{is_entered, show_edit};
 use crate::workspace::Workspace;
+use armor_picture::theme::ThemeColours;
 
 /// Most steps of the history that are shown.
 const MAX_STORY: usize = 200;
@@ -100,7 +100,7 @@ impl MissionView {
     /// Shows the buttons and the state of the simulation.
     fn transport(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         let Some(simulator) = &mut self.simulator else { return };
-        let colours = CanvasColours::of(ui.visuals());
+        let colours = ThemeColours::of(ui.visuals());
         ui.horizontal_wrapped(|ui| {
             ui.strong("Simulation");
             let run = if simulator.is_running { "Pause" } else { "Play" };
@@ -132,7 +132,7 @@ impl MissionView {
             }
             ui.label(RichText::new(time(simulator.play().time())).strong())
                 .on_hover_text("The mission's time");
-            show_status(ui, simulator, &colours);
+            show_status(ui, simulator, colours);
         });
     }
 
@@ -199,7 +199,7 @@ impl MissionView {
 }
 
 /// Shows the state of the mission, in words and a colour.
-fn show_status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &CanvasColours) {
+fn show_status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &ThemeColours) {
     let play = simulator.play();
     let stage = play.stage();
     let marked = |place: Option<armor_petri::PlaceId>| {

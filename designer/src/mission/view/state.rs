@@ -6,7 +6,7 @@ use armor_robotfile::mission::{ArcKind, Mission};
 
 use super::choices::MissionPicker;
 use super::simulator::MissionSimulator;
-use crate::canvas::{CanvasColours, Diagram};
+use crate::canvas::Diagram;
 use crate::diagram_pane::DiagramPane;
 use crate::item::Item;
 use crate::layout::{self, Layout};
@@ -17,6 +17,7 @@ use crate::mission::marks::Marks;
 use crate::project::Project;
 use crate::view::View;
 use crate::workspace::Workspace;
+use armor_picture::theme::ThemeColours;
 
 /// The view of the mission.
 pub struct MissionView {
@@ -98,7 +99,7 @@ impl MissionView {
             self.diagram = Diagram::default();
             return;
         };
-        let colours = if is_dark { CanvasColours::DARK } else { CanvasColours::LIGHT };
+        let colours = ThemeColours::of_theme(!is_dark);
         let layout = layout_of(&workspace.project);
         let scene = Scene {
             mission,
@@ -106,7 +107,7 @@ impl MissionView {
             layout: &layout,
             play: self.simulator.as_ref().map(MissionSimulator::play),
             in_flight: self.simulator.as_ref().map_or(&[], MissionSimulator::in_flight),
-            colours: &colours,
+            colours,
         };
         (self.diagram, self.unplaced) = scene.draw();
     }
@@ -173,7 +174,7 @@ pub(super) fn mission_of(workspace: &Workspace) -> Option<&Mission> {
 }
 
 /// The net of files, without findings and without a simulation.
-pub fn net(project: &Project, colours: &CanvasColours) -> Diagram<Item> {
+pub fn net(project: &Project, colours: &ThemeColours) -> Diagram<Item> {
     let mission = project.configuration().and_then(|it| it.mission.as_ref());
     let Some(mission) = mission else { return Diagram::default() };
     let (marks, layout) = (Marks::default(), layout_of(project));

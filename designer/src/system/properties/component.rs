@@ -183,7 +183,7 @@ impl SystemView {
                 let Item::Link { from, to } = wire.item else { continue };
                 let other = if wire.from == here { to } else { from };
                 ui.horizontal(|ui| {
-                    ui.add_space(crate::theme::FAR);
+                    ui.add_space(armor_picture::theme::FAR);
                     if ui.link(other.as_str()).on_hover_text("Selects the link").clicked() {
                         selected = Some(wire.item);
                     }

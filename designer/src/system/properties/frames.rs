@@ -53,7 +53,7 @@ impl SystemView {
                     });
                 }
             });
-            ui.add_space(crate::theme::NEAR);
+            ui.add_space(armor_picture::theme::NEAR);
         }
         if ui.button("Add a frame").clicked() {
             self.drafts.set(Field::NewFrame, choose_name(system));

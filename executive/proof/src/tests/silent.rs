@@ -125,3 +125,32 @@ fn an_arc_that_takes_what_a_join_needs_is_named() {
     let weight = joined(r#"<read place="p" weight="2"/>"#);
     expect(&weight, &["E0241"], "saved needs 2 tokens in p, which holds at most 1");
 }
+
+/// A mission that repeats its first task as many times as `again` allows.
+fn repeated(again: &str, enough: &str) -> String {
+    let content = format!(
+        r#"<variable name="n" min="0" max="2"/><transition name="again" from="a" to="a" on="go.done" when="{again}"><set variable="n" value="n + 1"/></transition>{enough}<transition name="late" from="a" to="b" timeout="60s"/><transition name="in" from="b" to="home" on="back.done"/><transition name="stay" from="b" to="hold" timeout="9s"/>"#
+    );
+    mission(BOTH, &content)
+}
+
+#[test]
+fn the_end_of_a_task_that_is_not_waited_for_with_some_value_is_reported() {
+    let enough = r#"<transition name="enough" from="a" to="b" on="go.done" when="n == 2"/>"#;
+    expect(&repeated("n &lt; 2", enough), &[], "");
+    expect(
+        &repeated("n &lt; 2", ""),
+        &["W0284"],
+        "no transition waits in a for the end of go: n is 2",
+    );
+    // Another transition decides then.
+    for decides in [
+        r#"<transition name="enough" from="a" to="b" on="back.done" when="n == 2"/>"#,
+        r#"<transition name="enough" from="a" to="b" on="go.lap" when="n == 2"/>"#,
+        r#"<transition name="enough" from="a" to="b" operator="true" when="n == 2"/>"#,
+    ] {
+        let file =
+            repeated("n &lt; 2", decides).replace(r#"components="go""#, r#"components="go back""#);
+        expect(&file, &[], "");
+    }
+}

@@ -1,12 +1,13 @@
 //! The goal that the robot is sent to.
 
+use crate::screen::colours_of;
 use eframe::egui::Ui;
 
 use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{Palette, SidePanel};
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(GoalPanel) };
 
@@ -29,10 +30,10 @@ impl SidePanel for GoalPanel {
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
         if let Some(refusal) = console.recent_refusal(now) {
-            ui.colored_label(Palette::of(ui).gone, format!("refused: {}", refusal.why));
+            ui.colored_label(colours_of(ui).error, format!("refused: {}", refusal.why));
         }
         if console.recent_arrival(now).is_some() {
-            ui.colored_label(Palette::of(ui).good, "goal reached");
+            ui.colored_label(colours_of(ui).good, "goal reached");
         }
         let Some(goal) = console.orders.goal() else { return orders };
         ui.horizontal(|ui| {
@@ -46,7 +47,7 @@ impl SidePanel for GoalPanel {
             }
         });
         if let Some(problem) = console.goal_problem(now) {
-            ui.colored_label(Palette::of(ui).gone, problem);
+            ui.colored_label(colours_of(ui).error, problem);
         }
         orders
     }

@@ -1,7 +1,9 @@
 //! The hosts of a system of several: connected or cut off, their clocks, and what runs there.
 
+use crate::screen::colours_of;
 use armor_inspect::run_control::HostLink;
 use armor_inspect::{ObservedHost, SystemPicture};
+use armor_picture::theme::ThemeColours;
 use eframe::egui::{Color32, RichText, Ui};
 
 use crate::console::Console;
@@ -9,7 +11,7 @@ use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
 use crate::ports::watch_messages::{ShownHost, ShownLink};
-use crate::screen::{Palette, SidePanel};
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(HostsPanel) };
 
@@ -78,7 +80,7 @@ impl SidePanel for HostsPanel {
 fn show_host(ui: &mut Ui, row: &ShownHost) {
     let is_cut = row.link == Some(ShownLink::CutOff);
     let title = if is_cut { format!("! host {}", row.name) } else { format!("host {}", row.name) };
-    let ink = ink_of(row.link, Palette::of(ui));
+    let ink = ink_of(row.link, colours_of(ui));
     let show = |ui: &mut Ui| {
         ui.colored_label(ink, RichText::new(title).strong());
         for text in &row.texts {
@@ -96,11 +98,11 @@ fn show_host(ui: &mut Ui, row: &ShownHost) {
     }
 }
 
-fn ink_of(link: Option<ShownLink>, palette: &Palette) -> Color32 {
+fn ink_of(link: Option<ShownLink>, colours: &ThemeColours) -> Color32 {
     match link {
-        Some(ShownLink::CutOff) => palette.gone,
-        Some(ShownLink::Awaited) => palette.late,
-        Some(ShownLink::Connected) => palette.good,
-        None => palette.text,
+        Some(ShownLink::CutOff) => colours.error,
+        Some(ShownLink::Awaited) => colours.warning,
+        Some(ShownLink::Connected) => colours.good,
+        None => colours.text,
     }
 }

@@ -1,7 +1,9 @@
 //! The health of all links in one line; opened, what carries each linked input, its rate, what it
 //! has skipped and lost, and its age.
 
+use crate::screen::{colours_of, freshness_ink};
 use armor_inspect::SystemPicture;
+use armor_picture::theme::{TOUCH, ThemeColours};
 use eframe::egui::{Button, Color32, Grid, RichText, TextStyle, Ui, vec2};
 
 use crate::console::Console;
@@ -9,9 +11,8 @@ use crate::links::{ClockTimes, Freshness, InputLink};
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
 use crate::ports::watch_messages::LinkReport;
-use crate::screen::colours::TOUCH;
+use crate::screen::SidePanel;
 use crate::screen::open_parts::{self, OpenPart};
-use crate::screen::{Palette, SidePanel};
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(LinksPanel) };
 
@@ -70,15 +71,15 @@ impl SidePanel for LinksPanel {
             ui.weak("no input is linked");
             return Vec::new();
         }
-        let palette = Palette::of(ui);
+        let colours = colours_of(ui);
         let (health, text) = describe_health(console, now);
-        let text = RichText::new(text).color(palette.of_freshness(health));
+        let text = RichText::new(text).color(freshness_ink(colours, health));
         let button = ui.add_sized(vec2(ui.available_width(), TOUCH), Button::new(text));
         if button.on_hover_text("transport, rate, losses and age of each link").clicked() {
             open_parts::toggle(ui.ctx(), OpenPart::Links);
         }
         if open_parts::is_open(ui.ctx(), OpenPart::Links) {
-            show_table(ui, palette, console, now);
+            show_table(ui, colours, console, now);
         }
         Vec::new()
     }
@@ -117,7 +118,7 @@ fn list(names: &[&str]) -> String {
     }
 }
 
-fn show_table(ui: &mut Ui, palette: &Palette, console: &Console, now: ClockTimes) {
+fn show_table(ui: &mut Ui, colours: &ThemeColours, console: &Console, now: ClockTimes) {
     // Six columns fit only in the smallest text.
     let table = Grid::new("links").num_columns(6).spacing(vec2(6.0, 2.0)).min_col_width(0.0);
     let reading = console.readings.newest::<LinksReading>();
@@ -129,14 +130,14 @@ fn show_table(ui: &mut Ui, palette: &Palette, console: &Console, now: ClockTimes
         ui.end_row();
         for link in &console.links {
             let report = reading.and_then(|reading| reading.find(link.input));
-            show_link(ui, palette, link, report, now);
+            show_link(ui, colours, link, report, now);
         }
     });
 }
 
 fn show_link(
     ui: &mut Ui,
-    palette: &Palette,
+    colours: &ThemeColours,
     link: &InputLink,
     report: Option<&LinkReport>,
     now: ClockTimes,
@@ -150,22 +151,22 @@ fn show_link(
         Some(report) => ui.label(report.skipped.to_string()),
         None => ui.label("-"),
     };
-    show_losses(ui, palette, link, report);
-    let age = ui.colored_label(age_colour(palette, link, now), format_age(link.age_s(now)));
+    show_losses(ui, colours, link, report);
+    let age = ui.colored_label(age_colour(colours, link, now), format_age(link.age_s(now)));
     if let Some(problem) = &link.problem {
         age.on_hover_text(problem);
     }
     ui.end_row();
     if let Some(problem) = &link.problem {
-        ui.colored_label(palette.gone, "!").on_hover_text(problem);
+        ui.colored_label(colours.error, "!").on_hover_text(problem);
         ui.end_row();
     }
 }
 
 /// Without a report, the gaps in the sequence are all that is known.
-fn show_losses(ui: &mut Ui, palette: &Palette, link: &InputLink, report: Option<&LinkReport>) {
+fn show_losses(ui: &mut Ui, colours: &ThemeColours, link: &InputLink, report: Option<&LinkReport>) {
     let lost = report.map_or(link.lost, |report| report.lost + report.dropped);
-    let ink = if lost > 0 { palette.late } else { palette.text };
+    let ink = if lost > 0 { colours.warning } else { colours.text };
     let label = ui.colored_label(ink, lost.to_string());
     if let Some(LinkReport { lost, dropped, .. }) = report {
         label.on_hover_text(format!(
@@ -174,11 +175,11 @@ fn show_losses(ui: &mut Ui, palette: &Palette, link: &InputLink, report: Option<
     }
 }
 
-fn age_colour(palette: &Palette, link: &InputLink, now: ClockTimes) -> Color32 {
+fn age_colour(colours: &ThemeColours, link: &InputLink, now: ClockTimes) -> Color32 {
     if link.is_steady || link.freshness(now) == Freshness::Nothing {
-        palette.of_freshness(link.freshness(now))
+        freshness_ink(colours, link.freshness(now))
     } else {
-        palette.text
+        colours.text
     }
 }
 

@@ -1,12 +1,13 @@
 //! A stick to drive with: its distance from the middle is the speed.
 
+use crate::screen::colours_of;
 use eframe::egui::{Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 
 use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{Palette, SidePanel};
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind =
     PanelKind { inputs: &[], make: || Box::new(StickPanel::default()) };
@@ -36,17 +37,17 @@ impl SidePanel for StickPanel {
         console: &Console,
         _: ClockTimes,
     ) -> Vec<OperatorOrder> {
-        let palette = Palette::of(ui);
+        let colours = colours_of(ui);
         ui.horizontal(|ui| {
             self.show_pad(ui);
             ui.vertical(|ui| {
                 let (orders, limits) = (&console.orders, console.orders.limits);
                 match (orders.is_stopped(), orders.is_driving()) {
                     _ if console.connection.check_orders().is_err() => {
-                        ui.colored_label(palette.late, "no robot to drive")
+                        ui.colored_label(colours.warning, "no robot to drive")
                     }
-                    (true, _) => ui.colored_label(palette.late, "stopped"),
-                    (_, true) => ui.colored_label(palette.late, "driving"),
+                    (true, _) => ui.colored_label(colours.warning, "stopped"),
+                    (_, true) => ui.colored_label(colours.warning, "driving"),
                     _ => ui.label("drive by hand"),
                 };
                 ui.small(format!("up to {:.2} m/s", limits.speed_mps));
@@ -63,18 +64,18 @@ impl StickPanel {
     fn show_pad(&mut self, ui: &mut Ui) {
         let (rect, response) = ui.allocate_exact_size(Vec2::splat(PAD), Sense::drag());
         let response = response.accessible_name("stick");
-        let palette = Palette::of(ui);
+        let colours = colours_of(ui);
         let radius = PAD / 2.0 - 8.0;
         let pointer = response.interact_pointer_pos().filter(|_| response.dragged());
         // A window without the focus may miss the release of the button, so the stick is released.
         let has_focus = ui.input(|input| input.focused);
         self.held = pointer.filter(|_| has_focus).and_then(|at| direction_of(rect, at, radius));
         let painter = ui.painter();
-        let stroke = Stroke::new(1.5, palette.weak);
-        painter.circle(rect.center(), radius, palette.canvas, stroke);
+        let stroke = Stroke::new(1.5, colours.weak);
+        painter.circle(rect.center(), radius, colours.unknown, stroke);
         let (forward, turn) = self.held.unwrap_or_default();
         let knob = rect.center() - vec2(turn as f32, forward as f32) * radius;
-        let colour = if self.held.is_some() { palette.late } else { palette.weak };
+        let colour = if self.held.is_some() { colours.warning } else { colours.weak };
         painter.circle_filled(knob, 13.0, colour);
     }
 }

@@ -1,12 +1,14 @@
 //! STOP, and its release.
 
+use crate::screen::colours_of;
+use armor_picture::theme;
 use eframe::egui::{Button, RichText, Stroke, Ui, vec2};
 
 use crate::console::Console;
 use crate::links::ClockTimes;
 use crate::orders::OperatorOrder;
 use crate::ports::panel_kind::PanelKind;
-use crate::screen::{Palette, SidePanel, colours};
+use crate::screen::SidePanel;
 
 pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(StopPanel) };
 
@@ -31,11 +33,11 @@ impl SidePanel for StopPanel {
         _: ClockTimes,
     ) -> Vec<OperatorOrder> {
         let mut orders = Vec::new();
-        let palette = Palette::of(ui);
+        let colours = colours_of(ui);
         let is_stopped = console.orders.is_stopped() && !console.connection.has_ended();
-        let text = RichText::new("STOP").size(30.0).strong().color(colours::ON_STOP);
-        let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, palette.late);
-        let button = Button::new(text).fill(colours::STOP).stroke(stroke);
+        let text = RichText::new("STOP").size(theme::LARGE).strong().color(theme::ON_STOP);
+        let stroke = Stroke::new(if is_stopped { 3.0 } else { 0.0 }, colours.warning);
+        let button = Button::new(text).fill(theme::STOP).stroke(stroke);
         let width = ui.available_width();
         let response = ui.add_sized(vec2(width, STOP_HEIGHT), button);
         if response.on_hover_text("stops the robot until Release is clicked (Space)").clicked() {
@@ -44,16 +46,16 @@ impl SidePanel for StopPanel {
         // Release is over the map: a second click at STOP never releases.
         if console.connection.is_cut() {
             let text = "no connection: STOP is sent when it returns";
-            ui.colored_label(palette.gone, RichText::new(text).strong());
+            ui.colored_label(colours.error, RichText::new(text).strong());
         } else if let Err(why) = console.connection.check_orders() {
-            ui.colored_label(palette.late, format!("reaches no robot: {why}"));
+            ui.colored_label(colours.warning, format!("reaches no robot: {why}"));
         } else if is_stopped {
-            ui.colored_label(palette.late, RichText::new("Release is over the map").strong());
+            ui.colored_label(colours.warning, RichText::new("Release is over the map").strong());
         } else {
             ui.weak("Space stops, too");
         }
         if let Some(warning) = console.delivery_warning() {
-            ui.colored_label(palette.gone, warning);
+            ui.colored_label(colours.error, warning);
         }
         orders
     }

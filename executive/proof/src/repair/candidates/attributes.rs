@@ -1,0 +1,121 @@
+//! Other values of a transition: its report, its guard, its times, its question.
+
+use armor_robotfile::tree::Element;
+
+use super::places::CLOSE;
+use super::{MissionElements, value};
+use crate::repair::file_edit::FileEdit;
+use crate::repair::likeness::are_related;
+
+/// Ranks, next to those of places.
+const REPORT: i32 = 21;
+const GUARD: i32 = 21;
+const TIME: i32 = 21;
+const QUESTION: i32 = 17;
+const CONDITION: i32 = 22;
+/// How much likelier a component is after which the transition is named.
+const NAMED_AFTER: i32 = 6;
+/// Each operator with the one that is true where it is false. Those come first that begin with
+/// another one.
+const OPPOSITES: [(&str, &str); 6] =
+    [("<=", ">"), (">=", "<"), ("==", "!="), ("!=", "=="), ("<", ">="), (">", "<=")];
+/// Each operator with that of the exchanged sides.
+const MIRRORED: [(&str, &str); 6] =
+    [("<=", ">="), (">=", "<="), ("==", "=="), ("!=", "!="), ("<", ">"), (">", "<")];
+/// The units that are mistaken for a smaller one.
+const SMALLER_UNITS: [(&str, &str); 2] = [("min", "s"), ("h", "min")];
+/// The time for an answer, if it is missing: as the findings about it suggest.
+const ANSWER_WITHIN: &str = "30s";
+
+impl MissionElements<'_> {
+    pub(super) fn values_of_transition(&self, transition: &Element, edits: &mut Vec<FileEdit>) {
+        let close = CLOSE * self.closeness(transition);
+        let mut push = |attribute: &str, new: &str, rank: i32| {
+            let edit = match transition.attribute(attribute) {
+                Some(old) if old.value == new => None,
+                Some(old) => Some(self.with_value(transition, old, new)),
+                None => self.with_attribute(transition, attribute, new),
+            };
+            edits.extend(edit.map(|edit| edit.ranked(rank - close)));
+        };
+        if let Some((component, event)) = value(transition, "on").and_then(|on| on.split_once('.'))
+        {
+            let name = value(transition, "name").unwrap_or("");
+            let likeness = |other: &str| if are_related(name, other) { NAMED_AFTER } else { 0 };
+            for other in self.components_of(transition).into_iter().filter(|it| *it != component) {
+                let rank = REPORT + likeness(component) - likeness(other);
+                push("on", &format!("{other}.{event}"), rank);
+            }
+            if event == "failed" {
+                let all = self.components_of(transition);
+                all.iter().for_each(|it| push("on", &format!("{it}.done"), REPORT + 1));
+            }
+        }
+        for other in self.other_guards(transition) {
+            push("when", &other, GUARD);
+        }
+        for attribute in ["timeout", "after", "answer-within"] {
+            let Some(time) = value(transition, attribute) else { continue };
+            if let Some(other) = with_smaller_unit(time) {
+                push(attribute, &other, TIME);
+            }
+        }
+        let has_time = value(transition, "answer-within").is_some();
+        match value(transition, "autonomy") {
+            Some("confirm") if has_time => push("unanswered", "fire", QUESTION),
+            Some("confirm") => push("answer-within", ANSWER_WITHIN, QUESTION),
+            _ if has_time => push("autonomy", "confirm", QUESTION),
+            _ => {}
+        }
+    }
+
+    /// Fewer conditions: without a place that it reads, or that keeps it from firing.
+    pub(super) fn conditions_of_transition(&self, transition: &Element, edits: &mut Vec<FileEdit>) {
+        let close = CLOSE * self.closeness(transition);
+        let conditions = ["read", "inhibitor"];
+        for inner in transition.elements().filter(|it| conditions.contains(&it.name.as_str())) {
+            edits.push(self.without_inner(transition, inner).ranked(CONDITION - close));
+        }
+    }
+
+    /// The components of the places that a transition leads on from.
+    fn components_of(&self, transition: &Element) -> Vec<&str> {
+        let from = value(transition, "from").unwrap_or("");
+        let places = self.places.iter().filter(|place| {
+            value(place, "name").is_some_and(|name| from.split_whitespace().any(|it| it == name))
+        });
+        places.filter_map(|it| value(it, "components")).flat_map(str::split_whitespace).collect()
+    }
+}
+
+impl MissionElements<'_> {
+    /// Other guards of a transition: what the guard of another one that waits for the same excludes,
+    /// and its own comparison the other way round.
+    fn other_guards(&self, transition: &Element) -> Vec<String> {
+        let guard = value(transition, "when");
+        let is_rival = |other: &&&Element| {
+            let same = |attribute: &str| value(other, attribute) == value(transition, attribute);
+            same("from") && same("on") && value(other, "name") != value(transition, "name")
+        };
+        let rivals = self.transitions.iter().filter(is_rival);
+        let rivals = rivals.filter(|_| value(transition, "on").is_some());
+        let opposites = rivals.filter_map(|it| with_operator(value(it, "when")?, OPPOSITES));
+        let mirrored = guard.and_then(|guard| with_operator(guard, MIRRORED));
+        let all = mirrored.into_iter().chain(opposites);
+        all.filter(|other| Some(other.as_str()) != guard).collect()
+    }
+}
+
+/// A guard that is a single comparison, with another operator.
+fn with_operator(guard: &str, operators: [(&str, &str); 6]) -> Option<String> {
+    let is_single = ![" and ", " or ", "not ", "("].iter().any(|it| guard.contains(it));
+    let (at, (old, new)) = operators.iter().find_map(|it| Some((guard.find(it.0)?, it)))?;
+    (is_single && old != new).then(|| format!("{}{new}{}", &guard[..at], &guard[at + old.len()..]))
+}
+
+/// The time in the next smaller unit, with the same number.
+fn with_smaller_unit(time: &str) -> Option<String> {
+    let (long, short) = SMALLER_UNITS.iter().find(|(long, _)| time.ends_with(long))?;
+    let number = time.strip_suffix(long)?;
+    number.parse::<f64>().ok().map(|_| format!("{number}{short}"))
+}

@@ -1,0 +1,85 @@
+//! Other components in a place.
+
+use armor_robotfile::Code;
+use armor_robotfile::tree::Element;
+
+use super::places::CLOSE;
+use super::words::{add_word, remove_word, replace_word};
+use super::{MissionElements, value};
+use crate::repair::file_edit::FileEdit;
+use crate::repair::likeness::MOST_CLOSE;
+
+/// Ranks, next to those of places.
+const AWAITED: i32 = 21;
+const REPLACED: i32 = 24;
+const REMOVED: i32 = 25;
+const ADDED: i32 = 25;
+/// How much likelier it is that a component is meant that the places before and after activate, or
+/// too many if no other place activates it.
+const AS_NEIGHBOUR: i32 = 3;
+
+impl MissionElements<'_> {
+    /// Other components in the places: those whose report is waited for, and those that a link
+    /// lacks.
+    pub(super) fn components_of_places(&self, edits: &mut Vec<FileEdit>) {
+        for transition in &self.transitions {
+            let closeness = self.closeness(transition);
+            let Some((awaited, _)) = value(transition, "on").and_then(|it| it.split_once('.'))
+            else {
+                continue;
+            };
+            if closeness == MOST_CLOSE && self.has_fault(&[Code::ReportNeverSent]) {
+                let from = value(transition, "from").unwrap_or("");
+                let is_before = |place: &Element| {
+                    value(place, "name").is_some_and(|it| from.split_whitespace().any(|f| f == it))
+                };
+                for place in self.places.iter().filter(|place| is_before(place)) {
+                    self.replace_component(place, awaited, AWAITED - CLOSE * closeness, edits);
+                }
+            }
+        }
+        if !self.has_fault(&[Code::LoopInterrupted, Code::FrozenProducer]) {
+            return;
+        }
+        let all = self.places.iter().filter_map(|it| value(it, "components"));
+        let all: std::collections::BTreeSet<_> = all.flat_map(str::split_whitespace).collect();
+        for (number, place) in self.places.iter().enumerate() {
+            let Some(list) = place.attribute("components") else { continue };
+            let close = CLOSE * self.closeness(place);
+            let is_usual = |component: &str| {
+                let others = self.places.iter().enumerate().filter(|(other, _)| *other != number);
+                let mut others = others.filter_map(|(_, it)| value(it, "components"));
+                others.any(|it| it.split_whitespace().any(|it| it == component))
+            };
+            for (at, old) in list.value.split_whitespace().enumerate() {
+                let odd = if is_usual(old) { 0 } else { AS_NEIGHBOUR };
+                let removed = remove_word(&list.value, at);
+                edits.extend(
+                    removed.map(|new| {
+                        self.with_value(place, list, &new).ranked(REMOVED - odd - close)
+                    }),
+                );
+            }
+            for new in all.iter().filter(|it| is_usual(it)) {
+                // A component that no other place activates is meant here.
+                let is_meant = |old: &str| !is_usual(old);
+                let all_meant = list.value.split_whitespace().all(is_meant);
+                let rank = REPLACED - if all_meant { 0 } else { AS_NEIGHBOUR };
+                self.replace_component(place, new, rank - close, edits);
+                let added = add_word(&list.value, new);
+                edits.extend(
+                    added.map(|it| self.with_value(place, list, &it).ranked(ADDED - close)),
+                );
+            }
+        }
+    }
+
+    /// A component in place of each of those that a place activates.
+    fn replace_component(&self, place: &Element, new: &str, rank: i32, edits: &mut Vec<FileEdit>) {
+        let Some(list) = place.attribute("components") else { return };
+        for at in 0..list.value.split_whitespace().count() {
+            let replaced = replace_word(&list.value, at, new);
+            edits.extend(replaced.map(|it| self.with_value(place, list, &it).ranked(rank)));
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! One edit of one file.
+
+use std::sync::Arc;
+
+use armor_robotfile::{Location, Source, Span};
+
+/// Some pieces of a file, each replaced by another text.
+#[derive(Clone, Debug)]
+pub(super) struct FileEdit {
+    /// What is replaced, in any order; none of them overlap.
+    pub replaced: Vec<(Span, String)>,
+    /// The place of the mistake.
+    pub at: Location,
+    /// The result as it is written, such as `from="drive"`.
+    pub result: String,
+    /// The name of the element, if the result does not show it.
+    pub element: String,
+    /// What may be meant as it is, and what to do if it is not.
+    pub question: Option<(String, String)>,
+    /// Whether the result is an element that is added.
+    pub is_missing: bool,
+    /// The lower, the likelier.
+    pub rank: i32,
+}
+
+impl FileEdit {
+    /// The text of a file, with the edit if it is in this one.
+    pub fn text_of(&self, source: &Arc<Source>) -> String {
+        let mut text = source.text().to_owned();
+        if source.path() == self.at.source.path() {
+            let mut replaced: Vec<_> = self.replaced.iter().collect();
+            replaced.sort_by_key(|(span, _)| std::cmp::Reverse(*span));
+            for (span, new) in replaced {
+                text.replace_range(span.start()..span.end(), new);
+            }
+        }
+        text
+    }
+
+    /// `from="drive" in start`.
+    pub fn in_words(&self) -> String {
+        match self.element.as_str() {
+            "" => self.result.clone(),
+            element => format!("{} in {element}", self.result),
+        }
+    }
+}
