@@ -9,7 +9,6 @@ use armor_wire::config::{
     Assigned, ComponentSettings, InputSettings, ListedParameter, ListedType, cut_text,
 };
 use armor_wire::hello::{Refusal, RefusalCode};
-use armor_wire::keep::{Keep, MAX_KEEP};
 use armor_wire::transport::Transport;
 
 /// Most names that are listed to a component that is not in the file.
@@ -30,14 +29,7 @@ pub(crate) fn component_settings(
     let inputs = links.map(|link| InputSettings {
         id: link.to.port.value.clone(),
         data: link.from.data(),
-        keep: match link.mode {
-            // The history of a slow component would otherwise be that of the newest alone.
-            model::LinkMode::Push if link.keep == Keep::Latest && link.history > 1 => {
-                Keep::Last { count: link.history.min(MAX_KEEP) }
-            }
-            model::LinkMode::Push => link.keep,
-            model::LinkMode::Pull => Keep::Pull,
-        },
+        keep: link.find_policy(),
         wake: link.wake,
         transport: match link.transport {
             model::Transport::Tcp => Transport::Tcp,

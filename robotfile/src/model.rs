@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_wire::keep::{Keep, Wake};
+use armor_wire::keep::{Keep, MAX_KEEP, Wake};
 use armor_wire::remote_process::CutOff;
 use armor_wire::text_format::FixedFrame;
 
@@ -188,6 +188,20 @@ pub struct Link {
     pub(crate) keep_at: Option<Location>,
     /// The location of `transport`, if present.
     pub(crate) transport_at: Option<Location>,
+}
+
+impl Link {
+    /// The policy that its two ends agree on, which also depends on `mode` and `history`.
+    pub fn find_policy(&self) -> Keep {
+        match self.mode {
+            // The history of a slow component would otherwise be that of the newest alone.
+            LinkMode::Push if self.keep == Keep::Latest && self.history > 1 => {
+                Keep::Last { count: self.history.min(MAX_KEEP) }
+            }
+            LinkMode::Push => self.keep,
+            LinkMode::Pull => Keep::Pull,
+        }
+    }
 }
 
 /// `component.port`.

@@ -53,7 +53,7 @@ fn count_slots(system: &System, types: &TypedManifests<'_>, name: &str) -> u64 {
     let mut outputs: BTreeMap<&str, Vec<_>> = BTreeMap::new();
     let published = system.links.iter().filter(|link| link.from.component.value == name);
     for link in published.filter(|link| may_share_memory(system, types, link)) {
-        outputs.entry(&link.from.port.value).or_default().push((link.keep, link.history));
+        outputs.entry(&link.from.port.value).or_default().push((link.find_policy(), link.history));
     }
     outputs.into_values().map(|links| u64::from(armor_sdk::count_slots(links))).sum()
 }
@@ -161,7 +161,8 @@ mod tests {
         let link = r#"<link from="sim.scan" to="slam.scan" keep="latest"/>"#;
         check(link, 2 + 7, 2);
         check(&link.replace("latest", "all"), 2 + 21, 2);
-        check(&link.replace("<link", r#"<link history="4""#), 2 + 11, 2);
+        // With a history `latest` keeps as many: four in the ring, four that wait, and the history.
+        check(&link.replace("<link", r#"<link history="4""#), 2 + 17, 2);
         let second = link.replace("slam.", "second.");
         check(&format!("{link}{second}"), 4 + 12, 2);
         let pull = link.replace("keep=\"latest\"", "mode=\"pull\"");

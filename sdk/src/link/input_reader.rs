@@ -21,7 +21,7 @@ use armor_wire::frame::{
     self, DataHeader, FLAG_FOLLOWS, Frame, FrameKind, FrameReader, PREFIX_LEN,
 };
 use armor_wire::hello::{Hello, LinkRequest, Purpose};
-use armor_wire::keep::Keep;
+use armor_wire::keep::{Keep, Wake};
 use armor_wire::schema;
 use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Transport;
@@ -92,7 +92,11 @@ impl ReadState<'_> {
 impl InputReader {
     /// The reader of input `index`; `None` if nothing feeds it.
     pub fn new(input: Arc<InputPort>, index: usize, runtime: Arc<Runtime>) -> Option<Self> {
-        let settings = input.settings()?;
+        let mut settings = input.settings()?;
+        if settings.keep == Keep::Pull {
+            // Data come when the component asks, so polling would only cost a core.
+            settings.wake = Wake::Sleep;
+        }
         Some(Self { input, index, settings, runtime })
     }
 
@@ -448,7 +452,6 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use armor_wire::control::RunState;
-    use armor_wire::keep::Wake;
     use armor_wire::transport::Transport;
 
     use super::*;
@@ -477,14 +480,13 @@ mod tests {
         }
     }
 
-    fn reader() -> InputReader {
+    fn reader(keep: Keep, wake: Wake) -> InputReader {
         let identity = ProcessIdentity { name: "sink".into(), kind: "sink".into(), instance: 1 };
         let participant =
             Arc::new(Participant::new(identity, Declarations::default(), false).unwrap());
         participant.ports.add_input::<Flag>("in", true, false).unwrap();
         let input = participant.ports.inputs().remove(0);
-        let (keep, wake, transport) = (Keep::ALL, Wake::Sleep, Transport::Auto);
-        let (id, data) = ("in".into(), "source.out".into());
+        let (id, data, transport) = ("in".into(), "source.out".into(), Transport::Auto);
         input.connect(InputSettings { id, data, keep, wake, transport, history: 1 });
         participant.lifecycle.enter_state(RunState::Active, 0);
         let runtime = Arc::new(Runtime::new(Box::new(NoCode), participant, None));
@@ -492,8 +494,14 @@ mod tests {
     }
 
     #[test]
+    fn a_reader_of_a_link_that_pulls_does_not_poll() {
+        let wakes = [Keep::Latest, Keep::Pull].map(|keep| reader(keep, Wake::Spin).settings.wake);
+        assert_eq!(wakes, [Wake::Spin, Wake::Sleep]);
+    }
+
+    #[test]
     fn a_reader_that_waits_for_room_does_not_stay_in_the_component() {
-        let reader = reader();
+        let reader = reader(Keep::ALL, Wake::Sleep);
         let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
         let payload = StoredPayload::Copied(vec![0; 2 << 20]);
         let full = InboxItem { arrival: 0, header, lost: 0, payload };

@@ -59,6 +59,11 @@ impl MemoryReader {
         })
     }
 
+    /// Stores one slot less: a pull holds two messages while it passes over the older one.
+    pub fn reserve_slot(&mut self) {
+        self.most_held = self.most_held.saturating_sub(1);
+    }
+
     /// Follows a frame about slots.
     pub fn follow(
         &mut self,

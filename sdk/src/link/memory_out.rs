@@ -28,6 +28,13 @@ const SLOT_STEP: usize = 4 << 10;
 /// Slots that the publisher itself may need beyond those that subscribers hold: the one that it
 /// writes and the newest.
 const OWN_SLOTS: u32 = 2;
+/// Slots that any subscriber may hold, those in the ring not counted: one in its code, one that waits,
+/// one on its way.
+const LEAST_HELD: u32 = 3;
+/// Slots that all subscribers of an output may hold beyond [`LEAST_HELD`] each. Each of them may store
+/// other messages, so that without this limit a few long histories would leave no slot for the next
+/// message, which every subscriber would then miss. What they may not hold they copy.
+const MOST_STORED: u32 = MAX_SLOTS / 2;
 
 /// Whether a link of this policy can use shared memory: each message that waits needs a slot.
 pub(crate) fn suits_memory(keep: Keep) -> bool {
@@ -40,12 +47,12 @@ pub(crate) fn suits_memory(keep: Keep) -> bool {
 /// Returns the most slots that an output has whose links have these policies and store so many
 /// messages each: as many files its process has open. 0 if none of them can use shared memory.
 pub fn count_slots(links: impl IntoIterator<Item = (Keep, u32)>) -> u32 {
-    let links = links.into_iter().filter(|(keep, _)| suits_memory(*keep));
-    let lent = links.map(|(keep, history)| count_lent(count_cells(keep), most_held(keep, history)));
-    match lent.sum() {
-        0 => 0,
-        lent => limit_slots(lent),
+    let (mut lent, mut stored) = (0, 0);
+    for (keep, history) in links.into_iter().filter(|(keep, _)| suits_memory(*keep)) {
+        lent += count_lent(count_cells(keep), LEAST_HELD);
+        stored += most_stored(keep, history);
     }
+    if lent == 0 { 0 } else { limit_slots(lent + stored.min(MOST_STORED)) }
 }
 
 fn limit_slots(lent: u32) -> u32 {
@@ -60,11 +67,10 @@ fn count_cells(keep: Keep) -> u32 {
     }
 }
 
-/// How many slots a subscriber may hold, those in the ring not counted.
-fn most_held(keep: Keep, history: u32) -> u32 {
-    // As many wait in the subscriber's inbox, one is in the component's code, one on its way there.
-    let stored = if history > 1 { history.min(MAX_CELLS) } else { 0 };
-    count_cells(keep) + 2 + stored
+/// How many slots a subscriber may hold beyond [`LEAST_HELD`], if the other ones leave so many.
+fn most_stored(keep: Keep, history: u32) -> u32 {
+    // As many messages as in the ring wait in the subscriber's inbox.
+    count_cells(keep) - 1 + if history > 1 { history.min(MAX_CELLS) } else { 0 }
 }
 
 /// How many slots a subscriber may have at a time: those that it holds, those in the ring, and one
@@ -94,10 +100,16 @@ pub(crate) enum RingResult {
 }
 
 impl LinkMemory {
-    /// Memory for a link of this policy whose subscriber stores a history of `history` messages.
-    /// Returns it with the file for the other end.
-    pub fn create(keep: Keep, history: u32) -> Result<(Self, OwnedFd), MemoryError> {
-        let (cells, most_held) = (count_cells(keep), most_held(keep, history));
+    /// Memory for a link of this policy whose subscriber stores a history of `history` messages,
+    /// alongside the `others` of the output. Returns it with the file for the other end.
+    pub fn create<'a>(
+        keep: Keep,
+        history: u32,
+        others: impl Iterator<Item = &'a Self>,
+    ) -> Result<(Self, OwnedFd), MemoryError> {
+        let stored: u32 = others.map(|other| other.most_held - LEAST_HELD).sum();
+        let most_held = LEAST_HELD + most_stored(keep, history).min(MOST_STORED - stored);
+        let cells = count_cells(keep);
         let layout = PageLayout { cells, slots: MAX_SLOTS };
         let (page, file) = LinkPage::create(layout)?;
         let (ring, offered) = (RingWriter::default(), BTreeSet::new());
@@ -149,9 +161,13 @@ impl LinkMemory {
     /// Lends a slot to the subscriber and puts it into the ring.
     pub fn push(&mut self, slots: &OutputSlots, place: usize, fresh: bool) -> RingResult {
         let words = self.page.words();
-        let lent = words.count_held(slots.slots().iter().map(|slot| slot.index));
-        // One that gives nothing back must not take the slots of all others.
-        if lent as u32 >= self.most_lent() {
+        // Read before the slots are counted: if the subscriber takes the entry in between, its slot
+        // still counts as one of those that it may have.
+        let exchanged = u32::from(self.ring.is_full(words));
+        let lent = words.count_held(slots.slots().iter().map(|slot| slot.index)) as u32;
+        // One that gives nothing back must not take the slots of all others. A message that replaces
+        // another takes none: refused, it would leave an older one as the newest.
+        if lent + 1 > self.most_lent() + exchanged {
             return RingResult::Refused;
         }
         let slot = &slots.slots()[place];
@@ -254,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_subscriber_that_holds_all_it_may_and_copies_one_more_is_not_refused() {
-        let (mut link, file) = LinkMemory::create(Keep::ALL, 1).unwrap();
+        let (mut link, file) = LinkMemory::create(Keep::ALL, 1, std::iter::empty()).unwrap();
         let far = LinkPage::map(&file, link.layout()).unwrap();
         let (mut slots, mut ring) = (OutputSlots::default(), RingReader::default());
         let taken = RingResult::Pushed { missed: false };
@@ -269,11 +285,27 @@ mod tests {
             assert_eq!(publish(&mut slots, &mut link), taken, "{waiting} wait");
         }
         assert!(link.is_full(), "now a sender that may drop nothing waits");
+        let replaced = RingResult::Pushed { missed: true };
+        assert_eq!(publish(&mut slots, &mut link), replaced, "the newest takes no further slot");
         // One more than it may hold and copy: it would take the slots of the others.
         held.push(ring.take(far.words()).expect("it waits"));
         assert_eq!(publish(&mut slots, &mut link), RingResult::Refused);
         let copied = held.pop().and_then(|entry| slots.find(entry.slot)).expect("it is lent");
         far.words().release(copied.index);
         assert_eq!(publish(&mut slots, &mut link), taken);
+    }
+
+    #[test]
+    fn long_histories_of_many_subscribers_leave_slots_for_the_next_message() {
+        let mut links: Vec<LinkMemory> = Vec::new();
+        for _ in 0..20 {
+            links.push(LinkMemory::create(Keep::Pull, 32, links.iter()).unwrap().0);
+        }
+        let stored = links.iter().map(|link| link.most_held - LEAST_HELD);
+        assert_eq!(stored.clone().sum::<u32>(), MOST_STORED);
+        assert_eq!(stored.collect::<Vec<_>>()[3..5], [32, 0]);
+        let lent = links.iter().map(LinkMemory::most_lent).sum();
+        assert_eq!(limit_slots(lent), lent + OWN_SLOTS, "no slot is missing");
+        assert_eq!(count_slots([(Keep::Pull, 32); 20]), lent + OWN_SLOTS);
     }
 }

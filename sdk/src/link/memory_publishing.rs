@@ -1,8 +1,9 @@
 //! Gives one message to the links of an output that share memory with their subscribers: encoded
 //! once, into a slot that all of them read.
 
-use std::os::fd::{AsFd, BorrowedFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
+use armor_memory::MemoryError;
 use armor_wire::codec::{self, EncodeError};
 use armor_wire::frame::{self, DATA_HEADER_LEN, DataHeader, Frame, FrameKind, PREFIX_LEN};
 use armor_wire::keep::Keep;
@@ -54,14 +55,19 @@ impl OutputState {
     }
 
     fn open_memories(&mut self, len: usize) {
-        for link in self.links.iter_mut().filter(|link| link.memory.is_none()) {
+        for at in 0..self.links.len() {
+            let link = &self.links[at];
             let is_due = match link.memory_use {
                 MemoryUse::Never => false,
                 MemoryUse::Large => len > LARGE_LEN,
                 MemoryUse::Always => true,
             };
-            if is_due && (link.is_pushed() || link.keep == Keep::Pull) {
-                link.open_memory();
+            let is_taken = link.is_pushed() || link.keep == Keep::Pull;
+            if link.memory.is_none() && is_due && is_taken && self.links[at].is_queue_free() {
+                let link = &self.links[at];
+                let others = self.links.iter().filter_map(|link| link.memory.as_ref());
+                let created = LinkMemory::create(link.keep, link.history, others);
+                self.links[at].open_memory(created);
             }
         }
     }
@@ -160,12 +166,13 @@ impl OutgoingLink {
             && self.last_sequence.is_none_or(|last| last < sequence)
     }
 
+    /// Whether a frame can be sent now, and not between the parts of another one.
+    fn is_queue_free(&mut self) -> bool {
+        self.queue.is_empty() || self.drain_queue()
+    }
+
     /// Offers memory to the subscriber. If that is not possible now, frames go on as they did.
-    fn open_memory(&mut self) {
-        if !self.queue.is_empty() && !self.drain_queue() {
-            return;
-        }
-        let created = LinkMemory::create(self.keep, self.history);
+    fn open_memory(&mut self, created: Result<(LinkMemory, OwnedFd), MemoryError>) {
         let (memory, file) = match created {
             Ok(created) => created,
             Err(error) => {
@@ -189,22 +196,27 @@ impl OutgoingLink {
             let len = slot.len as u32;
             let body = SlotOfferBody { slot: slot.number, index: slot.index, len };
             // The offer must not come between the parts of another frame.
-            let is_free = self.queue.is_empty() || self.drain_queue();
-            if !is_free || !self.send_with_file(FrameKind::SlotOffer, &body, slot.memory.file()) {
+            if !self.is_queue_free()
+                || !self.send_with_file(FrameKind::SlotOffer, &body, slot.memory.file())
+            {
                 return self.miss_message(sequence);
             }
         }
         let fresh = self.fresh;
         let Some(memory) = &mut self.memory else { return };
         memory.note_offer(slot.number);
-        match memory.push(slots, place, fresh) {
+        let missed = match memory.push(slots, place, fresh) {
             RingResult::Refused => return self.miss_message(sequence),
-            // Nobody has asked for what a newer message replaces before it is pulled.
-            RingResult::Pushed { missed: true } if self.keep == Keep::Pull => self.sent -= 1,
-            RingResult::Pushed { missed } => self.dropped += u64::from(missed),
-        }
+            RingResult::Pushed { missed } => u64::from(missed),
+        };
         let must_wake = memory.must_wake();
-        self.sent += 1;
+        // No subscriber has asked for what a newer message replaces before it is pulled.
+        if self.keep == Keep::Pull {
+            self.sent += 1 - missed;
+        } else {
+            self.sent += 1;
+            self.dropped += missed;
+        }
         self.fresh = false;
         self.last_sequence = Some(sequence);
         self.patience.restart();
@@ -267,3 +279,59 @@ impl OutgoingLink {
 
 // A frame's header and that of a slot have the same content.
 const _: () = assert!(SLOT_HEADER_LEN >= DATA_HEADER_LEN - PREFIX_LEN + 8);
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::net::UnixStream;
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use armor_memory::{LinkPage, RingEntry, RingWriter};
+    use armor_socket::Stream;
+    use armor_wire::frame::FrameReader;
+    use armor_wire::liveness::Liveness;
+
+    use super::*;
+    use crate::link::patience::Patience;
+    use crate::link::queue::LinkQueue;
+    use crate::messages::Flag;
+
+    fn open_link(stream: UnixStream, memory: LinkMemory) -> OutgoingLink {
+        let keep = Keep::Pull;
+        OutgoingLink {
+            stream: Arc::new(Stream::Unix(stream)),
+            to: "sink".into(),
+            faults: Arc::default(),
+            keep,
+            history: 1,
+            queue: LinkQueue::new(keep),
+            reader: FrameReader::with_limit(0),
+            liveness: Liveness::new(Duration::ZERO),
+            paused: false,
+            fresh: true,
+            last_call: 0,
+            sent: 0,
+            dropped: 0,
+            patience: Patience::of(keep),
+            last_sequence: None,
+            memory_use: MemoryUse::Always,
+            memory: Some(memory),
+            datagrams: None,
+            broken: false,
+        }
+    }
+
+    #[test]
+    fn a_subscriber_that_writes_into_its_ring_corrupts_no_count() {
+        let (near, _far) = UnixStream::pair().unwrap();
+        let (memory, file) = LinkMemory::create(Keep::Pull, 1, std::iter::empty()).unwrap();
+        let page = LinkPage::map(&file, memory.layout()).unwrap();
+        let mut state = OutputState { links: vec![open_link(near, memory)], ..Default::default() };
+        RingWriter::default().push(page.words(), RingEntry { slot: 9, fresh: false });
+        assert_eq!(state.links[0].status().sent, 0);
+        let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
+        state.publish_in_memory(&Flag::default(), &header).unwrap();
+        let status = state.links[0].status();
+        assert_eq!((status.sent, status.dropped, status.transport.as_str()), (0, 0, "shm"));
+    }
+}

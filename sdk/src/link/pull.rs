@@ -84,7 +84,8 @@ impl PullState {
     }
 
     /// The publisher puts its messages into memory from here on.
-    pub fn open_memory(&self, reader: MemoryReader, arrived: ArrivedSequence) {
+    pub fn open_memory(&self, mut reader: MemoryReader, arrived: ArrivedSequence) {
+        reader.reserve_slot();
         *self.memory.lock() = Some(PulledMemory { reader, arrived });
     }
 

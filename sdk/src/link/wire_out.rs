@@ -200,7 +200,8 @@ impl OutgoingLink {
         LinkStatus {
             to: self.to.clone(),
             keep: self.keep,
-            sent: self.sent - self.dropped - ready,
+            // The subscriber can write into its ring, and so count as ready what was never sent.
+            sent: (self.sent - self.dropped).saturating_sub(ready),
             dropped: self.dropped,
             queued: self.queue.count_frames() as u64 + waiting,
             paused: self.paused,

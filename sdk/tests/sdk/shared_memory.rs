@@ -192,3 +192,63 @@ fn a_frozen_subscriber_gets_what_is_new_after_it_and_a_publisher_that_comes_back
     send.send(1).unwrap();
     assert_eq!(data(&probe), ("in".into(), 0, 0));
 }
+
+#[test]
+fn a_subscriber_whose_history_holds_all_slots_that_it_may_still_gets_the_newest_message() {
+    for (keep, rate) in [("pull", "--rate=100Hz"), ("latest", ""), ("2", "")] {
+        let mut system = System::start();
+        let send = run_source(&mut system, "out", 50_000);
+        let (open, gate) = channel();
+        let link = system.link("in", "source", "out", keep) + SHARED + ",history=60";
+        let arguments: Vec<_> =
+            [&link as &str, rate].into_iter().filter(|it| !it.is_empty()).collect();
+        let probe = system.run("sink", &arguments, Some(gate), |_, _| Ok(Outcome::CarryOn));
+        system.until("sink", |it| it.inputs[0].connected);
+        for value in 0..=40 {
+            send.send(1).unwrap();
+            assert_eq!(data(&probe), ("in".into(), value, 0), "keep={keep}");
+            if value < 40 {
+                open.send(()).unwrap();
+            }
+        }
+        // It is in its code, with a slot more than it may store.
+        send.send(5).unwrap();
+        let source = system.until("source", |status| status.outputs[0].published == 46);
+        let link = &source.outputs[0].links[0];
+        assert!(keep != "pull" || link.dropped == 0, "{link:#?}");
+        drop(open);
+        while data(&probe).1 < 45 {}
+    }
+}
+
+#[test]
+fn long_histories_of_many_subscribers_leave_a_slot_for_the_next_message() {
+    let mut system = System::start();
+    let how = format!("keep=all{SHARED}");
+    let mut next = 0;
+    system.run("source", &["--rate=500Hz"], None, move |armor, call| {
+        if call == Call::Tick {
+            for value in next..next + 4 {
+                armor.send_data("out", &sample(value, 10))?;
+            }
+            next += 4;
+        }
+        Ok(Outcome::CarryOn)
+    });
+    let probe = run_sink(&mut system, "sink", "out", &how, None);
+    let pulled = system.link("in", "source", "out", "pull") + ",history=32";
+    for number in 0..12 {
+        let (name, rate) = (format!("puller-{number}"), format!("--rate={}Hz", 20 + 3 * number));
+        system.run(&name, &[&pulled, &rate], None, |_, _| Ok(Outcome::CarryOn));
+    }
+    // Each of them has pulled 32 messages, and nearly all of these are different ones.
+    for number in 0..12 {
+        system.until(&format!("puller-{number}"), |it| it.inputs[0].received > 40);
+    }
+    let published = system.status("source").outputs[0].published;
+    while data(&probe).1 < published {}
+    let source = system.status("source").outputs.remove(0);
+    let dropped: Vec<_> = source.links.iter().map(|link| (&link.to, link.dropped)).collect();
+    assert!(dropped.iter().all(|(_, dropped)| *dropped == 0), "{dropped:?}");
+    assert_eq!(system.status("sink").inputs[0].lost, 0);
+}
