@@ -228,7 +228,11 @@ impl InputReader {
                 return reason;
             }
             self.process_datagrams(&mut state);
-            self.runtime.after_release();
+            // A reader that only brings answers to pulls has not been inside the component, and must not
+            // begin a pull whose answer it would have to bring itself.
+            if self.settings.keep != Keep::Pull {
+                self.runtime.after_release();
+            }
             // Ring and datagrams bring the newest, and are emptied before each wait.
             if !state.brings_newest() && start.is_some_and(|start| start.elapsed() > BUSY) {
                 match self.catch_up(stream, reader, &mut state) {
