@@ -8,7 +8,7 @@ use crate::commands::{Command, about};
 use crate::item::Item;
 use crate::live::session::Session;
 use crate::messages::Messages;
-use crate::project::elsewhere::{ComponentChange, Elsewhere};
+use crate::project::elsewhere::{Elsewhere, NameChange};
 use crate::project::{Documents, Project, Refused};
 use crate::settings::Settings;
 
@@ -67,8 +67,9 @@ impl Workspace {
         self.settings.palette = Some(is_open);
     }
 
-    /// Looks for other files that name components that were just renamed or removed.
-    pub fn ask_elsewhere(&mut self, change: ComponentChange) {
+    /// Looks for other files that name components, places or transitions that were just renamed or
+    /// removed.
+    pub fn ask_elsewhere(&mut self, change: NameChange) {
         self.elsewhere = self.project.find_elsewhere(change);
     }
 

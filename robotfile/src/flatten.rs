@@ -44,11 +44,7 @@ impl Configuration {
         let named = self.included.get(&submission.path).and_then(|inner| inner.name.as_ref());
         let stem = || submission.path.file_stem().unwrap_or_default().to_string_lossy().into();
         let name: String = named.map_or_else(stem, |name| name.value.clone());
-        let of_name = |known: &&String| {
-            known.strip_prefix(&name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
-        };
-        let count = names.iter().filter(of_name).count();
-        let unique = if count == 0 { name } else { format!("{name}-{}", count + 1) };
+        let unique = submission_prefix(&name, names);
         names.push(unique.clone());
         unique
     }
@@ -84,6 +80,18 @@ impl Configuration {
             return Err(findings);
         }
         Ok(())
+    }
+}
+
+/// Returns what precedes the names of a sub-mission with this name in the mission that includes it,
+/// where `before` are the prefixes of the sub-missions before it.
+pub fn submission_prefix(name: &str, before: &[String]) -> String {
+    let of_name = |known: &&String| {
+        known.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+    };
+    match before.iter().filter(of_name).count() {
+        0 => name.to_owned(),
+        count => format!("{name}-{}", count + 1),
     }
 }
 

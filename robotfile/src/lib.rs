@@ -60,6 +60,7 @@ pub use difference::{Change, Difference, Subject, differences};
 pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
 pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
+pub use flatten::submission_prefix;
 pub use format::format;
 pub use load::{Reading, load, load_copy, read, read_bytes};
 pub use manifests::Manifests;

@@ -8,7 +8,7 @@ use eframe::egui::{self, Id, Key, Modal};
 
 use crate::app::Designer;
 use crate::panels::path::{Chosen, PathChoice};
-use crate::project::elsewhere::{ComponentChange, Elsewhere};
+use crate::project::elsewhere::Elsewhere;
 use crate::project::{Project, SaveRefused};
 
 /// A question.
@@ -165,15 +165,16 @@ impl Designer {
     }
 
     fn ask_elsewhere(&mut self, ui: &mut egui::Ui, elsewhere: Elsewhere) {
-        let what = match &elsewhere.change {
-            ComponentChange::Rename { old, .. } => old.clone(),
-            ComponentChange::Remove(names) => names.join(", "),
-        };
+        let what = elsewhere.change.names();
         ui.heading(format!("Other files name {what}"));
-        ui.label(
-            "They use the same system. Changed too, they are open and not saved yet; undo \
-                  reverts all files in one step.",
-        );
+        let why = match elsewhere.change.is_of_mission() {
+            true => "They include this mission.",
+            false => "They use the same system.",
+        };
+        ui.label(format!(
+            "{why} Changed too, they are open and not saved yet; undo reverts all files in one \
+             step."
+        ));
         let folder = self.workspace.project.folder().canonicalize().unwrap_or_default();
         egui::ScrollArea::vertical().max_height(220.0).show(ui, |ui| {
             for file in &elsewhere.files {
@@ -198,7 +199,10 @@ impl Designer {
             if change.clicked() {
                 self.change_elsewhere(&elsewhere);
             } else if ui.button("Leave them").clicked() || pressed_escape(ui) {
-                let text = format!("{} other files still name {what}", elsewhere.files.len());
+                let text = match elsewhere.files.len() {
+                    1 => format!("1 other file still names {what}"),
+                    count => format!("{count} other files still name {what}"),
+                };
                 self.workspace.messages.warn(text);
             } else {
                 self.dialog = Some(Dialog::Elsewhere(elsewhere));

@@ -6,6 +6,7 @@ use armor_robotfile::mission::ArcKind;
 use super::edits::{self, Decides, Timing};
 use crate::item::Item;
 use crate::layout;
+use crate::project::elsewhere::NameChange;
 use crate::project::{Documents, Refused};
 use crate::view::View;
 
@@ -103,6 +104,20 @@ impl Change {
                 [one] => format!("remove {one}"),
                 many => format!("remove {} items", many.len()),
             },
+        }
+    }
+
+    /// The part of it that other files may have to follow: a place or transition that is renamed or
+    /// removed.
+    pub fn name_change(&self) -> Option<NameChange> {
+        match self {
+            Self::Rename(item @ (Item::Place(name) | Item::Transition(name)), new)
+                if name != new =>
+            {
+                Some(NameChange::Rename { item: *item, new: new.clone() })
+            }
+            Self::Remove(items) => NameChange::removal(items),
+            _ => None,
         }
     }
 

@@ -1,60 +1,115 @@
-//! Files that are not open and name a component of the open ones: missions over the same system
-//! and their sub-missions, in the folder and below. A change of the component can be made there
-//! too, as part of the same step of the history.
+//! Other files that name a thing of the open ones, in the folder and below: missions over the same
+//! system and their sub-missions name its components, and a mission names the places and
+//! transitions of its sub-missions in checks. A change of such a thing can be made there too, as part
+//! of the same step of the history.
+
+mod references;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use armor_robotfile::tree::Element;
-use armor_robotfile::{Document, Item};
+use armor_robotfile::Document;
 
+use self::references::{FileReferences, FolderFiles};
+use crate::item::Item;
 use crate::project::files::OpenFile;
 use crate::project::{Project, Refused};
 
-/// Entries of folders that are looked at: a home folder has many more.
-const MAX_ENTRIES: usize = 5000;
-/// Folders within folders that are looked at.
-const MAX_DEPTH: usize = 6;
-
-/// A change of components that other files may name.
+/// A change of components, or of places and transitions, that other files may name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ComponentChange {
+pub enum NameChange {
     /// It has another name.
     Rename {
-        /// The name before.
-        old: String,
+        /// The component, place or transition, by the name before.
+        item: Item,
         /// The name now.
         new: String,
     },
     /// They were removed.
-    Remove(Vec<String>),
+    Remove(Vec<Item>),
 }
 
-impl ComponentChange {
-    fn names(&self) -> Vec<&str> {
+impl NameChange {
+    /// The removal of those of the items that other files may name; none if there are none.
+    pub fn removal(items: &[Item]) -> Option<Self> {
+        let named = items.iter().copied().filter(|item| is_named_elsewhere(*item));
+        let named: Vec<_> = named.collect();
+        (!named.is_empty()).then_some(Self::Remove(named))
+    }
+
+    /// The names before the change, as a sentence lists them.
+    pub fn names(&self) -> String {
+        let names = self.items().iter().filter_map(|item| item_name(*item));
+        names.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Whether it is one of a mission's places or transitions, not of the system's components.
+    pub fn is_of_mission(&self) -> bool {
+        self.items().iter().any(|item| !matches!(item, Item::Component(_)))
+    }
+
+    fn items(&self) -> &[Item] {
         match self {
-            Self::Rename { old, .. } => vec![old],
-            Self::Remove(names) => names.iter().map(String::as_str).collect(),
+            Self::Rename { item, .. } => std::slice::from_ref(item),
+            Self::Remove(items) => items,
         }
     }
 
-    fn apply(&self, document: &mut Document) -> Result<(), Refused> {
+    /// The same change in a file where these prefixes precede the names of a mission.
+    fn qualified(&self, prefixes: &[String]) -> Vec<Self> {
+        let with = |item: &Item, prefix: &String| match item {
+            Item::Place(name) => Item::place(format!("{prefix}.{name}")),
+            Item::Transition(name) => Item::transition(format!("{prefix}.{name}")),
+            other => *other,
+        };
         match self {
-            Self::Rename { old, new } => document.rename(Item::Component(old), new)?,
-            Self::Remove(names) => {
-                let named = names.iter().map(|name| Item::Component(name));
-                let named: Vec<_> =
-                    named.filter(|item| !document.mentions(*item).is_empty()).collect();
-                document.remove_all(&named)?;
+            _ if !self.is_of_mission() => vec![self.clone()],
+            Self::Rename { item, new } => {
+                let renames = prefixes.iter().map(|prefix| Self::Rename {
+                    item: with(item, prefix),
+                    new: format!("{prefix}.{new}"),
+                });
+                renames.collect()
             }
+            Self::Remove(items) => {
+                let all = prefixes.iter().flat_map(|it| items.iter().map(|item| with(item, it)));
+                vec![Self::Remove(all.collect())]
+            }
+        }
+    }
+
+    fn count_mentions(&self, document: &Document) -> usize {
+        let named = self.items().iter().filter_map(|item| item.named());
+        named.map(|item| document.mentions(item).len()).sum()
+    }
+
+    fn apply(&self, document: &mut Document) -> Result<(), Refused> {
+        let named = self.items().iter().filter_map(|item| item.named());
+        let named: Vec<_> = named.filter(|item| !document.mentions(*item).is_empty()).collect();
+        match self {
+            Self::Rename { new, .. } => {
+                named.into_iter().try_for_each(|item| document.rename(item, new))?;
+            }
+            Self::Remove(_) => document.remove_all(&named)?,
         }
         Ok(())
     }
 }
 
-/// A file that names a changed component.
+fn is_named_elsewhere(item: Item) -> bool {
+    item_name(item).is_some()
+}
+
+fn item_name(item: Item) -> Option<&'static str> {
+    match item {
+        Item::Component(name) | Item::Place(name) | Item::Transition(name) => Some(name.as_str()),
+        _ => None,
+    }
+}
+
+/// A file that names a changed thing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamingFile {
     /// Its path.
@@ -63,13 +118,15 @@ pub struct NamingFile {
     pub mentions: usize,
     /// Why it cannot be changed here; none if it can.
     pub obstacle: Option<String>,
+    /// The change as it is made there, with the names that the things have in this file.
+    changes: Vec<NameChange>,
 }
 
-/// The files that name changed components.
+/// The files that name changed things.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Elsewhere {
     /// What was changed in the open files.
-    pub change: ComponentChange,
+    pub change: NameChange,
     /// The files, by path.
     pub files: Vec<NamingFile>,
     /// Whether the folder has more entries than were looked at.
@@ -86,18 +143,38 @@ pub struct ChangedElsewhere {
 }
 
 impl Project {
-    /// Finds the files that are not open and name the components of a change that was just made.
-    /// Returns none if there are none.
-    pub fn find_elsewhere(&self, change: ComponentChange) -> Option<Elsewhere> {
+    /// Finds the other files that name the things of a change that was just made. Returns none if
+    /// there are none. An edit of components has changed the open files already; one of a mission
+    /// changes its own file only.
+    pub fn find_elsewhere(&self, change: NameChange) -> Option<Elsewhere> {
+        let source = |path: &Path| self.current_document(path);
+        let mut references = FileReferences::new(&source);
         let mut found = FolderFiles::default();
-        found.search(&self.folder(), 0);
-        let own: BTreeSet<_> =
+        let folder = self.folder();
+        found.search(&folder);
+        let open: BTreeSet<_> =
             self.files.iter().filter_map(|file| file.path()?.canonicalize().ok()).collect();
-        let read = self.reading.files.iter().filter_map(|path| path.canonicalize().ok());
-        let related = found.related(own.iter().cloned().chain(read).collect());
-        let others = found.paths.iter().filter(|path| related.contains(*path));
-        let others = others.filter(|path| !own.contains(*path));
-        let files: Vec<_> = others.filter_map(|path| naming_file(path, &change)).collect();
+        let files: Vec<_> = if change.is_of_mission() {
+            let mission = self.own_files().find(|file| {
+                file.document().is_some_and(|it| it.find(armor_robotfile::Item::Mission).is_some())
+            });
+            let mission = mission?.path()?.canonicalize().ok()?;
+            // A sub-mission is often in a folder next to the missions that include it.
+            folder.canonicalize().ok()?.parent().inspect(|above| found.search_shallow(above));
+            let others = found.paths.union(&open).filter(|path| **path != mission);
+            let others = others.filter_map(|path| {
+                let changes = change.qualified(&references.prefixes(path, &mission));
+                self.naming_file(path, changes)
+            });
+            others.collect()
+        } else {
+            let read = self.reading.files.iter().filter_map(|path| path.canonicalize().ok());
+            let related =
+                found.related(open.iter().cloned().chain(read).collect(), &mut references);
+            let others = found.paths.iter().filter(|path| related.contains(*path));
+            let others = others.filter(|path| !open.contains(*path));
+            others.filter_map(|path| self.naming_file(path, vec![change.clone()])).collect()
+        };
         (!files.is_empty()).then_some(Elsewhere { change, files, is_cut: found.is_cut })
     }
 
@@ -107,15 +184,8 @@ impl Project {
         let mut result = ChangedElsewhere::default();
         for file in elsewhere.files.iter().filter(|file| file.obstacle.is_none()) {
             let path = self.known_path(&file.path);
-            match changed_file(&path, &elsewhere.change) {
-                Ok((saved, document)) => {
-                    let mut open = OpenFile::given(&path, &saved);
-                    open.is_companion = true;
-                    open.set_document(document);
-                    self.history.extend_last(&saved, open.text());
-                    self.files.push(open);
-                    result.changed.push(path);
-                }
+            match self.change_file(&path, &file.changes) {
+                Ok(()) => result.changed.push(path),
                 Err(why) => result.left.push((path, why)),
             }
         }
@@ -141,6 +211,57 @@ impl Project {
         Ok(self.files.len() - 1)
     }
 
+    /// Changes a file as a part of the last step of the history, and opens it if it is not open.
+    fn change_file(&mut self, path: &Path, changes: &[NameChange]) -> Result<(), String> {
+        if let Some(number) = self.open_at(path) {
+            let open = &mut self.files[number];
+            let mut document = open.shared_document().ok_or("it is not well-formed XML")?;
+            apply_all(changes, Arc::make_mut(&mut document)).map_err(|why| why.to_string())?;
+            open.set_document(document);
+            self.history.amend_last(number, open.text());
+            return Ok(());
+        }
+        let (saved, document) = changed_file(path, changes)?;
+        let mut open = OpenFile::given(path, &saved);
+        open.is_companion = true;
+        open.set_document(document);
+        self.history.extend_last(&saved, open.text());
+        self.files.push(open);
+        Ok(())
+    }
+
+    /// The number of the open file at this path.
+    fn open_at(&self, path: &Path) -> Option<usize> {
+        let path = path.canonicalize().ok()?;
+        let is_it = |file: &OpenFile| file.path().and_then(|it| it.canonicalize().ok());
+        self.files.iter().position(|file| is_it(file).as_ref() == Some(&path))
+    }
+
+    /// The file as it is open, or else as it is on the disk; none if it is not well-formed.
+    fn current_document(&self, path: &Path) -> Option<Arc<Document>> {
+        match self.open_at(path) {
+            Some(number) => self.files[number].shared_document(),
+            None => read_document(path).ok().map(|(_, document)| Arc::new(document)),
+        }
+    }
+
+    /// The file, if it names a thing of the changes; and what prevents them there.
+    fn naming_file(&self, path: &Path, changes: Vec<NameChange>) -> Option<NamingFile> {
+        let mut document = self.current_document(path).filter(|_| !changes.is_empty())?;
+        let mentions = changes.iter().map(|change| change.count_mentions(&document)).sum();
+        if mentions == 0 {
+            return None;
+        }
+        let is_read_only = fs::metadata(path).is_ok_and(|about| about.permissions().readonly());
+        let obstacle = if is_read_only {
+            Some("it is read-only".to_owned())
+        } else {
+            let changed = apply_all(&changes, Arc::make_mut(&mut document));
+            changed.err().map(|why| why.to_string())
+        };
+        Some(NamingFile { path: path.to_path_buf(), mentions, obstacle, changes })
+    }
+
     /// The path by which the open files name this one, if they do.
     fn known_path(&self, path: &Path) -> PathBuf {
         let is_it = |known: &&PathBuf| known.canonicalize().is_ok_and(|known| known == path);
@@ -148,86 +269,8 @@ impl Project {
     }
 }
 
-/// The files of a folder and those below that may be read.
-#[derive(Default)]
-struct FolderFiles {
-    paths: BTreeSet<PathBuf>,
-    seen: usize,
-    is_cut: bool,
-}
-
-impl FolderFiles {
-    fn search(&mut self, folder: &Path, depth: usize) {
-        let Ok(entries) = fs::read_dir(folder) else { return };
-        for entry in entries.flatten() {
-            self.seen += 1;
-            if self.seen > MAX_ENTRIES {
-                self.is_cut = true;
-                return;
-            }
-            if entry.file_name().to_string_lossy().starts_with('.') {
-                continue;
-            }
-            let path = entry.path();
-            // Not through links, which may lead back.
-            match entry.file_type() {
-                Ok(sort) if sort.is_dir() && depth < MAX_DEPTH => self.search(&path, depth + 1),
-                Ok(_) if path.extension().is_some_and(|ending| ending == "xml") => {
-                    self.paths.extend(path.canonicalize());
-                }
-                _ => {}
-            }
-        }
-    }
-
-    /// The files that refer to one of `open`, and those that these refer to.
-    fn related(&self, open: BTreeSet<PathBuf>) -> BTreeSet<PathBuf> {
-        let references: Vec<_> =
-            self.paths.iter().map(|path| (path, References::of(path))).collect();
-        let mut related = open;
-        loop {
-            let before = related.len();
-            for (path, references) in &references {
-                if references.system.as_ref().is_some_and(|system| related.contains(system)) {
-                    related.insert((*path).clone());
-                }
-                if related.contains(*path) {
-                    related.extend(references.submissions.iter().cloned());
-                }
-            }
-            if related.len() == before {
-                return related;
-            }
-        }
-    }
-}
-
-/// The files that a mission names.
-#[derive(Default)]
-struct References {
-    system: Option<PathBuf>,
-    submissions: Vec<PathBuf>,
-}
-
-impl References {
-    fn of(path: &Path) -> Self {
-        let Some(document) = read_document(path).ok().map(|(_, document)| document) else {
-            return Self::default();
-        };
-        let mission = document.find(Item::Mission);
-        let Some(mission) = mission.and_then(|at| document.tree().element(&at)) else {
-            return Self::default();
-        };
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let named = |element: &Element, attribute: &str| {
-            folder.join(&element.attribute(attribute)?.value).canonicalize().ok()
-        };
-        let submissions = mission.elements().filter(|element| element.name == "submission");
-        Self {
-            system: named(mission, "system"),
-            submissions: submissions.filter_map(|element| named(element, "ref")).collect(),
-        }
-    }
+fn apply_all(changes: &[NameChange], document: &mut Document) -> Result<(), Refused> {
+    changes.iter().try_for_each(|change| change.apply(document))
 }
 
 fn read_document(path: &Path) -> Result<(String, Document), String> {
@@ -237,28 +280,10 @@ fn read_document(path: &Path) -> Result<(String, Document), String> {
     Ok((text, document.map_err(|_| "it is not well-formed XML".to_owned())?))
 }
 
-/// The file, if it names a component of the change; and what prevents the change there.
-fn naming_file(path: &Path, change: &ComponentChange) -> Option<NamingFile> {
-    let (_, mut document) = read_document(path).ok()?;
-    let mentions =
-        change.names().into_iter().map(|name| document.mentions(Item::Component(name)).len());
-    let mentions = mentions.sum();
-    if mentions == 0 {
-        return None;
-    }
-    let is_read_only = fs::metadata(path).is_ok_and(|about| about.permissions().readonly());
-    let obstacle = if is_read_only {
-        Some("it is read-only".to_owned())
-    } else {
-        change.apply(&mut document).err().map(|why| why.to_string())
-    };
-    Some(NamingFile { path: path.to_path_buf(), mentions, obstacle })
-}
-
 /// The text of the file on the disk, and the file as it is changed.
-fn changed_file(path: &Path, change: &ComponentChange) -> Result<(String, Arc<Document>), String> {
+fn changed_file(path: &Path, changes: &[NameChange]) -> Result<(String, Arc<Document>), String> {
     let (text, mut document) = read_document(path)?;
-    change.apply(&mut document).map_err(|why| why.to_string())?;
+    apply_all(changes, &mut document).map_err(|why| why.to_string())?;
     if document.bytes() == text.as_bytes() {
         return Err("it was changed by another program and does not name it any more".into());
     }
@@ -266,124 +291,4 @@ fn changed_file(path: &Path, change: &ComponentChange) -> Result<(String, Arc<Do
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SYSTEM: &str = "<armor version=\"1\"><system name=\"s\">\
-        <component name=\"arm\" kind=\"k\"/><component name=\"eye\" kind=\"k\"/></system></armor>";
-
-    fn mission(system: &str, inner: &str) -> String {
-        format!(
-            "<armor version=\"1\"><mission {system} goal=\"p\">{inner}\
-             <place name=\"p\" components=\"arm eye\"/></mission></armor>"
-        )
-    }
-
-    /// A system with two missions over it, one with a sub-mission below, and one of another system.
-    fn folder(name: &str) -> PathBuf {
-        let folder =
-            std::env::temp_dir().join(format!("armor-elsewhere-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(folder.join("parts")).unwrap();
-        let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
-        write("robot.xml", SYSTEM);
-        write("other.xml", SYSTEM);
-        write("one.xml", &mission("system=\"robot.xml\"", ""));
-        write(
-            "two.xml",
-            &mission("system=\"robot.xml\"", "<submission ref=\"parts/inner.xml\" in=\"p\"/>"),
-        );
-        write("parts/inner.xml", &mission("", ""));
-        write("parts/unused.xml", &mission("", ""));
-        write("foreign.xml", &mission("system=\"other.xml\"", ""));
-        folder.canonicalize().unwrap()
-    }
-
-    fn rename(project: &mut Project) -> ComponentChange {
-        project
-            .edit("rename", |documents| crate::system::rename(documents, "arm", "hand"))
-            .unwrap();
-        ComponentChange::Rename { old: "arm".into(), new: "hand".into() }
-    }
-
-    fn texts(project: &Project) -> Vec<String> {
-        project.files().iter().map(|file| file.text().to_string()).collect()
-    }
-
-    #[test]
-    fn files_over_the_same_system_are_changed_in_one_step() {
-        let folder = folder("step");
-        let mut project = Project::open(&folder.join("robot.xml"), Arc::default()).unwrap();
-        let change = rename(&mut project);
-        let elsewhere = project.find_elsewhere(change).expect("three files name it");
-        let names: Vec<_> = elsewhere
-            .files
-            .iter()
-            .map(|file| file.path.strip_prefix(&folder).unwrap().display().to_string())
-            .collect();
-        assert_eq!(names, ["one.xml", "parts/inner.xml", "two.xml"]);
-        assert_eq!(project.change_elsewhere(&elsewhere).changed.len(), 3);
-        assert!(
-            texts(&project).iter().all(|text| text.contains("hand") && !text.contains("arm eye"))
-        );
-        assert_eq!(project.undo().as_deref(), Some("rename"));
-        assert!(project.undo().is_none() && !project.is_dirty(), "it is one step");
-        assert!(texts(&project).iter().all(|text| !text.contains("hand")));
-        project.redo();
-        project.save().unwrap();
-        assert!(project.settle().is_some_and(|saved| saved.is_ok_and(|it| it.files.len() == 4)));
-        let saved = fs::read_to_string(folder.join("parts/inner.xml")).unwrap();
-        assert!(saved.contains("hand eye"));
-        // The next change reaches them without a question.
-        project.edit("again", |it| crate::system::rename(it, "hand", "fist")).unwrap();
-        assert!(texts(&project).iter().all(|text| text.contains("fist")));
-        // What is drawn and edited is still the file that was opened.
-        assert!(project.document_with(Item::Mission).is_none());
-        fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn a_file_that_is_read_only_or_has_changed_is_left_with_the_reason() {
-        let folder = folder("left");
-        let mut project = Project::open(&folder.join("robot.xml"), Arc::default()).unwrap();
-        let mut mode = fs::metadata(folder.join("one.xml")).unwrap().permissions();
-        mode.set_readonly(true);
-        fs::set_permissions(folder.join("one.xml"), mode).unwrap();
-        let change = rename(&mut project);
-        let elsewhere = project.find_elsewhere(change).unwrap();
-        assert_eq!(elsewhere.files[0].obstacle.as_deref(), Some("it is read-only"));
-        // Meanwhile another program changes one and removes another.
-        let newer = mission("system=\"robot.xml\"", "").replace("<place", "<!-- new --><place");
-        fs::write(folder.join("two.xml"), newer).unwrap();
-        fs::remove_file(folder.join("parts/inner.xml")).unwrap();
-        let result = project.change_elsewhere(&elsewhere);
-        assert_eq!(result.changed, [folder.join("two.xml")]);
-        let left: Vec<_> = result.left.iter().map(|(path, _)| path.clone()).collect();
-        assert_eq!(left, [folder.join("parts/inner.xml"), folder.join("one.xml")]);
-        let text = project.files().last().unwrap().text();
-        assert!(text.contains("<!-- new -->") && text.contains("hand"));
-        fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn what_a_mission_cannot_do_without_is_not_removed_there() {
-        let folder = folder("remove");
-        let needs = mission("system=\"robot.xml\"", "").replace(
-            "<place",
-            "<transition name=\"t\" from=\"p\" to=\"p\" on=\"arm.done\"/><place",
-        );
-        fs::write(folder.join("one.xml"), needs).unwrap();
-        let mut project = Project::open(&folder.join("robot.xml"), Arc::default()).unwrap();
-        let arm = crate::Item::component("arm");
-        project.edit("remove", |documents| crate::system::remove(documents, [&arm])).unwrap();
-        let elsewhere =
-            project.find_elsewhere(ComponentChange::Remove(vec!["arm".into()])).unwrap();
-        let obstacles: Vec<_> =
-            elsewhere.files.iter().map(|file| file.obstacle.is_some()).collect();
-        assert_eq!(obstacles, [true, false, false]);
-        let result = project.change_elsewhere(&elsewhere);
-        assert_eq!((result.changed.len(), result.left.len()), (2, 1));
-        assert!(texts(&project).iter().all(|text| !text.contains("arm eye")));
-        fs::remove_dir_all(folder).unwrap();
-    }
-}
+mod tests;

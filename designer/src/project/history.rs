@@ -62,6 +62,18 @@ impl History {
         self.bytes += after.len();
     }
 
+    /// Replaces the text of a file after the last step.
+    pub(super) fn amend_last(&mut self, file: usize, after: &Arc<str>) {
+        let Some(step) = self.done.checked_sub(1).and_then(|last| self.steps.get_mut(last)) else {
+            return;
+        };
+        self.bytes -= step.cost();
+        if let Some(text) = step.after.get_mut(file) {
+            *text = Arc::clone(after);
+        }
+        self.bytes += step.cost();
+    }
+
     pub(super) fn undo(&mut self) -> Option<&Step> {
         self.done = self.done.checked_sub(1)?;
         self.steps.get(self.done)

@@ -14,7 +14,7 @@ use crate::canvas::Direction;
 use crate::commands::{Command, about};
 use crate::item::Item;
 use crate::panels::fields::{Form, anything};
-use crate::project::elsewhere::ComponentChange;
+use crate::project::elsewhere::NameChange;
 use crate::system::rules::Joint;
 use crate::system::state::SystemView;
 use crate::workspace::Workspace;
@@ -126,8 +126,8 @@ impl SystemView {
         if is_made && let Field::Name(old) = field {
             self.pane.select_when_drawn([Item::component(text)]);
             if old != text {
-                let (old, new) = (old.clone(), text.to_owned());
-                workspace.ask_elsewhere(ComponentChange::Rename { old, new });
+                let (item, new) = (Item::component(old), text.to_owned());
+                workspace.ask_elsewhere(NameChange::Rename { item, new });
             }
         }
         is_made

@@ -10,7 +10,7 @@ use super::{edits, fragment};
 use crate::canvas::PortAt;
 use crate::commands::Command;
 use crate::item::Item;
-use crate::project::elsewhere::ComponentChange;
+use crate::project::elsewhere::NameChange;
 use crate::workspace::Workspace;
 
 /// The space that a new block needs.
@@ -183,13 +183,8 @@ impl SystemView {
         let items = self.pane.selected();
         if workspace.edit(self.pane.removal_name(), |documents| edits::remove(documents, &items)) {
             self.pane.canvas.selection.clear();
-            let names = items.iter().filter_map(|item| match item {
-                Item::Component(name) => Some(name.to_string()),
-                _ => None,
-            });
-            let names: Vec<_> = names.collect();
-            if !names.is_empty() {
-                workspace.ask_elsewhere(ComponentChange::Remove(names));
+            if let Some(change) = NameChange::removal(&items.into_iter().collect::<Vec<_>>()) {
+                workspace.ask_elsewhere(change);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Finding one's way: the list of commands, the page of keys, the first page.
 
 use armor_designer::{Command, Menu, about};
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Key, Modifiers, ViewportId};
 use egui_kittest::kittest::Queryable;
 
 use crate::ui::{Window, read};
@@ -44,6 +44,45 @@ fn the_drawing_has_seven_tenths_of_a_small_window() {
     let drawing = window.harness.get_by_label("drawing of the system").rect();
     let share = drawing.area() / (1280.0 * 800.0);
     assert!(share >= 0.7, "{share}");
+}
+
+/// The window of a small laptop at each scale that a system sets: as many points, and more pixels.
+#[test]
+fn the_drawing_and_the_main_buttons_have_their_place_at_each_scale_of_the_system() {
+    let robot = "<armor version=\"1\">\n  <system>\n    <component name=\"eye\" kind=\"eye\"/>\n    \
+                 <component name=\"arm\" kind=\"arm\"/>\n    <link from=\"eye.target\" \
+                 to=\"arm.target\"/>\n  </system>\n  <mission goal=\"home\">\n    \
+                 <place name=\"home\" initial=\"true\"/>\n  </mission>\n</armor>\n";
+    for scale in [1.0, 1.5, 2.0, 3.0] {
+        let mut window = Window::open(Some(robot));
+        let viewport = window.harness.input_mut().viewports.entry(ViewportId::ROOT).or_default();
+        viewport.native_pixels_per_point = Some(scale);
+        window.harness.set_size(eframe::egui::vec2(1280.0, 800.0));
+        window.settle();
+        assert_eq!(window.harness.ctx.pixels_per_point(), scale);
+        let whole = window.harness.ctx.content_rect();
+        for view in ["System", "Mission", "Live"] {
+            window.click(&format!("view: {view}"));
+            if view != "Live" {
+                let name = format!("drawing of the {}", view.to_lowercase());
+                let drawing = window.harness.get_by_label(&name).rect();
+                let share = drawing.intersect(whole).area() / whole.area();
+                assert!(share >= 0.5, "{name} at {scale}: {share}");
+            }
+            for button in [
+                "tool: Run",
+                "tool: Save",
+                "tool: Undo",
+                "view: System",
+                "view: Live",
+                "File",
+                "Help",
+            ] {
+                let rect = window.harness.get_by_label(button).rect();
+                assert!(whole.contains_rect(rect), "{button} at {scale}: {rect:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! Keys that are typed into fields: each reaches one thing, and changes only that.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use armor_robotfile::tree::Element;
 use eframe::egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -197,6 +198,165 @@ fn random_keys_in_a_field_change_that_field_alone() {
         }
         window.key(Key::Escape);
     }
+}
+
+/// A mission, groups and notes, each with two of everything.
+const FIELDS: &str = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye"/>
+    <layout>
+      <block of="eye" x="0" y="0"/>
+      <group title="senses" x="-40" y="-60" width="260" height="200"/>
+      <group title="limbs" x="300" y="-60" width="260" height="120"/>
+      <note x="300" y="200" width="200" height="80">first</note>
+      <note x="300" y="320" width="200" height="80">second</note>
+    </layout>
+  </system>
+  <mission name="bench" goal="home">
+    <place name="explore" initial="true"/>
+    <place name="home"/>
+    <variable name="b7" min="0" max="3" initial="0"/>
+    <transition name="late" from="explore" to="home" when="b7 == 0" timeout="90s"/>
+    <transition name="never" from="explore" to="home" when="b7 == 0" timeout="80s"/>
+    <layout>
+      <block of="explore" x="0" y="0"/>
+      <block of="home" x="400" y="0"/>
+      <block transition="late" x="200" y="-80"/>
+      <block transition="never" x="200" y="80"/>
+    </layout>
+  </mission>
+</armor>
+"#;
+
+/// Where a value is in the file: the numbers of the elements from the root, and the attribute or
+/// `text`.
+type ValuePlace = (Vec<usize>, String);
+
+/// Every value of the file. A name that refers to a place or transition is the number of that
+/// element, so that it stays the same when the name changes everywhere.
+fn read_values(text: &str) -> BTreeMap<ValuePlace, String> {
+    let tree = armor_robotfile::parse_tree(Path::new("robot.xml"), text.as_bytes()).unwrap();
+    let mut named = BTreeMap::new();
+    let mut values = BTreeMap::new();
+    let mut open = vec![(Vec::new(), tree.root())];
+    while let Some((path, element)) = open.pop() {
+        for (number, child) in element.elements().enumerate() {
+            open.push(([&path[..], &[number]].concat(), child));
+        }
+        values.insert((path.clone(), "text".to_owned()), written_text(element));
+        for attribute in &element.attributes {
+            if matches!(element.name.as_str(), "place" | "transition") && attribute.name == "name" {
+                named.insert((element.name == "place", attribute.value.clone()), path.clone());
+            }
+            values.insert((path.clone(), attribute.name.clone()), attribute.value.clone());
+        }
+    }
+    let refer = |(_, attribute): &ValuePlace| match attribute.as_str() {
+        "from" | "to" | "goal" | "of" => Some(true),
+        "transition" => Some(false),
+        _ => None,
+    };
+    for (at, value) in &mut values {
+        let Some(is_place) = refer(at) else { continue };
+        if let Some(path) = named.get(&(is_place, value.clone())) {
+            *value = format!("{path:?}");
+        }
+    }
+    values
+}
+
+/// The text of a note; that of other elements is their indentation.
+fn written_text(element: &Element) -> String {
+    if element.name == "note" { element.text().0 } else { String::new() }
+}
+
+/// The same of the fields of places, transitions, groups and notes: names, times, guards, titles and
+/// texts. Arcs (`from`, `to`) have no field, and stay between the same elements.
+#[test]
+fn random_keys_in_a_field_of_the_mission_a_group_or_a_note_change_that_field_alone() {
+    let seed = std::env::var("ARMOR_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(1);
+    let mut random = SmallRandom(seed);
+    let mut window = Window::open(Some(FIELDS));
+    // Problems of what is written would take room from the drawing.
+    window.key(Key::F8);
+    // The elements of the system's layout and of the mission by their numbers.
+    let fields: [(&str, &str, &[usize], &str, &str); 12] = [
+        ("System", "group", &[0, 1, 1], "title", "Title"),
+        ("System", "group", &[0, 1, 2], "title", "Title"),
+        ("System", "note", &[0, 1, 3], "text", "Text"),
+        ("System", "note", &[0, 1, 4], "text", "Text"),
+        ("Mission", "place", &[1, 0], "name", "name of the place"),
+        ("Mission", "place", &[1, 1], "name", "name of the place"),
+        ("Mission", "transition", &[1, 3], "name", "name of the transition"),
+        ("Mission", "transition", &[1, 4], "name", "name of the transition"),
+        ("Mission", "transition", &[1, 3], "timeout", "timeout"),
+        ("Mission", "transition", &[1, 4], "timeout", "timeout"),
+        ("Mission", "transition", &[1, 3], "when", "guard"),
+        ("Mission", "transition", &[1, 4], "when", "guard"),
+    ];
+    let label_of = |values: &BTreeMap<ValuePlace, String>, sort: &str, path: &[usize]| {
+        let key = match sort {
+            "group" => "title",
+            "note" => "text",
+            _ => "name",
+        };
+        let value = values.get(&(path.to_vec(), key.to_owned()));
+        format!("{sort} {}", value.map_or("", String::as_str))
+    };
+    let mut changes = 0;
+    for session in 0..60 {
+        let before = read_values(&window.text());
+        let (view, sort, path, attribute, label) = fields[random.below(fields.len())];
+        window.click(&format!("view: {view}"));
+        select(&mut window, &label_of(&before, sort, path));
+        window.click(label);
+        window.keys(Modifiers::COMMAND, Key::A);
+        let edited: ValuePlace = (path.to_vec(), attribute.to_owned());
+        let old = before.get(&edited).cloned().unwrap_or_default();
+        let mut texts = BTreeSet::from([old.clone()]);
+        // What is written has the session's number, so that two elements never have one name.
+        let own = format!("s{session}");
+        for step in 0..=random.below(6) {
+            match random.below(9) {
+                0 => window.key(Key::Backspace),
+                1 => window.keys(Modifiers::COMMAND, Key::Z),
+                2 => window.keys(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z),
+                3 => window.keys(Modifiers::COMMAND, Key::A),
+                4 => window.write("7s"),
+                5 => window.write("b7 < 3"),
+                _ if step == 0 => window.write(&own),
+                _ => window.write(["a", "b7", "q"][random.below(3)]),
+            }
+            texts.insert(window.value(label).trim().to_owned());
+        }
+        let other = fields.iter().find(|it| it.0 == view && it.2 != path && it.1 != "group");
+        let other = other.map(|it| label_of(&before, it.1, it.2)).unwrap();
+        match random.below(4) {
+            0 => window.key(Key::Escape),
+            1 => window.key(Key::Tab),
+            2 => select(&mut window, &other),
+            // In a note, Enter is a letter of its text.
+            _ if sort == "note" => select(&mut window, &other),
+            _ => {
+                window.key(Key::Enter);
+                window.write("z");
+            }
+        }
+        // A note that still has the focus is left.
+        select(&mut window, &other);
+        let after = read_values(&window.text());
+        let context = format!("seed {seed}, session {session}: {label} of {path:?}, {texts:?}");
+        let new = after.get(&edited).cloned().unwrap_or_default();
+        assert!(texts.contains(new.trim()) || new.trim().is_empty(), "{context}: {new}");
+        changes += usize::from(new != old);
+        let others = |values: &BTreeMap<ValuePlace, String>| {
+            let mut values = values.clone();
+            values.remove(&edited);
+            values
+        };
+        assert_eq!(others(&before), others(&after), "{context}");
+    }
+    assert!(changes > 10, "only {changes} of the fields changed");
 }
 
 /// Numbers by xorshift: enough to choose keys, and the same everywhere.

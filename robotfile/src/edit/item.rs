@@ -73,6 +73,12 @@ impl<'a> Item<'a> {
         }
     }
 
+    /// Returns whether it is a place or transition of a sub-mission, which only checks name:
+    /// `dock.creep`.
+    pub(crate) fn is_of_submission(self) -> bool {
+        matches!(self, Self::Place(name) | Self::Transition(name) if name.contains('.'))
+    }
+
     fn is(self, element: &Element) -> bool {
         let has = |attribute: &str, value: &str| {
             element.attribute(attribute).is_some_and(|a| a.value == value)
@@ -126,6 +132,12 @@ impl Document {
             file: self.tree().source().path().to_path_buf(),
         })
     }
+}
+
+/// Refuses a text that is not a name of the format, or one of a sub-mission's: `dock.creep`.
+pub(crate) fn check_qualified(name: &str) -> Result<(), EditError> {
+    let is_qualified = name.contains('.') && name.split('.').all(is_name);
+    if is_qualified { Ok(()) } else { Err(EditError::BadName { name: name.to_owned() }) }
 }
 
 /// Refuses a text that is not a name of the format.

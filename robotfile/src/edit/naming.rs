@@ -5,7 +5,7 @@ use crate::edit::attribute::{quote, text_run};
 use crate::edit::document::Document;
 use crate::edit::error::EditError;
 use crate::edit::item::Item;
-use crate::edit::item::check_name;
+use crate::edit::item::{check_name, check_qualified};
 use crate::edit::mention::{Mention, MentionRole, mentions};
 use crate::edit::new_element::{escape_text, escape_value};
 use crate::edit::patch::Patches;
@@ -19,7 +19,8 @@ impl Document {
     /// reports, sources, the layout, and the words of guards and checks. In a guard a name before a
     /// dot is a component's; one by itself is, of the things that have it, rather a variable's. In a
     /// check it is a place's, but a transition's in `fires(…)` and `dead(…)` and a component's in
-    /// `active(…)`. A component of another file is renamed in what names it here.
+    /// `active(…)`. A component of another file is renamed in what names it here, and so is a place or
+    /// transition of a sub-mission, by its qualified name: `dock.creep`.
     ///
     /// # Errors
     /// If there is no such item, the new name is none or another's, or the item is one without name.
@@ -27,7 +28,11 @@ impl Document {
         let (Some(old), Some(renamed)) = (item.name(), item.renamed(new)) else {
             return Err(EditError::Nameless { what: item.to_string() });
         };
-        check_name(new)?;
+        if item.is_of_submission() {
+            check_qualified(new)?;
+        } else {
+            check_name(new)?;
+        }
         self.check_known(item)?;
         if old == new {
             return Ok(());
@@ -58,9 +63,11 @@ impl Document {
         if self.is_elsewhere(item) { Ok(()) } else { self.path_of(item).map(|_| ()) }
     }
 
-    /// Whether an item is a component of another file's system.
+    /// Whether an item is defined in another file: a component of its system, or a place or
+    /// transition of a sub-mission.
     fn is_elsewhere(&self, item: Item<'_>) -> bool {
-        matches!(item, Item::Component(_)) && self.find(Item::System).is_none()
+        let is_component = matches!(item, Item::Component(_));
+        item.is_of_submission() || is_component && self.find(Item::System).is_none()
     }
 
     /// Changes the value in which an item is named. The text around the name stays as it is

@@ -48,14 +48,23 @@ pub(crate) fn occurrences(form: ListForm, value: &str, name: &str) -> Vec<Range<
             names(value).into_iter().filter(is_named).collect()
         }
         ListForm::Claimed(sort) => {
+            let qualified = names(value).into_iter().map(|word| qualified_name(value, word));
             let is_named = |word: &Range<usize>| {
-                value[word.clone()] == *name
-                    && !value[word.end..].starts_with('.')
-                    && sort_at(value, word.start) == sort
+                value[word.clone()] == *name && sort_at(value, word.start) == sort
             };
-            names(value).into_iter().filter(is_named).collect()
+            qualified.filter(is_named).collect()
         }
     }
+}
+
+/// Returns the whole name that begins with this word: `dock.creep` is one of a sub-mission.
+fn qualified_name(value: &str, word: Range<usize>) -> Range<usize> {
+    let is_of_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    let mut end = word.end;
+    while let Some(rest) = value[end..].strip_prefix('.') {
+        end = value.len() - rest.trim_start_matches(is_of_name).len();
+    }
+    word.start..end
 }
 
 /// Returns the kind of the thing whose name begins there in a check: the word before the
@@ -209,6 +218,11 @@ mod tests {
             "never active(H) and home",
         );
         let at = |value, name| occurrences(ListForm::Claimed(Sort::Place), value, name);
+        assert_eq!(
+            at("never d.creep and d.creep.x or d-2.creep", "d.creep"),
+            vec![Range { start: 6, end: 13 }]
+        );
+        assert_eq!(at("fires(d.creep) and creep and x.d.creep", "d.creep"), []);
         assert_eq!(at("leads leads to to", "leads"), vec![Range { start: 0, end: 5 }]);
         assert_eq!(at("leads leads to to", "to"), vec![Range { start: 15, end: 17 }]);
         assert_eq!(at("a leads to top", "to"), []);

@@ -121,6 +121,9 @@ impl MissionView {
         let change = Change::Remove(items);
         if workspace.edit(change.what(), |documents| change.apply(documents)) {
             self.pane.canvas.selection.clear();
+            if let Some(change) = change.name_change() {
+                workspace.ask_elsewhere(change);
+            }
         }
     }
 

@@ -139,6 +139,9 @@ impl MissionView {
             };
             let is_made = workspace.edit(change.what(), |documents| change.apply(documents));
             are_made &= is_made;
+            if is_made && let Some(change) = change.name_change() {
+                workspace.ask_elsewhere(change);
+            }
             match &change {
                 Change::Rename(Item::Place(_), name) if is_made => {
                     self.pane.select_when_drawn([Item::place(name)]);
