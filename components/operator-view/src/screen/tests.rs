@@ -1,5 +1,7 @@
 //! The screen as a person meets it: by accessible names, keys and the pointer, without a display.
 
+mod scale;
+
 use armor_grid::Pose2;
 use armor_picture::theme;
 use eframe::egui::accesskit::Role;
