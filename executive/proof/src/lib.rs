@@ -17,6 +17,7 @@ mod large;
 mod meetings;
 mod misplaced;
 mod outside;
+mod precedence;
 mod preempted;
 mod proof;
 mod prove;

@@ -79,6 +79,13 @@ impl Proof<'_> {
         };
         let seen =
             self.find_witness(&|marking| fires(marking, &ones) && fires(marking, &others))?;
+        let fires_alone = |copies: &[TransitionId], rival: &[TransitionId]| {
+            let is_alone = |marking: &[u32]| fires(marking, copies) && !fires(marking, rival);
+            self.find_witness(&is_alone).is_some()
+        };
+        // The other one would never fire where this one always can.
+        let is_one_needed = fires_alone(&others, &ones);
+        let is_other_needed = fires_alone(&ones, &others);
         let (first, second) = (self.written(first)?, self.written(second)?);
         let message = format!(
             "{} and {} can fire at the same moment, and only the order in the file decides: {}, the \
@@ -88,14 +95,29 @@ impl Proof<'_> {
             self.after_firings(&seen.path)
         );
         let finding = Finding::new(Code::Tie, &second.name.at, message);
+        let guards = "let their guards exclude each other";
+        let name = |it: &Transition| it.name.value.clone();
+        let rank = first.priority.saturating_add(1);
+        let remedy = match (is_one_needed, is_other_needed) {
+            (false, false) => guards.to_owned(),
+            (true, true) => format!(
+                "{guards}, or specify which one fires first: priority=\"{rank}\" on {} or {}",
+                name(first),
+                name(second)
+            ),
+            (is_first, _) => {
+                let preferred = if is_first { first } else { second };
+                format!(
+                    "{guards}, or let {} fire first: priority=\"{rank}\" on it",
+                    name(preferred)
+                )
+            }
+        };
         Some(
             finding
                 .related(&first.name.at, "this one fires first now")
                 .trace(self.trace_of(&seen.path, &[]))
-                .remedy(
-                    "let their guards exclude each other, or specify which one fires first: \
-                     priority=\"1\" on it",
-                ),
+                .remedy(remedy),
         )
     }
 }

@@ -17,6 +17,11 @@ fn guards_that_overlap_on_one_report_leave_the_choice_to_the_order() {
     expect(&rounds(less, ""), &["W0218"], "again and enough can fire at the same moment");
     expect(&rounds(r#"when="n &lt;= 2""#, two), &["W0218"], "let their guards exclude each other");
     expect(&rounds(less, r#"priority="-1""#), &[], "");
+    // A run prefers the one with priority, and so does the proof.
+    expect(&rounds("", &format!("{two} priority=\"1\"")), &[], "");
+    expect(&rounds("", two), &["E0254"], "or let enough fire first: priority=\"1\" on it");
+    let never = "enough never fires: again has the higher priority";
+    expect(&rounds(r#"priority="1""#, r#"when="n &lt; 4""#), &["E0254"], never);
     // No run comes to three rounds.
     expect(&rounds(less, r#"when="n == 2 or n == 3""#), &[], "");
 }
