@@ -13,6 +13,7 @@ mod durations;
 mod formula;
 mod general;
 mod ignored_ends;
+mod immediate;
 mod large;
 mod meetings;
 mod misplaced;

@@ -83,9 +83,9 @@ impl Proof<'_> {
             let is_alone = |marking: &[u32]| fires(marking, copies) && !fires(marking, rival);
             self.find_witness(&is_alone).is_some()
         };
-        // The other one would never fire where this one always can.
-        let is_one_needed = fires_alone(&others, &ones);
-        let is_other_needed = fires_alone(&ones, &others);
+        // With the priority on one of them, the other must still be able to fire somewhere.
+        let may_prefer_first = fires_alone(&others, &ones);
+        let may_prefer_second = fires_alone(&ones, &others);
         let (first, second) = (self.written(first)?, self.written(second)?);
         let message = format!(
             "{} and {} can fire at the same moment, and only the order in the file decides: {}, the \
@@ -98,7 +98,7 @@ impl Proof<'_> {
         let guards = "let their guards exclude each other";
         let name = |it: &Transition| it.name.value.clone();
         let rank = first.priority.saturating_add(1);
-        let remedy = match (is_one_needed, is_other_needed) {
+        let remedy = match (may_prefer_first, may_prefer_second) {
             (false, false) => guards.to_owned(),
             (true, true) => format!(
                 "{guards}, or specify which one fires first: priority=\"{rank}\" on {} or {}",
