@@ -83,6 +83,12 @@ impl Proof<'_> {
             let is_alone = |marking: &[u32]| fires(marking, copies) && !fires(marking, rival);
             self.find_witness(&is_alone).is_some()
         };
+        // Also where it would take a variable out of its domain, which is a finding of its own.
+        let add_outside = |copies: &[TransitionId], id: TransitionId| -> Vec<TransitionId> {
+            let outside = self.analysed.outside.iter().filter(|it| it.1 == id).map(|it| it.0);
+            copies.iter().copied().chain(outside).collect()
+        };
+        let (ones, others) = (add_outside(&ones, first), add_outside(&others, second));
         // With the priority on one of them, the other must still be able to fire somewhere.
         let may_prefer_first = fires_alone(&others, &ones);
         let may_prefer_second = fires_alone(&ones, &others);

@@ -211,7 +211,7 @@ impl<'a> Boxes<'a> {
         let mut preceding = Vec::new();
         for other in find_preceding(plan, id) {
             let operands = plan.transition(other).guard.iter().flat_map(|guard| &guard.operands);
-            let mut wider: Vec<_> = reads.iter().copied().collect();
+            let mut wider = reads.clone();
             wider.extend(operands.filter_map(Operand::counter));
             wider.sort_unstable();
             wider.dedup();
