@@ -17,6 +17,7 @@ pub fn exit_with(mut error: clap::Error, command: &Command) -> ! {
     add_foreign_command(&mut error, &arguments);
     add_parameter_command(&mut error, &arguments);
     add_hidden_format(&mut error, &arguments);
+    add_moved_places(&mut error, &arguments);
     let text = error.render().to_string();
     // Help is wrapped already.
     if error.use_stderr() && !fits_stderr(&text) {
@@ -171,6 +172,22 @@ fn add_hidden_format(error: &mut clap::Error, arguments: &[String]) {
     }
 }
 
+/// `armor mission move` takes its two places without options, which `--from` and `--to` resemble.
+fn add_moved_places(error: &mut clap::Error, arguments: &[String]) {
+    let is_place = matches!(
+        error.get(ContextKind::InvalidArg),
+        Some(ContextValue::String(name)) if ["--from", "--to"].contains(&name.as_str())
+    );
+    if error.kind() == ErrorKind::UnknownArgument
+        && is_place
+        && arguments.iter().any(|argument| argument == "move")
+    {
+        error.remove(ContextKind::SuggestedArg);
+        let tip = StyledStr::from("write `armor mission move FROM TO`, without --from and --to");
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -186,6 +203,7 @@ mod tests {
         add_foreign_command(&mut error, &arguments);
         add_parameter_command(&mut error, &arguments);
         add_hidden_format(&mut error, &arguments);
+        add_moved_places(&mut error, &arguments);
         error.render().to_string()
     }
 
@@ -208,6 +226,13 @@ mod tests {
             assert!(text.contains(expected), "{line}: {text}");
         }
         assert!(!render(&["armor", "rosy"]).contains("tip: `armor"));
+    }
+
+    #[test]
+    fn the_places_of_a_move_are_written_without_options() {
+        let text = render(&["armor", "mission", "move", "--from", "a", "--to", "b"]);
+        assert!(text.contains("write `armor mission move FROM TO`"), "{text}");
+        assert!(!text.contains("--format"), "{text}");
     }
 
     /// A tip names only commands that exist.

@@ -62,7 +62,7 @@ pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
 pub use flatten::submission_prefix;
 pub use format::format;
-pub use load::{Reading, load, load_copy, read, read_bytes};
+pub use load::{Reading, load, load_copy, read, read_bytes, suggest_file};
 pub use manifests::Manifests;
 pub use mission::Mission;
 pub use model::{Configuration, System};

@@ -10,6 +10,8 @@ use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use similar_files::suggest_file;
+
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;

@@ -21,13 +21,15 @@ pub fn suggest_similar<'a>(
     candidates: impl Iterator<Item = &'a str>,
 ) -> Option<String> {
     let candidates: Vec<&str> = candidates.take(MAX_CANDIDATES).collect();
-    find_misspelt(name, &candidates)
+    // An abbreviation is likelier than two slips.
+    find_misspelt(name, &candidates, 1)
         .or_else(|| find_abbreviated(name, &candidates))
+        .or_else(|| find_misspelt(name, &candidates, 2))
         .map(|candidate| format!("did you mean {candidate}?"))
 }
 
-fn find_misspelt<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    let max_slips = if name.len() <= SHORT_NAME_LEN { 1 } else { 2 };
+fn find_misspelt<'a>(name: &str, candidates: &[&'a str], max_slips: usize) -> Option<&'a str> {
+    let max_slips = if name.len() <= SHORT_NAME_LEN { 1 } else { max_slips };
     let is_compared = |candidate: &&str| {
         name.len().max(candidate.len()) <= MAX_COMPARED_LEN
             && candidate.len().abs_diff(name.len()) <= 2
@@ -125,6 +127,8 @@ mod tests {
         for several_or_short in ["base.", "base.od", "base"] {
             assert_eq!(abbreviated(several_or_short), None);
         }
+        let percent = suggest_similar("percent", ["present", "percentage"].into_iter());
+        assert_eq!(percent.as_deref(), Some("did you mean percentage?"));
         let forgotten = suggest_similar("sped", ["seed", "speed"].into_iter());
         assert_eq!(forgotten.as_deref(), Some("did you mean speed?"));
     }

@@ -461,7 +461,16 @@ impl ParameterManifest {
             if given.dimension != wanted.dimension {
                 let meant = match (given.name, wanted.dimension) {
                     ("m", Dimension::Time) => {
-                        format!(": m is metres; did you mean {}min?", quantity.number)
+                        let times =
+                            ["min", "s", "ms"].map(|unit| format!("{}{unit}", quantity.number));
+                        let is_possible = |time: &String| self.parse_number(time).is_ok();
+                        let times: Vec<_> = times.into_iter().filter(is_possible).collect();
+                        match times.is_empty() {
+                            true => ": m is metres".to_owned(),
+                            false => {
+                                format!(": m is metres; did you mean {}?", times.join(" or "))
+                            }
+                        }
                     }
                     _ => String::new(),
                 };

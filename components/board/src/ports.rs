@@ -87,7 +87,6 @@ impl Component for Board {
     const SUMMARY: &'static str =
         "Several writers of one element: passes on what its holder sends.";
     const REPORTS_DONE: bool = false;
-    const NEEDS_RATE: bool = true;
     const PARAMETERS: &'static [Parameter] = BoardParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("writers", "the element, of one type; the order of the links is that of priority"),
@@ -187,6 +186,21 @@ mod tests {
 
     fn event(name: &str, value: f64) -> ReportKind {
         ReportKind::Event { name: name.into(), value }
+    }
+
+    #[test]
+    fn without_a_rate_data_are_passed_on_and_the_holder_changes() -> Result<(), TestError> {
+        let mut board = board(&[("timeout", "150ms")])?;
+        let (joystick, planner) = ("joystick.velocity", "planner.velocity");
+        board.send_from("writers", joystick, &speed(0.1))?;
+        for x in [0.2, 0.3] {
+            board.pass_time(TICK);
+            board.send_from("writers", planner, &speed(x))?;
+        }
+        assert_eq!(board.outputs::<Twist>("element")?, [0.1, 0.3].map(speed));
+        assert_eq!(holders(&board)?, ["", joystick, planner]);
+        assert!(!armor_sdk::manifest_of::<Board>().expect("a manifest").needs_rate);
+        Ok(())
     }
 
     #[test]

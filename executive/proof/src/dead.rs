@@ -4,9 +4,12 @@
 use std::collections::BTreeSet;
 
 use armor_petri::{NetTransition, PlaceId, TransitionId};
+use armor_plan::Operand;
+use armor_robotfile::guard::Scalar;
 use armor_robotfile::mission::Autonomy;
 use armor_robotfile::{Code, Finding, Findings};
 
+use crate::precedence::find_preceding;
 use crate::proof::Proof;
 
 /// Most transitions whose values are looked at: each costs a pass through all states.
@@ -50,7 +53,7 @@ impl Proof<'_> {
             if after_safe.is_none() && needed.any(|(place, _)| self.most_in(*place) == 0) {
                 continue;
             }
-            let finding = after_safe.or_else(|| {
+            let finding = after_safe.or_else(|| self.find_preferred(source)).or_else(|| {
                 explained += usize::from(self.plan.transition(source).guard.is_some());
                 (explained <= MOST_EXPLAINED).then(|| self.guard_decides(source))?
             });
@@ -67,6 +70,45 @@ impl Proof<'_> {
             }));
         }
         self.report_late(&late, findings);
+    }
+
+    /// A transition in whose place another one fires on the same report, wherever its own guard is true.
+    fn find_preferred(&self, source: TransitionId) -> Option<Finding> {
+        let preceding = find_preceding(self.plan, source);
+        let arcs = self.plan.net().transition(source);
+        let is_open = |id: TransitionId, marking: &[u32]| {
+            let Some(guard) = &self.plan.transition(id).guard else { return true };
+            let counters: Vec<_> = self.analysed.values(marking).map(|(_, value)| value).collect();
+            let of = |operand: &Operand| Some(Scalar::Number(counters[operand.counter()?] as f64));
+            let known: Vec<_> = guard.operands.iter().map(of).collect();
+            let open: Vec<_> =
+                guard.operands.iter().map(|operand| operand.counter().is_none()).collect();
+            guard.guard.holds_whatever(&known, &open) != Some(false)
+        };
+        if preceding.is_empty() || self.analysed.open.is_some() {
+            return None;
+        }
+        let seen = self.find_witness(&|marking| {
+            let mut needed = arcs.inputs.iter().chain(&arcs.reads);
+            needed.all(|(place, count)| marking[place.index()] >= *count)
+                && is_open(source, marking)
+        })?;
+        let first = preceding.into_iter().find(|other| is_open(*other, &seen.marking))?;
+        let (first, name) = (self.plan.net().transition(first), &arcs.name);
+        let rank = if first.class == arcs.class { "priority" } else { "class" };
+        let message = format!(
+            "{name} never fires: {} has the higher {rank}, and the same report lets it fire first",
+            first.name
+        );
+        let finding = Finding::new(Code::NeverFires, self.at_transition(name), message)
+            .related(self.at_transition(&first.name), "this one fires first");
+        let own_guard = self.plan.transition(source).guard.is_some();
+        Some(finding.remedy(match rank {
+            "priority" if own_guard => {
+                format!("give {name} a higher priority than {}", first.name)
+            }
+            _ => format!("write when=\"…\" on {}, or another report", first.name),
+        }))
     }
 
     /// Whether a transition has its tokens in some run, but never until its time has come. The

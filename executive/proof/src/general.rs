@@ -65,6 +65,7 @@ impl Proof<'_> {
                 findings.extend(self.end_lost());
                 if !self.effort.has_begun {
                     self.find_ignored_ends(findings);
+                    self.find_immediate(findings);
                 }
             }
         }

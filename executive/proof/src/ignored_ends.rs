@@ -111,14 +111,22 @@ impl Proof<'_> {
         guard.flat_map(|guard| &guard.operands).filter_map(|operand| operand.counter())
     }
 
-    /// Whether the variables change only when the token of the place moves.
-    fn keeps_values(&self, place: PlaceId, counters: &BTreeSet<usize>) -> bool {
+    /// Whether the variables change only when the token of the place moves, or while it has none.
+    pub(super) fn keeps_values(&self, place: PlaceId, counters: &BTreeSet<usize>) -> bool {
         let net = self.plan.net();
+        let rules = FiringRules::new(self.net);
+        let fires_meanwhile = |id: TransitionId| {
+            let copies = self.copies(id);
+            let is_one = |marking: &[u32]| {
+                marking[place.index()] > 0 && copies.iter().any(|it| rules.enabled(marking, *it))
+            };
+            self.exploration.space.find(|marking| is_one(marking)).is_some()
+        };
         net.transition_ids().all(|id| {
             let mut sets = self.plan.transition(id).sets.iter();
             let arcs = net.transition(id);
             let moves = || arcs.inputs.iter().chain(&arcs.outputs).any(|arc| arc.0 == place);
-            !sets.any(|set| counters.contains(&set.counter)) || moves()
+            !sets.any(|set| counters.contains(&set.counter)) || moves() || !fires_meanwhile(id)
         })
     }
 }

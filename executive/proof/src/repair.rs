@@ -211,7 +211,10 @@ fn remedy_of(found: &[FileEdit]) -> String {
     if let Some((question, instead)) = &found[0].question {
         return format!("{question}: is that meant? If not, {instead}: then everything is proven");
     }
-    let words = found.iter().map(FileEdit::in_words).collect::<Vec<_>>().join(", or ");
+    // Two edits may differ only in how they write the same value.
+    let mut words: Vec<_> = found.iter().map(FileEdit::in_words).collect();
+    words.dedup();
+    let words = words.join(", or ");
     match found[0].is_missing {
         true => format!("is {words} missing? With it, everything is proven"),
         false => format!("did you mean {words}? With it, everything is proven"),

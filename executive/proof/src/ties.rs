@@ -79,6 +79,19 @@ impl Proof<'_> {
         };
         let seen =
             self.find_witness(&|marking| fires(marking, &ones) && fires(marking, &others))?;
+        let fires_alone = |copies: &[TransitionId], rival: &[TransitionId]| {
+            let is_alone = |marking: &[u32]| fires(marking, copies) && !fires(marking, rival);
+            self.find_witness(&is_alone).is_some()
+        };
+        // Also where it would take a variable out of its domain, which is a finding of its own.
+        let add_outside = |copies: &[TransitionId], id: TransitionId| -> Vec<TransitionId> {
+            let outside = self.analysed.outside.iter().filter(|it| it.1 == id).map(|it| it.0);
+            copies.iter().copied().chain(outside).collect()
+        };
+        let (ones, others) = (add_outside(&ones, first), add_outside(&others, second));
+        // With the priority on one of them, the other must still be able to fire somewhere.
+        let may_prefer_first = fires_alone(&others, &ones);
+        let may_prefer_second = fires_alone(&ones, &others);
         let (first, second) = (self.written(first)?, self.written(second)?);
         let message = format!(
             "{} and {} can fire at the same moment, and only the order in the file decides: {}, the \
@@ -88,14 +101,29 @@ impl Proof<'_> {
             self.after_firings(&seen.path)
         );
         let finding = Finding::new(Code::Tie, &second.name.at, message);
+        let guards = "let their guards exclude each other";
+        let name = |it: &Transition| it.name.value.clone();
+        let rank = first.priority.saturating_add(1);
+        let remedy = match (may_prefer_first, may_prefer_second) {
+            (false, false) => guards.to_owned(),
+            (true, true) => format!(
+                "{guards}, or specify which one fires first: priority=\"{rank}\" on {} or {}",
+                name(first),
+                name(second)
+            ),
+            (is_first, _) => {
+                let preferred = if is_first { first } else { second };
+                format!(
+                    "{guards}, or let {} fire first: priority=\"{rank}\" on it",
+                    name(preferred)
+                )
+            }
+        };
         Some(
             finding
                 .related(&first.name.at, "this one fires first now")
                 .trace(self.trace_of(&seen.path, &[]))
-                .remedy(
-                    "let their guards exclude each other, or specify which one fires first: \
-                     priority=\"1\" on it",
-                ),
+                .remedy(remedy),
         )
     }
 }

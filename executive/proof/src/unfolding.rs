@@ -9,6 +9,8 @@ use armor_robotfile::guard::Scalar;
 use armor_plan::Plan;
 use armor_plan::{Operand, PlannedCounter, PlannedSet};
 
+use crate::precedence::find_preceding;
+
 /// Combinations of values that are looked at for one transition.
 const MAX_COMBINATIONS: u64 = 65_536;
 /// Copies in all.
@@ -157,6 +159,15 @@ struct ValueClass {
     values: Option<Vec<i64>>,
 }
 
+/// How many combinations of values some counters have.
+fn count_combinations(plan: &Plan, counters: &[usize]) -> u64 {
+    let sizes = counters.iter().map(|index| {
+        let counts = plan.counters()[*index].counts;
+        (counts.maximum - counts.minimum) as u64 + 1
+    });
+    sizes.fold(1_u64, u64::saturating_mul)
+}
+
 struct Boxes<'a> {
     plan: &'a Plan,
     id: TransitionId,
@@ -164,6 +175,8 @@ struct Boxes<'a> {
     reads: Vec<usize>,
     /// Whether its guard speaks of data too.
     is_mixed: bool,
+    /// Those that fire in its place on the same report, where their guards are true.
+    preceding: Vec<TransitionId>,
     /// Per set, how it is written as an effect.
     shapes: Vec<SetShape>,
 }
@@ -191,15 +204,24 @@ impl<'a> Boxes<'a> {
         reads.sort_unstable();
         reads.dedup();
         let is_mixed = operands.clone().any(|operand| operand.counter().is_none());
-        let sizes = reads.iter().map(|index| {
-            let counts = plan.counters()[*index].counts;
-            (counts.maximum - counts.minimum) as u64 + 1
-        });
-        let combinations = sizes.fold(1_u64, u64::saturating_mul);
+        let combinations = count_combinations(plan, &reads);
         if combinations > MAX_COMBINATIONS {
             return Err(TooMany { counters: reads, transition: id, combinations });
         }
-        let mut boxes = Self { plan, id, reads, is_mixed, shapes: Vec::new() };
+        let mut preceding = Vec::new();
+        for other in find_preceding(plan, id) {
+            let operands = plan.transition(other).guard.iter().flat_map(|guard| &guard.operands);
+            let mut wider = reads.clone();
+            wider.extend(operands.filter_map(Operand::counter));
+            wider.sort_unstable();
+            wider.dedup();
+            // Without this one the transition can do more than in a run, which is safe to assume.
+            if count_combinations(plan, &wider) <= MAX_COMBINATIONS {
+                reads = wider;
+                preceding.push(other);
+            }
+        }
+        let mut boxes = Self { plan, id, reads, is_mixed, preceding, shapes: Vec::new() };
         boxes.shapes = (0..planned.sets.len()).map(|set| boxes.shape(set)).collect();
         Ok(boxes)
     }
@@ -247,13 +269,26 @@ impl<'a> Boxes<'a> {
         }
     }
 
-    /// None where its guard does not hold, whatever is known of data.
+    /// None where its guard does not hold, whatever is known of data, and where another transition
+    /// fires first.
     fn class(&self, values: &[i64]) -> Option<ValueClass> {
         let planned = self.plan.transition(self.id);
         let value = |index: &usize| {
             let at = self.reads.iter().position(|read| read == index);
             values[at.expect("what it speaks of is read")]
         };
+        let fires_first = |other: &TransitionId| {
+            self.plan.transition(*other).guard.as_ref().is_none_or(|guard| {
+                let of = |operand: &Operand| {
+                    operand.counter().map(|index| Scalar::Number(value(&index) as f64))
+                };
+                let known: Vec<_> = guard.operands.iter().map(of).collect();
+                guard.guard.holds(&known) == Some(true)
+            })
+        };
+        if self.preceding.iter().any(fires_first) {
+            return None;
+        }
         let is_decided = match &planned.guard {
             None => true,
             Some(guard) => {

@@ -11,6 +11,7 @@ use armor_petri::analysis::{
 };
 use armor_petri::file::{NetFile, decode_text, pnml, tina};
 use armor_petri::{Net, TransitionId};
+use armor_robotfile::suggest_file;
 
 use super::arguments::ProofLimits;
 use super::mission::{is_mission, read_mission_net};
@@ -21,7 +22,10 @@ use super::mission::{is_mission, read_mission_net};
 /// If it cannot be read or contains no net, with line and column.
 pub fn load_net(path: &Path) -> Result<NetFile> {
     let shown = path.display();
-    let bytes = std::fs::read(path).with_context(|| format!("cannot read {shown}"))?;
+    let bytes = std::fs::read(path).with_context(|| {
+        let advice = suggest_file(path).map(|advice| format!("; {advice}")).unwrap_or_default();
+        format!("cannot read {shown}{advice}")
+    })?;
     let located = |error| anyhow!("{shown}:{error}");
     let text = decode_text(&bytes).map_err(located)?;
     match is_tina(path) {

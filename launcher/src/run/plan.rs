@@ -6,9 +6,9 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use armor_robotfile::Configuration;
 use armor_robotfile::model::{Component, Restart};
 use armor_robotfile::resources::ResourceLimits;
+use armor_robotfile::{Configuration, advise_similar};
 use armor_sdk::messages::Progress;
 use armor_wire::Message;
 use armor_wire::name::is_name;
@@ -150,8 +150,11 @@ impl ProcessPlan {
         for without in &arguments.without {
             if !components.iter().any(|component| component.name.value == *without) {
                 let names = components.iter().map(|component| component.name.value.as_str());
+                let advice = advise_similar(without, names.clone());
                 let names = names.collect::<Vec<_>>().join(", ");
-                bail!("--without {without}: no component is called that; there are {names}");
+                bail!(
+                    "--without {without}: no component is called that{advice} (there are {names})"
+                );
             }
         }
         for component in components {

@@ -42,6 +42,10 @@ pub(super) fn check(
     for transition in mission.transitions.iter().filter(|it| is_immediate_emergency(mission, it)) {
         findings.push(report_emergency(transition));
     }
+    let delayed = |it: &&Transition| is_emergency(mission, it) && is_delay_alone(it);
+    for transition in mission.transitions.iter().filter(delayed) {
+        findings.push(report_delayed_emergency(transition));
+    }
     for transition in mission.transitions.iter().filter(|it| is_emergency(mission, it)) {
         findings.extend(find_consent(transition));
     }
@@ -131,6 +135,19 @@ fn report_emergency(transition: &Transition) -> Finding {
     finding.remedy(remedy).stops_transition()
 }
 
+fn report_delayed_emergency(transition: &Transition) -> Finding {
+    let time = transition.interval.as_ref().map_or("", |interval| interval.at.text());
+    let message = format!(
+        "{} fires `{time}` after the mission begins: it takes a token from no place, and waits for \
+         nothing but its earliest time",
+        transition.name.value
+    );
+    let remedy = "write on=\"…\" or when=\"…\" for what it waits for, or operator=\"true\" if the \
+                  operator fires it";
+    let finding = Finding::new(Code::ImmediateExit, &transition.name.at, message);
+    finding.remedy(remedy).stops_transition()
+}
+
 /// Returns whether anything but a guard determines when the transition fires.
 fn has_moment(transition: &Transition) -> bool {
     transition.on.is_some()
@@ -184,14 +201,18 @@ fn report(transition: &Transition, place: &str, other: &Transition) -> Finding {
     finding.remedy(remedy).related(&other.name.at, "this one waits")
 }
 
-/// Returns whether the transition has an earliest time, and nothing that it waits for.
+/// Returns whether the transition of the ordinary class has an earliest time, and nothing that it waits
+/// for.
 fn has_only_delay(transition: &Transition) -> bool {
+    transition.class == Class::Normal && is_delay_alone(transition)
+}
+
+fn is_delay_alone(transition: &Transition) -> bool {
     // `interval="[2s,inf)"` states that it has no latest time.
     let is_delay = |it: &Spanned<Interval>| {
         it.value.latest.is_none() && !it.value.earliest.is_zero() && !it.at.text().starts_with('[')
     };
-    transition.class == Class::Normal
-        && transition.interval.as_ref().is_some_and(is_delay)
+    transition.interval.as_ref().is_some_and(is_delay)
         && transition.on.is_none()
         && transition.when.is_none()
         && transition.not_before.is_none()

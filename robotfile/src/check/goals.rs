@@ -162,8 +162,7 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         mission.transitions.iter().filter(shares).count() > 1
     };
     let is_exit = |transition: &Transition| {
-        let is_emergency =
-            transition.class == Class::Safety && transition.inputs().next().is_none();
+        let is_emergency = transition.class == Class::Safety && !is_by(transition, "done");
         let is_timeout = transition.on.is_none()
             && transition.when.is_none()
             && transition.not_before.is_none()

@@ -292,13 +292,23 @@ impl<'a> Conditions<'a> {
         );
         let on = self.transition.on.as_ref();
         let failed = on.filter(|_| [self, other].iter().all(|it| it.transition.is_on_failure()));
+        // With priority on the other one, the one that needs more tokens would never fire.
+        let preferred = match (other.is_met_with(self), self.is_met_with(other)) {
+            (true, true) => None,
+            (true, false) => Some(&name.value),
+            (false, _) => Some(&first.value),
+        };
+        let rank = self.transition.priority.saturating_add(1);
+        let otherwise = match preferred {
+            Some(preferred) => format!("write priority=\"{rank}\" on {preferred}"),
+            None => "give one of them another condition, or remove it".to_owned(),
+        };
         let remedy = match failed {
             Some(on) => format!(
-                "was on=\"{}.done\" meant for one of them? Otherwise remove one, or write \
-                 priority=\"1\" on it",
+                "was on=\"{}.done\" meant for one of them? Otherwise {otherwise}",
                 on.component.value
             ),
-            None => "specify which one fires first: priority=\"1\" on it".into(),
+            None => otherwise,
         };
         Finding::new(Code::Tie, &name.at, message)
             .remedy(remedy)

@@ -22,6 +22,12 @@ pub(super) fn suggest_files(findings: &mut Findings) {
     }
 }
 
+/// Returns the question for the file that was probably meant by the name of one that does not exist:
+/// `did you mean robot.xml?`. `None` if the file exists, or nothing resembles its name.
+pub fn suggest_file(path: &Path) -> Option<String> {
+    find_meant(Path::new(""), path)
+}
+
 /// Returns the question for the file that was meant by a name that is relative to `folder`.
 pub(super) fn find_meant(folder: &Path, named: &Path) -> Option<String> {
     if folder.join(named).exists() {

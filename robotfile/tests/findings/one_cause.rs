@@ -97,6 +97,14 @@ fn goal_and_safe_place_are_exchanged_also_where_an_emergency_leads_to_the_goal()
 }
 
 #[test]
+fn a_transition_of_the_safety_class_does_not_lead_to_the_goal_while_done_leads_to_the_safe_place() {
+    let lost = r#"<transition name="lost" from="a" to="hold" when="power.state.level &lt; 0.1" class="safety"/>"#;
+    let file = robot(r#"safe="hold""#, &format!("{END}{LATE}{lost}"));
+    let file = file.replace(r#"goal="over" safe="hold""#, r#"goal="hold" safe="over""#);
+    only("W0276", "did you mean goal=\"over\" safe=\"hold\"?", &file);
+}
+
+#[test]
 fn an_element_of_another_noun_may_be_the_place_that_is_missing() {
     let file = mission(r#"<zone name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
     only_of("E0015", "known elements", &file);

@@ -106,7 +106,14 @@ fn of_two_transitions_that_differ_in_their_names_one_is_to_be_removed() {
     only("W0218", r#"was on="go.done" meant for one of them?"#, &with(&other));
     let done = other.replace("failed", "done").replace(r#"to="hold" on"#, r#"to="a" on"#);
     let file = with(&done).replace(END, "");
-    only("W0218", "specify which one fires first", &file);
+    only("W0218", "give one of them another condition, or remove it", &file);
+    let more = done.replace(
+        r#"to="over" on="go.done"/>"#,
+        r#"to="over" on="go.done"><read place="b"/></transition>"#,
+    );
+    let file = with(&format!(r#"<place name="b" initial="true"/>{more}"#)).replace(END, "");
+    let (codes, text) = super::found_in(&file);
+    assert!(codes.contains(&"W0218") && text.contains(r#"write priority="1" on u"#), "{text}");
 }
 
 #[test]

@@ -97,13 +97,16 @@ fn work_that_begins_together_with_a_wrong_goal_is_one_finding() {
 }
 
 #[test]
-fn an_emergency_does_not_wait_for_a_person() {
+fn an_emergency_waits_for_something_and_not_for_a_person() {
     let stop = |attributes: &str| {
         let stop = r#"<transition name="stop" to="hold" class="safety""#;
         with(&format!("{stop} {attributes}/>"))
     };
     nothing(&stop(r#"operator="true""#));
     only("W0280", "is asked as soon as the mission begins", &stop(r#"autonomy="confirm""#));
+    let delayed = r#"stop fires `500ms` after the mission begins"#;
+    only("W0272", delayed, &stop(r#"after="500ms""#));
+    nothing(&stop(r#"after="500ms" when="power.state.level &lt; 0.1""#));
     let bumped = r#"when="power.state.level &lt; 0.1""#;
     let asks = format!(r#"{bumped} autonomy="confirm""#);
     only("W0280", "does not fire before the operator has agreed", &stop(&asks));

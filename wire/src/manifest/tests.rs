@@ -98,7 +98,13 @@ fn ranges_are_in_si_and_inclusive() {
 #[test]
 fn metres_for_minutes_are_recognised() {
     let time = parameter(ParameterType::Number, "s");
-    assert!(time.parse("30m").is_err_and(|why| why.ends_with("did you mean 30min?")));
+    let any = "m is metres; did you mean 30min or 30s or 30ms?";
+    assert!(time.parse("30m").is_err_and(|why| why.ends_with(any)));
+    let (minimum, maximum) = (Some(0.01), Some(3600.0));
+    let short = ParameterManifest { minimum, maximum, ..parameter(ParameterType::Number, "s") };
+    let possible = "m is metres; did you mean 400s or 400ms?";
+    assert!(short.parse("400m").is_err_and(|why| why.ends_with(possible)));
+    assert!(short.parse("9e9m").is_err_and(|why| why.ends_with("m is metres")));
     assert!(time.parse("30kg").is_err_and(|why| why.ends_with("a multiple of it")));
 }
 

@@ -12,6 +12,13 @@ pub(super) fn expect(mission: &str, codes: &[&str], shown: &str) {
 
 /// The same of a mission with the sub-mission `inner`, in `inner.xml`.
 pub(super) fn expect_with(mission: &str, inner: &str, codes: &[&str], shown: &str) {
+    let (found, text) = found_in(mission, inner);
+    assert_eq!(found, codes, "{mission}\n{text}");
+    assert!(text.contains(shown), "{shown}\n{text}");
+}
+
+/// The codes of its findings apart from notes, and their text.
+pub(super) fn found_in(mission: &str, inner: &str) -> (Vec<String>, String) {
     let file = format!(
         r#"<armor version="1"><system><component name="go" kind="k"/><component name="back" kind="k"/></system>{mission}</armor>"#
     );
@@ -27,10 +34,8 @@ pub(super) fn expect_with(mission: &str, inner: &str, codes: &[&str], shown: &st
     reading.findings.extend_proven(proven, &configuration);
     let found = reading.findings.without_notes();
     let text = found.render(Colours::No);
-    let found: Vec<_> = found.iter().map(|finding| finding.code.as_str()).collect();
-    assert_eq!(found, codes, "{file}\n{text}");
-    assert!(text.contains(shown), "{shown}\n{text}");
     assert!(reading.findings.iter().all(|f| f.code == Code::Takes || !f.remedy.is_empty()));
+    (found.iter().map(|finding| finding.code.as_str().to_owned()).collect(), text)
 }
 
 pub(super) fn mission(of_mission: &str, content: &str) -> String {

@@ -22,6 +22,32 @@ fn guards_that_overlap_on_one_report_leave_the_choice_to_the_order() {
 }
 
 #[test]
+fn of_two_for_one_report_the_proof_fires_the_one_with_priority() {
+    let rounds = |again: &str, enough: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="3"/>{OUT}<transition name="again" from="b" to="a" on="back.done" {again}><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="home" on="back.done" {enough}/>"#
+        );
+        mission(BOTH, &(content + LATE))
+    };
+    let two = r#"when="n == 2""#;
+    expect(&rounds("", two), &["E0254"], "or let enough fire first: priority=\"1\" on it");
+    expect(&rounds("", &format!("{two} priority=\"1\"")), &[], "");
+    expect(&rounds("", &format!("{two} class=\"safety\"")), &[], "");
+    // One that needs a further token does not always fire.
+    let more = format!("{two} priority=\"1\"><read place=\"hold\"/></transition");
+    let file = rounds("", "").replace("on=\"back.done\" />", &format!("on=\"back.done\" {more}>"));
+    expect(&file, &["E0254"], "again would set n to 4");
+    // Nor does one that waits for data or for a person.
+    expect(&rounds("", &format!("{two} priority=\"1\" after=\"1s\"")), &["E0254"], "n to 4");
+    let asks = format!("{two} priority=\"1\" autonomy=\"confirm\"");
+    expect(&rounds("", &asks), &["E0254"], "again would set n to 4");
+    let never = "enough never fires: again has the higher priority";
+    let less = r#"when="n &lt; 3" priority="1""#;
+    expect(&rounds(less, r#"when="n &lt;= 2""#), &["E0241"], never);
+    expect(&rounds(less, r#"when="n == 3""#), &[], "");
+}
+
+#[test]
 fn a_guard_that_nothing_changes_in_the_place_does_not_wait() {
     let rounds = |enough: &str| {
         let content = format!(
@@ -35,6 +61,27 @@ fn a_guard_that_nothing_changes_in_the_place_does_not_wait() {
     let ticks = r#"<transition name="tick" from="b" to="b" after="1s"><set variable="n" value="2"/></transition></mission>"#;
     let counted = rounds("").replace("</mission>", ticks);
     expect(&counted.replace(LATE, ""), &[], "");
+}
+
+#[test]
+fn what_sets_a_variable_while_a_place_has_no_token_does_not_change_it_there() {
+    let rounds = |again: &str, enough: &str, more: &str| {
+        let content = format!(
+            r#"<variable name="n" min="0" max="3"/><place name="c"/>{OUT}<transition name="again" from="b" to="a" {again}><set variable="n" value="n + 1"/></transition><transition name="enough" from="b" to="c" on="back.done" {enough}/><transition name="more" from="c" to="a" operator="true" when="n &lt; 3"><set variable="n" value="n + 1"/></transition><transition name="end" from="c" to="home" timeout="20s"/>{more}"#
+        );
+        mission(BOTH, &(content + LATE))
+    };
+    let (less, least) = (r#"on="back.done" when="n &lt; 1""#, r#"when="n &gt;= 1""#);
+    expect(&rounds(less, least, ""), &[], "");
+    let forgotten = rounds(r#"when="n &lt; 1""#, least, "");
+    expect(&forgotten, &["W0272"], "again waits for nothing: where `n < 1` is true");
+    let equal = r#"when="n == 1""#;
+    expect(&rounds(less, equal, ""), &["W0284"], "for the end of back: n is 2");
+    // A second token changes it in the meantime.
+    let beside = r#"<place name="d" initial="true"/><transition name="tick" from="d" to="d" timeout="9s"><set variable="n" value="3"/></transition>"#;
+    let file = rounds(r#"when="n &gt; 2""#, r#"when="n &lt;= 2""#, beside);
+    let (codes, text) = super::follow_ups::found_in(&file, "");
+    assert!(!codes.contains(&"W0272".to_owned()), "{text}");
 }
 
 #[test]
