@@ -101,7 +101,7 @@ fn a_component_to_leave_out_must_be_in_the_file() {
     let (code, _, log) = run_to_end(&mut folder.armor(&["run", "robots.xml", "--without", "fat"]));
     assert_eq!(code, 1, "{log}");
     assert!(
-        log.contains("--without fat: no component is called that (there are near, far)"),
+        log.contains("no component is called that; did you mean far? (there are near, far)"),
         "{log}"
     );
 }

@@ -138,7 +138,7 @@ fn a_flood_of_strangers_keeps_no_newcomer_out_and_disturbs_no_link() {
     let raised = Rlimit { current: limit.maximum, maximum: limit.maximum };
     setrlimit(Resource::Nofile, raised).expect("as many as are allowed");
     let flood = Flood::chosen();
-    let system = playing();
+    let system = playing("floods");
     let control = Purpose::Control { role: Role::Observer };
     let source = system.entry("source");
     let ports = [

@@ -202,7 +202,8 @@ fn link_to(data: &str) -> Purpose {
     Purpose::Link { link }
 }
 
-pub fn playing() -> System {
+/// Two probes, one of which sends to the other, in a folder of this name.
+pub fn playing(folder: &str) -> System {
     let draft = Draft::default()
         .probe("source", "rate='200Hz'", "bulk=1000")
         .probe("sink", "", "")
@@ -213,7 +214,7 @@ pub fn playing() -> System {
               <transition name='late' from='here' to='over' timeout='1h'/>
             </mission>",
         );
-    let system = draft.run(Folder::new("strangers"));
+    let system = draft.run(Folder::new(folder));
     system.traced("sink", "data", |trace| (trace.got("a").len() > 20).then_some(()));
     system
 }
@@ -224,7 +225,7 @@ pub fn tcp(entry: &ComponentEntry) -> Port {
 
 #[test]
 fn strangers_are_closed_bounded_and_logged_once_on_every_port_while_data_flows() {
-    let system = playing();
+    let system = playing("strangers");
     let control = Purpose::Control { role: Role::Observer };
     let source = system.entry("source");
     let ports = [

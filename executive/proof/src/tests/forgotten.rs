@@ -78,8 +78,8 @@ fn what_sets_a_variable_while_a_place_has_no_token_does_not_change_it_there() {
     let equal = r#"when="n == 1""#;
     expect(&rounds(less, equal, ""), &["W0284"], "for the end of back: n is 2");
     // A second token changes it in the meantime.
-    let beside = r#"<place name="d" initial="true"/><transition name="tick" from="d" to="d" timeout="9s"><set variable="n" value="3"/></transition>"#;
-    let file = rounds(r#"when="n &gt; 2""#, r#"when="n &lt;= 2""#, beside);
+    let parallel = r#"<place name="d" initial="true"/><transition name="tick" from="d" to="d" timeout="9s"><set variable="n" value="3"/></transition>"#;
+    let file = rounds(r#"when="n &gt; 2""#, r#"when="n &lt;= 2""#, parallel);
     let (codes, text) = super::follow_ups::found_in(&file, "");
     assert!(!codes.contains(&"W0272".to_owned()), "{text}");
 }
