@@ -44,17 +44,8 @@ fn find_inexact(
         if !is_measured(value, number, meanings) {
             continue;
         }
-        let part = |node: &GuardNode| text.get(node.at.clone()).unwrap_or_default();
-        problems.push(GuardProblem {
-            code: Code::InexactEqual,
-            at: node.at.clone(),
-            message: format!(
-                "`{}` is almost always {outcome}: a measured value is rarely exactly {}",
-                part(node),
-                part(constant)
-            ),
-            remedy: "compare with <, <=, > or >=; for a range, with both ends".into(),
-        });
+        let remedy = "compare with <, <=, > or >=; for a range, with both ends";
+        problems.push(describe_inexact(node, constant, outcome, text, remedy));
     }
 }
 
@@ -91,9 +82,20 @@ fn report_single(
     if !fraction(constant).is_some_and(|number| is_measured(value, number, meanings)) {
         return;
     }
-    let part = |node: &GuardNode| text.get(node.at.clone()).unwrap_or_default();
     let outcome = if operator == GuardOperator::Or { "true" } else { "false" };
-    problems.push(GuardProblem {
+    let remedy = "write one of the two comparisons, or another number in one of them";
+    problems.push(describe_inexact(node, constant, outcome, text, remedy));
+}
+
+fn describe_inexact(
+    node: &GuardNode,
+    constant: &GuardNode,
+    outcome: &str,
+    text: &str,
+    remedy: &str,
+) -> GuardProblem {
+    let part = |node: &GuardNode| text.get(node.at.clone()).unwrap_or_default();
+    GuardProblem {
         code: Code::InexactEqual,
         at: node.at.clone(),
         message: format!(
@@ -101,8 +103,8 @@ fn report_single(
             part(node),
             part(constant)
         ),
-        remedy: "write one of the two comparisons, or another number in one of them".into(),
-    });
+        remedy: remedy.into(),
+    }
 }
 
 /// The number that is written there, if it is not a whole one.
