@@ -19,6 +19,7 @@ mod other_means;
 mod petri;
 mod process;
 mod pull;
+mod pull_times;
 mod reaction;
 mod readings;
 mod reliability;

@@ -37,6 +37,10 @@ pub fn play_role(role: &str, arguments: impl Iterator<Item = OsString>) -> Resul
         "numbered-reader" => armor_sdk::run_with::<NumberedReader>(arguments),
         "stamped-writer" => armor_sdk::run_with::<StampedWriter>(arguments),
         "stamped-reader" => armor_sdk::run_with::<StampedReader>(arguments),
+        "pulling-reader" => {
+            crate::pull_times::collect();
+            armor_sdk::run_with::<StampedReader>(arguments)
+        }
         "turn" => armor_sdk::run_with::<TurnComponent>(arguments),
         _ => bail!("there is no role `{role}`"),
     };

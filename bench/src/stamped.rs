@@ -180,6 +180,15 @@ impl Component for StampedReader {
                 percentile_us(&mut self.arrived_ns, 0.99),
                 percentile_us(&mut self.replaced_ns, 0.99)
             );
+            let mut pulls = crate::pull_times::take();
+            println!(
+                "pulls n={} p50_us={} p99_us={} taking_p50_us={} taking_p99_us={}",
+                pulls.took_ns.len(),
+                percentile_us(&mut pulls.took_ns, 0.5),
+                percentile_us(&mut pulls.took_ns, 0.99),
+                percentile_us(&mut pulls.taking_ns, 0.5),
+                percentile_us(&mut pulls.taking_ns, 0.99),
+            );
             self.arrived_ns.clear();
             self.replaced_ns.clear();
             self.triggered_ns.clear();

@@ -194,13 +194,20 @@ impl Link {
     /// The policy that its two ends agree on, which also depends on `mode` and `history`.
     pub fn find_policy(&self) -> Keep {
         match self.mode {
-            // The history of a slow component would otherwise be that of the newest alone.
-            LinkMode::Push if self.keep == Keep::Latest && self.history > 1 => {
-                Keep::Last { count: self.history.min(MAX_KEEP) }
-            }
-            LinkMode::Push => self.keep,
+            LinkMode::Push => with_history(self.keep, self.history),
             LinkMode::Pull => Keep::Pull,
         }
+    }
+}
+
+/// Returns the policy of a link that pushes and has a history: at least as many messages wait for a
+/// busy component as its history has, otherwise it would have gaps.
+pub(crate) fn with_history(keep: Keep, history: u32) -> Keep {
+    let count = history.min(MAX_KEEP);
+    match keep {
+        Keep::Latest if count > 1 => Keep::Last { count },
+        Keep::Last { count: few } if few < count => Keep::Last { count },
+        _ => keep,
     }
 }
 
@@ -278,4 +285,21 @@ pub(crate) struct LayoutBlock {
 pub struct Clock {
     /// The output that publishes the time.
     pub source: Port,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_messages_wait_as_the_history_has() {
+        let last = |count| Keep::Last { count };
+        assert_eq!(with_history(Keep::Latest, 1), Keep::Latest);
+        assert_eq!(with_history(Keep::Latest, 9), last(9));
+        assert_eq!(with_history(last(3), 9), last(9));
+        assert_eq!(with_history(last(20), 9), last(20));
+        assert_eq!(with_history(last(3), u32::MAX), last(MAX_KEEP));
+        let all = Keep::All { patience_ms: 5 };
+        assert_eq!(with_history(all, 9), all);
+    }
 }

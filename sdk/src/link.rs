@@ -16,7 +16,7 @@ pub(crate) mod output;
 pub(crate) mod patience;
 pub(crate) mod payload;
 pub(crate) mod publishing;
-mod pull;
+pub(crate) mod pull;
 pub(crate) mod queue;
 mod stream;
 pub(crate) mod wire_out;

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use armor_wire::control::{ReportKind, RunState};
 use armor_wire::frame::DataHeader;
+use tracing::Level;
 
 use crate::call::{Call, Outcome};
 use crate::calls::CalledFunction;
@@ -15,12 +16,16 @@ use crate::fed_input::FedInput;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
 use crate::link::payload::Payload;
+use crate::link::pull::PullDeadline;
 use crate::parameter::Value;
 use crate::participant::Participant;
 use crate::user_code::{UserCode, check_outcome, run_user_code};
 
 /// The longest wait for the answers to a pull; of a fast component, a quarter of its period.
 const LONGEST_PULL: Duration = Duration::from_millis(20);
+
+/// Under which pulls are traced: `armor log NAME armor_sdk::pulls=trace,info`.
+const PULLS: &str = "armor_sdk::pulls";
 
 /// See the module.
 pub(crate) struct RunningComponent {
@@ -98,22 +103,33 @@ impl RunningComponent {
     }
 
     /// Asks the publishers of all inputs that pull at once, and hands over what comes in time. What
-    /// comes later is handed over with the next pull, unless there are newer data by then.
+    /// comes later is handed over with the next pull, unless there are newer data by then. How long
+    /// that took is traced, and how much of it without the component's own code.
     pub fn pull_inputs(&mut self) {
         if !self.pulls || !self.is_active() {
             return;
         }
+        let begun = tracing::enabled!(target: PULLS, Level::TRACE).then(Instant::now);
         self.pulled_inputs().for_each(InputPort::ask_newest);
         let period = self.participant.period().unwrap_or(Duration::MAX);
-        let deadline = Instant::now() + LONGEST_PULL.min(period / 4);
+        let deadline = PullDeadline::after(LONGEST_PULL.min(period / 4));
+        let mut handing_over = Duration::ZERO;
         for index in 0..self.inputs.len() {
             let port = &self.inputs[index].port;
             if port.is_pulling()
-                && let Some(item) = port.take_pulled(deadline)
+                && let Some(item) = port.take_pulled(&deadline)
             {
+                let taken = begun.map(|_| Instant::now());
                 let payload = item.payload.as_payload();
                 self.hand_over_data(index, item.header, item.lost, payload, false);
+                handing_over += taken.map_or(Duration::ZERO, |taken| taken.elapsed());
             }
+        }
+        if let Some(begun) = begun {
+            let took = begun.elapsed();
+            let (took_ns, taking_ns) =
+                (took.as_nanos() as u64, took.saturating_sub(handing_over).as_nanos() as u64);
+            tracing::trace!(target: PULLS, took_ns, taking_ns, "inputs pulled");
         }
     }
 

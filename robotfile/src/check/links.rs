@@ -51,7 +51,8 @@ fn never_called(system: &System, findings: &mut Findings) {
 /// While its reader works, for one period at most, data wait in the queue.
 fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &mut Findings) {
     let rate_hz = |name: &str| Some(components.get(name)?.rate_hz.as_ref()?.value);
-    let (Keep::Last { count }, LinkMode::Push, Some(at)) = (link.keep, link.mode, &link.keep_at)
+    let (Keep::Last { count }, LinkMode::Push, Some(at)) =
+        (link.find_policy(), link.mode, &link.keep_at)
     else {
         return;
     };

@@ -11,7 +11,9 @@ use crate::code::Code;
 use crate::fields::ElementFields;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::model::{Clock, Component, Host, Link, LinkMode, Parameter, Restart, System, Transport};
+use crate::model::{
+    Clock, Component, Host, Link, LinkMode, Parameter, Restart, System, Transport, with_history,
+};
 use crate::read::limits::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS, add_limited};
 use crate::read::{frame, layout};
 use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice, parse_realtime};
@@ -220,14 +222,16 @@ fn read_link(element: &Element, source: &Arc<Source>, findings: &mut Findings) -
     }
     let mut keep = keep.map(|keep| keep.value).unwrap_or_default();
     if transport.as_ref().is_some_and(|transport| transport.value == Transport::Shm) {
-        let count = match keep {
+        let stored = history.as_ref().map_or(1, |history| history.value);
+        let count = match with_history(keep, stored) {
             Keep::Last { count } if !pulls => count,
             _ => 0,
         };
         if count > MAX_IN_MEMORY {
+            let name = if stored > MAX_IN_MEMORY { "history" } else { "keep" };
             let advice = format!(
                 "shared memory holds at most {MAX_IN_MEMORY} messages that wait: write \
-                 keep=\"{MAX_IN_MEMORY}\" or less, or remove transport"
+                 {name}=\"{MAX_IN_MEMORY}\" or less, or remove transport"
             );
             fields.without_effect("transport", &advice);
         }

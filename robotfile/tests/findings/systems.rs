@@ -42,7 +42,8 @@ fn links_together() {
     fine(r#"<link from="a.x" to="b.y" mode="pull" keep="latest" wake="sleep"/>"#);
     fine(r#"<link from="a.x" to="b.y" mode="pull" transport="shm"/>"#);
     with("W0027", r#"<link from="a.x" to="b.y" keep="40" [[transport]]="shm"/>"#);
-    fine(r#"<link from="a.x" to="b.y" keep="32" transport="shm"/>"#);
+    with("W0027", r#"<link from="a.x" to="b.y" keep="3" history="33" [[transport]]="shm"/>"#);
+    fine(r#"<link from="a.x" to="b.y" keep="32" history="9" transport="shm"/>"#);
     let hosts = r#"<host name="h" at="h.local:7410"/><component name="d" kind="k" host="h"/><component name="e" kind="k" host="h"/>"#;
     with("W0027", &format!(r#"{hosts}<link from="a.x" to="d.y" transport="[[shm]]"/>"#));
     fine(&format!(r#"{hosts}<link from="e.x" to="d.y" transport="shm"/>"#));

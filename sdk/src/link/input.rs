@@ -4,7 +4,6 @@
 use std::net::Shutdown;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Instant;
 
 use armor_socket::Stream;
 use armor_wire::config::InputSettings;
@@ -20,7 +19,7 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 use super::arrivals::ArrivedSequence;
 use super::inbox::{Inbox, InboxItem};
 use super::payload::StoredPayload;
-use super::pull::{PullState, PulledMessage};
+use super::pull::{PullDeadline, PullState, PulledMessage};
 use crate::counter::SingleWriterCounter;
 use crate::declared::DeclaredType;
 use crate::message_type::LearnedType;
@@ -219,7 +218,7 @@ impl InputPort {
 
     /// Takes the newest data: from the memory of the link, or when the publisher has answered, but
     /// not beyond `deadline`. `None` if there are none that are newer than the last.
-    pub fn take_pulled(&self, deadline: Instant) -> Option<InboxItem> {
+    pub fn take_pulled(&self, deadline: &PullDeadline) -> Option<InboxItem> {
         self.pull.wait_until(deadline);
         let answer = self.lock_inbox().pop();
         let item = match self.take_from_memory(deadline) {
@@ -233,7 +232,7 @@ impl InputPort {
         Some(item)
     }
 
-    fn take_from_memory(&self, deadline: Instant) -> Option<InboxItem> {
+    fn take_from_memory(&self, deadline: &PullDeadline) -> Option<InboxItem> {
         let taken = self
             .pull
             .take_from_memory(deadline, |arrived, header| self.follow_sequence(arrived, header));

@@ -1,7 +1,7 @@
 //! The subscriber's end of a link's shared memory: slots as the publisher offers them, and messages
 //! from the ring.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
@@ -23,7 +23,8 @@ pub(super) const NO_MEMORY: &str = "a slot of memory that was not offered";
 pub(super) struct MemoryReader {
     page: Arc<LinkPage>,
     ring: RingReader,
-    slots: HashMap<u32, OfferedSlot>,
+    /// A few, so that a search costs less than hashing, of which a pull has nothing in its caches.
+    slots: Vec<OfferedSlot>,
     /// Taken from the ring, but its slot has not been offered yet: the offer is in the socket.
     early: Option<RingEntry>,
     held: Arc<AtomicU32>,
@@ -31,6 +32,7 @@ pub(super) struct MemoryReader {
 }
 
 struct OfferedSlot {
+    number: u32,
     view: Arc<SlotView>,
     index: u32,
 }
@@ -52,7 +54,7 @@ impl MemoryReader {
         Ok(Self {
             page: Arc::new(page),
             ring: RingReader::default(),
-            slots: HashMap::new(),
+            slots: Vec::new(),
             early: None,
             held: Arc::default(),
             most_held: offer.held,
@@ -71,14 +73,16 @@ impl MemoryReader {
         files: &mut VecDeque<OwnedFd>,
     ) -> Result<(), String> {
         if frame.kind == FrameKind::SlotEnd {
-            self.slots.remove(&read_body::<SlotEndBody>(frame)?.slot);
+            let ended = read_body::<SlotEndBody>(frame)?.slot;
+            self.slots.retain(|slot| slot.number != ended);
             return Ok(());
         }
         let offer: SlotOfferBody = read_body(frame)?;
         let view = SlotView::map(&take_file(files)?, offer.len as usize)
             .map_err(|error| error.to_string())?;
-        let offered = OfferedSlot { view: Arc::new(view), index: offer.index };
-        self.slots.insert(offer.slot, offered);
+        self.slots.retain(|slot| slot.number != offer.slot);
+        let offered = OfferedSlot { number: offer.slot, view: Arc::new(view), index: offer.index };
+        self.slots.push(offered);
         Ok(())
     }
 
@@ -87,7 +91,7 @@ impl MemoryReader {
         let Some(entry) = self.early.take().or_else(|| self.ring.take(self.page.words())) else {
             return Ok(TakenMessage::Nothing);
         };
-        let Some(slot) = self.slots.get(&entry.slot) else {
+        let Some(slot) = self.slots.iter().find(|slot| slot.number == entry.slot) else {
             self.early = Some(entry);
             return Ok(TakenMessage::OfferAwaited);
         };

@@ -2,10 +2,11 @@
 //! memory of its link, or asks its publisher for data newer than the last and waits a moment for the
 //! answer (docs/protocol.md, Links).
 
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use armor_wire::frame::{DataHeader, Frame};
 use parking_lot::{Condvar, Mutex};
@@ -14,6 +15,23 @@ use super::arrivals::ArrivedSequence;
 use super::catch_up::CatchUp;
 use super::memory_in::{MemoryReader, NO_MEMORY, TakenMessage};
 use super::payload::HeldSlot;
+
+/// Until when the inputs of one call are waited for. It begins with the first wait: a pull from memory
+/// waits for nothing, and reads no clock.
+pub(crate) struct PullDeadline {
+    limit: Duration,
+    at: OnceCell<Instant>,
+}
+
+impl PullDeadline {
+    pub fn after(limit: Duration) -> Self {
+        Self { limit, at: OnceCell::new() }
+    }
+
+    fn get(&self) -> Instant {
+        *self.at.get_or_init(|| Instant::now() + self.limit)
+    }
+}
 
 /// The questions of one input, or the memory that makes them unnecessary. The component's thread asks
 /// and takes, the input's thread brings answers and slots.
@@ -74,7 +92,7 @@ impl PullState {
 
     /// The link has ended: no answer will come on it, and no message in its memory. What has arrived
     /// by memory is passed back.
-    pub fn forget(&self, arrived: &mut ArrivedSequence) {
+    pub(super) fn forget(&self, arrived: &mut ArrivedSequence) {
         *self.questions.lock() = CatchUp::default();
         self.answered.notify_all();
         if let Some(memory) = self.memory.lock().take() {
@@ -84,7 +102,7 @@ impl PullState {
     }
 
     /// The publisher puts its messages into memory from here on.
-    pub fn open_memory(&self, mut reader: MemoryReader, arrived: ArrivedSequence) {
+    pub(super) fn open_memory(&self, mut reader: MemoryReader, arrived: ArrivedSequence) {
         reader.reserve_slot();
         *self.memory.lock() = Some(PulledMemory { reader, arrived });
     }
@@ -107,9 +125,9 @@ impl PullState {
 
     /// Takes the newest message from the memory. `follow` compares it with what has arrived: `None` if
     /// it is not new. Only the offer of its slot, which is on its way in the socket, is waited for.
-    pub fn take_from_memory(
+    pub(super) fn take_from_memory(
         &self,
-        deadline: Instant,
+        deadline: &PullDeadline,
         follow: impl Fn(&mut ArrivedSequence, &DataHeader) -> Option<u64>,
     ) -> Result<Option<PulledMessage>, String> {
         let mut memory = self.memory.lock();
@@ -128,7 +146,7 @@ impl PullState {
                     }
                 }
                 TakenMessage::OfferAwaited => {
-                    if self.offered.wait_until(&mut memory, deadline).timed_out() {
+                    if self.offered.wait_until(&mut memory, deadline.get()).timed_out() {
                         return Ok(newest);
                     }
                 }
@@ -137,10 +155,10 @@ impl PullState {
     }
 
     /// Waits for the answer, and for the data that follow it.
-    pub fn wait_until(&self, deadline: Instant) {
+    pub fn wait_until(&self, deadline: &PullDeadline) {
         let mut questions = self.questions.lock();
         while !questions.is_done() {
-            if self.answered.wait_until(&mut questions, deadline).timed_out() {
+            if self.answered.wait_until(&mut questions, deadline.get()).timed_out() {
                 return;
             }
         }
@@ -149,21 +167,18 @@ impl PullState {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
 
     #[test]
     fn it_waits_for_the_answer_the_data_or_the_end_of_the_link() {
-        let far = || Instant::now() + Duration::from_secs(60);
+        let far = || PullDeadline::after(Duration::from_secs(60));
         let pull = PullState::default();
-        pull.wait_until(far());
+        pull.wait_until(&far());
         pull.ask(|| false);
-        pull.wait_until(far());
+        pull.wait_until(&far());
         for end in 0..3 {
             pull.ask(|| true);
-            let past = Instant::now();
-            pull.wait_until(past);
+            pull.wait_until(&PullDeadline::after(Duration::ZERO));
             assert!(!pull.questions.lock().is_done());
             std::thread::scope(|scope| {
                 scope.spawn(|| match end {
@@ -174,7 +189,7 @@ mod tests {
                     }
                     _ => pull.forget(&mut ArrivedSequence::default()),
                 });
-                pull.wait_until(far());
+                pull.wait_until(&far());
             });
             assert!(pull.questions.lock().is_done());
         }
