@@ -38,6 +38,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-sdk",
         ],
     ),
+    ("armor-recording", &["armor-sdk", "armor-wire"]),
     ("armor-inspect", &["armor-files", "armor-marking", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
     ("armor-convert", &["armor-frames", "armor-grid", "armor-sdk"]),

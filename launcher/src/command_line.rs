@@ -35,6 +35,8 @@ use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
 use crate::petri_cli::arguments::NetCommand;
+use crate::recording_cli::bag::BagCommand;
+use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
 use crate::run::group_killer::GroupKillerArguments;
 use crate::verb::Verb;
@@ -92,6 +94,8 @@ commands! {
     Stop(StopArguments),
     Log(LogArguments),
     #[command(subcommand)] Mission(MissionCommand),
+    Record(RecordArguments),
+    #[command(subcommand)] Bag(BagCommand),
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
     #[command(subcommand)] Param(ParamCommand),

@@ -30,6 +30,7 @@ mod new;
 mod param;
 mod petri_cli;
 mod print;
+mod recording_cli;
 mod retry_advice;
 mod run;
 #[cfg(test)]

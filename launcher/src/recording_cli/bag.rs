@@ -1,0 +1,211 @@
+//! `armor bag`: what is in recordings, and copies of parts of them.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use armor_recording::{CopiedPart, Recording, RecordingSummary, copy_recordings};
+use armor_robotfile::advise_similar;
+use clap::{Args, Subcommand};
+use serde_json::json;
+
+use super::format_len;
+use super::record::RecordCompression;
+use crate::arguments::{OutputFormat, parse_duration};
+use crate::exit::CommandEnding;
+use crate::print::{Table, end_printing, print_line, print_notice, terminal_width};
+use crate::verb::Verb;
+
+/// Work with recordings: MCAP files that `armor record` has written.
+#[derive(Debug, Subcommand)]
+#[command(after_help = "Examples:
+  armor bag info drive.mcap
+  armor bag recover broken.mcap whole.mcap             after a crash of the recorder
+  armor bag cut drive.mcap part.mcap --from 10s --to 20s --data mapper.pose
+  armor bag merge front.mcap rear.mcap both.mcap")]
+pub enum BagCommand {
+    /// Show what is in a recording: outputs, counts, losses, files.
+    Info {
+        /// The recording.
+        file: PathBuf,
+    },
+    /// Complete a recording whose recorder was killed: everything that can be read.
+    Recover {
+        /// The recording.
+        file: PathBuf,
+        #[command(flatten)]
+        copy: CopyArguments,
+    },
+    /// Copy a part of a recording.
+    Cut {
+        /// The recording.
+        file: PathBuf,
+        #[command(flatten)]
+        copy: CopyArguments,
+        /// Begin this time after its beginning.
+        #[arg(long, value_parser = parse_duration, value_name = "TIME")]
+        from: Option<Duration>,
+        /// End this time after its beginning.
+        #[arg(long, value_parser = parse_duration, value_name = "TIME")]
+        to: Option<Duration>,
+        /// Copy this output alone; may be given several times.
+        #[arg(long = "data", value_name = "DATA")]
+        data: Vec<String>,
+    },
+    /// Copy several recordings into one, by the time of their messages.
+    Merge {
+        /// The recordings, and last the file to write, which must not be there yet.
+        #[arg(required = true, num_args = 2..)]
+        files: Vec<PathBuf>,
+        /// How the copy is compressed.
+        #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+        compress: RecordCompression,
+    },
+}
+
+/// A copy.
+#[derive(Args, Debug)]
+pub struct CopyArguments {
+    /// File to write, which must not be there yet.
+    pub copy: PathBuf,
+    /// How the copy is compressed.
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub compress: RecordCompression,
+}
+
+impl Verb for BagCommand {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        let ending = match self {
+            Self::Info { file } => show_recording(&file, format)?,
+            Self::Recover { file, copy } => {
+                let part = CopiedPart::default();
+                copy_part(&[file], &copy.copy, &part, copy.compress, format)?
+            }
+            Self::Cut { file, copy, from, to, data } => {
+                let part = find_part(&file, from, to, data)?;
+                copy_part(&[file], &copy.copy, &part, copy.compress, format)?
+            }
+            Self::Merge { mut files, compress } => {
+                let Some(copy) = files.pop().filter(|_| !files.is_empty()) else {
+                    bail!("name the recordings, and last the file to write");
+                };
+                copy_part(&files, &copy, &CopiedPart::default(), compress, format)?
+            }
+        };
+        Ok(ending.into())
+    }
+}
+
+fn open(file: &Path) -> Result<Recording> {
+    Recording::open(file)
+        .with_context(|| format!("{} cannot be read as a recording", file.display()))
+}
+
+fn show_recording(file: &Path, format: OutputFormat) -> Result<CommandEnding> {
+    let recording = open(file)?;
+    let summary = recording.summary();
+    end_printing(if format == OutputFormat::Json {
+        print_line(summary_json(summary))
+    } else {
+        print_line(format_summary(summary))
+    })
+}
+
+fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
+    let outputs = summary.outputs.iter().map(|output| {
+        json!({
+            "data": output.data, "type": output.type_name, "ros_type": output.ros_type,
+            "messages": output.messages, "lost": output.lost, "latched": output.latched,
+            "rate_hz": output.rate_hz(),
+        })
+    });
+    let files = summary.files.iter().map(|file| json!({ "name": file.name, "bytes": file.len }));
+    json!({
+        "complete": summary.is_complete,
+        "about": summary.about,
+        "from_s": summary.span_s.map(|span| span.0),
+        "to_s": summary.span_s.map(|span| span.1),
+        "outputs": outputs.collect::<Vec<_>>(),
+        "files": files.collect::<Vec<_>>(),
+    })
+}
+
+fn format_summary(summary: &RecordingSummary) -> String {
+    let mut text = String::new();
+    for (key, value) in &summary.about {
+        text += &format!("{key:<9}  {value}\n");
+    }
+    if let Some((from_s, to_s)) = summary.span_s {
+        text += &format!("{:<9}  {from_s:.3} s to {to_s:.3} s, {:.1} s\n", "time", to_s - from_s);
+    }
+    for file in &summary.files {
+        text += &format!("{:<9}  {}, {}\n", "contains", file.name, format_len(file.len));
+    }
+    if !summary.is_complete {
+        text += "complete   no: its recorder was killed; armor bag recover completes a copy\n";
+    }
+    let rows = summary.outputs.iter().map(|output| {
+        vec![
+            output.data.clone(),
+            if output.type_name.is_empty() { &output.ros_type } else { &output.type_name }.clone(),
+            output.messages.to_string(),
+            output.rate_hz().map_or_else(|| "-".into(), |hz| format!("{hz:.1} Hz")),
+            output.lost.to_string(),
+        ]
+    });
+    let table = Table::new(&["DATA", "TYPE", "MESSAGES", "RATE", "LOST"], rows.collect());
+    text + table.dispensable(&["RATE"]).format(terminal_width()).trim_end()
+}
+
+/// Returns the part with its times in system time.
+fn find_part(
+    file: &Path,
+    from: Option<Duration>,
+    to: Option<Duration>,
+    data: Vec<String>,
+) -> Result<CopiedPart> {
+    let recording = open(file)?;
+    let summary = recording.summary();
+    let known = || summary.outputs.iter().map(|output| output.data.as_str());
+    for name in &data {
+        if known().all(|output| output != name) {
+            let advice = advise_similar(name, known());
+            bail!("{} has no {name}{advice} (armor bag info shows what it has)", file.display());
+        }
+    }
+    let begin_s = summary.span_s.map_or(0.0, |span| span.0);
+    let moment = |after: Duration| begin_s + after.as_secs_f64();
+    Ok(CopiedPart { from_s: from.map(moment), to_s: to.map(moment), data })
+}
+
+fn copy_part(
+    files: &[PathBuf],
+    copy: &Path,
+    part: &CopiedPart,
+    compress: RecordCompression,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
+    // Before the copy is created, so that a wrong name leaves nothing.
+    for file in files {
+        open(file)?;
+    }
+    let sink =
+        File::create_new(copy).with_context(|| format!("{} cannot be created", copy.display()))?;
+    let paths: Vec<_> = files.iter().map(PathBuf::as_path).collect();
+    let (report, sink) = copy_recordings(&paths, part, BufWriter::new(sink), compress.into())?;
+    let file = sink.into_inner().context("the copy cannot be written")?;
+    file.sync_all().with_context(|| copy.display().to_string())?;
+    if report.unreadable > 0 {
+        print_notice(format!("{} messages cannot be read, and are left out", report.unreadable));
+    }
+    end_printing(if format == OutputFormat::Json {
+        print_line(json!({
+            "file": copy, "messages": report.copied, "unreadable": report.unreadable,
+        }))
+    } else {
+        print_line(format!("{}: {} messages", copy.display(), report.copied))
+    })
+}

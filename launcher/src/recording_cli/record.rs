@@ -1,0 +1,238 @@
+//! `armor record`: the data of a running system into a file.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant, SystemTime};
+
+use anyhow::{Result, bail};
+use armor_inspect::systems::RunRecord;
+use armor_recording::{Compression, OutputSelection, OutputTaps};
+use armor_robotfile::advise_similar;
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::format_len;
+use super::free_space::{LEAST_FREE, count_free_bytes};
+use super::split::{FileContents, SplitLimits, SplitWriter};
+use crate::arguments::{OutputFormat, RunningSystem, parse_duration};
+use crate::daemon::serving::watch_for_signals;
+use crate::date::format_date;
+use crate::exit::CommandEnding;
+use crate::inspect_cli::select_system;
+use crate::print::{print_line, print_notice};
+use crate::system;
+use crate::verb::Verb;
+
+/// How often what was recorded is written to the disk: no more is missing after a crash.
+const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// How often new outputs are looked for.
+const LIST_EVERY: Duration = Duration::from_millis(500);
+/// A registry that is silent for so long has ended with its system.
+const ENDED_AFTER: Duration = Duration::from_secs(5);
+const NEXT_WITHIN: Duration = Duration::from_millis(50);
+
+/// Record the data of a running system into an MCAP file.
+///
+/// All outputs are recorded, also those that appear later, with the file of the system. What the
+/// recorder loses because it is slower than the data is counted in the file. It disturbs no
+/// component.
+#[derive(Args, Debug)]
+#[command(after_help = "Ctrl-C, SIGTERM, --for and the end of the system complete the file, with \
+exit code 0. After a crash at most a second is missing; armor bag recover completes the file.
+
+Examples:
+  armor record                                  everything, into SYSTEM-DATE.mcap
+  armor record 'simulator.*' mapper.pose -o drive.mcap
+  armor record --exclude camera.image --for 1min
+  armor record --split-len 1000 --compress zstd")]
+pub struct RecordArguments {
+    /// What is recorded: COMPONENT.OUTPUT, or COMPONENT.* for all of a component. Default: all.
+    #[arg(value_name = "DATA")]
+    pub data: Vec<String>,
+    /// What is left out, written the same way; may be given several times.
+    #[arg(long, value_name = "DATA")]
+    pub exclude: Vec<String>,
+    /// File to write, which must not be there yet. Default: SYSTEM-DATE.mcap
+    #[arg(long, short = 'o', value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// How the file is compressed.
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub compress: RecordCompression,
+    /// Stop after this time, such as 30s.
+    #[arg(long = "for", value_parser = parse_duration, value_name = "TIME")]
+    pub duration: Option<Duration>,
+    /// Begin another file when the present one has so many megabytes.
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..))]
+    pub split_len: Option<u64>,
+    /// Begin another file after this time, such as 10min.
+    #[arg(long, value_parser = parse_duration, value_name = "TIME")]
+    pub split_time: Option<Duration>,
+    #[command(flatten)]
+    pub running: RunningSystem,
+}
+
+/// How a recording is compressed.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum RecordCompression {
+    /// Not at all: the least work
+    None,
+    /// A little work
+    #[default]
+    Lz4,
+    /// The smallest file
+    Zstd,
+}
+
+impl From<RecordCompression> for Compression {
+    fn from(compression: RecordCompression) -> Self {
+        match compression {
+            RecordCompression::None => Self::None,
+            RecordCompression::Lz4 => Self::Lz4,
+            RecordCompression::Zstd => Self::Zstd,
+        }
+    }
+}
+
+impl Verb for RecordArguments {
+    fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        Ok(record_system(&self, format)?.into())
+    }
+}
+
+/// Why a recording ends.
+enum RecordEnd {
+    Asked,
+    SystemEnded,
+    DiskFull,
+}
+
+fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let stopped = watch_for_signals()?;
+    let observed = select_system(&arguments.running, "record")?;
+    let selection =
+        OutputSelection { include: arguments.data.clone(), exclude: arguments.exclude.clone() };
+    let mut taps = OutputTaps::new(observed.directory().clone(), selection.clone());
+    let listed = taps.follow_outputs()?;
+    for name in selection.find_missing(&listed) {
+        let advice = advise_similar(name, listed.iter().map(|entry| entry.data.as_str()));
+        print_notice(format!(
+            "there is no {name} yet, and it is recorded when there is one{advice}"
+        ));
+    }
+    let record = system::find_record(&arguments.running).ok();
+    let path = arguments.output.clone().unwrap_or_else(|| choose_path(record.as_ref()));
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    if count_free_bytes(&folder)? < LEAST_FREE {
+        bail!("the disk of {} has less than {} left", path.display(), format_len(LEAST_FREE));
+    }
+    let contents = describe_recording(record.as_ref(), arguments.compress.into());
+    let limits = SplitLimits {
+        len: arguments.split_len.map(|mb| mb.saturating_mul(1_000_000)),
+        time: arguments.split_time,
+    };
+    let mut writer = SplitWriter::begin(path.clone(), contents, limits)?;
+    print_notice(format!("recording into {}; Ctrl-C ends it", path.display()));
+    let begun = Instant::now();
+    let (mut flushed, mut listed, mut answered) = (begun, begun, begun);
+    let mut lost = 0_u64;
+    let end = loop {
+        if stopped.load(Ordering::Relaxed)
+            || arguments.duration.is_some_and(|most| begun.elapsed() >= most)
+        {
+            break RecordEnd::Asked;
+        }
+        if let Some(message) = taps.next_message(NEXT_WITHIN) {
+            lost = lost.saturating_add(message.head.lost);
+            writer.write(&message)?;
+        }
+        if flushed.elapsed() >= FLUSH_EVERY {
+            writer.flush()?;
+            flushed = Instant::now();
+            if count_free_bytes(&folder)? < LEAST_FREE {
+                break RecordEnd::DiskFull;
+            }
+        }
+        if listed.elapsed() >= LIST_EVERY {
+            listed = Instant::now();
+            match taps.follow_outputs() {
+                Ok(_) => answered = Instant::now(),
+                Err(_) if answered.elapsed() > ENDED_AFTER => break RecordEnd::SystemEnded,
+                Err(_) => {}
+            }
+        }
+    };
+    // What has arrived before the end belongs to it.
+    while let Some(message) = taps.next_message(Duration::ZERO) {
+        lost = lost.saturating_add(message.head.lost);
+        writer.write(&message)?;
+    }
+    let ((messages, _), unreadable) = (writer.count_written(), writer.unreadable);
+    let (files, len) = writer.finish()?;
+    let seconds = begun.elapsed().as_secs_f64();
+    if format == OutputFormat::Json {
+        let ending = match end {
+            RecordEnd::Asked => "asked",
+            RecordEnd::SystemEnded => "system-ended",
+            RecordEnd::DiskFull => "disk-full",
+        };
+        print_line(json!({
+            "files": files, "messages": messages, "lost": lost, "unreadable": unreadable,
+            "bytes": len, "seconds": seconds, "end": ending,
+        }))?;
+    } else {
+        let names: Vec<_> = files.iter().map(|file| file.display().to_string()).collect();
+        print_line(format!(
+            "{}: {messages} messages in {seconds:.1} s, {}, {lost} lost",
+            names.join(", "),
+            format_len(len)
+        ))?;
+        if unreadable > 0 {
+            print_notice(format!("{unreadable} messages do not have the layout of their type"));
+        }
+    }
+    Ok(match end {
+        RecordEnd::DiskFull => {
+            let least = format_len(LEAST_FREE);
+            print_notice(format!(
+                "the recording has ended because the disk has less than {least} left: make room, or \
+                 record to another disk"
+            ));
+            CommandEnding::Failed
+        }
+        RecordEnd::SystemEnded => {
+            print_notice("the system has ended");
+            CommandEnding::Fine
+        }
+        RecordEnd::Asked => CommandEnding::Fine,
+    })
+}
+
+fn describe_recording(record: Option<&RunRecord>, compression: Compression) -> FileContents {
+    let mut about = BTreeMap::from([
+        ("armor".into(), env!("CARGO_PKG_VERSION").into()),
+        ("begun".into(), format_date(seconds_since_1970())),
+        ("host".into(), armor_socket::host_name()),
+    ]);
+    let mut files = Vec::new();
+    if let Some(record) = record {
+        about.insert("system".into(), record.system.clone());
+        about.insert("file".into(), record.file.display().to_string());
+        if let (Some(name), Ok(bytes)) = (record.file.file_name(), std::fs::read(&record.file)) {
+            files.push((name.to_string_lossy().into_owned(), bytes));
+        }
+    }
+    FileContents { about, files, compression }
+}
+
+fn choose_path(record: Option<&RunRecord>) -> PathBuf {
+    let system = record.map_or("recording", |record| &record.system);
+    let date = format_date(seconds_since_1970());
+    let digits: String = date.chars().take(19).filter(|c| *c != '-' && *c != ':').collect();
+    format!("{system}-{digits}.mcap").into()
+}
+
+fn seconds_since_1970() -> f64 {
+    SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |passed| passed.as_secs_f64())
+}

@@ -1,0 +1,137 @@
+//! Copies recordings: whole, a part of their time, some of their outputs, several into one.
+
+use std::io::{Seek, Write};
+use std::path::Path;
+
+use crate::reader::{ReadError, RecordedMessage, Recording};
+use crate::writer::{Compression, RecordingWriter, WriteError};
+
+/// Which messages are copied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CopiedPart {
+    /// Those published at this system time or later.
+    pub from_s: Option<f64>,
+    /// Those published before this system time.
+    pub to_s: Option<f64>,
+    /// Of these outputs; of all if there are none.
+    pub data: Vec<String>,
+}
+
+/// What was copied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CopyReport {
+    /// Messages that were copied.
+    pub copied: u64,
+    /// Messages of the part that cannot be read, and are missing in the copy.
+    pub unreadable: u64,
+}
+
+/// Why a copy failed.
+#[derive(Debug, thiserror::Error)]
+pub enum CopyError {
+    /// A file cannot be read.
+    #[error("{path}: {reason}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: ReadError,
+    },
+    /// The copy cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+impl CopiedPart {
+    fn holds(&self, message: &RecordedMessage) -> bool {
+        let stamp_s = message.head.stamp_s;
+        self.from_s.is_none_or(|from_s| stamp_s >= from_s)
+            && self.to_s.is_none_or(|to_s| stamp_s < to_s)
+            && (self.data.is_empty() || self.data.contains(&message.data))
+    }
+}
+
+/// Copies the part of each file into `sink`, in the order of their stamps across the files. What is
+/// known of the recording, and the files in it, are those of the first one.
+///
+/// # Errors
+/// If a file cannot be read, or the copy cannot be written.
+pub fn copy_recordings<W: Write + Seek>(
+    paths: &[&Path],
+    part: &CopiedPart,
+    sink: W,
+    compression: Compression,
+) -> Result<(CopyReport, W), CopyError> {
+    let mut sources = Vec::new();
+    for path in paths {
+        sources.push(Source::open(path, part)?);
+    }
+    let about = sources.first().map(|source| source.recording.summary().about.clone());
+    let mut writer = RecordingWriter::new(sink, compression, about.unwrap_or_default())?;
+    if let Some(first) = sources.first_mut() {
+        for file in first.recording.summary().files.clone() {
+            let bytes = first.read(|recording| recording.read_file(&file.name))?;
+            writer.add_file(&file.name, &file.media_type, &bytes.unwrap_or_default())?;
+        }
+    }
+    for source in &mut sources {
+        source.advance(part)?;
+    }
+    let mut report = CopyReport::default();
+    while let Some(source) = earliest(&mut sources) {
+        let Some(message) = source.next.take() else { break };
+        source.advance(part)?;
+        let Ok(payload) = &message.payload else {
+            report.unreadable += 1;
+            continue;
+        };
+        let output = writer.add_output(&message.data, &message.output_type)?;
+        writer.write(output, &message.head, payload)?;
+        report.copied += 1;
+    }
+    Ok((report, writer.finish()?))
+}
+
+struct Source {
+    path: String,
+    recording: Recording,
+    next: Option<RecordedMessage>,
+}
+
+impl Source {
+    fn open(path: &Path, part: &CopiedPart) -> Result<Self, CopyError> {
+        let name = path.display().to_string();
+        let read = |reason| CopyError::Read { path: name.clone(), reason };
+        let mut recording = Recording::open(path).map_err(read)?;
+        if let Some(from_s) = part.from_s {
+            recording.seek(from_s).map_err(read)?;
+        }
+        Ok(Self { path: name, recording, next: None })
+    }
+
+    fn read<T>(
+        &mut self,
+        read: impl FnOnce(&mut Recording) -> Result<T, ReadError>,
+    ) -> Result<T, CopyError> {
+        read(&mut self.recording)
+            .map_err(|reason| CopyError::Read { path: self.path.clone(), reason })
+    }
+
+    /// Moves on to the next message of the part.
+    fn advance(&mut self, part: &CopiedPart) -> Result<(), CopyError> {
+        while let Some(message) = self.read(Recording::next_message)? {
+            if part.holds(&message) {
+                self.next = Some(message);
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The source whose next message was published first; the first one of several.
+fn earliest(sources: &mut [Source]) -> Option<&mut Source> {
+    let stamp_s = |source: &Source| source.next.as_ref().map(|next| next.head.stamp_s);
+    let waiting = sources.iter_mut().filter(|source| source.next.is_some());
+    waiting.min_by(|a, b| stamp_s(a).unwrap_or(0.0).total_cmp(&stamp_s(b).unwrap_or(0.0)))
+}

@@ -1,0 +1,37 @@
+//! Recordings of a running system as MCAP files, which the viewers that people have open too:
+//! writing them, reading them back to the byte, and copying parts of them.
+//!
+//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages. The format is in
+//! docs/recordings.md.
+
+mod copy;
+mod head;
+mod reader;
+pub mod ros;
+mod summary;
+mod taps;
+#[cfg(test)]
+mod tests;
+mod writer;
+
+pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};
+pub use head::MessageHead;
+pub use reader::{ReadError, RecordedMessage, Recording};
+pub use summary::{RecordedFile, RecordedOutput, RecordingSummary};
+pub use taps::{OutputSelection, OutputTaps, TappedMessage};
+pub use writer::{Compression, OutputType, RecordingWriter, WriteError};
+
+/// The profile of a file that this crate has written.
+pub const PROFILE: &str = "armor";
+/// The metadata record that says what was recorded.
+const ABOUT: &str = "armor";
+/// The metadata record at the end of a complete file: for each output how many messages were lost,
+/// and the stamps of its first and its last one.
+const OUTPUTS: &str = "armor.outputs";
+/// Members of a channel's metadata: the type of its messages in Armor.
+const TYPE_KEY: &str = "armor.type";
+const SCHEMA_KEY: &str = "armor.schema";
+const LATCHED_KEY: &str = "armor.latched";
+/// The encodings of messages and of their definitions.
+const CDR: &str = "cdr";
+const ROS2MSG: &str = "ros2msg";

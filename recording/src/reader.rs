@@ -1,0 +1,450 @@
+//! Reads a recording: what is in it, and its messages from any moment on.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use armor_wire::schema::parse;
+use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
+use mcap::{MAGIC, McapError, Summary};
+use thiserror::Error;
+
+use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
+use crate::ros::RosMessage;
+use crate::summary::{RecordedFile, RecordedOutput, RecordingSummary, widen};
+use crate::writer::{OutputType, to_nanoseconds};
+use crate::{ABOUT, CDR, LATCHED_KEY, OUTPUTS, SCHEMA_KEY, TYPE_KEY};
+
+/// Longest record that is read: the longest message, and a chunk around it.
+const MAX_RECORD_LEN: usize = 160 << 20;
+
+/// Why a recording cannot be read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// It cannot be opened or read.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is no MCAP file, or damaged.
+    #[error("{0}")]
+    Format(#[from] McapError),
+}
+
+/// An open recording, at a message.
+pub struct Recording {
+    file: File,
+    summary: RecordingSummary,
+    index: Option<Summary>,
+    stream: MessageStream,
+}
+
+/// One message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedMessage {
+    /// Its output.
+    pub data: String,
+    /// The type of its output at that time.
+    pub output_type: OutputType,
+    /// Sequence, stamp and publisher.
+    pub head: MessageHead,
+    /// Its bytes in Armor's form, or why they cannot be read.
+    pub payload: Result<Vec<u8>, String>,
+}
+
+impl Recording {
+    /// Opens a file, at its first message.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no MCAP file. One that ends too early is read as far as it goes.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let mut file = File::open(path)?;
+        check_magic(&mut file)?;
+        let index = read_index(&mut file).ok().flatten();
+        let mut recording = Self {
+            summary: RecordingSummary::default(),
+            stream: MessageStream::begin(&mut file)?,
+            index,
+            file,
+        };
+        recording.summary = match &recording.index {
+            Some(index) => summarize(index, &mut recording.file)?,
+            None => recording.scan()?,
+        };
+        recording.seek(f64::NEG_INFINITY)?;
+        Ok(recording)
+    }
+
+    /// What is in it.
+    pub fn summary(&self) -> &RecordingSummary {
+        &self.summary
+    }
+
+    /// Continues at the first chunk that holds a message of this time or later. Messages before it
+    /// may come first; `next_message` returns them too.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn seek(&mut self, stamp_s: f64) -> Result<(), ReadError> {
+        let time = to_nanoseconds(stamp_s);
+        let chunk = self.index.as_ref().and_then(|index| {
+            let later = index.chunk_indexes.iter().filter(|chunk| chunk.message_end_time >= time);
+            later.map(|chunk| chunk.chunk_start_offset).min()
+        });
+        self.stream = match (chunk, &self.index) {
+            (Some(offset), Some(index)) if time > 0 => {
+                MessageStream::at_chunk(&mut self.file, offset, index)?
+            }
+            _ => MessageStream::begin(&mut self.file)?,
+        };
+        Ok(())
+    }
+
+    /// Returns the next message in the order in which they were recorded; `None` at the end, which
+    /// in a file that was not finished is where it can be read no further.
+    ///
+    /// # Errors
+    /// If a finished file is damaged.
+    pub fn next_message(&mut self) -> Result<Option<RecordedMessage>, ReadError> {
+        match self.stream.next_message(&mut self.file) {
+            Err(ReadError::Format(_)) if self.index.is_none() => Ok(None),
+            other => other,
+        }
+    }
+
+    /// Reads a file that was recorded, by its name.
+    ///
+    /// # Errors
+    /// If the recording cannot be read.
+    pub fn read_file(&mut self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
+        let place = self.file.stream_position()?;
+        let found = find_file(&mut self.file, name);
+        self.file.seek(SeekFrom::Start(place))?;
+        match found {
+            Err(ReadError::Format(_)) if self.index.is_none() => Ok(None),
+            other => other,
+        }
+    }
+
+    /// Reads all of a file that has no index.
+    fn scan(&mut self) -> Result<RecordingSummary, ReadError> {
+        let mut summary = RecordingSummary::default();
+        let mut outputs: BTreeMap<String, RecordedOutput> = BTreeMap::new();
+        loop {
+            let message = match self.stream.next_event(&mut self.file) {
+                Ok(Some(StreamEvent::Message(message))) => message,
+                Ok(Some(StreamEvent::About(about))) => {
+                    summary.about = about;
+                    continue;
+                }
+                Ok(Some(StreamEvent::File { name, media_type, bytes })) => {
+                    let len = bytes.len() as u64;
+                    summary.files.push(RecordedFile { name, media_type, len });
+                    continue;
+                }
+                Ok(None) | Err(ReadError::Format(_)) => break,
+                Err(error) => return Err(error),
+            };
+            let stamp_s = message.head.stamp_s;
+            summary.span_s = Some(widen(summary.span_s, stamp_s));
+            let output = outputs.entry(message.data.clone()).or_default();
+            output.messages += 1;
+            output.span_s = Some(widen(output.span_s, stamp_s));
+            output.lost = output.lost.saturating_add(message.head.lost);
+            output.data = message.data;
+            output.ros_type = self.stream.ros_type(&output.data);
+            output.type_name = message.output_type.name;
+            output.schema = message.output_type.schema;
+            output.latched = message.output_type.latched;
+        }
+        summary.outputs = outputs.into_values().collect();
+        Ok(summary)
+    }
+}
+
+fn find_file(file: &mut File, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
+    let mut stream = MessageStream::begin(file)?;
+    while let Some(event) = stream.next_event(file)? {
+        if let StreamEvent::File { name: found, bytes, .. } = event
+            && found == name
+        {
+            return Ok(Some(bytes));
+        }
+    }
+    Ok(None)
+}
+
+/// A recorder that is killed at once leaves a file without even that.
+fn check_magic(file: &mut File) -> Result<(), ReadError> {
+    let mut magic = Vec::new();
+    file.take(MAGIC.len() as u64).read_to_end(&mut magic)?;
+    if MAGIC.starts_with(&magic) { Ok(()) } else { Err(McapError::BadMagic.into()) }
+}
+
+fn read_index(file: &mut File) -> Result<Option<Summary>, ReadError> {
+    let mut reader = SummaryReader::new();
+    while let Some(event) = reader.next_event() {
+        match event? {
+            SummaryReadEvent::ReadRequest(len) => {
+                let read = file.read(reader.insert(len))?;
+                reader.notify_read(read);
+            }
+            SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to)?),
+        }
+    }
+    // A file that no message was written to has a summary without anything.
+    Ok(reader.finish().filter(|summary| summary.stats.is_some()))
+}
+
+fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadError> {
+    let metadata = |file: &mut File, name: &str| -> Result<BTreeMap<String, String>, ReadError> {
+        let found = index.metadata_indexes.iter().find(|entry| entry.name == name);
+        let Some(entry) = found else { return Ok(BTreeMap::new()) };
+        file.seek(SeekFrom::Start(entry.offset))?;
+        let len = usize::try_from(entry.length).unwrap_or(usize::MAX).min(MAX_RECORD_LEN);
+        let mut bytes = Vec::new();
+        file.take(len as u64).read_to_end(&mut bytes)?;
+        // Operation and length come before the record.
+        match mcap::parse_record(op::METADATA, bytes.get(9..).unwrap_or_default())? {
+            Record::Metadata(metadata) => Ok(metadata.metadata),
+            _ => Ok(BTreeMap::new()),
+        }
+    };
+    let about = metadata(file, ABOUT)?;
+    let ends = metadata(file, OUTPUTS)?;
+    let stats = index.stats.clone().unwrap_or_default();
+    let mut outputs: BTreeMap<String, RecordedOutput> = BTreeMap::new();
+    for (id, channel) in &index.channels {
+        if channel.topic == HEADS {
+            continue;
+        }
+        let output = outputs.entry(channel.topic.clone()).or_default();
+        let output_type = read_type(&channel.metadata);
+        output.data.clone_from(&channel.topic);
+        output.messages += stats.channel_message_counts.get(id).copied().unwrap_or_default();
+        output.ros_type =
+            channel.schema.as_ref().map(|schema| schema.name.clone()).unwrap_or_default();
+        output.type_name = output_type.name;
+        output.schema = output_type.schema;
+        output.latched = output_type.latched;
+        (output.lost, output.span_s) =
+            ends.get(&channel.topic).map(|text| read_end(text)).unwrap_or_default();
+    }
+    let has_messages = stats.message_count > 0;
+    let span = (to_seconds(stats.message_start_time), to_seconds(stats.message_end_time));
+    let files = index.attachment_indexes.iter().map(|file| RecordedFile {
+        name: file.name.clone(),
+        media_type: file.media_type.clone(),
+        len: file.data_size,
+    });
+    Ok(RecordingSummary {
+        about,
+        is_complete: true,
+        outputs: outputs.into_values().collect(),
+        files: files.collect(),
+        span_s: has_messages.then_some(span),
+    })
+}
+
+/// Losses, and the first and the last stamp, as the writer leaves them.
+fn read_end(text: &str) -> (u64, Option<(f64, f64)>) {
+    let mut words = text.split(' ');
+    let lost = words.next().and_then(|word| word.parse().ok()).unwrap_or_default();
+    let mut number = || words.next()?.parse().ok();
+    let from_s = number();
+    (lost, from_s.zip(number()))
+}
+
+fn to_seconds(nanoseconds: u64) -> f64 {
+    nanoseconds as f64 / 1e9
+}
+
+fn read_type(metadata: &BTreeMap<String, String>) -> OutputType {
+    let text = |key: &str| metadata.get(key).cloned().unwrap_or_default();
+    OutputType {
+        name: text(TYPE_KEY),
+        schema: text(SCHEMA_KEY),
+        latched: text(LATCHED_KEY) == "true",
+    }
+}
+
+/// What comes next in a file.
+enum StreamEvent {
+    Message(RecordedMessage),
+    About(BTreeMap<String, String>),
+    File { name: String, media_type: String, bytes: Vec<u8> },
+}
+
+/// Reads a file from a place on.
+struct MessageStream {
+    reader: LinearReader,
+    schemas: HashMap<u16, String>,
+    channels: HashMap<u16, StreamChannel>,
+    heads: HeadCodec,
+    head: Option<RecordedHead>,
+}
+
+struct StreamChannel {
+    topic: String,
+    ros_type: String,
+    output_type: OutputType,
+    /// How its messages are read, if Armor has written them.
+    message: Option<RosMessage>,
+}
+
+impl MessageStream {
+    fn begin(file: &mut File) -> Result<Self, ReadError> {
+        file.seek(SeekFrom::Start(0))?;
+        Ok(Self::with_options(LinearReaderOptions::default()))
+    }
+
+    fn at_chunk(file: &mut File, offset: u64, index: &Summary) -> Result<Self, ReadError> {
+        file.seek(SeekFrom::Start(offset))?;
+        let mut stream =
+            Self::with_options(LinearReaderOptions::default().with_skip_start_magic(true));
+        for (id, channel) in &index.channels {
+            let ros_type = channel.schema.as_ref().map(|schema| schema.name.clone());
+            stream.add_channel(
+                *id,
+                &channel.topic,
+                ros_type.unwrap_or_default(),
+                &channel.message_encoding,
+                &channel.metadata,
+            );
+        }
+        Ok(stream)
+    }
+
+    fn with_options(options: LinearReaderOptions) -> Self {
+        let options =
+            options.with_record_length_limit(MAX_RECORD_LEN).with_validate_chunk_crcs(true);
+        Self {
+            reader: LinearReader::new_with_options(options),
+            schemas: HashMap::new(),
+            channels: HashMap::new(),
+            heads: HeadCodec::new(),
+            head: None,
+        }
+    }
+
+    fn ros_type(&self, topic: &str) -> String {
+        let found = self.channels.values().find(|channel| channel.topic == topic);
+        found.map(|channel| channel.ros_type.clone()).unwrap_or_default()
+    }
+
+    fn add_channel(
+        &mut self,
+        id: u16,
+        topic: &str,
+        ros_type: String,
+        encoding: &str,
+        metadata: &BTreeMap<String, String>,
+    ) {
+        let output_type = read_type(metadata);
+        let is_ours = encoding == CDR && !output_type.schema.is_empty();
+        let schema = is_ours.then(|| parse(&output_type.schema).ok()).flatten();
+        let message = schema.as_ref().map(RosMessage::new);
+        let channel = StreamChannel { topic: topic.into(), ros_type, output_type, message };
+        self.channels.insert(id, channel);
+    }
+
+    fn next_message(&mut self, file: &mut File) -> Result<Option<RecordedMessage>, ReadError> {
+        while let Some(event) = self.next_event(file)? {
+            if let StreamEvent::Message(message) = event {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    fn next_event(&mut self, file: &mut File) -> Result<Option<StreamEvent>, ReadError> {
+        loop {
+            let Some(event) = self.reader.next_event() else { return Ok(None) };
+            let record = match event? {
+                LinearReadEvent::ReadRequest(len) => {
+                    let read = file.read(self.reader.insert(len))?;
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                LinearReadEvent::Record { data, opcode } => {
+                    // Those of later versions are passed over.
+                    if !is_known(opcode) {
+                        continue;
+                    }
+                    mcap::parse_record(opcode, data)?.into_owned()
+                }
+            };
+            match record {
+                Record::Schema { header, .. } => {
+                    self.schemas.insert(header.id, header.name);
+                }
+                Record::Channel(channel) => {
+                    let ros_type = self.schemas.get(&channel.schema_id).cloned();
+                    self.add_channel(
+                        channel.id,
+                        &channel.topic,
+                        ros_type.unwrap_or_default(),
+                        &channel.message_encoding,
+                        &channel.metadata,
+                    );
+                }
+                Record::Metadata(metadata) if metadata.name == ABOUT => {
+                    return Ok(Some(StreamEvent::About(metadata.metadata)));
+                }
+                Record::Attachment { header, data, .. } => {
+                    return Ok(Some(StreamEvent::File {
+                        name: header.name,
+                        media_type: header.media_type,
+                        bytes: data.into_owned(),
+                    }));
+                }
+                Record::Message { header, data } => {
+                    if let Some(message) = self.read_message(header, &data) {
+                        return Ok(Some(StreamEvent::Message(message)));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Returns a message; `None` for a head, and for a message of an unknown channel.
+    fn read_message(
+        &mut self,
+        header: mcap::records::MessageHeader,
+        bytes: &[u8],
+    ) -> Option<RecordedMessage> {
+        let channel = self.channels.get(&header.channel_id)?;
+        if channel.topic == HEADS {
+            self.head = self.heads.decode(bytes).ok();
+            return None;
+        }
+        // One that another program has put in between has no head.
+        let head = self.head.take().filter(|head| head.channel == header.channel_id);
+        let stamps_s = head.as_ref().map_or(&[] as &[f64], |head| &head.stamps);
+        let payload = match &channel.message {
+            Some(message) => message.decode(bytes, stamps_s).map_err(|error| error.to_string()),
+            None => Err("another program has written it, and it has no type of Armor".into()),
+        };
+        let head = head.map_or_else(
+            || MessageHead {
+                sequence: header.sequence.into(),
+                stamp_s: to_seconds(header.log_time),
+                ..MessageHead::default()
+            },
+            |head| MessageHead {
+                sequence: head.sequence,
+                stamp_s: head.published,
+                instance: head.instance,
+                lost: head.lost,
+            },
+        );
+        let output_type = channel.output_type.clone();
+        Some(RecordedMessage { data: channel.topic.clone(), output_type, head, payload })
+    }
+}
+
+fn is_known(opcode: u8) -> bool {
+    (op::HEADER..=op::DATA_END).contains(&opcode)
+}

@@ -1,0 +1,87 @@
+//! Messages as ROS 2 has them: their definition (`.msg` text) and their bytes (CDR), so that the
+//! viewers that people have open a recording. Pure.
+//!
+//! Every message has such a form, and it loses nothing: [`RosMessage::decode`] gives back the bytes
+//! that [`RosMessage::encode`] took. Standard messages become those of ROS with the same meaning
+//! (`standard.rs` is the table), all others a type of the package `armor_msgs` with the same fields.
+//! The rules are in docs/recordings.md.
+
+mod bytes;
+mod decode;
+mod definition;
+mod encode;
+mod shape;
+mod standard;
+#[cfg(test)]
+mod tests;
+mod time;
+
+use armor_wire::schema::Schema;
+use thiserror::Error;
+
+use shape::{Shape, ShapeBuilder};
+
+/// Why the bytes of a message do not fit its layout.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("{problem} at byte {at}")]
+pub struct LayoutError {
+    /// What is wrong.
+    pub problem: &'static str,
+    /// Where.
+    pub at: usize,
+}
+
+/// A message in CDR.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RosBytes {
+    /// With its encapsulation header.
+    pub bytes: Vec<u8>,
+    /// The stamps of the message in seconds, in the order of its bytes, if a time in nanoseconds
+    /// cannot express one of them; otherwise empty.
+    pub stamps_s: Vec<f64>,
+}
+
+/// A type of messages in both forms.
+#[derive(Debug)]
+pub struct RosMessage {
+    shape: Shape,
+    name: String,
+    definition: String,
+}
+
+impl RosMessage {
+    /// Finds the form of the messages of `schema`.
+    pub fn new(schema: &Schema) -> Self {
+        let mut builder = ShapeBuilder::default();
+        let shape = builder.build_message(schema);
+        let (name, definition) = definition::write_definition(&shape);
+        Self { shape, name, definition }
+    }
+
+    /// Its name in ROS, such as `sensor_msgs/msg/LaserScan`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its fields, and those of the types in it, as ROS 2 writes them in `.msg` files.
+    pub fn definition(&self) -> &str {
+        &self.definition
+    }
+
+    /// Converts an encoded message of Armor.
+    ///
+    /// # Errors
+    /// If the bytes are not exactly one value of the schema.
+    pub fn encode(&self, payload: &[u8]) -> Result<RosBytes, LayoutError> {
+        encode::encode_message(&self.shape, payload)
+    }
+
+    /// Converts back. `stamps_s` as [`Self::encode`] has returned them; without them, each stamp is
+    /// the time in nanoseconds that is nearest to the original.
+    ///
+    /// # Errors
+    /// If the bytes are no value of the type.
+    pub fn decode(&self, bytes: &[u8], stamps_s: &[f64]) -> Result<Vec<u8>, LayoutError> {
+        decode::decode_message(&self.shape, bytes, stamps_s)
+    }
+}

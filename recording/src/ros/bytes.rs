@@ -1,0 +1,117 @@
+//! The bytes of both forms: Armor's, without gaps, and CDR, in which a number begins at a multiple of
+//! its size.
+
+use super::LayoutError;
+
+/// CDR in the byte order of this encoding: little-endian, version 1.
+pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// Reads either form from its beginning to its end.
+#[derive(Clone, Copy)]
+pub(super) struct ByteReader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> ByteReader<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    pub fn error(&self, problem: &'static str) -> LayoutError {
+        LayoutError { problem, at: self.at }
+    }
+
+    pub fn left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    pub fn take(&mut self, len: usize) -> Result<&'a [u8], LayoutError> {
+        let end = self.at.checked_add(len).filter(|end| *end <= self.bytes.len());
+        let end = end.ok_or_else(|| self.error("the message ends too early"))?;
+        let taken = &self.bytes[self.at..end];
+        self.at = end;
+        Ok(taken)
+    }
+
+    pub fn take_array<const N: usize>(&mut self) -> Result<[u8; N], LayoutError> {
+        let mut out = [0; N];
+        out.copy_from_slice(self.take(N)?);
+        Ok(out)
+    }
+
+    /// A count of Armor, whose items take at least `least` bytes each.
+    pub fn take_count(&mut self, least: usize) -> Result<usize, LayoutError> {
+        let count = u64::from_le_bytes(self.take_array()?);
+        self.check_count(count, least)
+    }
+
+    /// A count of CDR, the same.
+    pub fn take_ros_count(&mut self, least: usize) -> Result<usize, LayoutError> {
+        let count = u32::from_le_bytes(self.take_aligned()?);
+        self.check_count(count.into(), least)
+    }
+
+    fn check_count(&self, count: u64, least: usize) -> Result<usize, LayoutError> {
+        let most = self.left() / least.max(1);
+        usize::try_from(count)
+            .ok()
+            .filter(|count| *count <= most)
+            .ok_or_else(|| self.error("a count exceeds the message"))
+    }
+
+    /// Passes over the gap before a value of `size` bytes. Positions count from behind the
+    /// encapsulation header.
+    pub fn align(&mut self, size: usize) -> Result<(), LayoutError> {
+        self.take(gap(self.at - ENCAPSULATION.len(), size)).map(|_| ())
+    }
+
+    pub fn take_aligned<const N: usize>(&mut self) -> Result<[u8; N], LayoutError> {
+        self.align(N)?;
+        self.take_array()
+    }
+}
+
+/// Writes CDR.
+pub(super) struct RosWriter {
+    pub bytes: Vec<u8>,
+}
+
+impl RosWriter {
+    pub fn new(room: usize) -> Self {
+        let mut bytes = Vec::with_capacity(room);
+        bytes.extend_from_slice(&ENCAPSULATION);
+        Self { bytes }
+    }
+
+    pub fn align(&mut self, size: usize) {
+        let len = self.bytes.len();
+        self.bytes.resize(len + gap(len - ENCAPSULATION.len(), size), 0);
+    }
+
+    pub fn put_aligned<const N: usize>(&mut self, value: [u8; N]) {
+        self.align(N);
+        self.bytes.extend_from_slice(&value);
+    }
+
+    /// The count of a sequence.
+    pub fn put_count(&mut self, count: usize) -> Result<(), LayoutError> {
+        let at = self.bytes.len();
+        let count = u32::try_from(count)
+            .map_err(|_| LayoutError { problem: "a list is too long for ROS", at })?;
+        self.put_aligned(count.to_le_bytes());
+        Ok(())
+    }
+
+    /// A text: its length with the zero at its end, the text, the zero.
+    pub fn put_text(&mut self, text: &[u8]) -> Result<(), LayoutError> {
+        self.put_count(text.len() + 1)?;
+        self.bytes.extend_from_slice(text);
+        self.bytes.push(0);
+        Ok(())
+    }
+}
+
+fn gap(position: usize, size: usize) -> usize {
+    (size - position % size) % size
+}

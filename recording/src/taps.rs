@@ -1,0 +1,221 @@
+//! Reads the outputs of a running system, each on a thread of its own, into one queue.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use armor_sdk::directory::{Directory, DirectoryError};
+use armor_sdk::tap::{Tap, TapError};
+use armor_wire::keep::Keep;
+use armor_wire::registry::DataEntry;
+use parking_lot::{Condvar, Mutex};
+
+use crate::head::MessageHead;
+use crate::writer::OutputType;
+
+/// What a publisher keeps for the recorder while that is slow; further messages are dropped there and
+/// counted.
+const KEEP: Keep = Keep::Last { count: 1000 };
+/// Most bytes that wait to be written. A tap beyond it waits, and its publisher drops.
+const MAX_WAITING: usize = 64 << 20;
+/// How long a provider may take to appear before the outputs are listed again.
+const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
+/// How often a thread looks whether it is to end.
+const LOOK: Duration = Duration::from_millis(100);
+/// Within this time the registry has to list the outputs.
+const LISTED_WITHIN: Duration = Duration::from_secs(2);
+
+/// Which outputs are read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OutputSelection {
+    /// These, and with `component.*` all of a component; all outputs if there are none.
+    pub include: Vec<String>,
+    /// All but these, written the same way.
+    pub exclude: Vec<String>,
+}
+
+impl OutputSelection {
+    /// Whether an output is read.
+    pub fn holds(&self, data: &str) -> bool {
+        let is_meant = |names: &[String]| names.iter().any(|name| matches(name, data));
+        (self.include.is_empty() || is_meant(&self.include)) && !is_meant(&self.exclude)
+    }
+
+    /// The names in it that no output of `entries` has.
+    pub fn find_missing<'a>(&'a self, entries: &[DataEntry]) -> Vec<&'a str> {
+        let is_there = |name: &&String| !entries.iter().any(|entry| matches(name, &entry.data));
+        self.include.iter().chain(&self.exclude).filter(is_there).map(String::as_str).collect()
+    }
+}
+
+/// Whether a name, which may end with `*`, is that of the data.
+fn matches(name: &str, data: &str) -> bool {
+    name.strip_suffix('*').map_or(name == data, |beginning| data.starts_with(beginning))
+}
+
+/// A message of an output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TappedMessage {
+    /// The output.
+    pub data: String,
+    /// Its type.
+    pub output_type: Arc<OutputType>,
+    /// Sequence, stamp and publisher.
+    pub head: MessageHead,
+    /// Its bytes.
+    pub payload: Vec<u8>,
+}
+
+/// The outputs of a system, as they are published. Dropping it ends its threads.
+pub struct OutputTaps {
+    directory: Directory,
+    selection: OutputSelection,
+    queue: Arc<MessageQueue>,
+    tapped: BTreeSet<String>,
+}
+
+#[derive(Default)]
+struct MessageQueue {
+    state: Mutex<QueueState>,
+    arrived: Condvar,
+    room: Condvar,
+    is_ended: AtomicBool,
+}
+
+#[derive(Default)]
+struct QueueState {
+    messages: VecDeque<TappedMessage>,
+    waiting_bytes: usize,
+    /// Outputs whose thread has ended: they are tapped again when the registry lists them.
+    ended: Vec<String>,
+}
+
+impl OutputTaps {
+    /// Begins without an output; see [`Self::follow_outputs`].
+    pub fn new(directory: Directory, selection: OutputSelection) -> Self {
+        Self { directory, selection, queue: Arc::default(), tapped: BTreeSet::new() }
+    }
+
+    /// Reads the outputs that have appeared since the last call, too. Returns all that are listed.
+    ///
+    /// # Errors
+    /// If the registry does not answer.
+    pub fn follow_outputs(&mut self) -> Result<Vec<DataEntry>, DirectoryError> {
+        let listed = self.directory.fetch_listing(LISTED_WITHIN)?.data;
+        for ended in std::mem::take(&mut self.queue.state.lock().ended) {
+            self.tapped.remove(&ended);
+        }
+        for entry in listed.iter().filter(|entry| self.selection.holds(&entry.data)) {
+            if self.tapped.insert(entry.data.clone()) {
+                self.start_tap(entry.data.clone(), entry.latched);
+            }
+        }
+        Ok(listed)
+    }
+
+    /// The outputs that are read.
+    pub fn count_outputs(&self) -> usize {
+        self.tapped.len()
+    }
+
+    /// Returns the next message; `None` if none comes within `timeout`.
+    pub fn next_message(&self, timeout: Duration) -> Option<TappedMessage> {
+        let deadline = Instant::now() + timeout;
+        let mut state = self.queue.state.lock();
+        loop {
+            if let Some(message) = state.messages.pop_front() {
+                state.waiting_bytes -= message.payload.len();
+                self.queue.room.notify_one();
+                return Some(message);
+            }
+            if self.queue.arrived.wait_until(&mut state, deadline).timed_out() {
+                return None;
+            }
+        }
+    }
+
+    fn start_tap(&self, data: String, latched: bool) {
+        let (directory, queue) = (self.directory.clone(), Arc::clone(&self.queue));
+        let name = format!("tap {data}");
+        let failed = data.clone();
+        let run = move || {
+            // Whatever ends it, the next listing decides whether there is a provider again.
+            let _ = read_output(&directory, &data, latched, &queue);
+            queue.state.lock().ended.push(data);
+        };
+        if std::thread::Builder::new().name(name).spawn(run).is_err() {
+            self.queue.state.lock().ended.push(failed);
+        }
+    }
+}
+
+impl Drop for OutputTaps {
+    fn drop(&mut self) {
+        self.queue.is_ended.store(true, Ordering::Relaxed);
+        self.queue.room.notify_all();
+    }
+}
+
+fn read_output(
+    directory: &Directory,
+    data: &str,
+    latched: bool,
+    queue: &MessageQueue,
+) -> Result<(), TapError> {
+    let mut tap = Tap::open(directory, data, KEEP, PROVIDER_WITHIN)?;
+    let (name, schema) = (tap.type_name().to_owned(), tap.schema().to_string());
+    let output_type = Arc::new(OutputType { name, schema, latched });
+    while !queue.is_ended.load(Ordering::Relaxed) {
+        let Some(message) = tap.next(LOOK)? else { continue };
+        let head = MessageHead {
+            sequence: message.header.sequence,
+            stamp_s: message.header.stamp_s,
+            instance: message.header.instance,
+            lost: message.lost,
+        };
+        queue.push(TappedMessage {
+            data: data.into(),
+            output_type: Arc::clone(&output_type),
+            head,
+            payload: message.payload,
+        });
+    }
+    Ok(())
+}
+
+impl MessageQueue {
+    fn push(&self, message: TappedMessage) {
+        let mut state = self.state.lock();
+        while state.waiting_bytes > MAX_WAITING && !self.is_ended.load(Ordering::Relaxed) {
+            self.room.wait_for(&mut state, LOOK);
+        }
+        state.waiting_bytes += message.payload.len();
+        state.messages.push_back(message);
+        self.arrived.notify_one();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outputs_are_selected_by_name_and_by_component() {
+        let all = OutputSelection::default();
+        assert!(all.holds("a.x"));
+        let some = OutputSelection {
+            include: vec!["a.*".into(), "b.y".into()],
+            exclude: vec!["a.map".into()],
+        };
+        let held = ["a.x", "b.y", "a.map", "b.x", "ab.x"].map(|data| some.holds(data));
+        assert_eq!(held, [true, true, false, false, false]);
+        let entry = |data: &str| DataEntry {
+            data: data.into(),
+            type_name: "Number".into(),
+            schema: "Number{data:f64}".into(),
+            latched: false,
+        };
+        assert_eq!(some.find_missing(&[entry("a.x"), entry("b.x")]), ["b.y", "a.map"]);
+    }
+}

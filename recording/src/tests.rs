@@ -1,0 +1,172 @@
+//! What is written is read back: whole, from a moment on, from a file that was cut off, copied.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use armor_sdk::messages::{Number, Odometry};
+use armor_wire::codec;
+use armor_wire::message::WireType;
+
+use super::*;
+
+const EVERY_S: f64 = 0.1;
+
+fn output_type<T: WireType>(name: &str) -> OutputType {
+    OutputType { name: name.into(), schema: T::schema().to_string(), latched: false }
+}
+
+fn head(sequence: u64, lost: u64) -> MessageHead {
+    MessageHead { sequence, stamp_s: sequence as f64 * EVERY_S, instance: 7, lost }
+}
+
+fn number(sequence: u64) -> Vec<u8> {
+    codec::encode(&Number { data: sequence as f64 }).unwrap()
+}
+
+/// A recording of `count` messages of each of two outputs.
+fn record(count: u64, compression: Compression) -> Vec<u8> {
+    let about = BTreeMap::from([("system".into(), "office".into())]);
+    let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), compression, about).unwrap();
+    writer.add_file("office.xml", "application/xml", b"<armor/>").unwrap();
+    let numbers = writer.add_output("a.number", &output_type::<Number>("Number")).unwrap();
+    let odometry = writer.add_output("b.odometry", &output_type::<Odometry>("Odometry")).unwrap();
+    assert_eq!(writer.add_output("a.number", &output_type::<Number>("Number")).unwrap(), numbers);
+    for sequence in 0..count {
+        let lost = if sequence == 3 { 2 } else { 0 };
+        writer.write(numbers, &head(sequence, lost), &number(sequence)).unwrap();
+        let message = Odometry { stamp: sequence as f64 * EVERY_S, ..Odometry::default() };
+        let payload = codec::encode(&message).unwrap();
+        writer.write(odometry, &head(sequence, 0), &payload).unwrap();
+        if sequence % 50 == 0 {
+            writer.flush().unwrap();
+        }
+    }
+    assert!(writer.write(numbers, &head(count, 0), &[1]).is_err(), "of another layout");
+    assert_eq!(writer.count_written(), 2 * count);
+    writer.finish().unwrap().into_inner()
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn save(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.0.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    }
+}
+
+fn read_all(recording: &mut Recording) -> Vec<RecordedMessage> {
+    std::iter::from_fn(|| recording.next_message().unwrap()).collect()
+}
+
+fn read_file(path: &Path) -> Vec<RecordedMessage> {
+    read_all(&mut Recording::open(path).unwrap())
+}
+
+#[test]
+fn a_recording_is_read_as_it_was_written() {
+    let folder = Folder::new();
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let path = folder.save("a.mcap", &record(200, compression));
+        let mut recording = Recording::open(&path).unwrap();
+        let summary = recording.summary().clone();
+        assert!(summary.is_complete);
+        assert_eq!(summary.about["system"], "office");
+        let files = [("office.xml", "application/xml", 8)];
+        let found = summary.files.iter().map(|it| (&*it.name, &*it.media_type, it.len));
+        assert!(found.eq(files));
+        let outputs =
+            summary.outputs.iter().map(|it| (&*it.data, &*it.ros_type, it.messages, it.lost));
+        assert!(outputs.eq([
+            ("a.number", "std_msgs/msg/Float64", 200, 2),
+            ("b.odometry", "nav_msgs/msg/Odometry", 200, 0)
+        ]));
+        assert_eq!(summary.span_s, Some((0.0, 19.9)));
+        let [numbers, _] = &summary.outputs[..] else { panic!("{summary:?}") };
+        assert!(numbers.span_s.is_some_and(|(from_s, to_s)| from_s == 0.0 && to_s > 19.8));
+        assert!(numbers.rate_hz().is_some_and(|hz| (hz - 10.0).abs() < 1e-9));
+        assert_eq!(recording.read_file("office.xml").unwrap().unwrap(), b"<armor/>");
+        let messages = read_all(&mut recording);
+        assert_eq!(messages.len(), 400);
+        for (index, message) in messages.iter().enumerate() {
+            let sequence = index as u64 / 2;
+            let lost = if index == 6 { 2 } else { 0 };
+            assert_eq!(message.head, head(sequence, lost));
+            if index % 2 == 0 {
+                assert_eq!(message.payload.as_ref().unwrap(), &number(sequence));
+            } else {
+                let odometry: Odometry = codec::decode(message.payload.as_ref().unwrap()).unwrap();
+                assert_eq!(odometry.stamp.to_bits(), (sequence as f64 * EVERY_S).to_bits());
+            }
+        }
+        recording.seek(15.0).unwrap();
+        let rest = read_all(&mut recording);
+        assert!(rest.len() < 400 && rest.last() == messages.last());
+        assert!(rest[0].head.stamp_s <= 15.0, "nothing of that moment is passed over");
+    }
+}
+
+#[test]
+fn a_file_that_was_cut_off_anywhere_is_read_up_to_its_last_flush() {
+    let folder = Folder::new();
+    let whole = record(120, Compression::Lz4);
+    let all = read_file(&folder.save("whole.mcap", &whole));
+    let mut most = 0;
+    for cut in (0..whole.len()).step_by(97) {
+        let path = folder.save("cut.mcap", &whole[..cut]);
+        let mut recording = Recording::open(&path).unwrap();
+        let messages = read_all(&mut recording);
+        assert!(messages.len() >= most && all.starts_with(&messages), "cut at {cut}");
+        most = messages.len();
+        let summary = recording.summary();
+        assert!(!summary.is_complete);
+        let counted: u64 = summary.outputs.iter().map(|output| output.messages).sum();
+        assert_eq!(counted, messages.len() as u64);
+        let last_s = messages.iter().map(|message| message.head.stamp_s).reduce(f64::max);
+        assert_eq!(summary.span_s.map(|span| span.1), last_s);
+    }
+    assert!(most >= 202, "the flush after 101 of each: {most}");
+}
+
+#[test]
+fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
+    let folder = Folder::new();
+    let first = folder.save("first.mcap", &record(50, Compression::None));
+    let second = folder.save("second.mcap", &record(30, Compression::Zstd));
+    let part = CopiedPart { from_s: Some(1.0), to_s: Some(2.0), data: vec!["a.number".into()] };
+    let sink = Cursor::new(Vec::new());
+    let (report, copy) =
+        copy_recordings(&[&first, &second], &part, sink, Compression::Lz4).unwrap();
+    assert_eq!(report, CopyReport { copied: 20, unreadable: 0 });
+    let path = folder.save("copy.mcap", copy.get_ref());
+    let messages = read_file(&path);
+    let sequences: Vec<_> = messages.iter().map(|message| message.head.sequence).collect();
+    assert_eq!(sequences, (10..20).flat_map(|n| [n, n]).collect::<Vec<_>>());
+    let summary = Recording::open(&path).unwrap().summary().clone();
+    assert_eq!((summary.about["system"].as_str(), summary.files.len()), ("office", 1));
+
+    let cut_off = folder.save("cut.mcap", &fs::read(&first).unwrap()[..6000]);
+    let before = read_file(&cut_off).len() as u64;
+    let sink = Cursor::new(Vec::new());
+    let (report, copy) =
+        copy_recordings(&[&cut_off], &CopiedPart::default(), sink, Compression::None).unwrap();
+    assert_eq!(report, CopyReport { copied: before, unreadable: 0 });
+    let recovered = Recording::open(&folder.save("recovered.mcap", copy.get_ref())).unwrap();
+    assert!(recovered.summary().is_complete);
+}
+
+#[test]
+fn what_is_no_recording_is_refused() {
+    let folder = Folder::new();
+    assert!(Recording::open(&folder.0.path().join("none.mcap")).is_err());
+    let text = folder.save("text.mcap", b"this is no recording, and longer than its first bytes");
+    let Err(error) = Recording::open(&text) else { panic!("it was opened") };
+    assert_eq!(error.to_string(), "Bad magic number");
+}
