@@ -28,6 +28,7 @@ mod lone_activation;
 mod lost_outputs;
 mod manifests;
 mod mission;
+mod misspelt_declaration;
 mod names;
 mod needed_frames;
 mod order;
@@ -110,6 +111,7 @@ pub fn check(
         }
         followers::drop_followers(&mut found, &configuration.system);
         followers::drop_followers_of_reading(&mut found, &findings);
+        misspelt_declaration::blame(configuration, &mut found);
         let is_partial = reading.is_partial;
         findings.absorb(found, |f| !is_partial || !f.code.is_of_something_missing());
     }
