@@ -205,6 +205,7 @@ fn by_itself(
     system::check(system, manifests, findings);
     frames::check(system, findings);
     links::check(system, findings);
+    links::merge_short_queues(findings);
     mission::check(configuration, manifests, findings);
     for mission in configuration.missions() {
         let period = configuration.mission.as_ref().and_then(|main| main.period.as_ref());

@@ -215,7 +215,11 @@ fn expect_missing(right: &str, code: &str, remedy: &str) {
 fn a_timeout_that_is_missing_is_proposed_as_other_places_have_one() {
     let late = r#"    <transition name="tour-late" from="touring" to="returning" timeout="4min"/>
 "#;
-    expect_missing(late, "E0252", r#"is <transition name="…" from="touring" to="returning" timeout="#);
+    expect_missing(
+        late,
+        "E0252",
+        r#"is <transition name="…" from="touring" to="returning" timeout="#,
+    );
     let lost = r#"    <transition name="lost" from="returning" to="hold" timeout="2min"/>
 "#;
     expect_missing(lost, "E0252", r#"is <transition name="…" from="returning" to="hold" timeout="#);
@@ -230,6 +234,16 @@ fn a_count_that_is_wrong_is_found_at_the_transition_that_counts() {
     let set = r#"
       <set variable="round" value="round + 1"/>"#;
     expect_missing(set, "E0252", r#"is <set variable="round" value="round + 1"/> in again"#);
+}
+
+#[test]
+fn a_fork_that_is_missing_is_proposed_from_where_the_mission_begins() {
+    let begin = r#"    <transition name="begin" from="ready" to="scouting recording" autonomy="confirm" answer-within="5s" unanswered="fire"/>
+"#;
+    let found = findings(&MISSION.replace(begin, ""), PARK);
+    let text = found.render(Colours::No);
+    assert_eq!(found.iter().count(), 1, "{text}");
+    assert!(text.contains(r#"from="ready" to="scouting recording"/>"#), "{text}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Other values of a transition: its report, its guard, its times, its question.
 
+use armor_robotfile::Code;
 use armor_robotfile::tree::Element;
 
 use super::counting::is_single;
@@ -55,7 +56,13 @@ impl MissionElements<'_> {
             }
         }
         for other in self.other_guards(transition) {
-            let rank = if self.is_about_values() { GUARD_AT_FAULT } else { GUARD };
+            // A guard that is missing altogether is at fault where a count has no end.
+            let is_written = value(transition, "when").is_some();
+            let is_at_fault = match is_written {
+                true => self.is_about_values(),
+                false => self.has_fault(&[Code::ValueOutside]),
+            };
+            let rank = if is_at_fault { GUARD_AT_FAULT } else { GUARD };
             let set = close - CLOSE * self.closeness_of_guard(transition);
             let unequal = if other.contains("!=") { UNEQUAL } else { 0 };
             push("when", &other, rank + set + unequal);

@@ -1,7 +1,7 @@
 //! Other components in a place.
 
 use armor_robotfile::Code;
-use armor_robotfile::tree::Element;
+use armor_robotfile::tree::{Attribute, Element};
 
 use super::places::CLOSE;
 use super::words::{add_word, remove_word, replace_word};
@@ -23,6 +23,8 @@ const ODD: i32 = 5;
 const LONE: i32 = 6;
 /// How much likelier a component is that another place activates together with one of this place.
 const PARTNER: i32 = 2;
+/// How much likelier a list is that another place has, too.
+const KNOWN_LIST: i32 = 1;
 
 impl MissionElements<'_> {
     /// Other components in the places: those whose report is waited for, and those that a link
@@ -41,6 +43,13 @@ impl MissionElements<'_> {
                 };
                 for place in self.places.iter().filter(|place| is_before(place)) {
                     self.replace_component(place, awaited, AWAITED - CLOSE * closeness, edits);
+                    let Some(list) = place.attribute("components") else { continue };
+                    let added = add_word(&list.value, awaited);
+                    let added = added.map(|new| self.with_components(place, list, &new));
+                    edits.extend(added.map(|it| {
+                        let rank = it.rank + AWAITED - CLOSE * closeness;
+                        it.ranked(rank)
+                    }));
                 }
             }
         }
@@ -92,7 +101,23 @@ impl MissionElements<'_> {
         let Some(list) = place.attribute("components") else { return };
         for at in 0..list.value.split_whitespace().count() {
             let replaced = replace_word(&list.value, at, new);
-            edits.extend(replaced.map(|it| self.with_value(place, list, &it).ranked(rank)));
+            let replaced = replaced.map(|new| self.with_components(place, list, &new));
+            edits.extend(replaced.map(|it| {
+                let rank = it.rank + rank;
+                it.ranked(rank)
+            }));
         }
+    }
+
+    /// A place with other components, likelier if another place activates the same.
+    fn with_components(&self, place: &Element, list: &Attribute, new: &str) -> FileEdit {
+        let sorted = |list: &str| {
+            let names: std::collections::BTreeSet<_> =
+                list.split_whitespace().map(str::to_owned).collect();
+            names
+        };
+        let is_known = self.activated.iter().any(|it| sorted(it) == sorted(new));
+        let edit = self.with_value(place, list, new);
+        edit.ranked(if is_known { -KNOWN_LIST } else { 0 })
     }
 }

@@ -33,7 +33,12 @@ impl MissionElements<'_> {
 
     pub(super) fn counts_of_transition(&self, transition: &Element, edits: &mut Vec<FileEdit>) {
         let closeness = self.closeness(transition);
-        let Some(guard) = transition.attribute("when").filter(|_| closeness > 0) else { return };
+        if closeness == 0 {
+            return;
+        }
+        let Some(guard) = transition.attribute("when") else {
+            return self.guard_count(transition, closeness, edits);
+        };
         let at_fault = if self.is_about_values() { AT_FAULT } else { 0 };
         // Where a guard only lets a count begin, another one ends it.
         let begins = if guard.value.contains('>') { BEGINS } else { 0 };
@@ -43,12 +48,14 @@ impl MissionElements<'_> {
         }
         let closeness = self.closeness_of_guard(transition);
         let close = CLOSE * closeness + at_fault;
-        if let Some(other) = with_stricter(&guard.value) {
-            let rank = GUARD_AT_FAULT - CLOSE * closeness;
-            edits.push(self.with_value(transition, guard, &other).ranked(rank));
-        }
-        for other in with_next_numbers(&guard.value) {
-            edits.push(self.with_value(transition, guard, &other).ranked(NUMBER - close));
+        if self.counted().any(|counted| has_word(&guard.value, counted)) {
+            if let Some(other) = with_stricter(&guard.value) {
+                let rank = GUARD_AT_FAULT - CLOSE * closeness;
+                edits.push(self.with_value(transition, guard, &other).ranked(rank));
+            }
+            for other in with_next_numbers(&guard.value) {
+                edits.push(self.with_value(transition, guard, &other).ranked(NUMBER - close));
+            }
         }
         for written in self.counted().chain(self.followed()) {
             for meant in self.counted().filter(|meant| *meant != written) {
@@ -57,6 +64,29 @@ impl MissionElements<'_> {
                     let edit = self.with_value(transition, guard, &other);
                     edits.push(edit.ranked(VARIABLE - close));
                 }
+            }
+        }
+    }
+
+    /// A transition that counts without a guard ends at the largest value of its variable.
+    fn guard_count(&self, transition: &Element, closeness: i32, edits: &mut Vec<FileEdit>) {
+        if !self.has_fault(&[Code::ValueOutside]) {
+            return;
+        }
+        for set in transition.elements().filter(|it| it.name == "set") {
+            let Some(counted) = value(set, "variable") else { continue };
+            let mut variables = self.element.elements().filter(|it| it.name == "variable");
+            let Some(most) = variables
+                .find(|it| value(it, "name") == Some(counted))
+                .and_then(|it| value(it, "max"))
+            else {
+                continue;
+            };
+            if value(set, "value").is_some_and(|it| it == format!("{counted} + 1")) {
+                let guard = format!("{counted} < {most}");
+                let edit = self.with_attribute(transition, "when", &guard);
+                let rank = GUARD_AT_FAULT - CLOSE * closeness;
+                edits.extend(edit.map(|edit| edit.ranked(rank)));
             }
         }
     }

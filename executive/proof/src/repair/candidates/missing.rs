@@ -13,6 +13,8 @@ use crate::repair::file_edit::FileEdit;
 const MISSING: i32 = 15;
 /// The rank of one between places that lack one, next to edits that use such a place.
 const JOIN: i32 = 19;
+/// The rank of one to such places and another one.
+const FORK: i32 = 21;
 /// The rank of a timeout, before a place that leads elsewhere.
 const TIMEOUT: i32 = 16;
 /// How much likelier it leads where another exit of the place leads, to the safe place, or where the
@@ -54,6 +56,17 @@ impl MissionElements<'_> {
             let all = Some(all.as_str()).filter(|all| all.contains(' '));
             for to in to.into_iter().chain(all) {
                 edits.push(self.with_transition(first, &from.join(" "), to, "").ranked(JOIN));
+            }
+            // A fork to places to one of which others lead back. The file begins where it does.
+            let lost = loose("to").collect::<Vec<_>>().join(" ");
+            let begins = self.transitions.first().and_then(|it| value(it, "from"));
+            for also in self.place_names().filter(|it| !lost.is_empty() && !from.contains(it)) {
+                if lost.split(' ').any(|it| it == also) || self.is_loose("from", also) {
+                    continue;
+                }
+                let rank = FORK - i32::from(begins == Some(also));
+                let to = format!("{also} {lost}");
+                edits.push(self.with_transition(first, &from.join(" "), &to, "").ranked(rank));
             }
         }
     }

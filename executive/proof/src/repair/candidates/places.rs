@@ -136,7 +136,8 @@ impl MissionElements<'_> {
         let loosens = |place: &&str| self.is_only_one(number, attribute, place);
         let is_timeout_to_safe = |place: &&str| {
             attribute == "to"
-                && value(transition, "timeout").is_some()
+                && (value(transition, "timeout").is_some()
+                    || value(transition, "class") == Some("safety"))
                 && value(self.element, "safe") == Some(*place)
         };
         let works = |place: &str| {

@@ -19,9 +19,9 @@ impl MissionElements<'_> {
         let close = CLOSE * self.closeness(transition);
         for attribute in ["timeout", "after", "answer-within"] {
             let Some(time) = transition.attribute(attribute) else { continue };
-            let other_times = other_units(&time.value)
-                .map(|other| (other, UNIT))
-                .chain(other_digits(&time.value).map(|other| (other, DIGIT)));
+            let digits = other_digits(&time.value).filter(|_| close > 0);
+            let other_times = other_units(&time.value).map(|other| (other, UNIT));
+            let other_times = other_times.chain(digits.map(|other| (other, DIGIT)));
             for (other, rank) in other_times {
                 edits.push(self.with_value(transition, time, &other).ranked(rank - close));
             }
