@@ -28,6 +28,7 @@ mod lone_activation;
 mod lost_outputs;
 mod manifests;
 mod mission;
+mod misspelt_declaration;
 mod names;
 mod needed_frames;
 mod order;
@@ -110,6 +111,7 @@ pub fn check(
         }
         followers::drop_followers(&mut found, &configuration.system);
         followers::drop_followers_of_reading(&mut found, &findings);
+        misspelt_declaration::blame(configuration, &mut found);
         let is_partial = reading.is_partial;
         findings.absorb(found, |f| !is_partial || !f.code.is_of_something_missing());
     }
@@ -203,6 +205,7 @@ fn by_itself(
     system::check(system, manifests, findings);
     frames::check(system, findings);
     links::check(system, findings);
+    links::merge_short_queues(findings);
     mission::check(configuration, manifests, findings);
     for mission in configuration.missions() {
         let period = configuration.mission.as_ref().and_then(|main| main.period.as_ref());

@@ -25,5 +25,6 @@ pub use element_edits::ElementEdit;
 pub use error::EditError;
 pub use item::Item;
 pub use layout::Position;
+pub(crate) use mention::mentions;
 pub use new_element::NewElement;
 pub(crate) use placement::line_break;

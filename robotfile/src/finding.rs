@@ -161,14 +161,20 @@ impl Finding {
 
     /// Returns whether it reports a name that is unknown or cannot be used.
     pub(crate) fn is_about_name(&self) -> bool {
-        use Code::{NotControllable, UnknownComponent, UnknownPlace, UnknownVariable};
-        matches!(self.code, UnknownComponent | UnknownPlace | UnknownVariable | NotControllable)
+        use Code::{NotControllable, UnknownComponent, UnknownHost, UnknownPlace, UnknownVariable};
+        matches!(
+            self.code,
+            UnknownComponent | UnknownHost | UnknownPlace | UnknownVariable | NotControllable
+        )
     }
 
     /// Returns whether both report the same name.
     pub(crate) fn is_same_name(&self, other: &Self) -> bool {
         // The names of components are those of the whole system, others those of one mission.
-        let is_of_system = || matches!(self.code, Code::UnknownComponent | Code::NotControllable);
+        let is_of_system = || {
+            use Code::{NotControllable, UnknownComponent, UnknownHost};
+            matches!(self.code, UnknownComponent | UnknownHost | NotControllable)
+        };
         let is_same_place = |a: &Location, b: &Location| {
             a.text() == b.text() && (is_of_system() || a.source.path() == b.source.path())
         };

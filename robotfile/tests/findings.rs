@@ -8,6 +8,7 @@ mod file;
 mod follow_ups;
 mod frames;
 mod manifests;
+mod meant;
 mod mission_slips;
 mod missions;
 mod one_cause;

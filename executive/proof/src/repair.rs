@@ -90,9 +90,12 @@ fn can_be_tried(faults: &[Finding]) -> bool {
                 | Code::EndlessLoop
                 | Code::NoOutput
                 | Code::UnreachablePlace
+                | Code::ValueOutside
         )
     };
-    let may_accompany = |fault: &Finding| matches!(fault.code, Code::NoEffect | Code::EndUnawaited);
+    let may_accompany = |fault: &Finding| {
+        matches!(fault.code, Code::NoEffect | Code::EndUnawaited | Code::GuardConstant)
+    };
     faults.iter().any(is_shown) && faults.iter().all(|it| is_shown(it) || may_accompany(it))
 }
 
@@ -100,13 +103,18 @@ impl Recheck<'_> {
     /// The likeliest edits that remove all faults: those that are equally likely.
     fn find_edits(&self, configuration: &Configuration, faults: &[Finding]) -> Vec<FileEdit> {
         let mut edits = list_edits(configuration, faults);
-        edits.sort_by_key(|edit| edit.rank);
+        edits.sort_by_key(|edit| (edit.rank, edit.distance));
         let mut proofs = 0;
         let mut found: Vec<FileEdit> = Vec::new();
         for edit in edits.into_iter().take(MAX_TRIES) {
             let is_worse = found.first().is_some_and(|first| first.rank < edit.rank);
             if is_worse || found.len() > MAX_NAMED || proofs == MAX_PROOFS || (self.stop)() {
                 break;
+            }
+            // Two reasons may speak for one edit.
+            let is_same = |it: &FileEdit| it.at.is_at(&edit.at) && it.result == edit.result;
+            if found.iter().any(is_same) {
+                continue;
             }
             if self.removes_faults(configuration, &edit, &mut proofs) {
                 found.push(edit);
@@ -138,6 +146,7 @@ impl Recheck<'_> {
                         | Code::UnreachablePlace
                         | Code::NoEffect
                         | Code::EndUnawaited
+                        | Code::GuardConstant
                 )
         })
     }

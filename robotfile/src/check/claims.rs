@@ -212,11 +212,25 @@ impl<'a> ClaimNames<'a> {
         let all = || known.iter().copied();
         let guess = match self.is_other_sort(sort, own) {
             true => None,
-            false => suggest_similar(own, all()),
+            false => suggest_inner(own, all()).or_else(|| suggest_similar(own, all())),
         };
+        let guess = guess.or_else(|| self.suggest_submission(own));
         let remedy = guess.unwrap_or_else(|| self.suggest_remedy(sort, own, listed(all())));
         let at = within(text, name.at.clone());
         findings.push(Finding::new(code, &at, message).remedy(remedy));
+    }
+
+    /// Returns the remedy for a name of a sub-mission that the mission does not include.
+    fn suggest_submission(&self, name: &str) -> Option<String> {
+        let (inner, _) = name.split_once('.')?;
+        let mut known = self.transitions.iter().chain(&self.places);
+        let is_of_inner = |known: &&&str| known.split_once('.').is_some_and(|it| it.0 == inner);
+        known.find(is_of_inner).is_none().then(|| {
+            format!(
+                "the mission includes no sub-mission {inner}: add <submission ref=\"{inner}.xml\" \
+                 in=\"…\" out=\"…\"/>"
+            )
+        })
     }
 
     /// Returns whether a place is expected and a component is named, which is meant to be active.
@@ -286,4 +300,12 @@ impl<'a> ClaimNames<'a> {
         }
         format!("name one of: {listed}")
     }
+}
+
+/// Returns the remedy for a name without that of its sub-mission, if only one has such a name.
+fn suggest_inner<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let is_inner = |it: &&str| it.rsplit_once('.').is_some_and(|(_, inner)| inner == name);
+    let mut inner = known.filter(is_inner);
+    let only = inner.next().filter(|_| inner.next().is_none())?;
+    Some(format!("did you mean {only}?"))
 }

@@ -59,6 +59,16 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
             || !finding.related.iter().any(|(at, _)| exits.contains(&at.span))
     });
     drop_followers_of_ends(findings);
+    // One that may not be frozen is in no place, once this is corrected.
+    let fixed = names_at(findings, Code::NotControllable);
+    findings.retain(|finding| {
+        finding.code != Code::ReportNeverSent
+            || finding
+                .at
+                .as_ref()
+                .is_none_or(|at| !fixed.contains(at.text().split('.').next().unwrap_or_default()))
+    });
+    declarations::merge_decided(findings);
     drop_exits_of_wrong_guards(findings);
     explain_wrong_field(findings);
     explain_missing_output(findings);
@@ -245,6 +255,17 @@ pub(super) fn drop_followers_of_reading(found: &mut Findings, reading: &Findings
             _ => true,
         }
     });
+    // What a sub-mission is called whose element cannot be read is not known.
+    let is_of_submission = |it: &Finding| {
+        matches!(it.code, Code::UnknownAttribute | Code::MissingAttribute)
+            && it.message.starts_with("<submission>")
+    };
+    if reading.iter().any(is_of_submission) {
+        found.retain(|finding| {
+            !matches!(finding.code, Code::UnknownTransition | Code::UnknownPlace)
+                || finding.at.as_ref().is_none_or(|at| !at.text().contains('.'))
+        });
+    }
     if has(&[Code::IncludeMissing, Code::IncludeCycle]) {
         found.retain(|finding| {
             finding.code != Code::UnknownComponent

@@ -48,6 +48,21 @@ fn never_called(system: &System, findings: &mut Findings) {
     }
 }
 
+/// From this multiple of a queue's length on, the rates are doubted.
+const FAR_TOO_SHORT: f64 = 5.0;
+/// The label of a rate that a queue is too short for.
+const RATE: &str = "this rate";
+
+/// Merges the queues of one reader that are too short: its rate is one value.
+pub(super) fn merge_short_queues(findings: &mut Findings) {
+    let rate = |finding: &Finding| finding.related.get(1).map(|(at, _)| at.span);
+    findings.merge_same(|first, other| {
+        [first.code, other.code] == [Code::ShortQueue; 2]
+            && rate(first).is_some()
+            && rate(first) == rate(other)
+    });
+}
+
 /// While its reader works, for one period at most, data wait in the queue.
 fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &mut Findings) {
     let rate_hz = |name: &str| Some(components.get(name)?.rate_hz.as_ref()?.value);
@@ -65,9 +80,17 @@ fn short_queue(link: &Link, components: &BTreeMap<&str, &Component>, findings: &
             link.from.data()
         );
         let finding = Finding::new(Code::ShortQueue, at, message);
-        let remedy =
+        let mut remedy =
             format!("write keep=\"{may_come}\", or keep=\"latest\" if only the newest is needed");
-        findings.push(finding.remedy(remedy));
+        if may_come > FAR_TOO_SHORT * f64::from(count) {
+            remedy = format!(
+                "are the rates right? {from} works at {from_hz} Hz, and {to} at {to_hz} Hz. If they \
+                 are, {remedy}"
+            );
+        }
+        let rates = [from, to].map(|name| components.get(name.as_str())?.rate_hz.as_ref());
+        let rates = rates.into_iter().flatten();
+        findings.push(rates.fold(finding.remedy(remedy), |it, rate| it.related(&rate.at, RATE)));
     }
 }
 

@@ -50,6 +50,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
+    ports::explain_unfed(system, &kinds, findings);
     needed_frames::check(configuration, &kinds, findings);
     let places = configuration.missions().flat_map(|mission| &mission.places);
     for place in places {
@@ -208,12 +209,37 @@ fn check_parameters(
     }
     // Of two values of one name, which is a finding already, one has probably a wrong name.
     let is_single = |parameter: &&Parameter| times[parameter.name.value.as_str()] == 1;
+    let exchanged = find_exchanged(component, manifest);
+    if let Some((one, other)) = exchanged {
+        findings.push(report_exchanged(one, other));
+    }
+    let is_exchanged = |it: &&Parameter| {
+        exchanged.is_some_and(|(one, other)| {
+            it.name.at.is_at(&one.name.at) || it.name.at.is_at(&other.name.at)
+        })
+    };
     for parameter in component.parameters.iter().filter(is_single) {
-        check_value(parameter, manifest, findings);
+        if !is_exchanged(&parameter) {
+            check_value(parameter, manifest, findings);
+        }
+    }
+    let meant = find_meant(component, manifest);
+    if let Some((given, wanted)) = meant {
+        let is_it = |it: &&mut Finding| {
+            it.code == Code::UnknownParameter
+                && it.at.as_ref().is_some_and(|at| at.is_at(&given.name.at))
+        };
+        for finding in findings.iter_mut().filter(is_it) {
+            finding.remedy =
+                format!("did you mean {}? It is needed, and has no value", wanted.name);
+        }
     }
     let name = &component.name;
     for wanted in manifest.parameters.iter().filter(|wanted| is_whole && wanted.default.is_none()) {
-        if component.parameter(&wanted.name).is_none() && !is_misspelt(wanted, component, manifest)
+        let is_meant = meant.is_some_and(|(_, it)| it.name == wanted.name);
+        if component.parameter(&wanted.name).is_none()
+            && !is_meant
+            && !is_misspelt(wanted, component, manifest)
         {
             let message = format!("{} has no value for {}", name.value, wanted.name);
             let finding = Finding::new(Code::ParameterUnassigned, &name.at, message);
@@ -223,6 +249,49 @@ fn check_parameters(
             findings.push(finding.remedy(remedy));
         }
     }
+}
+
+/// Returns the only parameter of an unknown name, and the only one that is needed and not given: the
+/// one is probably meant for the other.
+fn find_meant<'a>(
+    component: &'a Component,
+    manifest: &'a Manifest,
+) -> Option<(&'a Parameter, &'a ParameterManifest)> {
+    let of_name = |name: &str| manifest.parameters.iter().find(|it| it.name == name);
+    let mut unknown = component.parameters.iter().filter(|it| of_name(&it.name.value).is_none());
+    let needed = manifest.parameters.iter().filter(|it| it.default.is_none());
+    let mut missing = needed.filter(|it| component.parameter(&it.name).is_none());
+    let (given, wanted) = (unknown.next()?, missing.next()?);
+    let is_only = unknown.next().is_none() && missing.next().is_none();
+    (is_only && wanted.parse(&given.value.value).is_ok()).then_some((given, wanted))
+}
+
+/// Returns two parameters each of which has a value that only the other one takes.
+fn find_exchanged<'a>(
+    component: &'a Component,
+    manifest: &Manifest,
+) -> Option<(&'a Parameter, &'a Parameter)> {
+    let takes = |parameter: &Parameter, value: &str| {
+        let wanted = manifest.parameters.iter().find(|it| it.name == parameter.name.value);
+        wanted.map(|wanted| wanted.parse(value).is_ok())
+    };
+    let is_wrong = |it: &&Parameter| takes(it, &it.value.value) == Some(false);
+    let mut wrong = component.parameters.iter().filter(is_wrong);
+    let (one, other) = (wrong.next()?, wrong.next()?);
+    let fit = [takes(one, &other.value.value), takes(other, &one.value.value)];
+    (wrong.next().is_none() && fit == [Some(true); 2]).then_some((one, other))
+}
+
+fn report_exchanged(one: &Parameter, other: &Parameter) -> Finding {
+    let (first, second) = (&one.name.value, &other.name.value);
+    let message = format!("the values of {first} and {second} are exchanged");
+    let remedy = format!(
+        "write value=\"{}\" for {first} and value=\"{}\" for {second}",
+        short(&other.value.value),
+        short(&one.value.value)
+    );
+    let finding = Finding::new(Code::ParameterType, &one.value.at, message).remedy(remedy);
+    finding.related(&other.value.at, "the other value")
 }
 
 /// Returns whether the parameter is given with a misspelt name: that is an error already.

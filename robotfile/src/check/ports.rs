@@ -119,6 +119,27 @@ pub(super) fn explain_fed_twice(
                 inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
             })
         });
+        let unfed = unfed.or_else(|| {
+            // Or of another component than the one that sends the data, if it is the only one.
+            let other = system.links.iter().find(|it| first.is_some_and(|at| it.to.at.is_at(at)));
+            let free = [other, link].into_iter().flatten().flat_map(|link| {
+                let output = find_port(&link.from, kinds, true);
+                let fed = &fed;
+                let names = system.components.iter().map(|it| it.name.value.as_str());
+                let names = names.filter(move |name| *name != link.from.component.value);
+                names.flat_map(move |name| {
+                    let inputs = kinds.get(name).into_iter().flat_map(|it| &it.inputs);
+                    let fits = inputs.filter(move |input| {
+                        output.is_some_and(|output| is_same_type(output, input))
+                            && !input.is_any()
+                            && !fed.contains(&(name, input.id.as_str()))
+                    });
+                    fits.map(move |input| format!("{name}.{}", input.id))
+                })
+            });
+            let mut free = free.collect::<BTreeSet<_>>().into_iter();
+            free.next().filter(|_| free.next().is_none())
+        });
         if let Some(unfed) = unfed {
             let remedy = format!("was one meant for {unfed}, which nothing feeds?");
             remedies.insert((place.0.to_path_buf(), place.1), remedy);
@@ -134,6 +155,54 @@ pub(super) fn explain_fed_twice(
             finding.remedy = format!("{remedy} Otherwise {}", finding.remedy);
         }
     }
+}
+
+/// Merges a link to an input of another type with the input that takes its data and that nothing
+/// feeds, if there is one: it is meant.
+pub(super) fn explain_unfed(
+    system: &System,
+    kinds: &BTreeMap<&str, &Manifest>,
+    findings: &mut Findings,
+) {
+    let mut explained = Vec::new();
+    for finding in findings.iter_mut().filter(|it| it.code == Code::TypeMismatch) {
+        let is_its = |link: &&Link| finding.at.as_ref().is_some_and(|at| link.to.at.is_at(at));
+        let Some(link) = system.links.iter().find(is_its) else { continue };
+        let Some(output) = find_port(&link.from, kinds, true) else { continue };
+        let is_fed = |name: &str, id: &str| {
+            let mut links = system.links.iter();
+            links.any(|it| it.to.component.value == name && it.to.port.value == id)
+        };
+        let mut meant = system.components.iter().flat_map(|component| {
+            let kind = kinds.get(component.name.value.as_str());
+            let inputs = kind.into_iter().flat_map(|kind| {
+                kind.inputs.iter().filter(|input| {
+                    let mut groups = kind.needs_one_of.iter();
+                    input.required || groups.any(|it| it.contains(&input.id))
+                })
+            });
+            let name = component.name.value.as_str();
+            inputs
+                .filter(move |it| is_same_type(output, it) && !it.is_any() && !is_fed(name, &it.id))
+                .map(move |input| (component, input))
+        });
+        let Some((component, input)) = meant.next().filter(|_| meant.next().is_none()) else {
+            continue;
+        };
+        let name = &component.name;
+        finding.remedy = format!(
+            "did you mean to=\"{}.{}\"? It takes {}, and nothing feeds it",
+            name.value, input.id, output.type_name
+        );
+        explained.push((name.at.clone(), format!("{}.{}", name.value, input.id)));
+    }
+    findings.retain(|finding| {
+        let is_it = |(at, input): &(crate::source::Location, String)| {
+            finding.at.as_ref().is_some_and(|it| it.is_at(at))
+                && (finding.message.contains(input) || finding.remedy.contains(input))
+        };
+        finding.code != Code::InputUnfed || !explained.iter().any(is_it)
+    });
 }
 
 fn place_of(finding: &Finding) -> Option<(&std::path::Path, crate::source::Span)> {

@@ -20,8 +20,11 @@ use crate::typed_manifests::TypedManifests;
 /// The parameter with which a kind that publishes a clock states how fast its time runs.
 const CLOCK_SPEED: &str = "speed";
 
-/// The rate of a component that is surely a mistake, as a multiple of that with which time moves.
+/// The rate of a component that is surely a mistake, as a multiple of that with which time moves, if
+/// nothing states how fast the time of its source runs.
 const MOST_PER_STEP: f64 = 10.0;
+/// The same where the file states it: a component is called once per step at most.
+const MOST_AT_SPEED: f64 = 1.5;
 
 /// Circles that are reported. When these are broken, the next ones are.
 const MAX_CIRCLES: usize = 8;
@@ -199,7 +202,11 @@ fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
     if findings.iter().any(|it| is_about(it, Code::RateTooLow, &steps.at)) {
         return;
     }
-    let highest = MOST_PER_STEP * steps.value * find_speed(clock, system).recip().max(1.0);
+    let speed = find_speed(clock, system);
+    let most = if clock.parameter(CLOCK_SPEED).is_some() { MOST_AT_SPEED } else { MOST_PER_STEP };
+    // In the system's time, which is that of the rates.
+    let steps_hz = steps.value / speed;
+    let highest = most * steps_hz;
     for component in system.components.iter().filter(|it| it.name.value != clock.name.value) {
         let Some(rate) = component.rate_hz.as_ref().filter(|rate| rate.value > highest) else {
             continue;
@@ -213,7 +220,7 @@ fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
              called at these steps",
             rate.at.text(),
             source.data(),
-            steps.value
+            shorten(steps_hz)
         );
         let finding = Finding::new(Code::RateTooHigh, &rate.at, message);
         findings.push(
@@ -222,6 +229,16 @@ fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
                 .related(&steps.at, "the rate of these steps"),
         );
     }
+    // A queue that is too short for a rate which is too high is long enough for the right one.
+    let too_high: Vec<_> = findings
+        .iter()
+        .filter(|finding| finding.code == Code::RateTooHigh)
+        .filter_map(|finding| finding.at.clone())
+        .collect();
+    findings.retain(|finding| {
+        let mut rates = finding.related.iter().map(|(at, _)| at);
+        finding.code != Code::ShortQueue || !rates.any(|at| too_high.iter().any(|it| it.is_at(at)))
+    });
     let step = |finding: &Finding| finding.related.first().map(|(at, _)| at.span);
     findings.merge_same(|first, other| {
         [first.code, other.code] == [Code::RateTooHigh; 2]

@@ -115,6 +115,11 @@ fn check_declared(
     if known.contains(name) {
         return;
     }
+    let mut events = manifest.events.iter().flatten();
+    let naming = events.find(|it| !it.named_by.is_empty()).map(|it| it.named_by.as_str());
+    if naming.is_some_and(|naming| is_unreadable(naming, component, manifest)) {
+        return;
+    }
     let message = match is_never_done(manifest, on) {
         true => format!("{} never reports that it is done", on.component.value),
         false => format!("{} reports no event called {}", on.component.value, short(name)),
@@ -124,7 +129,39 @@ fn check_declared(
     let known = || known.iter().copied();
     let guess = if findings.is_full() { None } else { suggest_similar(name, known()) };
     let remedy = guess.unwrap_or_else(|| format!("it reports: {}", listed(known())));
-    findings.push(Finding::new(Code::UnknownEvent, &on.event.at, message).remedy(remedy));
+    let mut finding = Finding::new(Code::UnknownEvent, &on.event.at, message);
+    let remedy = match naming.and_then(|it| Some((it, component.parameter(it)?))) {
+        Some((naming, given)) => {
+            finding = finding.related(&given.value.at, "these names are given here");
+            let stop = if remedy.ends_with('?') { "" } else { ";" };
+            let otherwise = if stop.is_empty() { "Otherwise" } else { "otherwise" };
+            let of = &on.component.value;
+            format!("{remedy}{stop} {otherwise} add {} to {naming} of {of}", short(name))
+        }
+        None => match naming {
+            Some(naming) => format!(
+                "add <parameter name=\"{naming}\" value=\"{}\"/> to {}; {remedy}",
+                short(name),
+                on.component.value
+            ),
+            None => remedy,
+        },
+    };
+    findings.push(finding.remedy(remedy));
+}
+
+/// Returns whether the parameter that names events has a value that is a finding of its own, or is
+/// given under a misspelt name.
+fn is_unreadable(naming: &str, component: &Component, manifest: &Manifest) -> bool {
+    let of_name = |name: &str| manifest.parameters.iter().find(|it| it.name == name);
+    let is_malformed = |value: &str| of_name(naming).is_some_and(|it| it.parse(value).is_err());
+    let is_misspelt = |given: &str| {
+        of_name(given).is_none() && suggest_similar(given, std::iter::once(naming)).is_some()
+    };
+    match component.parameter(naming) {
+        Some(given) => is_malformed(&given.value.value),
+        None => component.parameters.iter().any(|given| is_misspelt(&given.name.value)),
+    }
 }
 
 /// A name that differs from `done` or `failed` by one or two letters is probably a mistake. Returns

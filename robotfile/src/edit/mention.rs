@@ -48,6 +48,11 @@ impl Mention<'_> {
         self.element.name == "block"
     }
 
+    /// Returns whether it is not used here: the name is declared, or drawn.
+    pub(crate) fn is_definition_or_layout(&self) -> bool {
+        self.role == MentionRole::Definition || self.is_layout()
+    }
+
     /// The text that names it.
     pub(crate) fn at(&self, source: &Arc<Source>) -> Location {
         let span = match self.attribute {

@@ -191,7 +191,11 @@ pub(super) fn merge_tokens(proven: &mut Vec<Finding>, mission: Option<&Mission>)
         has_too_many_tokens(result)
             || matches!(
                 result.code,
-                Code::ValuesContradict | Code::ValueOutside | Code::CheckFails | Code::Tie
+                Code::ValuesContradict
+                    | Code::ValueOutside
+                    | Code::CheckFails
+                    | Code::CheckUndecided
+                    | Code::Tie
             )
     };
     let (mut merged, others): (Vec<_>, Vec<_>) =

@@ -230,7 +230,9 @@ fn the_reports_a_mission_waits_for_are_those_that_its_components_declare() {
     );
     assert_eq!(
         found("b.start", home, ""),
-        ["E0225 b reports no event called start (it reports: explore, home, done, failed)"]
+        [
+            "E0225 b reports no event called start (it reports: explore, home, done, failed; otherwise add start to buttons of b)"
+        ]
     );
     assert_eq!(
         found("c.finshed", "", ""),

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use armor_robotfile::{Colours, Reading, check, load, load_copy, read};
 
-use super::follow_ups::{END, LATE, only, robot};
-use super::{found_in, mission, none, one};
+use super::follow_ups::{END, LATE, kinds, only, robot};
+use super::{found_in, mission, none, one, one_with};
 
 /// With a sub-mission in `inner.xml`: the codes, and the findings as they are shown.
 pub(super) fn with_inner(main: &str, inner: &str) -> (Vec<&'static str>, String) {
@@ -229,4 +229,39 @@ fn a_guard_with_a_wrong_quantity_is_one_finding() {
         r#"<variable name="n" min="0" max="3"/><place name="b" components="go"/><transition name="in" from="a" to="b" timeout="5s"><set variable="n" value="1"/></transition><transition name="t" from="b" to="over" on="go.done"/><transition name="u" from="b" to="hold" when="n &lt; 30%"/>"#,
     );
     only_of("E0234", "is a fraction of one", &file);
+}
+
+#[test]
+fn a_misspelt_declaration_is_found_where_it_is_written() {
+    let parts = |component: &str, place: &str, variable: &str| {
+        robot(
+            r#"safe="hold""#,
+            &format!(
+                r#"<place name="{place}" components="arm lamp"/><variable name="{variable}" min="0" max="3" initial="0"/><transition name="next" from="a" to="lifting" on="go.done"/>{LATE}<transition name="up" from="lifting" to="over" on="arm.done" when="count &lt; 2"><set variable="count" value="count + 1"/></transition><transition name="slow" from="lifting" to="hold" timeout="9s"/><transition name="fails" from="lifting" to="hold" on="lamp.failed"/>"#
+            ),
+        )
+        .replace("</system>", &format!("<component name=\"{component}\" kind=\"lamp\"/></system>"))
+    };
+    // The file has one finding, at its mark, that proposes this name.
+    let marked = |code: &str, name: &str, file: &str| {
+        only(code, &format!("did you mean {name}?"), &file.replace("[[", "").replace("]]", ""));
+        one_with(code, file, Some(&kinds()));
+    };
+    marked("E0103", "lamp", &parts("[[lammp]]", "lifting", "count"));
+    marked("E0203", "lifting", &parts("lamp", "[[liftng]]", "count"));
+    marked("E0231", "count", &parts("lamp", "lifting", "[[counts]]"));
+    // One use may be misspelt as well.
+    let once = parts("lammp", "lifting", "count").replace("arm lamp", "arm");
+    let once = once.replace("on=\"lamp.failed\"", "on=\"[[lamp]].failed\"");
+    marked("E0103", "lammp", &once);
+    // A name that is used is not misspelt.
+    let used = parts("lamp", "liftng", "count");
+    let used = used.replace(r#"name="slow" from="lifting""#, r#"name="slow" from="liftng""#);
+    only("E0203", "there is no place called lifting", &used);
+    let hosts = |name: &str| {
+        super::system(&format!(
+            r#"<host name="{name}" at="arm.local:7410"/><component name="go" kind="explorer" host="arm-board"/><component name="stop" kind="lamp" host="arm-board"/>"#
+        ))
+    };
+    marked("E0137", "arm-board", &hosts("[[arm-bord]]"));
 }

@@ -1,16 +1,19 @@
 //! The edits that are tried: one attribute of a mission with another value of its kind.
 
+mod arcs;
 mod attributes;
 mod checks;
 mod components;
+mod counting;
 mod missing;
 mod places;
+mod times;
 mod variables;
 mod words;
 
 use std::sync::Arc;
 
-use armor_robotfile::tree::{Attribute, Element};
+use armor_robotfile::tree::{Attribute, Element, Tree};
 use armor_robotfile::{Code, Configuration, Finding, Location, Source, Span, parse_tree};
 
 use super::file_edit::FileEdit;
@@ -23,10 +26,22 @@ const MAX_ELEMENTS: usize = 60;
 /// Lists the edits of the mission and of its sub-missions.
 pub(super) fn list_edits(configuration: &Configuration, faults: &[Finding]) -> Vec<FileEdit> {
     let mut edits = Vec::new();
-    for source in &configuration.sources {
-        let Ok(tree) = parse_tree(source.path(), source.text().as_bytes()) else { continue };
-        for mission in tree.root().elements().filter(|it| it.name == "mission") {
-            let mission = MissionElements::of(source, mission, faults);
+    let read = |source: &'_ Arc<Source>| {
+        Some((source.clone(), parse_tree(source.path(), source.text().as_bytes()).ok()?))
+    };
+    let trees: Vec<_> = configuration.sources.iter().filter_map(read).collect();
+    let missions_of = |tree: &'_ Tree| -> Vec<_> {
+        tree.root().elements().filter(|it| it.name == "mission").cloned().collect()
+    };
+    let missions: Vec<_> = trees.iter().map(|(source, tree)| (source, missions_of(tree))).collect();
+    let places = missions.iter().flat_map(|it| &it.1).flat_map(Element::elements);
+    let activated: Vec<_> = places
+        .filter(|it| it.name == "place")
+        .filter_map(|place| value(place, "components"))
+        .collect();
+    for (source, missions) in &missions {
+        for mission in missions {
+            let mission = MissionElements::of(source, mission, faults, &activated);
             if mission.places.len().max(mission.transitions.len()) <= MAX_ELEMENTS {
                 mission.list_edits(&mut edits);
             }
@@ -45,10 +60,17 @@ struct MissionElements<'a> {
     /// Whether its sub-missions are left out.
     no_submissions: bool,
     faults: &'a [Finding],
+    /// The components of each place of all missions.
+    activated: &'a [&'a str],
 }
 
 impl<'a> MissionElements<'a> {
-    fn of(source: &'a Arc<Source>, element: &'a Element, faults: &'a [Finding]) -> Self {
+    fn of(
+        source: &'a Arc<Source>,
+        element: &'a Element,
+        faults: &'a [Finding],
+        activated: &'a [&'a str],
+    ) -> Self {
         let called = |name: &'static str| element.elements().filter(move |it| it.name == name);
         Self {
             source,
@@ -57,6 +79,7 @@ impl<'a> MissionElements<'a> {
             transitions: called("transition").collect(),
             no_submissions: false,
             faults,
+            activated,
         }
     }
 
@@ -64,6 +87,8 @@ impl<'a> MissionElements<'a> {
         for number in 0..self.transitions.len() {
             self.places_of_transition(number, edits);
             self.values_of_transition(self.transitions[number], edits);
+            self.times_of_transition(self.transitions[number], edits);
+            self.counts_of_transition(self.transitions[number], edits);
             self.conditions_of_transition(self.transitions[number], edits);
         }
         self.marks(edits);
@@ -100,6 +125,11 @@ impl<'a> MissionElements<'a> {
         if sets_compared {
             return MOST_CLOSE;
         }
+        self.closeness_of_guard(element)
+    }
+
+    /// How close the faults are to an element, whatever it sets.
+    fn closeness_of_guard(&self, element: &Element) -> i32 {
         closeness(self.faults, &self.at(element.tag_span), value(element, "name").unwrap_or(""))
     }
 
@@ -109,44 +139,46 @@ impl<'a> MissionElements<'a> {
 
     /// An attribute with another value.
     fn with_value(&self, element: &Element, attribute: &Attribute, new: &str) -> FileEdit {
-        FileEdit {
-            replaced: vec![(attribute.value_span, escape(new))],
-            at: self.at(attribute.value_span),
-            result: format!("{}=\"{new}\"", attribute.name),
-            element: value(element, "name").unwrap_or("").to_owned(),
-            question: None,
-            is_missing: false,
-            rank: 0,
-        }
+        FileEdit::new(
+            vec![(attribute.value_span, escape(new))],
+            self.at(attribute.value_span),
+            format!("{}=\"{new}\"", attribute.name),
+            value(element, "name"),
+        )
     }
 
     /// A further attribute, behind the last one.
     fn with_attribute(&self, element: &Element, name: &str, new: &str) -> Option<FileEdit> {
         let last = element.attributes.last()?.value_span.end() + 1;
         let of_name = element.attribute("name").map_or(element.name_span, |it| it.value_span);
-        Some(FileEdit {
-            replaced: vec![(Span::new(last, last), format!(" {name}=\"{}\"", escape(new)))],
-            at: self.at(of_name),
-            result: format!("{name}=\"{new}\""),
-            element: value(element, "name").unwrap_or("").to_owned(),
-            question: None,
-            is_missing: false,
-            rank: 0,
-        })
+        Some(FileEdit::new(
+            vec![(Span::new(last, last), format!(" {name}=\"{}\"", escape(new)))],
+            self.at(of_name),
+            format!("{name}=\"{new}\""),
+            value(element, "name"),
+        ))
+    }
+
+    /// An element without one of its attributes.
+    fn without_attribute(&self, element: &Element, attribute: &Attribute) -> FileEdit {
+        let span = Span::new(attribute.name_span.start(), attribute.value_span.end() + 1);
+        FileEdit::new(
+            vec![(span, String::new())],
+            self.at(span),
+            format!("no {}=\"{}\"", attribute.name, attribute.value),
+            value(element, "name"),
+        )
     }
 
     /// An element inside of another one removed.
     fn without_inner(&self, element: &Element, inner: &Element) -> FileEdit {
         let place = value(inner, "place").unwrap_or("");
-        FileEdit {
-            replaced: vec![(inner.span, String::new())],
-            at: self.at(inner.tag_span),
-            result: format!("no <{} place=\"{place}\"/>", inner.name),
-            element: value(element, "name").unwrap_or("").to_owned(),
-            question: None,
-            is_missing: false,
-            rank: 0,
-        }
+        FileEdit::new(
+            vec![(inner.span, String::new())],
+            self.at(inner.tag_span),
+            format!("no <{} place=\"{place}\"/>", inner.name),
+            value(element, "name"),
+        )
     }
 
     /// The values of two attributes exchanged.
@@ -159,24 +191,12 @@ impl<'a> MissionElements<'a> {
             one.name_span.start().min(other.name_span.start()),
             one.span().end().max(other.span().end()),
         );
-        Some(FileEdit {
-            replaced: vec![
-                (one.value_span, escape(&other.value)),
-                (other.value_span, escape(&one.value)),
-            ],
-            at: self.at(span),
-            result: format!("{first}=\"{}\" {second}=\"{}\"", other.value, one.value),
-            element: value(element, "name").unwrap_or("").to_owned(),
-            question: None,
-            is_missing: false,
-            rank: 0,
-        })
-    }
-}
-
-impl FileEdit {
-    fn ranked(self, rank: i32) -> Self {
-        Self { rank, ..self }
+        Some(FileEdit::new(
+            vec![(one.value_span, escape(&other.value)), (other.value_span, escape(&one.value))],
+            self.at(span),
+            format!("{first}=\"{}\" {second}=\"{}\"", other.value, one.value),
+            value(element, "name"),
+        ))
     }
 }
 

@@ -21,9 +21,35 @@ pub(super) struct FileEdit {
     pub is_missing: bool,
     /// The lower, the likelier.
     pub rank: i32,
+    /// Of those that are equally likely, the nearest is named first: how far the element is from
+    /// those of the place that is meant, in bytes.
+    pub distance: usize,
 }
 
 impl FileEdit {
+    /// An edit of an element of this name, or of one whose result shows what it is.
+    pub fn new(
+        replaced: Vec<(Span, String)>,
+        at: Location,
+        result: String,
+        element: Option<&str>,
+    ) -> Self {
+        Self {
+            replaced,
+            at,
+            result,
+            element: element.unwrap_or("").to_owned(),
+            question: None,
+            is_missing: false,
+            rank: 0,
+            distance: 0,
+        }
+    }
+
+    pub fn ranked(self, rank: i32) -> Self {
+        Self { rank, ..self }
+    }
+
     /// The text of a file, with the edit if it is in this one.
     pub fn text_of(&self, source: &Arc<Source>) -> String {
         let mut text = source.text().to_owned();

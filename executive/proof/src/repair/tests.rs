@@ -201,6 +201,64 @@ fn a_missing_transition_is_found_at_its_place() {
     assert!(text.contains(r#"from="returning" to="back" on="homing.done"/> missing?"#), "{text}");
 }
 
+/// As [`expect`] for an element that is missing: it is not in the mission, and proposed.
+fn expect_missing(right: &str, code: &str, remedy: &str) {
+    assert_eq!(MISSION.matches(right).count(), 1, "{right}");
+    let found = findings(&MISSION.replace(right, ""), PARK);
+    let text = found.render(Colours::No);
+    let codes: Vec<_> = found.iter().map(|it| it.code.as_str()).collect();
+    assert_eq!(codes, [code], "{text}");
+    assert!(text.contains(remedy) && text.contains(" missing?"), "{remedy}\n{text}");
+}
+
+#[test]
+fn a_timeout_that_is_missing_is_proposed_as_other_places_have_one() {
+    let late = r#"    <transition name="tour-late" from="touring" to="returning" timeout="4min"/>
+"#;
+    expect_missing(
+        late,
+        "E0252",
+        r#"is <transition name="…" from="touring" to="returning" timeout="#,
+    );
+    let lost = r#"    <transition name="lost" from="returning" to="hold" timeout="2min"/>
+"#;
+    expect_missing(lost, "E0252", r#"is <transition name="…" from="returning" to="hold" timeout="#);
+}
+
+#[test]
+fn a_count_that_is_wrong_is_found_at_the_transition_that_counts() {
+    let again = r#"when="round &lt; 2""#;
+    expect(again, r#"when="round &lt;= 2""#, "W0218", r#"when="round < 2" in again"#);
+    let set = r#"value="round + 1""#;
+    expect(set, r#"value="round""#, "E0252", r#"value="round + 1" in again"#);
+    let set = r#"
+      <set variable="round" value="round + 1"/>"#;
+    expect_missing(set, "E0252", r#"is <set variable="round" value="round + 1"/> in again"#);
+}
+
+#[test]
+fn a_fork_that_is_missing_is_proposed_from_where_the_mission_begins() {
+    let begin = r#"    <transition name="begin" from="ready" to="scouting recording" autonomy="confirm" answer-within="5s" unanswered="fire"/>
+"#;
+    let found = findings(&MISSION.replace(begin, ""), PARK);
+    let text = found.render(Colours::No);
+    assert_eq!(found.iter().count(), 1, "{text}");
+    assert!(text.contains(r#"from="ready" to="scouting recording"/>"#), "{text}");
+}
+
+#[test]
+fn an_attribute_that_leads_nowhere_else_is_not_explained_by_a_token_that_ends_the_mission() {
+    let within = r#"answer-within="5s""#;
+    expect(within, r#"answer-within="5h""#, "E0252", "did you mean answer-within=\"");
+    let join = r#"timeout="6s"/>"#;
+    expect(join, r#"after="6s"/>"#, "E0252", r#"did you mean timeout="6s" in join"#);
+    let mark = r#""ready" initial="true"/>
+    <place name="scouting""#;
+    let moved = r#""ready"/>
+    <place name="scouting" initial="true""#;
+    expect(mark, moved, "E0241", r#"initial="true" in ready, and not in scouting"#);
+}
+
 #[test]
 fn what_no_edit_explains_keeps_its_findings() {
     // Nothing in the file tells which time was meant.

@@ -70,6 +70,26 @@ pub(super) fn merge_outside_domain(findings: &mut Findings) {
     });
 }
 
+/// Several comparisons that one domain decides: it is the one mistake.
+pub(super) fn merge_decided(findings: &mut Findings) {
+    let domain_of = |finding: &Finding| {
+        let (_, domain) = finding.message.split_once("` is always ")?;
+        let (_, domain) = domain.split_once(": ")?;
+        let is_domain = finding.code == Code::GuardConstant && domain.contains(" is ");
+        is_domain.then(|| domain.to_owned())
+    };
+    findings.merge_same(|first, other| {
+        domain_of(first).is_some() && domain_of(first) == domain_of(other)
+    });
+    for finding in findings.iter_mut().filter(|it| !it.related.is_empty()) {
+        let Some(domain) = domain_of(finding) else { continue };
+        let name = domain.split(' ').next().unwrap_or_default();
+        finding.remedy = format!(
+            "widen the domain of {name}, which decides all of them, or compare with values within it"
+        );
+    }
+}
+
 /// Exclusive components that are in no place, and the only place with `on-failure` and without
 /// components: these are its own.
 pub(super) fn explain_lost_components(findings: &mut Findings) {

@@ -1,7 +1,9 @@
 //! Other values of a transition: its report, its guard, its times, its question.
 
+use armor_robotfile::Code;
 use armor_robotfile::tree::Element;
 
+use super::counting::is_single;
 use super::places::CLOSE;
 use super::{MissionElements, value};
 use crate::repair::file_edit::FileEdit;
@@ -10,9 +12,13 @@ use crate::repair::likeness::are_related;
 /// Ranks, next to those of places.
 const REPORT: i32 = 21;
 const GUARD: i32 = 21;
-const TIME: i32 = 21;
+/// The same where a fault is about the values that guards compare.
+pub(super) const GUARD_AT_FAULT: i32 = 12;
 const QUESTION: i32 = 17;
+const QUESTION_WRITTEN: i32 = 14;
 const CONDITION: i32 = 22;
+/// How much less likely a guard is that only excludes one value.
+const UNEQUAL: i32 = 2;
 /// How much likelier a component is after which the transition is named.
 const NAMED_AFTER: i32 = 6;
 /// Each operator with the one that is true where it is false. Those come first that begin with
@@ -22,8 +28,6 @@ const OPPOSITES: [(&str, &str); 6] =
 /// Each operator with that of the exchanged sides.
 const MIRRORED: [(&str, &str); 6] =
     [("<=", ">="), (">=", "<="), ("==", "=="), ("!=", "!="), ("<", ">"), (">", "<")];
-/// The units that are mistaken for a smaller one.
-const SMALLER_UNITS: [(&str, &str); 2] = [("min", "s"), ("h", "min")];
 /// The time for an answer, if it is missing: as the findings about it suggest.
 const ANSWER_WITHIN: &str = "30s";
 
@@ -52,17 +56,25 @@ impl MissionElements<'_> {
             }
         }
         for other in self.other_guards(transition) {
-            push("when", &other, GUARD);
-        }
-        for attribute in ["timeout", "after", "answer-within"] {
-            let Some(time) = value(transition, attribute) else { continue };
-            if let Some(other) = with_smaller_unit(time) {
-                push(attribute, &other, TIME);
-            }
+            // A guard that is missing altogether is at fault where a count has no end.
+            let is_written = value(transition, "when").is_some();
+            let is_at_fault = match is_written {
+                true => self.is_about_values(),
+                false => self.has_fault(&[Code::ValueOutside]),
+            };
+            let rank = if is_at_fault { GUARD_AT_FAULT } else { GUARD };
+            let set = close - CLOSE * self.closeness_of_guard(transition);
+            let unequal = if other.contains("!=") { UNEQUAL } else { 0 };
+            push("when", &other, rank + set + unequal);
         }
         let has_time = value(transition, "answer-within").is_some();
         match value(transition, "autonomy") {
-            Some("confirm") if has_time => push("unanswered", "fire", QUESTION),
+            Some("confirm") if has_time => {
+                push("unanswered", "fire", QUESTION);
+                if value(transition, "lost-link").is_some() {
+                    push("lost-link", "fire", QUESTION_WRITTEN);
+                }
+            }
             Some("confirm") => push("answer-within", ANSWER_WITHIN, QUESTION),
             _ if has_time => push("autonomy", "confirm", QUESTION),
             _ => {}
@@ -72,6 +84,7 @@ impl MissionElements<'_> {
     /// Fewer conditions: without a place that it reads, or that keeps it from firing.
     pub(super) fn conditions_of_transition(&self, transition: &Element, edits: &mut Vec<FileEdit>) {
         let close = CLOSE * self.closeness(transition);
+        self.arcs_of_transition(transition, edits);
         let conditions = ["read", "inhibitor"];
         for inner in transition.elements().filter(|it| conditions.contains(&it.name.as_str())) {
             edits.push(self.without_inner(transition, inner).ranked(CONDITION - close));
@@ -108,14 +121,7 @@ impl MissionElements<'_> {
 
 /// A guard that is a single comparison, with another operator.
 fn with_operator(guard: &str, operators: [(&str, &str); 6]) -> Option<String> {
-    let is_single = ![" and ", " or ", "not ", "("].iter().any(|it| guard.contains(it));
     let (at, (old, new)) = operators.iter().find_map(|it| Some((guard.find(it.0)?, it)))?;
-    (is_single && old != new).then(|| format!("{}{new}{}", &guard[..at], &guard[at + old.len()..]))
-}
-
-/// The time in the next smaller unit, with the same number.
-fn with_smaller_unit(time: &str) -> Option<String> {
-    let (long, short) = SMALLER_UNITS.iter().find(|(long, _)| time.ends_with(long))?;
-    let number = time.strip_suffix(long)?;
-    number.parse::<f64>().ok().map(|_| format!("{number}{short}"))
+    (is_single(guard) && old != new)
+        .then(|| format!("{}{new}{}", &guard[..at], &guard[at + old.len()..]))
 }

@@ -32,15 +32,13 @@ impl MissionElements<'_> {
                 for (more, after) in [Some(from.to_owned()), ends].into_iter().flatten().enumerate()
                 {
                     let result = format!("{to}{LEADS_TO}{after}");
-                    edits.push(FileEdit {
-                        replaced: vec![(span, result.clone())],
-                        at: at.clone(),
-                        result: format!("<check>{result}</check>"),
-                        element: String::new(),
-                        question: None,
-                        is_missing: false,
-                        rank: SIDES + more as i32,
-                    });
+                    let edit = FileEdit::new(
+                        vec![(span, result.clone())],
+                        at.clone(),
+                        format!("<check>{result}</check>"),
+                        None,
+                    );
+                    edits.push(edit.ranked(SIDES + more as i32));
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! Other places: of transitions, of sub-missions, of the start and the end.
 
+use armor_robotfile::Span;
 use armor_robotfile::tree::Element;
 
 use super::words::{add_word, remove_word, replace_word};
@@ -35,6 +36,16 @@ const TIMEOUT_TO_SAFE: i32 = 3;
 /// How much likelier an end of the mission is one too many in a list, as the other places count
 /// for nothing then.
 const END_IN_LIST: i32 = 8;
+/// How much likelier a place of a fork is from which the next transition of the file leads on.
+const FOLLOWED: i32 = 4;
+/// How much likelier the goal is where nothing leads to it, and still likelier in place of the safe place.
+const LOOSE_GOAL: i32 = 6;
+const GOAL_FOR_SAFE: i32 = 6;
+/// The rank of the mark in a place that nothing leads to, and how much less likely it is in another one.
+const MOVED_MARK: i32 = 10;
+const MARK_ELSEWHERE: i32 = 14;
+/// The rank of an attribute that has no effect, removed.
+const NO_EFFECT: i32 = 8;
 /// How much likelier an edit is per degree of closeness to the faults.
 pub(super) const CLOSE: i32 = 2;
 
@@ -65,21 +76,29 @@ impl MissionElements<'_> {
             };
             // Where the mission is over, no other branch of it continues.
             let is_end = |place: &str| self.ends().contains(&Some(place));
-            let mut push = |new: Option<String>, base: i32, fit: i32| {
-                let rank = base + fit - close;
-                let is_likely = fit < 0 || closeness == MOST_CLOSE;
-                let new = new.filter(|_| is_likely);
-                edits.extend(new.map(|new| self.with_value(transition, list, &new).ranked(rank)));
-            };
+            // An edit with which the mission only does less removes almost any fault, wherever the
+            // mistake is. It is tried only where a fault is.
+            let mut push =
+                |new: Option<String>, base: i32, fit: i32, (place, evades): (&str, bool)| {
+                    let is_likely = closeness == MOST_CLOSE || (fit < 0 && !evades);
+                    let Some(new) = new.filter(|_| is_likely) else { return };
+                    let edit = self.with_value(transition, list, &new).ranked(base + fit - close);
+                    let distance = self.distance(transition, attribute, place);
+                    edits.push(FileEdit { distance, ..edit });
+                };
             for (at, old) in list.value.split_whitespace().enumerate() {
                 for new in self.place_names() {
                     let fit = self.fit(number, attribute, Some(old), Some(new));
-                    push(replace_word(&list.value, at, new), REPLACED, fit);
+                    let ends = attribute == "to" && is_end(new) && !is_end(old);
+                    let evades = ends && !self.is_loose("to", new);
+                    push(replace_word(&list.value, at, new), REPLACED, fit, (new, evades));
                 }
                 // A list of several names is seldom enough that each of them may be too many.
                 let fit = self.fit(number, attribute, Some(old), None);
                 let end = if is_end(old) { END_IN_LIST } else { 0 };
-                push(remove_word(&list.value, at), REMOVED + 1 - end + fit, -1);
+                let is_joined = attribute == "from" && !is_end(old);
+                let evades = is_joined && self.is_only_one(number, "from", old);
+                push(remove_word(&list.value, at), REMOVED + 1 - end + fit, -1, (old, evades));
             }
             if list.value.split_whitespace().any(is_end) {
                 continue;
@@ -88,8 +107,13 @@ impl MissionElements<'_> {
                 let is_loose = self.is_loose(attribute, new);
                 let added = if attribute == "from" { LOOSE_TO_JOIN } else { LOOSE_TO_FORK };
                 let loose = if is_loose { added - LOOSE } else { 0 };
-                let fit = self.fit(number, attribute, None, Some(new)) - loose;
-                push(add_word(&list.value, new), ADDED, fit);
+                let followed = if attribute == "to" && self.is_followed_by(number, new) {
+                    FOLLOWED
+                } else {
+                    0
+                };
+                let fit = self.fit(number, attribute, None, Some(new)) - loose - followed;
+                push(add_word(&list.value, new), ADDED, fit, (new, false));
             }
         }
     }
@@ -112,7 +136,8 @@ impl MissionElements<'_> {
         let loosens = |place: &&str| self.is_only_one(number, attribute, place);
         let is_timeout_to_safe = |place: &&str| {
             attribute == "to"
-                && value(transition, "timeout").is_some()
+                && (value(transition, "timeout").is_some()
+                    || value(transition, "class") == Some("safety"))
                 && value(self.element, "safe") == Some(*place)
         };
         let works = |place: &str| {
@@ -126,7 +151,28 @@ impl MissionElements<'_> {
         fit += if old.as_ref().is_some_and(is_timeout_to_safe) { TIMEOUT_FROM_SAFE } else { 0 };
         fit -= if new.as_ref().is_some_and(is_timeout_to_safe) { TIMEOUT_TO_SAFE } else { 0 };
         fit += if attribute == "from" && stops_work && is_single { WORKLESS } else { 0 };
-        fit - if new.is_some_and(|new| self.is_loose(attribute, new)) { LOOSE } else { 0 }
+        let is_goal = |place: &str| attribute == "to" && value(self.element, "goal") == Some(place);
+        let is_loose = |place: &&str| self.is_loose(attribute, place);
+        if new.as_ref().is_some_and(|it| is_loose(it) && is_goal(it)) {
+            let is_from_safe = old.is_some() && old == value(self.element, "safe");
+            fit -= LOOSE_GOAL + if is_from_safe { GOAL_FOR_SAFE } else { 0 };
+        }
+        fit - if new.as_ref().is_some_and(is_loose) { LOOSE } else { 0 }
+    }
+
+    /// How far an element is from the nearest one that leads on from the place, or to it, where its
+    /// `attribute` names the place.
+    fn distance(&self, element: &Element, attribute: &str, place: &str) -> usize {
+        let others = if matches!(attribute, "to" | "out") { ["from", "in"] } else { ["to", "out"] };
+        let all = self.transitions.iter().copied().chain(self.submissions());
+        let leading = all.filter(|it| others.iter().any(|name| has(it, name, place)));
+        let from_here = |it: &Element| it.span.start().abs_diff(element.span.start());
+        leading.map(from_here).min().unwrap_or(usize::MAX)
+    }
+
+    /// Whether the next transition of the file leads on from the place.
+    fn is_followed_by(&self, number: usize, place: &str) -> bool {
+        self.transitions.get(number + 1).is_some_and(|next| has(next, "from", place))
     }
 
     /// Whether no transition or sub-mission has the place in its `from`, or in its `to`.
@@ -188,6 +234,8 @@ impl MissionElements<'_> {
                         let edit = self.with_value(submission, old, new);
                         let others = Self { no_submissions: true, ..self.clone() };
                         let kept = if others.is_loose(arcs, &old.value) { LOOSE } else { 0 };
+                        let distance = self.distance(submission, attribute, new);
+                        let edit = FileEdit { distance, ..edit };
                         push(Some(edit), REPLACED - loose + kept - close);
                     }
                     None => {
@@ -225,14 +273,38 @@ impl MissionElements<'_> {
                 edits.push(FileEdit { question: Some((question, instead)), ..edit });
             }
         }
+        if let [marked] = marked[..] {
+            self.move_mark(marked, edits);
+        }
         for place in &self.places {
             let Some(failure) = place.attribute("on-failure") else { continue };
             let close = CLOSE * self.closeness(place);
+            if value(place, "components").is_none() {
+                edits.push(self.without_attribute(place, failure).ranked(NO_EFFECT));
+            }
             for new in self.place_names().filter(|new| *new != failure.value) {
                 let fit = if self.leads_to(place, new) { AS_NEIGHBOUR } else { 0 };
                 let rank = REPLACED + 2 - fit - close;
                 edits.push(self.with_value(place, failure, new).ranked(rank));
             }
+        }
+    }
+
+    /// The only mark in another place.
+    fn move_mark(&self, marked: &Element, edits: &mut Vec<FileEdit>) {
+        let (Some(initial), Some(name)) = (marked.attribute("initial"), value(marked, "name"))
+        else {
+            return;
+        };
+        for place in self.places.iter().filter(|it| value(it, "name") != Some(name)) {
+            let Some(new) = value(place, "name") else { continue };
+            let Some(edit) = self.with_attribute(place, "initial", "true") else { continue };
+            let mut edit = edit;
+            let span = Span::new(initial.name_span.start(), initial.value_span.end() + 1);
+            edit.replaced.push((span, String::new()));
+            edit.element = format!("{new}, and not in {name}");
+            let elsewhere = if self.is_loose("to", new) { 0 } else { MARK_ELSEWHERE };
+            edits.push(edit.ranked(MOVED_MARK + elsewhere));
         }
     }
 
