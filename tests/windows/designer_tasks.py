@@ -331,9 +331,9 @@ def recover(stage):
     stage.desk.end(window.child, signal.SIGKILL)
     stage.open_window(stage.file)
     window = stage.window
-    window.wait_for("Restore")
+    window.wait_for("Recover")
     stage.shoot()
-    window.click("Restore")
+    window.click("Recover")
     window.wait_for("component driver")
     if stage.file.read_bytes() != before:
         raise TaskFailed("the file was touched")
