@@ -29,6 +29,7 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
   --hosts N         2 or 3 hosts (default 2)
   --seed N          the seed of their choices (default 1)
   --kills N         how many processes are killed (default 300)
+  --world NAME      kill the mapper in this world, not in all five; may be repeated
   --count N         how many times a host is cut off, or all are stopped
                     (default 100)
   --longest S       the longest time of that (default 60)
@@ -119,6 +120,7 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             Long("hosts") => options.reliability.hosts = parser.value()?.parse()?,
             Long("seed") => options.reliability.seed = parser.value()?.parse()?,
             Long("kills") => options.reliability.kills = parser.value()?.parse()?,
+            Long("world") => options.reliability.worlds.push(parser.value()?.parse()?),
             Long("count") => options.reliability.count = parser.value()?.parse()?,
             Long("longest") => {
                 options.reliability.longest = parser.value()?.parse_with(parse_seconds)?;

@@ -106,7 +106,7 @@ pub fn measure_mapper_kills(options: &ReliabilityOptions) -> Result<()> {
     let report = mapper_kills::run_mapper_kills(&program, options)?;
     print!("{}", report.to_markdown());
     println!(
-        "\nFive worlds, seed {}; load of everything else {:.0} %. {}.",
+        "\nSimulated missions, seed {}; load of everything else {:.0} %. {}.",
         options.seed,
         load.foreign_percent(),
         describe_machine()

@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use parking_lot::Mutex;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -37,9 +37,15 @@ pub fn run_mapper_kills(program: &Path, options: &ReliabilityOptions) -> Result<
     let mut report = FaultReport::default();
     let mut dice = FaultDice::new(options.seed);
     let folder = std::env::temp_dir().join(format!("armor-bench-{}", std::process::id()));
-    for (number, world) in WORLDS.iter().enumerate() {
+    if let Some(unknown) = options.worlds.iter().find(|world| !WORLDS.contains(&world.as_str())) {
+        bail!("the mapper is not killed in a world `{unknown}`, but in {}", WORLDS.join(", "));
+    }
+    let is_wanted =
+        |world: &str| options.worlds.is_empty() || options.worlds.iter().any(|one| one == world);
+    let worlds: Vec<_> = WORLDS.into_iter().filter(|world| is_wanted(world)).collect();
+    for (number, world) in worlds.iter().enumerate() {
         // The first worlds get those that cannot be shared out evenly.
-        let mut left = (options.kills + WORLDS.len() - 1 - number) / WORLDS.len();
+        let mut left = (options.kills + worlds.len() - 1 - number) / worlds.len();
         while left > 0 {
             let files = folder.join(format!("{world}-{left}"));
             let mission = ExploringMission::start(program, world, &files)?;

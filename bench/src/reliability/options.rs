@@ -11,6 +11,8 @@ pub struct ReliabilityOptions {
     pub hosts: usize,
     pub seed: u64,
     pub kills: usize,
+    /// The worlds in which the mapper is killed; none: all.
+    pub worlds: Vec<String>,
     pub count: usize,
     /// The longest cut or stop.
     pub longest: Duration,
@@ -24,6 +26,7 @@ impl Default for ReliabilityOptions {
             hosts: 2,
             seed: 1,
             kills: 300,
+            worlds: Vec::new(),
             count: 100,
             longest: Duration::from_secs(60),
             soak: Duration::from_secs(30 * 60),

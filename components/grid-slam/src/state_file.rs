@@ -4,8 +4,9 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::Path;
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use armor_files::{create_private_folder, open_own_file, save_private_file};
 
@@ -13,6 +14,9 @@ use armor_files::{create_private_folder, open_own_file, save_private_file};
 const MAX_LEN: u64 = 1 << 30;
 /// Batches that wait for the disk; further ones are put together until one of these is written.
 const MAX_WAITING: usize = 2;
+/// Time between two waits for the disk. What is written survives the end of the process; only a
+/// failure of the power needs more.
+const SYNC_PERIOD: Duration = Duration::from_secs(1);
 
 /// A file that grows by batches.
 #[derive(Debug)]
@@ -104,16 +108,32 @@ impl Drop for StateFile {
 }
 
 fn write_batches(mut file: File, batches: &Receiver<Vec<u8>>) {
-    for batch in batches {
-        if let Err(error) = file.write_all(&batch).and_then(|()| file.sync_data()) {
-            // Later batches would not fit what is there.
-            tracing::warn!(
-                "the state of the map is written no more: {error}; a mapper that is restarted \
-                 continues from an older state, or begins a new frame"
-            );
-            return;
-        }
+    if let Err(error) = try_write_batches(&mut file, batches) {
+        // Later batches would not fit what is there.
+        tracing::warn!(
+            "the state of the map is written no more: {error}; a mapper that is restarted \
+             continues from an older state, or begins a new frame"
+        );
     }
+}
+
+/// Writes until no batch can follow; then all of them are on the disk.
+fn try_write_batches(file: &mut File, batches: &Receiver<Vec<u8>>) -> io::Result<()> {
+    let mut synced: Option<Instant> = None;
+    while let Ok(batch) = batches.recv() {
+        file.write_all(&batch)?;
+        // Further batches until the disk may be asked again.
+        let rest = |synced: Instant| SYNC_PERIOD.saturating_sub(synced.elapsed());
+        while let Some(wait) = synced.map(rest).filter(|wait| !wait.is_zero()) {
+            match batches.recv_timeout(wait) {
+                Ok(batch) => file.write_all(&batch)?,
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        file.sync_data()?;
+        synced = Some(Instant::now());
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -123,13 +123,18 @@ pub fn draw_both(
 }
 
 impl Comparison {
-    /// What runs, in a line; and whether it differs from what is on the screen.
-    fn line(&self) -> Option<(String, bool)> {
+    /// What runs, or ran until the end, in a line; and whether it differs from what is on the screen.
+    fn line(&self, has_ended: bool) -> Option<(String, bool)> {
         let (components, mission) = self.versions?;
-        let runs = if components == mission {
-            format!("version {components} runs")
-        } else {
-            format!("the components run version {components}, the mission plays version {mission}")
+        let runs = match (components == mission, has_ended) {
+            (true, false) => format!("version {components} runs"),
+            (true, true) => format!("version {components} ran"),
+            (false, false) => format!(
+                "the components run version {components}, the mission plays version {mission}"
+            ),
+            (false, true) => format!(
+                "the components ran version {components}, the mission played version {mission}"
+            ),
         };
         Some(match (self.is_another_file, self.differences.is_empty()) {
             (true, _) => (format!("{runs}; the open file is another one"), true),
@@ -142,7 +147,7 @@ impl Comparison {
     pub fn show(&self, ui: &mut egui::Ui, workspace: &Workspace) {
         let Some(watched) = workspace.live.watched() else { return };
         let colours = ThemeColours::of(ui.visuals());
-        let (line, differs) = self.line().unwrap_or_else(|| {
+        let (line, differs) = self.line(workspace.live.ended().is_some()).unwrap_or_else(|| {
             ("the version that runs is not known here; drawn is the open file".into(), false)
         });
         Panel::top("live version").show(ui, |ui| {

@@ -5,8 +5,8 @@ use armor_wire::WireType;
 use armor_wire::codec;
 use armor_wire::schema::Schema;
 use eframe::egui::{
-    self, Color32, ColorImage, Pos2, Rect, Sense, Stroke, StrokeKind, TextureHandle,
-    TextureOptions, Vec2, pos2, vec2,
+    self, Color32, ColorImage, Pos2, Rect, Role, Sense, Stroke, StrokeKind, TextureHandle,
+    TextureOptions, Vec2, WidgetInfo, pos2, vec2,
 };
 
 use armor_picture::theme::{ThemeColours, mix};
@@ -181,7 +181,9 @@ pub fn show(
     let Some(kept) = kept else { return false };
     let (rect, response) = ui
         .allocate_exact_size(vec2(ui.available_width().min(HEIGHT * 2.0), HEIGHT), Sense::hover());
-    response.accessible_name(format!("preview of {data}: {}", kept.preview.words));
+    // Screen readers leave out what has a name, but no role.
+    let name = format!("preview of {data}: {}", kept.preview.words);
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
     let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
     painter.rect_filled(rect, 0.0, colours.background);
     match (&kept.preview.drawn, &kept.texture) {
@@ -237,7 +239,7 @@ fn paint_points(
 mod tests {
     use armor_sdk::messages::{MapMetaData, PoseStamped};
     use egui_kittest::Harness;
-    use egui_kittest::kittest::Queryable;
+    use egui_kittest::kittest::{NodeT, Queryable};
 
     use super::*;
 
@@ -334,6 +336,7 @@ mod tests {
             let made = shown.clone();
             assert!(show(ui, "planner.path", 1, |_| Some(made)));
         });
-        harness.get_by_label("preview of planner.path: path of 2 poses");
+        let preview = harness.get_by_label("preview of planner.path: path of 2 poses");
+        assert_eq!(preview.accesskit_node().role(), Role::Image);
     }
 }

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 const RUN: &str = "00000000000000a1";
 /// As the component does, seconds of the log.
-const WRITTEN_EVERY_S: f64 = 1.0;
+const WRITTEN_EVERY_S: f64 = 0.2;
 /// From the kill until scans arrive again, seconds of the log.
 const DOWN_S: f64 = 1.5;
 

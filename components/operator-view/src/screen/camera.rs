@@ -2,8 +2,8 @@
 
 use armor_picture::theme::{self, ThemeColours};
 use eframe::egui::{
-    Align2, Color32, ColorImage, FontId, Painter, Pos2, Rect, Sense, Stroke, TextureHandle,
-    TextureOptions, Ui, Vec2, pos2, vec2,
+    Align2, Color32, ColorImage, FontId, Painter, Pos2, Rect, Role, Sense, Stroke, TextureHandle,
+    TextureOptions, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
 use super::open_parts::{self, OpenPart};
@@ -47,7 +47,7 @@ impl CameraImage {
         let name = Self::describe_trouble(console).unwrap_or_else(|| "image".into());
         let id = ui.scope_id().with("image");
         let response = ui.interact(place(self.moved), id, Sense::click_and_drag());
-        let response = response.accessible_name(name);
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
         if response.dragged() {
             // From where it is, which the edges of the map may limit.
             self.moved = place(self.moved).min - corner + response.drag_delta();

@@ -4,8 +4,8 @@
 use super::colours::{colours_of, freshness_ink};
 use armor_picture::theme::{self, TOUCH, ThemeColours};
 use eframe::egui::{
-    Align2, Button, Color32, FontId, Frame, Galley, Margin, Painter, Pos2, Rect, RichText, Ui,
-    UiBuilder, vec2,
+    Align2, Button, Color32, FontId, Frame, Galley, Margin, Painter, Pos2, Rect, RichText, Role,
+    Sense, Ui, UiBuilder, WidgetInfo, vec2,
 };
 use std::sync::Arc;
 
@@ -41,8 +41,8 @@ pub(super) fn show_notices(
         let middle = look.rect.center();
         painter.text(middle, Align2::CENTER_CENTER, "OLD", font, colours.text.gamma_multiply(0.75));
     }
-    paint_middle(&painter, colours, look, console);
-    paint_goal_notices(&painter, colours, look, console, now);
+    paint_middle(ui, colours, look, console);
+    paint_goal_notices(ui, colours, look, console, now);
     let at = look.rect.shrink2(vec2(16.0, 10.0));
     let mut column = ui.new_child(UiBuilder::new().max_rect(at).id_salt("notices"));
     let mut covered = Vec::new();
@@ -204,7 +204,7 @@ fn show_silence(ui: &mut Ui, colours: &ThemeColours, console: &Console, now: Clo
 }
 
 /// What is waited for, instead of an empty map.
-fn paint_middle(painter: &Painter, colours: &ThemeColours, look: &MapViewport, console: &Console) {
+fn paint_middle(ui: &Ui, colours: &ThemeColours, look: &MapViewport, console: &Console) {
     let text = match &console.connection {
         SystemConnection::Awaited { what } => {
             format!("no system yet: waiting for\n{what}")
@@ -218,11 +218,14 @@ fn paint_middle(painter: &Painter, colours: &ThemeColours, look: &MapViewport, c
         },
     };
     let font = FontId::proportional(theme::HEADING);
+    let painter = ui.painter_at(look.rect);
     let galley = painter.layout(text, font, colours.text, look.rect.width() - 40.0);
-    paint_box(painter, colours, look.rect.center(), Align2::CENTER_CENTER, galley);
+    paint_box(ui, &painter, colours, look.rect.center(), Align2::CENTER_CENTER, galley);
 }
 
+/// Paints a text over the map. Screen readers read it, too; clicks reach the map.
 fn paint_box(
+    ui: &Ui,
     painter: &Painter,
     colours: &ThemeColours,
     at: Pos2,
@@ -235,18 +238,22 @@ fn paint_box(
     let low = (rect.min - area.min).min(vec2(0.0, 0.0));
     let high = (rect.max - area.max).max(vec2(0.0, 0.0));
     let rect = rect.translate(-low - high);
+    let name = galley.text().to_owned();
+    let response = ui.interact(rect, ui.scope_id().with(("notice", &name)), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &name));
     painter.rect_filled(rect, 4.0, colours.panel);
     painter.galley(rect.min + vec2(8.0, 5.0), galley, colours.text);
 }
 
 /// The reason why a goal was refused, at the place of the click, and a goal without a path.
 fn paint_goal_notices(
-    painter: &Painter,
+    ui: &Ui,
     colours: &ThemeColours,
     look: &MapViewport,
     console: &Console,
     now: ClockTimes,
 ) {
+    let painter = &ui.painter_at(look.rect);
     let paint = |place, text: String, colour: Color32| {
         let at = look.on_screen(place);
         painter.circle_stroke(at, 8.0, (2.5, colour));
@@ -255,7 +262,7 @@ fn paint_goal_notices(
             painter.line_segment([at - arm, at + arm], (2.5, colour));
         }
         let galley = painter.layout(text, FontId::proportional(theme::HEADING), colour, 320.0);
-        paint_box(painter, colours, at + vec2(14.0, -12.0), Align2::LEFT_BOTTOM, galley);
+        paint_box(ui, painter, colours, at + vec2(14.0, -12.0), Align2::LEFT_BOTTOM, galley);
     };
     if let Some(refusal) = console.recent_refusal(now) {
         paint(refusal.place, format!("no goal here: {}", refusal.why), colours.error);
@@ -272,7 +279,7 @@ fn paint_goal_notices(
             colours.good,
         );
         let at = look.on_screen(place) + vec2(14.0, -12.0);
-        paint_box(painter, colours, at, Align2::LEFT_BOTTOM, galley);
+        paint_box(ui, painter, colours, at, Align2::LEFT_BOTTOM, galley);
     }
     if let (Some(goal), Some(problem)) = (console.orders.goal(), console.goal_problem(now)) {
         paint(goal.place.point(), problem, colours.error);

@@ -557,6 +557,8 @@ fn during_stop_and_before_a_map_a_goal_is_refused_with_the_reason() {
     window.state_mut().console.scene.map = map.emptied();
     window.run_steps(1);
     assert!(shows(&window, "no map yet: waiting for robot.map"));
+    // Screen readers read what is over the map, too.
+    window.get_by_label("no map yet: waiting for robot.map");
     assert_eq!(click_at(&mut window, 0.0, -2.0), []);
     assert!(refusal(&window).contains("there is no map yet"));
 }
