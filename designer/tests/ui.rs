@@ -14,6 +14,7 @@ mod live;
 mod mission;
 mod model;
 mod properties;
+mod refused;
 mod typing;
 mod undo;
 mod unread;
