@@ -7,6 +7,7 @@ mod changes;
 mod disk;
 mod drafts;
 mod elsewhere;
+mod folding;
 mod help;
 mod keyboard;
 mod links;
