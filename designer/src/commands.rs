@@ -40,6 +40,7 @@ pub enum Command {
     SpaceAcross,
     SpaceDown,
     Group,
+    Fold,
     Note,
     ZoomIn,
     ZoomOut,

@@ -40,6 +40,15 @@ pub const WIRE_MENU: &[Command] = &[Command::Properties, Command::Delete];
 /// The menu of a group or note.
 pub const DECORATION_MENU: &[Command] =
     &[Command::Properties, Command::Copy, Command::Duplicate, Command::Delete];
+/// The menu of a group of the system.
+pub const GROUP_MENU: &[Command] = &[
+    Command::Fold,
+    Command::Properties,
+    Command::Link,
+    Command::Copy,
+    Command::Duplicate,
+    Command::Delete,
+];
 /// The menu of the empty drawing.
 pub const EMPTY_MENU: &[Command] =
     &[Command::Paste, Command::Note, Command::SelectAll, Command::Arrange, Command::ZoomFit];
@@ -282,12 +291,14 @@ impl DiagramPane {
             area.min.y -= GROUP_MARGIN;
             (area, "Group", "add a group")
         };
-        let (view, number) = (self.view, diagram.decorations.len());
+        let (view, mut item) = (self.view, None);
         let is_added = workspace.edit(what, |documents| {
-            layout::add_decoration(document_of(documents, view)?, view, is_note, rect, text)
+            let document = document_of(documents, view)?;
+            item = Some(layout::add_decoration(document, view, is_note, rect, text)?);
+            Ok(())
         });
         if is_added {
-            self.select_when_drawn([Item::Decoration { view, number }]);
+            self.select_when_drawn(item);
             workspace.settings.properties = true;
         }
         is_added

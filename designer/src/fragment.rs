@@ -87,7 +87,7 @@ impl Fragment {
             (*new, self.corner(old).unwrap_or(free) + shift)
         });
         layout::place(document, self.view, &places.collect::<Vec<_>>())?;
-        let number = layout::read(document, self.view).decorations.len();
+        let number = layout::first_new_number(document, self.view);
         let moved = self.layout.decorations.iter().enumerate().map(|(n, decoration)| Decoration {
             item: Item::Decoration { view: self.view, number: number + n },
             rect: decoration.rect.translate(shift),

@@ -1,6 +1,8 @@
 //! Where the file states that things are drawn: the `<layout>` of the system or of the mission,
 //! with a `<block>` for each thing and the `<group>`s and `<note>`s of the drawing.
 
+mod folding;
+
 use std::collections::BTreeMap;
 
 use armor_robotfile::tree::Element;
@@ -11,6 +13,7 @@ use crate::canvas::Decoration;
 use crate::item::Item;
 use crate::project::Refused;
 use crate::view::View;
+pub use folding::{fold, unfold};
 
 /// A group or note that states no size has this one.
 const DEFAULT_SIZE: Vec2 = Vec2::new(240.0, 120.0);
@@ -22,8 +25,22 @@ pub struct Layout {
     pub blocks: BTreeMap<String, Pos2>,
     /// Positions by the name of a transition.
     pub transitions: BTreeMap<String, Pos2>,
-    /// Groups and notes, in their order.
+    /// Groups and notes, in their order, also those in folded groups.
     pub decorations: Vec<Decoration<Item>>,
+    /// The groups of the system that are folded, except those inside others.
+    pub folded: Vec<FoldedGroup>,
+}
+
+/// A group that is drawn as one block. In the file it contains the blocks, groups and notes that it
+/// hides.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoldedGroup {
+    /// Its number among the groups and notes.
+    pub number: usize,
+    /// The names of the components in it.
+    pub members: Vec<String>,
+    /// The numbers of the groups and notes in it.
+    pub inner: Vec<usize>,
 }
 
 /// The element of the file that a view draws.
@@ -44,7 +61,8 @@ pub fn read(document: &Document, view: View) -> Layout {
     for part in owner.elements().filter(|element| element.name == "layout") {
         blocks(part, &mut layout);
     }
-    for (number, (_, element)) in decorations(owner).enumerate() {
+    layout.folded = if view == View::Mission { Vec::new() } else { folded_groups(owner) };
+    for (number, (_, element)) in decorations(owner).into_iter().enumerate() {
         let at = position(element).unwrap_or(Pos2::ZERO);
         let number_of = |name| number_in(element, name).filter(|size| *size > 0.0);
         let size = Vec2::new(
@@ -89,20 +107,66 @@ fn number_in(element: &Element, name: &str) -> Option<f32> {
     (number.is_finite() && number.abs() <= 1e6).then_some(number)
 }
 
-/// The groups and notes of a system or mission, each with the numbers that lead to it.
-fn decorations(owner: &Element) -> impl Iterator<Item = ([usize; 2], &Element)> {
-    let layouts = owner.elements().enumerate().filter(|(_, element)| element.name == "layout");
-    layouts.flat_map(|(n, layout)| {
-        let inner = layout.elements().enumerate();
-        let wanted = inner.filter(|(_, e)| matches!(e.name.as_str(), "group" | "note"));
-        wanted.map(move |(m, element)| ([n, m], element))
-    })
+/// The groups and notes of a system or mission, each with the numbers that lead to it, those in
+/// groups after these.
+fn decorations(owner: &Element) -> Vec<(Vec<usize>, &Element)> {
+    let mut found = Vec::new();
+    for (n, layout) in owner.elements().enumerate().filter(|(_, e)| e.name == "layout") {
+        collect_decorations(layout, &[n], &mut found);
+    }
+    found
+}
+
+/// The recursion is bounded by the depth of the tree.
+fn collect_decorations<'a>(
+    parent: &'a Element,
+    path: &[usize],
+    found: &mut Vec<(Vec<usize>, &'a Element)>,
+) {
+    for (n, element) in parent.elements().enumerate() {
+        if matches!(element.name.as_str(), "group" | "note") {
+            let path = [path, &[n]].concat();
+            found.push((path.clone(), element));
+            if element.name == "group" {
+                collect_decorations(element, &path, found);
+            }
+        }
+    }
+}
+
+fn is_folded(element: &Element) -> bool {
+    element.name == "group"
+        && element.attribute("folded").is_some_and(|folded| folded.value.trim() == "true")
+}
+
+fn folded_groups(owner: &Element) -> Vec<FoldedGroup> {
+    let all = decorations(owner);
+    let mut folded: Vec<(Vec<usize>, FoldedGroup)> = Vec::new();
+    for (number, (path, element)) in all.iter().enumerate() {
+        if let Some((_, outer)) = folded.iter_mut().find(|(outer, _)| path.starts_with(outer)) {
+            outer.inner.push(number);
+        } else if is_folded(element) {
+            let mut members = Vec::new();
+            collect_members(element, &mut members);
+            folded.push((path.clone(), FoldedGroup { number, members, inner: Vec::new() }));
+        }
+    }
+    folded.into_iter().map(|(_, group)| group).collect()
+}
+
+/// The recursion is bounded by the depth of the tree.
+fn collect_members(parent: &Element, members: &mut Vec<String>) {
+    for element in parent.elements() {
+        let of = element.attribute("of").filter(|_| element.name == "block");
+        members.extend(of.map(|name| name.value.clone()));
+        collect_members(element, members);
+    }
 }
 
 fn path_of(document: &Document, view: View, number: usize) -> Option<Vec<usize>> {
     let mut path = document.find(owner(view))?;
     let element = document.tree().element(&path)?;
-    let (inner, _) = decorations(element).nth(number)?;
+    let (inner, _) = decorations(element).into_iter().nth(number)?;
     path.extend(inner);
     Some(path)
 }
@@ -111,11 +175,27 @@ fn gone() -> Refused {
     Refused::Rule("that group or note no longer exists".into())
 }
 
-/// Puts blocks, groups and notes at these places, with their upper left corners.
+/// Puts blocks, groups and notes at these places, with their upper left corners. What a folded
+/// group hides moves with it.
 ///
 /// # Errors
 /// If one does not exist.
 pub fn place(document: &mut Document, view: View, places: &[(Item, Pos2)]) -> Result<(), Refused> {
+    let layout = read(document, view);
+    let mut places = places.to_vec();
+    for group in &layout.folded {
+        let item = Item::Decoration { view, number: group.number };
+        let Some((_, to)) = places.iter().find(|(moved, _)| *moved == item) else { continue };
+        let by = *to - layout.decorations[group.number].rect.min;
+        let blocks = group.members.iter().filter_map(|name| {
+            Some((Item::component(name), *layout.blocks.get(name.as_str())? + by))
+        });
+        let inner = group.inner.iter().map(|number| {
+            let at = layout.decorations[*number].rect.min + by;
+            (Item::Decoration { view, number: *number }, at)
+        });
+        places.extend(blocks.chain(inner).collect::<Vec<_>>());
+    }
     let rounded = |at: Pos2| Position { x: at.x.round().into(), y: at.y.round().into() };
     let blocks = places.iter().filter_map(|(item, at)| match item {
         Item::Component(_) | Item::Place(_) | Item::Transition(_) => {
@@ -124,7 +204,7 @@ pub fn place(document: &mut Document, view: View, places: &[(Item, Pos2)]) -> Re
         _ => None,
     });
     document.set_positions(&blocks.collect::<Vec<_>>())?;
-    let shown = read(document, view).decorations;
+    let shown = layout.decorations;
     let rects = places.iter().filter_map(|(item, at)| match item {
         Item::Decoration { number, .. } => {
             Some((*number, Rect::from_min_size(*at, shown.get(*number)?.rect.size())))
@@ -134,7 +214,7 @@ pub fn place(document: &mut Document, view: View, places: &[(Item, Pos2)]) -> Re
     place_decorations(document, view, &rects.collect::<Vec<_>>())
 }
 
-/// Adds a group or note.
+/// Adds a group or note and returns its item.
 ///
 /// # Errors
 /// If there is nothing to draw in the file, or the text cannot be written in XML.
@@ -144,9 +224,19 @@ pub fn add_decoration(
     is_note: bool,
     rect: Rect,
     text: &str,
-) -> Result<(), Refused> {
-    let item = Item::Decoration { view, number: 0 };
-    add_decorations(document, view, &[Decoration { item, rect, text: text.to_owned(), is_note }])
+) -> Result<Item, Refused> {
+    let number = first_new_number(document, view);
+    let item = Item::Decoration { view, number };
+    add_decorations(document, view, &[Decoration { item, rect, text: text.to_owned(), is_note }])?;
+    Ok(item)
+}
+
+/// The number that the next group or note gets: new ones are the last of the first layout.
+pub fn first_new_number(document: &Document, view: View) -> usize {
+    let element = document.find(owner(view)).and_then(|path| document.tree().element(&path));
+    let Some(owner) = element else { return 0 };
+    let first = owner.elements().position(|element| element.name == "layout");
+    decorations(owner).iter().take_while(|(path, _)| Some(path[0]) == first).count()
 }
 
 /// Adds groups and notes, whatever their items are.

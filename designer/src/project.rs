@@ -231,6 +231,20 @@ impl Project {
         Some(documents.texts())
     }
 
+    /// Tries an edit without making it. Returns why it is refused, or which value or name of the
+    /// files it would make malformed.
+    pub fn try_edit(
+        &mut self,
+        edit: impl FnOnce(&mut Documents) -> Result<(), Refused>,
+    ) -> Result<(), String> {
+        let mut documents = Documents::of(&self.files).map_err(|refused| refused.to_string())?;
+        edit(&mut documents).map_err(|refused| refused.to_string())?;
+        let paths = self.files.iter().map(|file| file.shown_path().to_path_buf());
+        let bytes = documents.texts().into_iter().map(Arc::<[u8]>::from);
+        let reading = self.disk.read_snapshot(&paths.zip(bytes).collect::<Vec<_>>());
+        unread::added_fault(&self.reading, &reading).map_or(Ok(()), Err)
+    }
+
     /// Undoes the last edit; returns what it did.
     pub fn undo(&mut self) -> Option<String> {
         let step = self.history.undo()?.clone();

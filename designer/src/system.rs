@@ -9,7 +9,9 @@ mod choices;
 mod docs;
 mod drawing;
 mod edits;
+mod folding;
 mod fragment;
+mod grouping;
 mod menu;
 mod palette;
 mod pane;
@@ -22,6 +24,7 @@ mod state;
 
 pub use drawing::{SystemDrawing, draw, unassigned};
 pub use edits::{add_component, arrange_all, free_name, join, place, remove, rename, rewire};
+pub use folding::draw_folded;
 pub use fragment::{copied, paste};
 pub use palette::DraggedKind;
 pub use rules::{Joint, Joints, types_fit};

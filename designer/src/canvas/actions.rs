@@ -45,7 +45,7 @@ impl<Id: DiagramId> Canvas<Id> {
             }
             ViewAction::ZoomIn => self.zoom_by(ZOOM_STEP),
             ViewAction::ZoomOut => self.zoom_by(1.0 / ZOOM_STEP),
-            ViewAction::ZoomActual => self.viewport.zoom = 1.0,
+            ViewAction::ZoomActual => self.show_actual_size(diagram),
             ViewAction::ZoomFit => self.fit_everything(),
             ViewAction::ZoomSelected => {
                 let areas = self.selection.iter().filter_map(|item| diagram.rect(item));

@@ -147,6 +147,21 @@ impl<Id: DiagramId> Canvas<Id> {
     /// Changes the size at which the drawing is shown, about its middle.
     pub fn zoom_by(&mut self, factor: f32) {
         self.viewport.zoom_at(self.rect, self.rect.center(), factor);
+        self.stays_fitted = false;
+    }
+
+    /// Shows the drawing at actual size. Of an empty one, it shows where the first item goes.
+    pub fn show_actual_size(&mut self, diagram: &Diagram<Id>) {
+        match diagram.extent() {
+            Some(_) => {
+                self.viewport.zoom = 1.0;
+                self.stays_fitted = false;
+            }
+            None => {
+                self.viewport = Viewport::default();
+                self.stays_fitted = true;
+            }
+        }
     }
 
     /// Shows the drawing and handles the user's actions.

@@ -142,6 +142,13 @@ pub const COMMANDS: &[About] = {
             "Draws a titled frame around the selection.",
             Some((CTRL, Key::G)),
         ),
+        entry(
+            C::Fold,
+            Draw,
+            "Fold or unfold",
+            "Folds the selected group into one block with the links that cross its border, or unfolds it.",
+            Some((CTRL_SHIFT, Key::G)),
+        ),
         entry(C::Note, Draw, "Note", "Adds a note to the drawing.", Some((NONE, Key::N))),
         entry(
             C::Arrange,

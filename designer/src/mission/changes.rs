@@ -108,9 +108,13 @@ impl Change {
     }
 
     /// The part of it that other files may have to follow: a place or transition that is renamed or
-    /// removed.
-    pub fn name_change(&self) -> Option<NameChange> {
+    /// removed, or the mission itself, whose name before is given.
+    pub fn name_change(&self, mission: Option<&str>) -> Option<NameChange> {
         match self {
+            Self::Attribute(Item::Mission, "name", new) if new.as_deref() != mission => {
+                let old = mission.map(str::to_owned);
+                Some(NameChange::RenameMission { old, new: new.clone() })
+            }
             Self::Rename(item @ (Item::Place(name) | Item::Transition(name)), new)
                 if name != new =>
             {

@@ -1,10 +1,11 @@
 //! The fields of the mission's panels. What is typed takes effect when the field is left, with
-//! Enter or by doing something else; Escape takes it back. What is wrong with it stands beneath it
-//! while it is typed.
+//! Enter or by doing something else; Escape restores the value of the file. What is wrong with a text
+//! stands beneath it while it is typed. A text that would be malformed in the file is refused: it
+//! stays in its field, with the reason, and the file keeps its value.
 
 use std::collections::BTreeMap;
 
-use eframe::egui::{self, RichText};
+use eframe::egui::{self, Key, RichText};
 
 use super::changes::Change;
 use crate::panels::fields::{self, Drafts};
@@ -15,7 +16,9 @@ use armor_picture::theme::ThemeColours;
 pub struct Form {
     drafts: Drafts<Field>,
     /// What the texts that are being written will change, or why one cannot change anything.
-    pending: BTreeMap<Field, Made>,
+    pending: BTreeMap<Field, Pending>,
+    /// Texts that were refused and stay in their fields.
+    refused: BTreeMap<Field, RefusedText>,
     changes: Vec<Made>,
     /// What the fields are of, so that the same field of another thing is another field.
     of: String,
@@ -27,6 +30,24 @@ pub struct Form {
 
 /// A field: of what, and which.
 type Field = (String, String);
+
+/// What a text that is being written will change.
+struct Pending {
+    made: Made,
+    /// The field's value in the file.
+    value: String,
+}
+
+/// A text that cannot be in the file.
+struct RefusedText {
+    text: String,
+    why: String,
+    /// The field's value in the file; once it has changed, the text is out of date.
+    value: String,
+}
+
+/// Tries a change without making it: why the file would be malformed with it.
+pub type Trial<'a> = &'a mut dyn FnMut(&Change) -> Result<(), String>;
 
 /// A change, or why what was written makes none.
 pub type Made = Result<Change, String>;
@@ -58,24 +79,32 @@ impl Form {
         self.changes.push(Ok(change));
     }
 
-    /// The changes of this frame, once all fields were shown.
-    pub fn finish(&mut self) -> Vec<Made> {
-        for (field, _) in self.drafts.finish() {
-            self.changes.extend(self.pending.remove(&field));
+    /// The changes of this frame, once all fields were shown. What `trial` refuses is not among them.
+    pub fn finish(&mut self, trial: Trial<'_>) -> Vec<Made> {
+        for (field, text) in self.drafts.finish() {
+            self.refused.remove(&field);
+            let Some(Pending { made, value }) = self.pending.remove(&field) else { continue };
+            match made.and_then(|change| trial(&change).map(|()| change)) {
+                Ok(change) => self.changes.push(Ok(change)),
+                Err(why) => {
+                    self.changes.push(Err(format!("{} not changed: {why}", field.1)));
+                    self.refused.insert(field, RefusedText { text, why, value });
+                }
+            }
         }
         std::mem::take(&mut self.changes)
     }
 
     /// Ends the editing of a field, as if it were left.
-    pub fn end(&mut self) -> Vec<Made> {
+    pub fn end(&mut self, trial: Trial<'_>) -> Vec<Made> {
         self.drafts.end();
-        self.finish()
+        self.finish(trial)
     }
 
     /// The change by the field that is being edited, with a number that changes with each letter.
     pub fn draft(&self) -> Option<(u64, Change)> {
         let (field, _, revision) = self.drafts.current()?;
-        let change = self.pending.get(field)?.as_ref().ok()?;
+        let change = self.pending.get(field)?.made.as_ref().ok()?;
         Some((revision, change.clone()))
     }
 
@@ -105,25 +134,37 @@ impl Form {
         let unread = self.unread.take();
         let value = unread.as_deref().unwrap_or(value);
         let form = fields::Form { name, hint, width: 0.0, rows: 1 };
-        let response = self.drafts.text(ui, &field, value, form, judge);
+        self.refused.retain(|of, refused| *of != field || refused.value == value);
+        let refused = self.refused.get(&field).map(|refused| refused.text.clone());
+        let shown = refused.as_deref().unwrap_or(value);
+        let response = self.drafts.text(ui, &field, shown, form, judge);
         if std::mem::take(&mut self.wants_focus) {
             response.request_focus();
         }
+        if let Some(text) = refused.filter(|_| response.gained_focus()) {
+            // Leaving the field tries the text again: another field may have been fixed.
+            self.drafts.begin(field.clone(), text);
+        } else if response.lost_focus() && ui.input(|input| input.key_pressed(Key::Escape)) {
+            self.refused.remove(&field);
+        }
         let written = self.drafts.writing(&field).map(str::to_owned);
-        let text = written.as_deref().unwrap_or(value);
+        let refused = self.refused.get(&field);
+        let standing = refused.map_or(value, |refused| refused.text.as_str());
+        let text = written.as_deref().unwrap_or(standing);
         let verdict = judge(text);
-        if let Err(why) = &verdict {
+        let refusal = refused.filter(|refused| refused.text == text).map(|refused| &refused.why);
+        if let Some(why) = verdict.as_ref().err().or(refusal) {
             wrong(ui, why);
         }
         if let Some(text) = written {
             self.pending.remove(&field);
-            let refused = |why| Err(format!("{name} not changed: {why}"));
-            let change = match make(&text) {
+            let made = match verdict {
                 _ if text == value => None,
-                Some(change) => Some(Ok(change)),
-                None => verdict.err().map(refused),
+                Ok(()) => make(&text).map(Ok),
+                Err(why) => Some(Err(why)),
             };
-            self.pending.extend(change.map(|change| (field, change)));
+            let value = value.to_owned();
+            self.pending.extend(made.map(|made| (field, Pending { made, value })));
         }
         response
     }

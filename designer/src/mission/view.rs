@@ -26,6 +26,7 @@ use super::panel::parts::{PanelRequest, PanelSource};
 use crate::canvas::{Diagram, JoinRules, PortAt, snapped};
 use crate::commands::Command;
 use crate::item::Item;
+use crate::mission::changes::Change;
 use crate::pane::{Draft, Pane};
 use crate::project::Documents;
 use crate::workspace::Workspace;
@@ -69,7 +70,7 @@ impl Pane for MissionView {
                 ui.weak("This file has no mission yet: add a place to begin one.");
             }
         });
-        let changes = self.form.finish();
+        let changes = self.form.finish(&mut |change| try_change(change, workspace));
         self.make(changes, workspace);
         self.carry_out(requests, workspace);
     }
@@ -119,7 +120,7 @@ impl Pane for MissionView {
     }
 
     fn finish_field(&mut self, workspace: &mut Workspace) -> bool {
-        let changes = self.form.end();
+        let changes = self.form.end(&mut |change| try_change(change, workspace));
         self.make(changes, workspace)
     }
 
@@ -152,6 +153,11 @@ impl Pane for MissionView {
     fn findable_items(&self, workspace: &Workspace) -> Vec<(Item, String)> {
         commands::list_findable(workspace)
     }
+}
+
+/// Tries a change of a field: whether a value would be malformed with it.
+fn try_change(change: &Change, workspace: &mut Workspace) -> Result<(), String> {
+    workspace.project.try_edit(|documents| change.apply(documents))
 }
 
 /// The rules of a drawing without a mission.

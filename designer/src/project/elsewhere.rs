@@ -3,6 +3,7 @@
 //! transitions of its sub-missions in checks. A change of such a thing can be made there too, as part
 //! of the same step of the history.
 
+mod mission_name;
 mod references;
 
 use std::collections::BTreeSet;
@@ -29,6 +30,14 @@ pub enum NameChange {
     },
     /// They were removed.
     Remove(Vec<Item>),
+    /// The mission has another name, which precedes the names of its places and transitions in the
+    /// missions that include it.
+    RenameMission {
+        /// The name before; none was that of the file.
+        old: Option<String>,
+        /// The name now.
+        new: Option<String>,
+    },
 }
 
 impl NameChange {
@@ -41,19 +50,25 @@ impl NameChange {
 
     /// The names before the change, as a sentence lists them.
     pub fn names(&self) -> String {
+        if let Self::RenameMission { old, .. } = self {
+            return old.clone().unwrap_or_else(|| "this mission".into());
+        }
         let names = self.items().iter().filter_map(|item| item_name(*item));
         names.collect::<Vec<_>>().join(", ")
     }
 
-    /// Whether it is one of a mission's places or transitions, not of the system's components.
+    /// Whether it is one of a mission or of its places or transitions, not of the system's
+    /// components.
     pub fn is_of_mission(&self) -> bool {
-        self.items().iter().any(|item| !matches!(item, Item::Component(_)))
+        matches!(self, Self::RenameMission { .. })
+            || self.items().iter().any(|item| !matches!(item, Item::Component(_)))
     }
 
     fn items(&self) -> &[Item] {
         match self {
             Self::Rename { item, .. } => std::slice::from_ref(item),
             Self::Remove(items) => items,
+            Self::RenameMission { .. } => &[],
         }
     }
 
@@ -77,6 +92,7 @@ impl NameChange {
                 let all = prefixes.iter().flat_map(|it| items.iter().map(|item| with(item, it)));
                 vec![Self::Remove(all.collect())]
             }
+            Self::RenameMission { .. } => Vec::new(),
         }
     }
 
@@ -93,6 +109,7 @@ impl NameChange {
                 named.into_iter().try_for_each(|item| document.rename(item, new))?;
             }
             Self::Remove(_) => document.remove_all(&named)?,
+            Self::RenameMission { .. } => {}
         }
         Ok(())
     }
@@ -163,7 +180,13 @@ impl Project {
             folder.canonicalize().ok()?.parent().inspect(|above| found.search_shallow(above));
             let others = found.paths.union(&open).filter(|path| **path != mission);
             let others = others.filter_map(|path| {
-                let changes = change.qualified(&references.prefixes(path, &mission));
+                let changes = match &change {
+                    NameChange::RenameMission { old, new } => {
+                        let names = [old.as_deref(), new.as_deref()];
+                        self.mission_renames(path, &mission, names, &mut references)
+                    }
+                    change => change.qualified(&references.prefixes(path, &mission)),
+                };
                 self.naming_file(path, changes)
             });
             others.collect()

@@ -17,13 +17,14 @@ use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::layout::{self, Layout};
 use crate::project::Project;
+use crate::system::folding::Hidden;
 use crate::system::rules::{Joint, Joints};
 use crate::view::View;
 
 /// From the upper edge of a block to the middle of its first port.
-const FIRST_PORT: f32 = 60.0;
+pub(super) const FIRST_PORT: f32 = 60.0;
 /// From port to port.
-const PORT_STEP: f32 = 20.0;
+pub(super) const PORT_STEP: f32 = 20.0;
 /// Left free below the last port.
 const BELOW: f32 = 20.0;
 /// Approximate width of a letter at the sizes of the drawing.
@@ -41,9 +42,11 @@ pub struct SystemDrawing {
     pub joints: Joints,
     /// Components without a position in the file.
     pub unplaced: BTreeSet<usize>,
+    /// What folded groups hide.
+    pub hidden: Hidden,
 }
 
-/// Draws the system of a project as it is now.
+/// Draws the system of a project as it is now, with all groups unfolded.
 pub fn draw(project: &Project) -> SystemDrawing {
     let Some(configuration) = project.configuration() else { return SystemDrawing::default() };
     let document = project.document_with(armor_robotfile::Item::System);
@@ -139,7 +142,7 @@ fn block(
     for (is_output, id) in missing {
         add(if is_output { Direction::Out } else { Direction::In }, id, None);
     }
-    let size = size(name, &component.kind.value, &ports, rows[0].max(rows[1]));
+    let size = block_size(name, &component.kind.value, &ports, rows[0].max(rows[1]));
     for port in &mut ports {
         port.at.x = if port.side == PortSide::Right { size.x } else { 0.0 };
     }
@@ -254,7 +257,8 @@ fn port(
     }
 }
 
-fn size(name: &str, kind: &str, ports: &[NodePort], rows: usize) -> Vec2 {
+/// The size of a block with this text and so many rows of ports.
+pub(super) fn block_size(name: &str, kind: &str, ports: &[NodePort], rows: usize) -> Vec2 {
     let longest = |side: PortSide| {
         let names = ports.iter().filter(|port| port.side == side);
         names.map(|port| port.name.chars().count()).max().unwrap_or(0) as f32

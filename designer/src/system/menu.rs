@@ -4,7 +4,7 @@ use eframe::egui::{self, Pos2};
 
 use super::choices::SystemPicker;
 use super::state::SystemView;
-use crate::diagram_pane::{DECORATION_MENU, EMPTY_MENU, NODE_MENU, WIRE_MENU};
+use crate::diagram_pane::{DECORATION_MENU, EMPTY_MENU, GROUP_MENU, NODE_MENU, WIRE_MENU};
 use crate::item::Item;
 use crate::workspace::Workspace;
 
@@ -20,6 +20,7 @@ impl SystemView {
         let commands = match of {
             Some(Item::Component(_)) => NODE_MENU,
             Some(Item::Link { .. }) => WIRE_MENU,
+            Some(_) if self.selected_group().is_some() => GROUP_MENU,
             Some(_) => DECORATION_MENU,
             None => EMPTY_MENU,
         };

@@ -32,6 +32,12 @@ impl SystemView {
                 self.picker = Some(SystemPicker::for_port(&self.drawing, workspace, from, at));
             }
             CanvasEvent::Rewired { wire, stays, to } => self.rewire(wire, stays, to, workspace),
+            CanvasEvent::Opened(item @ Item::Decoration { .. })
+                if self.drawing.diagram.node(item).is_some() =>
+            {
+                self.pane.select([item]);
+                self.toggle_fold(workspace);
+            }
             CanvasEvent::Opened(item) => {
                 self.pane.select([item]);
                 workspace.settings.properties = true;
@@ -108,7 +114,7 @@ impl Pane for SystemView {
 
     fn show_item(&mut self, item: Item, workspace: &Workspace) {
         self.update(workspace);
-        self.pane.show_item(item, &self.drawing.diagram);
+        self.pane.show_item(self.shown_item(item), &self.drawing.diagram);
     }
 
     fn select_items(&mut self, items: BTreeSet<Item>) {

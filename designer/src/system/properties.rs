@@ -7,12 +7,15 @@ pub(super) mod field;
 mod frames;
 mod link;
 
+use std::collections::BTreeSet;
+
 use eframe::egui::{self, Button, ComboBox, ScrollArea};
 
 use self::field::{Field, Focus, check_name, write};
 use crate::canvas::Direction;
 use crate::commands::{Command, about};
 use crate::item::Item;
+use crate::layout;
 use crate::panels::fields::{Form, anything};
 use crate::project::elsewhere::NameChange;
 use crate::system::rules::Joint;
@@ -30,7 +33,7 @@ impl SystemView {
                 (Some(Item::Link { from, to }), _) => {
                     self.link_properties(ui, workspace, &from, &to);
                 }
-                (Some(Item::Decoration { number, .. }), _) => self.decoration(ui, number),
+                (Some(item @ Item::Decoration { .. }), _) => self.decoration(ui, item, workspace),
                 (_, 0) => self.system_properties(ui, workspace),
                 (_, count) => several(ui, workspace, count),
             }
@@ -44,10 +47,11 @@ impl SystemView {
         drafts.iter().fold(true, |all, (field, text)| self.apply(field, text, workspace) && all)
     }
 
-    fn decoration(&mut self, ui: &mut egui::Ui, number: usize) {
-        let Some(decoration) = self.drawing.diagram.decorations.get(number).cloned() else {
-            return;
-        };
+    fn decoration(&mut self, ui: &mut egui::Ui, item: Item, workspace: &mut Workspace) {
+        let Item::Decoration { view, number } = item else { return };
+        let document = workspace.project.document_with(armor_robotfile::Item::System);
+        let layout = document.map(|document| layout::read(document, view)).unwrap_or_default();
+        let Some(decoration) = layout.decorations.get(number) else { return };
         ui.strong(if decoration.is_note { "Note" } else { "Group" });
         let name = if decoration.is_note { "Text" } else { "Title" };
         let rows = if decoration.is_note { 6 } else { 1 };
@@ -55,6 +59,7 @@ impl SystemView {
         let field = Field::Text(number);
         let response = self.drafts.text(ui, &field, &decoration.text, form, &anything);
         self.focus(&response);
+        self.show_fold_button(ui, workspace);
     }
 
     fn system_properties(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
@@ -94,12 +99,14 @@ impl SystemView {
 
     /// The outputs that can be the system's clock.
     fn clocks(&self) -> Vec<String> {
-        let joints = self.drawing.joints.ports.iter().flatten();
+        let joints = self.drawing.joints.ports.iter().flatten().chain(&self.drawing.hidden.joints);
         let clocks = joints.filter(|joint| {
             joint.direction == Direction::Out
                 && joint.message.as_ref().is_some_and(|(name, ..)| name == "Clock")
         });
-        clocks.map(Joint::data).collect()
+        // A port of a folded group is also one of a component in it.
+        let clocks: BTreeSet<_> = clocks.map(Joint::data).collect();
+        clocks.into_iter().collect()
     }
 
     /// Gives a field the focus, if one was asked for.

@@ -6,7 +6,7 @@ use eframe::egui::{self, Pos2, Rect, Vec2, vec2};
 use super::choices::SystemPicker;
 use super::properties::field::Focus;
 use super::state::SystemView;
-use super::{edits, fragment};
+use super::{draw, edits, fragment};
 use crate::canvas::PortAt;
 use crate::commands::Command;
 use crate::item::Item;
@@ -19,9 +19,11 @@ const NODE_SPACE: Vec2 = vec2(190.0, 200.0);
 impl SystemView {
     pub(super) fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
         match command {
-            Command::Rename | Command::Link => {
-                Some(matches!(self.pane.only(), Some(Item::Component(_))))
+            Command::Rename => Some(matches!(self.pane.only(), Some(Item::Component(_)))),
+            Command::Link => {
+                Some(self.pane.only().is_some_and(|it| self.drawing.diagram.node(it).is_some()))
             }
+            Command::Fold => Some(self.selected_group().is_some()),
             _ => self.pane.can_run(command, workspace, true),
         }
     }
@@ -60,6 +62,7 @@ impl SystemView {
                     self.wants_focus = Focus::Name;
                 }
             }
+            C::Fold => self.toggle_fold(workspace),
             C::Arrange => self.arrange(workspace),
             _ => self.pane.run(command, ctx, &self.drawing.diagram, workspace),
         }
@@ -139,7 +142,9 @@ impl SystemView {
     }
 
     fn copy_text(&self, workspace: &Workspace) -> Option<String> {
-        fragment::copied(&workspace.project, &self.drawing, &self.pane.selected())
+        // A copy of a folded group is unfolded.
+        let selected = self.selected_with_hidden();
+        fragment::copied(&workspace.project, &draw(&workspace.project), &selected)
     }
 
     fn copy(&self, ctx: &egui::Context, workspace: &mut Workspace) -> bool {
@@ -180,7 +185,7 @@ impl SystemView {
     }
 
     fn delete(&mut self, workspace: &mut Workspace) {
-        let items = self.pane.selected();
+        let items = self.selected_with_hidden();
         if workspace.edit(self.pane.removal_name(), |documents| edits::remove(documents, &items)) {
             self.pane.canvas.selection.clear();
             if let Some(change) = NameChange::removal(&items.into_iter().collect::<Vec<_>>()) {

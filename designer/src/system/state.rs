@@ -1,7 +1,8 @@
 //! What the view of the system keeps from frame to frame.
 
 use super::choices::SystemPicker;
-use super::drawing::{SystemDrawing, draw};
+use super::drawing::SystemDrawing;
+use super::folding::draw_folded;
 use super::palette::SystemPalette;
 use super::properties::field::{Field, Focus};
 use crate::diagram_pane::DiagramPane;
@@ -52,7 +53,7 @@ impl SystemView {
         if self.drawn == Some(now) {
             return;
         }
-        self.drawing = draw(&workspace.project);
+        self.drawing = draw_folded(&workspace.project);
         self.pane.set_drawing(&self.drawing.diagram);
         if workspace.project.undoable().is_none() {
             // Nothing has been edited: the kinds have just arrived, and blocks have grown by their

@@ -127,6 +127,21 @@ fn the_checks_of_including_missions_follow_a_place() {
 }
 
 #[test]
+fn the_checks_of_including_missions_follow_the_name_of_the_mission() {
+    let mut window = submission_window();
+    window.fill("name of the mission", "wharf");
+    assert!(window.has("Other files name dock") && window.has("tour.xml: named once"));
+    window.click("Change them too");
+    save(&mut window);
+    assert_eq!(read(&window.path("tour.xml")), TOUR.replace("dock.creep", "wharf.creep"));
+    assert_eq!(read(&window.path("dock.xml")), DOCK.replace("\"dock\"", "\"wharf\""));
+    window.keys(Modifiers::COMMAND, Key::Z);
+    save(&mut window);
+    assert_eq!(read(&window.path("tour.xml")), TOUR, "both files are one step");
+    assert_eq!(read(&window.path("dock.xml")), DOCK);
+}
+
+#[test]
 fn a_removed_place_is_reported_where_a_check_names_it() {
     let mut window = submission_window();
     window.click("place creep");

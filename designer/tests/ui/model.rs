@@ -101,7 +101,8 @@ impl Model {
 
 /// Something to be pointed at: a block, a port, a place, or a point of the drawing.
 fn point(window: &Window, random: &mut fastrand::Rng) -> Pos2 {
-    let words = ["component", "output", "input", "place", "transition", "arc from", "link"];
+    let words =
+        ["component", "output", "input", "place", "transition", "arc from", "link", "group "];
     let named = window.harness.query_all(by().predicate(move |node| {
         node.label().is_some_and(|label| words.iter().any(|word| label.starts_with(word)))
     }));
@@ -133,6 +134,7 @@ fn act(window: &mut Window, model: &mut Model, random: &mut fastrand::Rng, conte
             window.key(Key::Enter);
         }
         9 => window.key(Key::Delete),
+        10 if random.u8(..3) == 0 => window.keys(shift, Key::G),
         10 => window.keys(ctrl, [Key::D, Key::G, Key::L, Key::A][random.usize(..4)]),
         11 => window.key([Key::N, Key::Escape, Key::Tab, Key::L, Key::F][random.usize(..5)]),
         12 => {

@@ -118,7 +118,7 @@ fn act(project: &mut Project, act: &Act) -> Result<(), Refused> {
         }
         Act::Note(text) => project.edit("note", |d| {
             let area = Rect::from_min_size(Pos2::new(5.0, 5.0), Vec2::new(100.0, 60.0));
-            layout::add_decoration(d.system()?, View::System, true, area, text)
+            layout::add_decoration(d.system()?, View::System, true, area, text).map(|_| ())
         }),
         Act::Undo => {
             project.undo();

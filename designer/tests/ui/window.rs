@@ -250,3 +250,22 @@ fn redo_has_two_keys() {
     window.keys(Modifiers::COMMAND, Key::Y);
     assert_eq!(window.text(), removed);
 }
+
+#[test]
+fn actual_size_of_an_empty_drawing_shows_where_the_first_item_goes() {
+    let empty = "<armor version=\"1\">\n  <system>\n  </system>\n</armor>\n";
+    let mut window = Window::open(Some(empty));
+    let before = window.at("drawing of the system");
+    window.harness.event(Event::PointerMoved(before));
+    for _ in 0..3 {
+        window.keys(Modifiers::COMMAND, Key::Minus);
+    }
+    window.keys(Modifiers::COMMAND, Key::Num0);
+    assert_eq!(window.last_message(), "");
+    window.key(Key::A);
+    window.write("arm");
+    window.key(Key::Enter);
+    let block = window.harness.get_by_label("component arm").rect();
+    assert!(window.harness.get_by_label("drawing of the system").rect().contains_rect(block));
+    assert!(block.width() >= 140.0, "{block}: it is shown at actual size");
+}

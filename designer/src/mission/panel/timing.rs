@@ -44,8 +44,12 @@ pub(super) fn timing(
     let now = text_of(shown, transition);
     let set = |timing: Timing| Change::Timing(name.clone(), timing);
     let own = match &now {
-        Timing::Immediate => "10s".to_owned(),
-        Timing::Timeout(time) | Timing::After(time) | Timing::Interval(time, _) => time.clone(),
+        Timing::Timeout(time) | Timing::After(time) | Timing::Interval(time, _)
+            if given(time).is_some() && is_time(time).is_ok() =>
+        {
+            time.clone()
+        }
+        _ => "10s".to_owned(),
     };
     // The sort of timing; the times themselves have their own fields.
     let sort = |timing: &Timing| match timing {

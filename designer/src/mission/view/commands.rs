@@ -121,7 +121,7 @@ impl MissionView {
         let change = Change::Remove(items);
         if workspace.edit(change.what(), |documents| change.apply(documents)) {
             self.pane.canvas.selection.clear();
-            if let Some(change) = change.name_change() {
+            if let Some(change) = change.name_change(None) {
                 workspace.ask_elsewhere(change);
             }
         }

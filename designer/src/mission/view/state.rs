@@ -137,9 +137,11 @@ impl MissionView {
                     continue;
                 }
             };
+            let name = mission_of(workspace).and_then(|mission| mission.name.as_ref());
+            let renamed = change.name_change(name.map(|name| name.value.as_str()));
             let is_made = workspace.edit(change.what(), |documents| change.apply(documents));
             are_made &= is_made;
-            if is_made && let Some(change) = change.name_change() {
+            if is_made && let Some(change) = renamed {
                 workspace.ask_elsewhere(change);
             }
             match &change {

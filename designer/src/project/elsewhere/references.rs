@@ -93,6 +93,13 @@ pub(super) struct FileReferences<'a> {
     known: BTreeMap<PathBuf, References>,
 }
 
+/// A sub-mission as a mission includes it.
+pub(super) struct Inclusion {
+    pub(super) file: PathBuf,
+    /// What precedes its names in the checks there: `dock`, `dock-2`, `park.dock`.
+    pub(super) prefix: String,
+}
+
 /// The files that a mission names.
 #[derive(Clone, Default)]
 struct References {
@@ -110,26 +117,40 @@ impl<'a> FileReferences<'a> {
     /// Returns what precedes the names of the mission `inner` in the checks of the file at `path`,
     /// once for each time that it is included there: `dock`, `dock-2`, `park.dock`.
     pub(super) fn prefixes(&mut self, path: &Path, inner: &Path) -> Vec<String> {
+        let all = self.inclusions(path, inner).into_iter();
+        all.filter(|inclusion| inclusion.file == inner).map(|inclusion| inclusion.prefix).collect()
+    }
+
+    /// Returns all sub-missions that the file at `path` includes, with those inside them, except
+    /// those inside `inner`. The order does not depend on names.
+    pub(super) fn inclusions(&mut self, path: &Path, inner: &Path) -> Vec<Inclusion> {
         let mut found = Vec::new();
-        let (mut open, mut count) = (vec![(path.to_path_buf(), String::new())], 0);
+        let mut open = vec![(path.to_path_buf(), String::new())];
         while let Some((file, before)) = open.pop() {
             let mut siblings = Vec::new();
-            for submission in self.of(&file).submissions.clone() {
-                count += 1;
-                if count > MAX_SUBMISSIONS {
+            for file in self.of(&file).submissions.clone() {
+                if found.len() == MAX_SUBMISSIONS {
                     return found;
                 }
-                let name = submission_prefix(&self.of(&submission).name, &siblings);
+                let name = submission_prefix(&self.of(&file).name, &siblings);
                 siblings.push(name.clone());
                 let prefix = format!("{before}{name}");
-                if submission == inner {
-                    found.push(prefix);
-                } else {
-                    open.push((submission, prefix + "."));
+                if file != inner {
+                    open.push((file.clone(), format!("{prefix}.")));
                 }
+                found.push(Inclusion { file, prefix });
             }
         }
         found
+    }
+
+    /// Gives the mission at a path another name from here on; none is that of its file.
+    pub(super) fn set_name(&mut self, path: &Path, name: Option<&str>) {
+        let name = name.map_or_else(|| stem(path), str::to_owned);
+        self.of(path);
+        if let Some(known) = self.known.get_mut(path) {
+            known.name = name;
+        }
     }
 
     fn of(&mut self, path: &Path) -> &References {
@@ -138,9 +159,13 @@ impl<'a> FileReferences<'a> {
     }
 }
 
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 impl References {
     fn read(path: &Path, source: FileSource<'_>) -> Self {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let stem = stem(path);
         let unnamed = Self { name: stem.clone(), ..Self::default() };
         let Some(document) = source(path) else { return unnamed };
         let mission = document.find(Item::Mission);

@@ -186,6 +186,48 @@ fn the_checks_that_name_a_place_of_a_submission_follow_its_name() {
 }
 
 #[test]
+fn the_checks_follow_the_name_of_a_submission_and_of_its_siblings() {
+    let folder = submission_folder("mission");
+    // The other mission is the second of that name once the first one has it, too.
+    fs::write(folder.join("parts/quay.xml"), DOCK).unwrap();
+    let check = "never dock.creep and quay.creep and fires(dock.contact)";
+    let both = including(&["parts/dock.xml", "parts/quay.xml"], check);
+    fs::write(folder.join("both.xml"), both).unwrap();
+    let mut project = Project::open(&folder.join("parts/dock.xml"), Arc::default()).unwrap();
+    let rename =
+        |new: Option<&str>| Change::Attribute(Item::Mission, "name", new.map(str::to_owned));
+    let change = rename(Some("quay")).name_change(None).expect("others may name it");
+    project.edit("rename", |documents| rename(Some("quay")).apply(documents)).unwrap();
+    let elsewhere = project.find_elsewhere(change).expect("four files name it");
+    let names: Vec<_> = elsewhere
+        .files
+        .iter()
+        .map(|file| (file.path.file_name().unwrap().to_str().unwrap(), file.obstacle.clone()))
+        .collect();
+    let expected = ["both.xml", "deep.xml", "park.xml", "twice.xml"];
+    assert_eq!(names, expected.map(|name| (name, None)));
+    assert_eq!(project.change_elsewhere(&elsewhere).changed.len(), 4);
+    let text = texts(&project).join("\n");
+    for expected in [
+        "never quay.creep and quay-2.creep and fires(quay.contact)",
+        "always not park.quay.creep",
+        "fires(quay.contact)",
+        "never quay.creep and quay-2.creep and creep and dock.creeps",
+    ] {
+        assert!(text.contains(expected), "{expected} is not in {text}");
+    }
+    // Without a name, it has that of its file.
+    let change = rename(None).name_change(Some("quay")).unwrap();
+    project.edit("unname", |documents| rename(None).apply(documents)).unwrap();
+    let elsewhere = project.find_elsewhere(change).unwrap();
+    assert_eq!(project.change_elsewhere(&elsewhere).changed.len(), 4);
+    let text = texts(&project).join("\n");
+    assert!(text.contains("never dock.creep and quay.creep and fires(dock.contact)"), "{text}");
+    assert_eq!(rename(Some("dock")).name_change(Some("dock")), None);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn a_check_that_names_a_removed_transition_of_a_submission_is_reported() {
     let folder = submission_folder("transition");
     let mut project = Project::open(&folder.join("parts/dock.xml"), Arc::default()).unwrap();
