@@ -238,9 +238,12 @@ fn paint_box(
     let low = (rect.min - area.min).min(vec2(0.0, 0.0));
     let high = (rect.max - area.max).max(vec2(0.0, 0.0));
     let rect = rect.translate(-low - high);
-    let name = galley.text().to_owned();
-    let response = ui.interact(rect, ui.scope_id().with(("notice", &name)), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &name));
+    // The panel `goal` names a goal without a path already.
+    if !galley.text().starts_with("no path") {
+        let name = galley.text().to_owned();
+        let response = ui.interact(rect, ui.scope_id().with(("notice", &name)), Sense::hover());
+        response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &name));
+    }
     painter.rect_filled(rect, 4.0, colours.panel);
     painter.galley(rect.min + vec2(8.0, 5.0), galley, colours.text);
 }
