@@ -74,12 +74,6 @@ const FOREIGN_VERBS: [(&str, &str, &str); 25] = [
     ("launch", "", "`armor run FILE` starts a system"),
     ("start", "", "`armor run FILE` starts a system"),
     ("core", "", "`armor run FILE` starts the registry and all components"),
-    (
-        "bag",
-        "",
-        "`armor echo COMPONENT.OUTPUT --format json` records data as JSON Lines; a log player such as `carmen-player` is a component",
-    ),
-    ("record", "", "`armor echo COMPONENT.OUTPUT --format json` records data as JSON Lines"),
     ("msg", "", "`armor describe KIND` shows message types with their fields"),
     ("interface", "", "`armor describe KIND` shows message types with their fields"),
     (
@@ -216,7 +210,6 @@ mod tests {
             ("armor ros2 node list", "tip: `armor ps` lists"),
             ("armor rosnode list", "tip: `armor ps` lists"),
             ("armor nodes", "tip: `armor ps` lists"),
-            ("armor bag record", "tip: `armor echo COMPONENT.OUTPUT --format json`"),
             ("armor roslaunch a.xml", "tip: `armor run FILE`"),
             ("armor launch a.xml", "tip: `armor run FILE`"),
             ("armor roscore", "tip: `armor run FILE`"),
