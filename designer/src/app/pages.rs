@@ -2,7 +2,7 @@
 
 use armor_picture::theme::{self, ThemeColours};
 use armor_robotfile::Code;
-use eframe::egui::{self, ComboBox, Key, RichText, ScrollArea};
+use eframe::egui::{self, Align, ComboBox, Key, Layout, RichText, ScrollArea, vec2};
 
 use crate::app::Designer;
 use crate::app::dialogs::Dialog;
@@ -134,7 +134,9 @@ fn show_document(
     });
     combo.response.accessible_name("document");
     ui.separator();
-    ui.horizontal_top(|ui| {
+    // Of a given height: what fills the rest of a window makes it higher with each frame.
+    let room = vec2(ui.available_width(), height);
+    ui.allocate_ui_with_layout(room, Layout::left_to_right(Align::Min), |ui| {
         ui.vertical(|ui| {
             ui.set_width(SECTIONS_WIDTH);
             ScrollArea::vertical().id_salt("sections").max_height(height).show(ui, |ui| {

@@ -209,8 +209,8 @@ fn a_document_is_opened_from_the_menu_and_its_links_lead_on() {
     window.click("section Datagrams");
     assert!(window.harness.query_all_by_label("Datagrams").count() > 0);
     window.click("document");
-    window.click("Frames");
-    assert!(window.has("section Where a sensor is"));
+    window.click("The designer");
+    assert!(window.has("section From nothing to a robot that runs"));
     window.key(Key::Escape);
-    assert!(!window.has("section Where a sensor is"));
+    assert!(!window.has("section From nothing to a robot that runs"));
 }
