@@ -6,6 +6,7 @@ mod disk;
 mod lists;
 mod menu_keys;
 mod menus;
+mod pages;
 mod panels;
 mod run;
 mod running;

@@ -63,6 +63,7 @@ pub enum Command {
     Pause,
     Resume,
     AllCommands,
+    Help,
     Shortcuts,
     FirstPage,
     About,

@@ -6,6 +6,7 @@ use eframe::egui;
 
 use crate::canvas::Diagram;
 use crate::commands::Command;
+use crate::help::pages::HelpPage;
 use crate::item::Item;
 use crate::project::{Documents, Refused};
 use crate::workspace::Workspace;
@@ -46,6 +47,12 @@ pub trait Pane {
 
     /// Returns the text of the field that is being edited, to be backed up with the unsaved work.
     fn field_draft(&self) -> Option<Draft> {
+        None
+    }
+
+    /// The page of the documentation about what is selected or being edited.
+    fn help_page(&self, workspace: &Workspace, ctx: &egui::Context) -> Option<HelpPage> {
+        let _ = (workspace, ctx);
         None
     }
 

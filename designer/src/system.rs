@@ -22,6 +22,7 @@ mod rules;
 mod run;
 mod state;
 
+pub(crate) use docs::show as show_manifest;
 pub use drawing::{SystemDrawing, draw, unassigned};
 pub use edits::{add_component, arrange_all, free_name, join, place, remove, rename, rewire};
 pub use folding::draw_folded;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use armor_picture::theme::{self, ThemeColours};
-use armor_robotfile::Code;
 use eframe::egui::{self, Id, Key, Modal};
 
 use crate::app::Designer;
+use crate::help::pages::HelpPage;
 use crate::panels::path::{Chosen, PathChoice};
 use crate::project::elsewhere::Elsewhere;
 use crate::project::{Project, SaveRefused};
@@ -29,8 +29,8 @@ pub(super) enum Dialog {
     Running,
     /// The version, and the programs in use.
     About,
-    /// The page of a finding: what it means, an example and the remedy.
-    Page(Code),
+    /// A page of the documentation.
+    Page(HelpPage),
     /// Whether to change other files too, that name what was renamed or removed.
     Elsewhere(Elsewhere),
 }
@@ -76,7 +76,7 @@ impl Designer {
                 Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
                 Dialog::Running => self.ask_running(ui),
                 Dialog::About => self.show_about(ui),
-                Dialog::Page(code) => self.show_page(ui, code),
+                Dialog::Page(page) => self.show_page(ui, page),
                 Dialog::Elsewhere(elsewhere) => self.ask_elsewhere(ui, elsewhere),
             }
         });
@@ -222,31 +222,6 @@ impl Designer {
         }
     }
 
-    /// Shows the page of a finding as it is in the documentation.
-    fn show_page(&mut self, ui: &mut egui::Ui, code: Code) {
-        let mut lines = code.page().lines();
-        ui.heading(lines.next().unwrap_or_default().trim_start_matches('#').trim());
-        let room = ui.ctx().content_rect().height() - PAGE_MARGIN;
-        egui::ScrollArea::vertical().max_height(room).show(ui, |ui| {
-            let mut is_code = false;
-            for line in lines {
-                match line {
-                    _ if line.starts_with("```") => is_code = !is_code,
-                    _ if is_code => drop(ui.monospace(line)),
-                    "" => ui.add_space(theme::NEAR),
-                    _ if line.starts_with('#') => {
-                        drop(ui.strong(line.trim_start_matches('#').trim()));
-                    }
-                    _ => drop(ui.label(line)),
-                }
-            }
-        });
-        let close = theme::main_button(ThemeColours::of(ui.visuals()), "Close");
-        if !ui.add(close).clicked() && !pressed_escape(ui) {
-            self.dialog = Some(Dialog::Page(code));
-        }
-    }
-
     fn change_elsewhere(&mut self, elsewhere: &Elsewhere) {
         let result = self.workspace.project.change_elsewhere(elsewhere);
         let name = |path: &PathBuf| {
@@ -305,9 +280,6 @@ impl Designer {
         }
     }
 }
-
-/// Height that a page leaves for its heading and its button.
-const PAGE_MARGIN: f32 = 160.0;
 
 fn pressed_escape(ui: &egui::Ui) -> bool {
     ui.input(|i| i.key_pressed(Key::Escape))

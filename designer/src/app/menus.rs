@@ -89,8 +89,10 @@ impl Designer {
                         ui.set_min_width(210.0);
                         for entry in COMMANDS.iter().filter(|entry| entry.menu == menu) {
                             self.menu_entry(ui, entry.command);
-                            if entry.command == Command::Open {
-                                self.recent_menu(ui);
+                            match entry.command {
+                                Command::Open => self.recent_menu(ui),
+                                Command::Help => self.documents_menu(ui),
+                                _ => {}
                             }
                         }
                     });

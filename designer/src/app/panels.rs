@@ -10,6 +10,7 @@ use eframe::egui::{
 use crate::app::Designer;
 use crate::app::dialogs::Dialog;
 use crate::commands::{Command, about};
+use crate::help::pages::HelpPage;
 use crate::messages::MessageKind;
 use crate::view::View;
 
@@ -154,7 +155,7 @@ impl Designer {
             let code = finding.code.as_str();
             let page = ui.link(code).on_hover_text("Shows what it means, with an example");
             if page.accessible_name(format!("page of {code}")).clicked() {
-                self.dialog = Some(Dialog::Page(finding.code));
+                self.dialog = Some(Dialog::Page(HelpPage::Finding(finding.code)));
             }
             if let Some(place) = place {
                 ui.weak(place);

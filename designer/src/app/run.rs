@@ -116,6 +116,7 @@ impl Designer {
                 self.dialog = Some(Dialog::export(&self.workspace.project, self.view));
             }
             Command::AllCommands => self.commands = Some(AllCommands::default()),
+            Command::Help => self.show_help(),
             Command::Shortcuts => self.shortcuts = !self.shortcuts,
             Command::FirstPage => self.first_page = true,
             Command::About => self.dialog = Some(Dialog::About),
@@ -262,6 +263,7 @@ fn is_own(command: Command) -> bool {
             | C::ToggleTheme
             | C::Export
             | C::AllCommands
+            | C::Help
             | C::Shortcuts
             | C::FirstPage
             | C::About

@@ -317,11 +317,18 @@ pub const COMMANDS: &[About] = {
             Some((CTRL, Key::P)),
         ),
         entry(
+            C::Help,
+            Help,
+            "Help on the selection",
+            "Shows the page of the selected item or field; if nothing is selected, the keys.",
+            Some((NONE, Key::F1)),
+        ),
+        entry(
             C::Shortcuts,
             Help,
             "Keys and mouse",
             "Shows all keys and mouse actions.",
-            Some((NONE, Key::F1)),
+            Some((CTRL, Key::F1)),
         ),
         entry(
             C::FirstPage,

@@ -101,6 +101,11 @@ impl Form {
         self.finish(trial)
     }
 
+    /// The name of the field that has the focus.
+    pub fn focused(&self, ctx: &egui::Context) -> Option<&str> {
+        self.drafts.focused(ctx).map(|(_, name)| name.as_str())
+    }
+
     /// The change by the field that is being edited, with a number that changes with each letter.
     pub fn draft(&self) -> Option<(u64, Change)> {
         let (field, _, revision) = self.drafts.current()?;

@@ -25,6 +25,7 @@ use super::panel;
 use super::panel::parts::{PanelRequest, PanelSource};
 use crate::canvas::{Diagram, JoinRules, PortAt, snapped};
 use crate::commands::Command;
+use crate::help::pages::HelpPage;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::pane::{Draft, Pane};
@@ -128,6 +129,11 @@ impl Pane for MissionView {
         let (revision, change) = self.form.draft()?;
         let change = Box::new(move |documents: &mut Documents| change.apply(documents));
         Some(Draft { revision, change })
+    }
+
+    fn help_page(&self, _: &Workspace, ctx: &egui::Context) -> Option<HelpPage> {
+        let of_field = self.form.focused(ctx).and_then(HelpPage::of_mission_field);
+        of_field.or_else(|| HelpPage::of_item(self.pane.only()?))
     }
 
     fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item> {

@@ -15,11 +15,13 @@ pub struct Drafts<F> {
     finished: Vec<(F, String)>,
     /// Counts the letters that were typed.
     revision: u64,
+    /// The field that had the focus last, and its widget.
+    focus: Option<(F, egui::Id)>,
 }
 
 impl<F> Default for Drafts<F> {
     fn default() -> Self {
-        Self { current: None, finished: Vec::new(), revision: 0 }
+        Self { current: None, finished: Vec::new(), revision: 0, focus: None }
     }
 }
 
@@ -73,6 +75,9 @@ impl<F: Clone + Debug + Hash + PartialEq> Drafts<F> {
         };
         let edit = edit.hint_text(hint).desired_width(width).layouter(&mut layouter);
         let mut response = show_edit(ui, field, edit).accessible_name(form.name);
+        if response.has_focus() {
+            self.focus = Some((field.clone(), response.id));
+        }
         if response.changed() {
             self.begin(field.clone(), text);
         }
@@ -123,6 +128,12 @@ impl<F: Clone + Debug + Hash + PartialEq> Drafts<F> {
         if let Some((field, text, _)) = self.current.take() {
             self.finished.push((field, text));
         }
+    }
+
+    /// The field that has the focus.
+    pub fn focused(&self, ctx: &egui::Context) -> Option<&F> {
+        let (field, widget) = self.focus.as_ref()?;
+        (ctx.memory(|memory| memory.focused()) == Some(*widget)).then_some(field)
     }
 
     /// What was finished in this frame: to be called once, after the form was shown. A field that

@@ -4,7 +4,7 @@ use armor_wire::manifest::{Manifest, ParameterManifest, PortManifest};
 use eframe::egui::{self, Grid, RichText};
 
 /// The whole manifest, in a tooltip or a panel.
-pub(super) fn show(ui: &mut egui::Ui, kind: &Manifest, origin: &str) {
+pub(crate) fn show(ui: &mut egui::Ui, kind: &Manifest, origin: &str) {
     ui.set_max_width(440.0);
     ui.strong(&kind.kind);
     ui.label(shown(ui, &kind.summary));

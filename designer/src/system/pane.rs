@@ -6,11 +6,12 @@ use eframe::egui;
 
 use super::choices::SystemPicker;
 use super::palette::DraggedKind;
-use super::properties::field::{Focus, write};
+use super::properties::field::{Field, Focus, write};
 use super::run;
 use super::state::SystemView;
 use crate::canvas::{CanvasEvent, Diagram, snapped};
 use crate::commands::Command;
+use crate::help::pages::HelpPage;
 use crate::item::Item;
 use crate::pane::{Draft, Pane};
 use crate::project::Documents;
@@ -105,6 +106,31 @@ impl Pane for SystemView {
         let (field, text) = (field.clone(), text.to_owned());
         let change = Box::new(move |documents: &mut Documents| write(documents, &field, &text));
         Some(Draft { revision, change })
+    }
+
+    fn help_page(&self, workspace: &Workspace, ctx: &egui::Context) -> Option<HelpPage> {
+        let kind_of = |component: &str| {
+            let configuration = workspace.project.configuration()?;
+            let kind = &configuration.system.component(component)?.kind.value;
+            workspace.project.kinds().find(kind).map(|manifest| manifest.kind.clone())
+        };
+        match self.drafts.focused(ctx) {
+            Some(Field::Parameter(component, name)) => {
+                let (kind, parameter) = (kind_of(component)?, Some(name.clone()));
+                return Some(HelpPage::Kind { kind, parameter });
+            }
+            Some(Field::Frame(..) | Field::NewFrame) => {
+                return HelpPage::find("file-format.md", "<frame>");
+            }
+            _ => {}
+        }
+        let item = self.pane.only()?;
+        if let Item::Component(name) = item
+            && let Some(kind) = kind_of(name.as_str())
+        {
+            return Some(HelpPage::Kind { kind, parameter: None });
+        }
+        HelpPage::of_item(item)
     }
 
     fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item> {

@@ -159,3 +159,58 @@ fn the_page_of_a_finding_is_one_click_away_and_closed_with_escape() {
     window.key(Key::Escape);
     assert!(!page_shown(&window));
 }
+
+const MISSION: &str = r#"<armor version="1">
+  <system name="bench">
+    <component name="eye" kind="eye">
+      <parameter name="device" value="usb"/>
+    </component>
+    <component name="arm" kind="arm"/>
+    <link from="eye.target" to="arm.target"/>
+  </system>
+  <mission goal="home">
+    <place name="go" initial="true" components="arm"/>
+    <place name="home"/>
+    <transition name="late" from="go" to="home" timeout="90s"/>
+  </mission>
+</armor>
+"#;
+
+#[test]
+fn f1_shows_the_page_of_what_is_selected_or_edited() {
+    for (view, click, field, section) in [
+        ("view: System", "component arm", "", "Kind arm"),
+        ("view: System", "link eye.target to arm.target", "", "<link>"),
+        ("view: System", "component eye", "parameter device", "Parameter device of eye"),
+        ("view: Mission", "place home", "", "<place>"),
+        ("view: Mission", "transition late", "", "<transition>"),
+        ("view: Mission", "transition late", "guard", "Guards"),
+    ] {
+        let mut window = Window::open(Some(MISSION));
+        window.click(view);
+        window.click(click);
+        if !field.is_empty() {
+            window.click(field);
+        }
+        window.key(Key::F1);
+        assert!(window.has(section), "{click} {field}: {section}");
+        window.key(Key::Escape);
+        assert!(!window.has(section), "{click} {field}: Escape closes the page");
+    }
+}
+
+#[test]
+fn a_document_is_opened_from_the_menu_and_its_links_lead_on() {
+    let mut window = Window::open(Some(MISSION));
+    window.click("Help");
+    window.click("Documents");
+    window.click("Which link for which need");
+    assert!(window.has("section Shared memory"));
+    window.click("section Datagrams");
+    assert!(window.harness.query_all_by_label("Datagrams").count() > 0);
+    window.click("document");
+    window.click("The designer");
+    assert!(window.has("section From nothing to a robot that runs"));
+    window.key(Key::Escape);
+    assert!(!window.has("section From nothing to a robot that runs"));
+}
