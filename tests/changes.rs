@@ -82,6 +82,9 @@ fn a_proven_edit_is_played_and_survives_a_restart_of_the_executive() {
     let journal = system.run.out().join("executive.journal");
     let printed =
         system.shown(&["mission", "journal", "--journal", journal.to_str().expect("UTF-8")]);
+    let folder = system.run.out();
+    let of_folder = system.shown(&["mission", "journal", folder.to_str().expect("UTF-8")]);
+    assert!(of_folder.contains("transition soon added"), "{of_folder}");
     assert!(
         printed.contains("version 2 of the file is played; transition soon added"),
         "{printed}"

@@ -280,6 +280,22 @@ fn data_are_listed_and_printed_by_field_and_as_a_table() {
     assert_eq!(sink["links"], serde_json::json!([]));
     let table = armor_ok(&system, &["data", "list"]);
     assert!(table.contains("LINKED TO") && table.contains("not linked"), "{table}");
+    for (tool, shown) in [
+        (&["data", "list", "north"][..], "north.numbers"),
+        (&["data", "list", "north.numbers"], "north.numbers"),
+        (&["graph", "north"], "north.numbers"),
+        (&["graph", "sink.a"], "north.numbers"),
+        (&["ps", "north"], "north"),
+    ] {
+        let table = armor_ok(&system, tool);
+        assert!(table.contains(shown) && !table.contains("sink.numbers"), "{tool:?}: {table}");
+        assert!(!table.contains("configd"), "{tool:?}: {table}");
+    }
+    for tool in [&["data", "list", "nroth"][..], &["graph", "nroth"], &["ps", "nroth"]] {
+        let (code, _, err) = armor(&system, tool);
+        let meant = "no component is called nroth; did you mean north? (components: ";
+        assert!(code == 1 && err.contains(meant), "{tool:?}: {err}");
+    }
 
     let out = armor_ok(&system, &["echo", "north.numbers", "--once", "--field", "count"]);
     let value: serde_json::Value = serde_json::from_str(&out).expect("one JSON object");

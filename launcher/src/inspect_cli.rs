@@ -7,6 +7,7 @@ pub mod echo;
 pub mod graph;
 pub mod hz;
 pub mod mission;
+mod named_part;
 pub mod ps;
 mod silence;
 

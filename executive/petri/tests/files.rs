@@ -45,6 +45,22 @@ fn real_nets_have_the_places_and_transitions_of_the_table() {
 }
 
 #[test]
+fn what_the_net_format_lacks_is_refused_in_words_of_the_mission() {
+    let written = |terms: &str| {
+        let pnml = format!(
+            "<pnml><net id='n'><place id='p'><initialMarking><text>1</text></initialMarking></place>\
+             <transition id='t'><toolspecific tool='armor' version='1'>{terms}</toolspecific></transition>\
+             <arc id='a' source='p' target='t'/></net></pnml>"
+        );
+        tina::write(&pnml::read(&pnml).unwrap()).map_err(|error| error.to_string())
+    };
+    let refused = "transition `t` waits for more than tokens and time (a report, a guard or a date), \
+                   which .net cannot express; write .pnml";
+    assert_eq!(written("<terms gated='true'/>"), Err(refused.to_owned()));
+    assert!(written("").is_ok());
+}
+
+#[test]
 fn every_keyword_of_the_net_format_is_read() {
     let file = tina::read(
         "# a comment\nnet {a \\{net\\}}\n\

@@ -11,6 +11,8 @@ use armor_wire::registry::DataEntry;
 use clap::Subcommand;
 use serde::Serialize;
 
+use super::absence::list_absent;
+use super::named_part::NamedPart;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, terminal_width};
@@ -23,12 +25,15 @@ const RATE_OVER: Duration = Duration::from_secs(1);
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:
   armor data list
+  armor data list simulator                                              those of one component
   armor data list --format json | jq -r 'select(.links == []) | .data'   outputs without a link
   armor echo simulator.odometry                                          one of them")]
 pub enum DataCommand {
     /// List all outputs: type, rate, number of messages, and the components and tools linked to
     /// them.
     List {
+        /// Only the outputs of this component, or this output.
+        name: Option<String>,
         #[command(flatten)]
         running: RunningSystem,
     },
@@ -36,8 +41,8 @@ pub enum DataCommand {
 
 impl Verb for DataCommand {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
-        let Self::List { running } = self;
-        Ok(list_outputs(&running, format)?.into())
+        let Self::List { name, running } = self;
+        Ok(list_outputs(&running, NamedPart(name.as_deref()), format)?.into())
     }
 }
 
@@ -55,11 +60,15 @@ struct ListedOutput {
     links: Vec<String>,
 }
 
-/// Prints one row per output.
+/// Prints one row per output of the part.
 ///
 /// # Errors
-/// If no system is found or its registry does not answer.
-fn list_outputs(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
+/// If no system is found, its registry does not answer, or nothing in it has the name.
+fn list_outputs(
+    running: &RunningSystem,
+    part: NamedPart<'_>,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
     let observed = super::select_system(running, "data")?;
     let ask = || -> Result<Vec<Status>> {
         let sightings = observed.ask_statuses()?;
@@ -68,7 +77,15 @@ fn list_outputs(running: &RunningSystem, format: OutputFormat) -> Result<Command
     let before = ask()?;
     thread::sleep(RATE_OVER);
     let now = ask()?;
-    let outputs = combine_outputs(&observed.list()?.data, &before, &now);
+    let listing = observed.list()?;
+    if part.0.is_some() {
+        let absent = list_absent(running);
+        let names = listing.components.iter().map(|entry| entry.name.as_str());
+        let names = names.chain(absent.iter().map(|it| it.component.as_str()));
+        part.expect_among(names.chain(listing.data.iter().map(|entry| entry.data.as_str())))?;
+    }
+    let mut outputs = combine_outputs(&listing.data, &before, &now);
+    outputs.retain(|output| part.contains(&output.data));
     end_printing(if format == OutputFormat::Json {
         outputs.iter().try_for_each(|output| print_line(serde_json::to_string(output)?))
     } else {

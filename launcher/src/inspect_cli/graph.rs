@@ -11,6 +11,8 @@ use armor_inspect::{ObservedLink, Sighting, combine_links, pair_reports};
 use armor_wire::control::Status;
 use clap::Args;
 
+use super::absence::list_absent;
+use super::named_part::NamedPart;
 use super::ps::describe_untaken_events;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
@@ -32,28 +34,36 @@ const DISPENSABLE: [&str; 7] = ["WAITING", "SKIPPED", "QUEUED", "VIA", "KEEP", "
 #[command(after_help = "Examples:
   armor graph                                        a terminal shows what fits its width
   armor graph | cat                                  all columns
+  armor graph mapper                                 the links of one component
+  armor graph simulator.scan                         those of one output or input
   armor graph --format dot | dot -Tsvg > graph.svg   a drawing")]
 pub struct GraphArguments {
+    /// Only the links of this component, output or input.
+    name: Option<String>,
     #[command(flatten)]
     running: RunningSystem,
 }
 
 impl Verb for GraphArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
-        Ok(print_links(&self.running, format)?.into())
+        Ok(print_links(&self.running, NamedPart(self.name.as_deref()), format)?.into())
     }
 }
 
-/// Prints one row per link.
+/// Prints one row per link of the part.
 ///
 /// # Errors
-/// If no system is found or its registry does not answer.
-fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
+/// If no system is found, its registry does not answer, or nothing in it has the name.
+fn print_links(
+    running: &RunningSystem,
+    part: NamedPart<'_>,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
     let observed = super::select_system(running, "graph")?;
     let sightings = observed.ask_statuses()?;
     let mut hosts = HostsOfComponents::of(&sightings);
     let before = keep_statuses(sightings);
-    let statuses = if format == OutputFormat::Dot {
+    let mut statuses = if format == OutputFormat::Dot {
         before.clone()
     } else {
         thread::sleep(RATE_OVER);
@@ -61,7 +71,15 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
         hosts = HostsOfComponents::of(&sightings);
         keep_statuses(sightings)
     };
-    let edges = combine_links(&pair_reports(&before, &statuses));
+    let mut edges = combine_links(&pair_reports(&before, &statuses));
+    if part.0.is_some() {
+        let absent = list_absent(running);
+        let names = hosts.0.keys().chain(absent.iter().map(|it| &it.component)).cloned();
+        let names: Vec<_> = names.chain(statuses.iter().flat_map(list_ports)).collect();
+        let ends = edges.iter().flat_map(|edge| [edge.from.as_str(), edge.to.as_str()]);
+        part.expect_among(names.iter().map(String::as_str).chain(ends))?;
+        keep_part(part, &mut statuses, &mut edges);
+    }
     end_printing(match format {
         OutputFormat::Json => edges.iter().try_for_each(|edge| {
             let mut line = serde_json::to_value(edge)?;
@@ -91,6 +109,23 @@ fn print_links(running: &RunningSystem, format: OutputFormat) -> Result<CommandE
             print_line(text.trim_end())
         }
     })
+}
+
+/// The outputs and inputs of a component, with its name before them.
+fn list_ports(status: &Status) -> Vec<String> {
+    let outputs = status.outputs.iter().map(|output| output.data.clone());
+    let inputs = status.inputs.iter().map(|input| format!("{}.{}", status.name, input.id));
+    outputs.chain(inputs).collect()
+}
+
+/// Keeps the links of the part, and the components at their ends.
+fn keep_part(part: NamedPart<'_>, statuses: &mut Vec<Status>, edges: &mut Vec<ObservedLink>) {
+    edges.retain(|edge| part.contains(&edge.from) || part.contains(&edge.to));
+    statuses.retain(|status| {
+        let own = NamedPart(Some(&status.name));
+        part.contains(&status.name)
+            || edges.iter().any(|edge| own.contains(&edge.from) || own.contains(&edge.to))
+    });
 }
 
 /// On which host each component runs.
@@ -252,6 +287,25 @@ mod tests {
         let one = place(&[("laser", "robot"), ("slam", "robot")]);
         let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")], &one);
         assert!(drawn.contains("\"laser\" -> \"slam\"") && !drawn.contains("cluster"), "{drawn}");
+    }
+
+    #[test]
+    fn a_name_keeps_its_links_and_the_components_at_their_ends() {
+        let to_map =
+            ObservedLink { from: "slam.map".into(), to: "view.map".into(), ..format_edge("") };
+        let kept = |name| {
+            let mut statuses = ["laser", "slam", "view"].map(status).to_vec();
+            let mut edges = vec![format_edge(""), to_map.clone()];
+            keep_part(NamedPart(Some(name)), &mut statuses, &mut edges);
+            let names: Vec<_> = statuses.into_iter().map(|status| status.name).collect();
+            (edges.into_iter().map(|edge| edge.to).collect::<Vec<_>>(), names)
+        };
+        let owned = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+        let of = |to: &[&str], names: &[&str]| (owned(to), owned(names));
+        assert_eq!(kept("slam"), of(&["slam.scan", "view.map"], &["laser", "slam", "view"]));
+        assert_eq!(kept("laser"), of(&["slam.scan"], &["laser", "slam"]));
+        assert_eq!(kept("view.map"), of(&["view.map"], &["slam", "view"]));
+        assert_eq!(kept("slam.other"), of(&[], &[]));
     }
 
     fn place(components: &[(&str, &str)]) -> HostsOfComponents {

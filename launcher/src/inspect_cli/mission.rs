@@ -56,8 +56,8 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
         MissionCommand::Journal { action: Some(JournalAction::Verify { path }), .. } => {
             return verification::print(&path, format);
         }
-        MissionCommand::Journal { action: None, journal, running } => {
-            return journal::print(journal.as_deref(), &running, format);
+        MissionCommand::Journal { action: None, path, journal, running } => {
+            return journal::print(path.or(journal).as_deref(), &running, format);
         }
         MissionCommand::Replay(arguments) => return replay::run(&arguments, format),
         MissionCommand::Operate(by) => return orders::operate(&by, format),

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::absence::ask_launcher;
 use super::mission::file::problem_of_file;
+use super::named_part::NamedPart;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
@@ -26,29 +27,48 @@ const SKIPPED_SHARE: f64 = 0.2;
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor ps
+  armor ps mapper                                             one of them
   armor ps --system rover                                     if several systems run
   armor ps --format json | jq -r 'select(.problem) | .name'   those that do not answer")]
 pub struct PsArguments {
+    /// Only this component.
+    name: Option<String>,
     #[command(flatten)]
     running: RunningSystem,
 }
 
 impl Verb for PsArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
-        Ok(print_processes(&self.running, format)?.into())
+        Ok(print_processes(&self.running, NamedPart(self.name.as_deref()), format)?.into())
     }
 }
 
-/// Prints one row per process.
+/// Prints one row per process of the part.
 ///
 /// # Errors
-/// If no system is found or its registry does not answer.
-fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {
+/// If no system is found, its registry does not answer, or nothing in it has the name.
+fn print_processes(
+    running: &RunningSystem,
+    part: NamedPart<'_>,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
     let observed = super::select_system(running, "ps")?;
-    let sightings = observed.ask_statuses()?;
+    let mut sightings = observed.ask_statuses()?;
     let of_file = problem_of_file(&observed);
-    let (mut absent, hosts) = ask_launcher(running);
+    let (mut absent, mut hosts) = ask_launcher(running);
     absent.retain(|it| sightings.iter().all(|sighting| sighting.entry.name != it.component));
+    let present = sightings.iter().map(|sighting| sighting.entry.name.as_str());
+    part.expect_among(present.chain(absent.iter().map(|it| it.component.as_str())))?;
+    let is_spread = has_several_hosts(&sightings) || !hosts.is_empty();
+    sightings.retain(|sighting| part.contains(&sighting.entry.name));
+    absent.retain(|it| part.contains(&it.component));
+    if part.0.is_some() {
+        let is_shown = |host: &String| {
+            sightings.iter().any(|sighting| sighting.entry.host == *host)
+                || absent.iter().any(|it| it.host.as_ref() == Some(host))
+        };
+        hosts.retain(|report| is_shown(&report.host));
+    }
     end_printing(if format == OutputFormat::Json {
         let present = sightings.iter().map(|sighting| {
             let mut line = json_of(sighting, of_file.as_deref());
@@ -68,7 +88,7 @@ fn print_processes(running: &RunningSystem, format: OutputFormat) -> Result<Comm
         let mut rows: Vec<_> = present.chain(without).collect();
         let mut headings =
             vec!["NAME", "KIND", "STATE", "PID", "UPTIME", "CALLS", "CLOCK", "PROBLEM"];
-        if has_several_hosts(&sightings) || !hosts.is_empty() {
+        if is_spread {
             let places = sightings.iter().map(|sighting| sighting.entry.host.clone());
             let unknown = || "-".to_owned();
             let places =

@@ -256,6 +256,10 @@ impl<'a> GivenValue<'a> {
                 let (name, time_s) = (time.name, time.number);
                 format!("{seconds} s ({name} {time_s} s × {})", factors.join(" × "))
             }
+            // 200 ms were meant, perhaps.
+            None if value.trim().parse::<f64>().is_ok() => {
+                format!("{seconds} s ({value} has no unit)")
+            }
             None => value.clone(),
         };
         let (place, late) = (&place.name.value, &timeout.name.value);

@@ -39,6 +39,8 @@ fn a_task_without_end_is_never_done() {
 fn a_task_is_done_before_its_place_is_left() {
     nothing(&patrol(&given("stay", "50s"), "", "1min"));
     only("W0279", "p is not done before 60s", &patrol(&given("stay", "60s"), "", "1min"));
+    let bare = patrol(&given("stay", "60"), "", "1min");
+    only("W0279", "p is not done before 60 s (60 has no unit), and", &bare);
     only("W0279", "later leaves b", &patrol("", &given_in_place("stay", "1h"), "1min"));
     // The place has its own value.
     let file = patrol(&given("stay", "1h"), &given_in_place("stay", "1s"), "1min");
@@ -92,6 +94,7 @@ fn data_that_come_after_the_place_is_left_are_too_late() {
     };
     nothing(&file("1s"));
     only("W0279", "t sends t.pose every 1h, and late leaves a after 1min", &file("1h"));
+    only("W0279", "t sends t.pose every 200 s (200 has no unit), and late", &file("200"));
 }
 
 #[test]

@@ -7,27 +7,29 @@ use std::fmt::Write;
 
 /// Why a net cannot be written as `.net`: the format lacks a feature of it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("transition `{transition}` has {what}, which .net cannot express; write .pnml")]
+#[error("transition `{transition}` {what}, which .net cannot express; write .pnml")]
 pub struct Inexpressible {
     /// The transition.
     pub transition: String,
-    /// The feature.
+    /// What it does, in words that follow its name.
     pub what: &'static str,
 }
 
 /// Returns the net as `.net` text. Class and priority become an order of transitions (`pr`).
 ///
 /// # Errors
-/// If a transition has a reset arc or a gate.
+/// If a transition has a reset arc, or is gated.
 pub fn write(file: &NetFile) -> Result<String, Inexpressible> {
     let mut out = format!("net {}\n", quote_name(&file.name));
     for (t, note) in file.net.transitions().iter().zip(&file.transitions) {
         let refused = |what| Inexpressible { transition: t.name.clone(), what };
         if !t.resets.is_empty() {
-            return Err(refused("a reset arc"));
+            return Err(refused("empties a place (`<reset>`)"));
         }
         if t.gated {
-            return Err(refused("a gate"));
+            return Err(refused(
+                "waits for more than tokens and time (a report, a guard or a date)",
+            ));
         }
         out += &transition_line(file, t, note);
     }

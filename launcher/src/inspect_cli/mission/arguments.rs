@@ -65,8 +65,11 @@ pub enum MissionCommand {
     Journal {
         #[command(subcommand)]
         action: Option<JournalAction>,
-        /// The journal. Default: that of the running system.
-        #[arg(long, value_name = "FILE")]
+        /// The journal, or the folder of the run. Default: that of the running system.
+        #[arg(value_name = "FILE|FOLDER")]
+        path: Option<PathBuf>,
+        /// The same, as an option.
+        #[arg(long, value_name = "FILE|FOLDER", conflicts_with = "path")]
         journal: Option<PathBuf>,
         #[command(flatten)]
         running: RunningSystem,

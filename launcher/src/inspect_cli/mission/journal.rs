@@ -100,8 +100,8 @@ fn is_xml(path: &Path) -> bool {
 
 /// The journal that `armor run` lets the executive keep.
 fn of_the_running(running: &RunningSystem) -> Result<PathBuf> {
-    let record =
-        system::find_record(running).context("give --journal FILE, or name a running system")?;
+    let record = system::find_record(running)
+        .context("name a journal or the folder of a run, or a running system")?;
     let journal = record.out.join(JOURNAL);
     if !journal.exists() {
         bail!("no mission runs in {}: there is no {}", record.system, journal.display());
