@@ -57,7 +57,7 @@ fn add_nested_command(error: &mut clap::Error, command: &Command) {
 }
 
 /// Verbs of other systems, with their second word where it matters, and what they are here.
-const FOREIGN_VERBS: [(&str, &str, &str); 25] = [
+const FOREIGN_VERBS: [(&str, &str, &str); 23] = [
     ("topic", "echo", "`armor echo COMPONENT.OUTPUT` prints data"),
     ("topic", "hz", "`armor hz COMPONENT.OUTPUT` measures a rate"),
     ("topic", "list", "`armor data list` lists all outputs"),

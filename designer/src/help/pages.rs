@@ -45,7 +45,7 @@ pub const DOCUMENTS: &[HelpDocument] = documents! {
     "tutorial/4-system.md" "tutorial/5-mission.md" "tutorial/6-when-it-stands-still.md"
     "tutorial/7-replay.md" "file-format.md" "semantics.md" "missions.md" "units.md" "links.md"
     "frames.md" "blackboard.md" "manifest.md" "command-line.md" "operator.md" "hosts.md"
-    "journal.md"
+    "journal.md" "recordings.md"
 };
 
 /// A part of a document, from one heading to the next.
