@@ -264,7 +264,8 @@ fn colour_visuals(visuals: &mut Visuals, colours: &ThemeColours) {
     visuals.faint_bg_color = colours.block;
     visuals.weak_text_color = Some(colours.weak);
     visuals.selection.bg_fill = colours.accent.gamma_multiply(0.35);
-    visuals.selection.stroke = Stroke::new(FOCUS_WIDTH, colours.accent);
+    // Text on the selected fill: the accent on its own shade has a contrast of 3.
+    visuals.selection.stroke = Stroke::new(FOCUS_WIDTH, colours.text);
     visuals.hyperlink_color = colours.accent;
     visuals.warn_fg_color = colours.warning;
     visuals.error_fg_color = colours.error;

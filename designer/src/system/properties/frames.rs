@@ -48,7 +48,8 @@ impl SystemView {
                     ui.horizontal(|ui| {
                         for measure in row {
                             let value = written(name, measure.0).unwrap_or_default();
-                            self.show_measure(ui, name, &value, *measure);
+                            // The label above the field: three next to each other are too wide.
+                            ui.vertical(|ui| self.show_measure(ui, name, &value, *measure));
                         }
                     });
                 }

@@ -36,15 +36,30 @@ impl SidePanel for MotionPanel {
             rows.push(("turn", scene.velocity.map_or("-".into(), turn)));
         }
         if let Some(robot) = scene.robot() {
-            rows.push(("place", format!("{:.2}, {:.2} m", robot.x_m, robot.y_m)));
+            rows.push(("position", format!("{}, {} m", in_cm(robot.x_m), in_cm(robot.y_m))));
             rows.push(("heading", format!("{:.0}°", robot.yaw_rad.to_degrees())));
         } else if scene.is_localised {
-            rows.push(("place", "unknown".into()));
+            rows.push(("position", "unknown".into()));
         }
         if let Some((off_m, off_rad)) = scene.drift() {
             rows.push(("odometry off", format!("{off_m:.2} m, {:.0}°", off_rad.to_degrees())));
         }
         show_rows(ui, self.name(), rows);
         Vec::new()
+    }
+}
+
+/// Metres to the centimetre, without the sign of a zero.
+fn in_cm(metres: f64) -> String {
+    format!("{:.2}", (metres * 100.0).round() / 100.0 + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_cm;
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        assert_eq!([-0.001, 0.0, -1.234].map(in_cm), ["0.00", "0.00", "-1.23"]);
     }
 }

@@ -27,6 +27,11 @@ impl SidePanel for StickPanel {
         "stick"
     }
 
+    fn is_pinned(&self) -> bool {
+        // A thumb is on it: what comes and goes above must not move it.
+        true
+    }
+
     fn held_direction(&self) -> Option<(f64, f64)> {
         self.held
     }

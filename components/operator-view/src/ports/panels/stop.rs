@@ -14,6 +14,8 @@ pub(super) const PANEL: PanelKind = PanelKind { inputs: &[], make: || Box::new(S
 
 /// Height of STOP, in points: to be hit in a hurry.
 const STOP_HEIGHT: f32 = 62.0;
+/// Height of the state below it, in points: that of two lines.
+const STATE_HEIGHT: f32 = 40.0;
 
 struct StopPanel;
 
@@ -43,20 +45,24 @@ impl SidePanel for StopPanel {
         if response.on_hover_text("stops the robot until Release is clicked (Space)").clicked() {
             orders.push(OperatorOrder::Stop);
         }
-        // Release is over the map: a second click at STOP never releases.
-        if console.connection.is_cut() {
-            let text = "no connection: STOP is sent when it returns";
-            ui.colored_label(colours.error, RichText::new(text).strong());
-        } else if let Err(why) = console.connection.check_orders() {
-            ui.colored_label(colours.warning, format!("reaches no robot: {why}"));
-        } else if is_stopped {
-            ui.colored_label(colours.warning, RichText::new("Release is over the map").strong());
-        } else {
-            ui.weak("Space stops, too");
-        }
-        if let Some(warning) = console.delivery_warning() {
-            ui.colored_label(colours.error, warning);
-        }
+        // As high with one line as with two: what is below must not move under a finger.
+        ui.vertical(|ui| {
+            ui.set_min_height(STATE_HEIGHT);
+            // Release is over the map: a second click at STOP never releases.
+            if console.connection.is_cut() {
+                let text = "no connection: STOP is sent when it returns";
+                ui.colored_label(colours.error, RichText::new(text).strong());
+            } else if let Err(why) = console.connection.check_orders() {
+                ui.colored_label(colours.warning, format!("no robot connected: {why}"));
+            } else if is_stopped {
+                ui.colored_label(colours.warning, RichText::new("Release: see the map").strong());
+            } else {
+                ui.weak("or press Space");
+            }
+            if let Some(warning) = console.delivery_warning() {
+                ui.colored_label(colours.error, warning);
+            }
+        });
         orders
     }
 }
