@@ -1,20 +1,23 @@
 //! Copies recordings: whole, a part of their time, some of their outputs, several into one.
 
+use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use std::path::Path;
 
 use crate::reader::{ReadError, RecordedMessage, Recording};
+use crate::summary::BEGIN_KEY;
+use crate::taps::OutputSelection;
 use crate::writer::{Compression, RecordingWriter, WriteError};
 
 /// Which messages are copied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CopiedPart {
-    /// Those published at this system time or later.
+    /// Those published at this system time or later, and the values that latched outputs have then.
     pub from_s: Option<f64>,
     /// Those published before this system time.
     pub to_s: Option<f64>,
-    /// Of these outputs; of all if there are none.
-    pub data: Vec<String>,
+    /// Of these outputs.
+    pub outputs: OutputSelection,
 }
 
 /// What was copied.
@@ -44,10 +47,12 @@ pub enum CopyError {
 
 impl CopiedPart {
     fn holds(&self, message: &RecordedMessage) -> bool {
-        let stamp_s = message.head.stamp_s;
-        self.from_s.is_none_or(|from_s| stamp_s >= from_s)
-            && self.to_s.is_none_or(|to_s| stamp_s < to_s)
-            && (self.data.is_empty() || self.data.contains(&message.data))
+        self.to_s.is_none_or(|to_s| message.head.stamp_s < to_s)
+            && self.outputs.holds(&message.data)
+    }
+
+    fn begins_after(&self, message: &RecordedMessage) -> bool {
+        self.from_s.is_some_and(|from_s| message.head.stamp_s < from_s)
     }
 }
 
@@ -64,10 +69,14 @@ pub fn copy_recordings<W: Write + Seek>(
 ) -> Result<(CopyReport, W), CopyError> {
     let mut sources = Vec::new();
     for path in paths {
-        sources.push(Source::open(path, part)?);
+        sources.push(Source::open(path)?);
     }
-    let about = sources.first().map(|source| source.recording.summary().about.clone());
-    let mut writer = RecordingWriter::new(sink, compression, about.unwrap_or_default())?;
+    let first = sources.first().map(|source| source.recording.summary());
+    let mut about = first.map(|summary| summary.about.clone()).unwrap_or_default();
+    if let Some(from_s) = part.from_s {
+        about.insert(BEGIN_KEY.into(), from_s.to_string());
+    }
+    let mut writer = RecordingWriter::new(sink, compression, about)?;
     if let Some(first) = sources.first_mut() {
         for file in first.recording.summary().files.clone() {
             let bytes = first.read(|recording| recording.read_file(&file.name))?;
@@ -79,8 +88,7 @@ pub fn copy_recordings<W: Write + Seek>(
     }
     let mut report = CopyReport::default();
     while let Some(source) = earliest(&mut sources) {
-        let Some(message) = source.next.take() else { break };
-        source.advance(part)?;
+        let Some(message) = source.take_next(part)? else { break };
         let Ok(payload) = &message.payload else {
             report.unreadable += 1;
             continue;
@@ -96,17 +104,27 @@ struct Source {
     path: String,
     recording: Recording,
     next: Option<RecordedMessage>,
+    /// Of each latched output, its last value before the part: it is still true at its beginning.
+    latched: BTreeMap<String, RecordedMessage>,
 }
 
 impl Source {
-    fn open(path: &Path, part: &CopiedPart) -> Result<Self, CopyError> {
+    fn open(path: &Path) -> Result<Self, CopyError> {
         let name = path.display().to_string();
         let read = |reason| CopyError::Read { path: name.clone(), reason };
-        let mut recording = Recording::open(path).map_err(read)?;
-        if let Some(from_s) = part.from_s {
-            recording.seek(from_s).map_err(read)?;
+        let recording = Recording::open(path).map_err(read)?;
+        Ok(Self { path: name, recording, next: None, latched: BTreeMap::new() })
+    }
+
+    /// Takes the next message, and moves on to the one after it.
+    fn take_next(&mut self, part: &CopiedPart) -> Result<Option<RecordedMessage>, CopyError> {
+        // The values from before the part come first.
+        if let Some((_, message)) = self.latched.pop_first() {
+            return Ok(Some(message));
         }
-        Ok(Self { path: name, recording, next: None })
+        let message = self.next.take();
+        self.advance(part)?;
+        Ok(message)
     }
 
     fn read<T>(
@@ -120,9 +138,15 @@ impl Source {
     /// Moves on to the next message of the part.
     fn advance(&mut self, part: &CopiedPart) -> Result<(), CopyError> {
         while let Some(message) = self.read(Recording::next_message)? {
-            if part.holds(&message) {
+            if !part.holds(&message) {
+                continue;
+            }
+            if !part.begins_after(&message) {
                 self.next = Some(message);
                 break;
+            }
+            if message.output_type.latched {
+                self.latched.insert(message.data.clone(), message);
             }
         }
         Ok(())
@@ -131,7 +155,9 @@ impl Source {
 
 /// The source whose next message was published first; the first one of several.
 fn earliest(sources: &mut [Source]) -> Option<&mut Source> {
-    let stamp_s = |source: &Source| source.next.as_ref().map(|next| next.head.stamp_s);
-    let waiting = sources.iter_mut().filter(|source| source.next.is_some());
+    let next = |source: &Source| source.latched.first_key_value().map(|it| it.1.head.stamp_s);
+    let stamp_s =
+        |source: &Source| next(source).or(source.next.as_ref().map(|next| next.head.stamp_s));
+    let waiting = sources.iter_mut().filter(|source| stamp_s(source).is_some());
     waiting.min_by(|a, b| stamp_s(a).unwrap_or(0.0).total_cmp(&stamp_s(b).unwrap_or(0.0)))
 }

@@ -17,7 +17,7 @@ mod writer;
 pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};
 pub use head::MessageHead;
 pub use reader::{ReadError, RecordedMessage, Recording};
-pub use summary::{RecordedFile, RecordedOutput, RecordingSummary};
+pub use summary::{BEGIN_KEY, RecordedFile, RecordedOutput, RecordingSummary};
 pub use taps::{OutputSelection, OutputTaps, TappedMessage};
 pub use writer::{Compression, OutputType, RecordingWriter, WriteError};
 

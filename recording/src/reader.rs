@@ -8,7 +8,7 @@ use std::path::Path;
 use armor_wire::schema::parse;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
+use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{MAGIC, McapError, Summary};
 use thiserror::Error;
 
@@ -175,15 +175,15 @@ fn find_file(file: &mut File, name: &str) -> Result<Option<Vec<u8>>, ReadError> 
     Ok(None)
 }
 
-/// A recorder that is killed at once leaves a file without even that.
 fn check_magic(file: &mut File) -> Result<(), ReadError> {
     let mut magic = Vec::new();
     file.take(MAGIC.len() as u64).read_to_end(&mut magic)?;
-    if MAGIC.starts_with(&magic) { Ok(()) } else { Err(McapError::BadMagic.into()) }
+    if magic == MAGIC { Ok(()) } else { Err(McapError::BadMagic.into()) }
 }
 
 fn read_index(file: &mut File) -> Result<Option<Summary>, ReadError> {
-    let mut reader = SummaryReader::new();
+    let options = SummaryReaderOptions::default().with_record_length_limit(MAX_RECORD_LEN);
+    let mut reader = SummaryReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
         match event? {
             SummaryReadEvent::ReadRequest(len) => {
@@ -318,7 +318,7 @@ impl MessageStream {
 
     fn with_options(options: LinearReaderOptions) -> Self {
         let options =
-            options.with_record_length_limit(MAX_RECORD_LEN).with_validate_chunk_crcs(true);
+            options.with_record_length_limit(MAX_RECORD_LEN).with_prevalidate_chunk_crcs(true);
         Self {
             reader: LinearReader::new_with_options(options),
             schemas: HashMap::new(),

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+/// What is known of a recording: the system time at which it began.
+pub const BEGIN_KEY: &str = "begun_s";
+
 /// What is in a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordingSummary {
@@ -16,6 +19,14 @@ pub struct RecordingSummary {
     pub files: Vec<RecordedFile>,
     /// When its first and its last message were published, in system time.
     pub span_s: Option<(f64, f64)>,
+}
+
+impl RecordingSummary {
+    /// When the recording began, in system time. Latched values in it may be older.
+    pub fn begin_s(&self) -> Option<f64> {
+        let written = self.about.get(BEGIN_KEY).and_then(|text| text.parse().ok());
+        written.or(self.span_s.map(|span| span.0))
+    }
 }
 
 /// An output.

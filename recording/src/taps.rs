@@ -1,6 +1,6 @@
 //! Reads the outputs of a running system, each on a thread of its own, into one queue.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -38,19 +38,22 @@ pub struct OutputSelection {
 impl OutputSelection {
     /// Whether an output is read.
     pub fn holds(&self, data: &str) -> bool {
-        let is_meant = |names: &[String]| names.iter().any(|name| matches(name, data));
+        let is_meant = |names: &[String]| names.iter().any(|name| matches_name(name, data));
         (self.include.is_empty() || is_meant(&self.include)) && !is_meant(&self.exclude)
     }
 
-    /// The names in it that no output of `entries` has.
-    pub fn find_missing<'a>(&'a self, entries: &[DataEntry]) -> Vec<&'a str> {
-        let is_there = |name: &&String| !entries.iter().any(|entry| matches(name, &entry.data));
-        self.include.iter().chain(&self.exclude).filter(is_there).map(String::as_str).collect()
+    /// The names in it, included or excluded, that none of these outputs has.
+    pub fn find_missing<'a>(
+        names: &'a [String],
+        outputs: impl Iterator<Item = &'a str> + Clone,
+    ) -> Vec<&'a str> {
+        let is_missing = |name: &&String| !outputs.clone().any(|output| matches_name(name, output));
+        names.iter().filter(is_missing).map(String::as_str).collect()
     }
 }
 
 /// Whether a name, which may end with `*`, is that of the data.
-fn matches(name: &str, data: &str) -> bool {
+fn matches_name(name: &str, data: &str) -> bool {
     name.strip_suffix('*').map_or(name == data, |beginning| data.starts_with(beginning))
 }
 
@@ -89,6 +92,8 @@ struct QueueState {
     waiting_bytes: usize,
     /// Outputs whose thread has ended: they are tapped again when the registry lists them.
     ended: Vec<String>,
+    /// Of each output, the last message so far: its publisher and its number.
+    last: BTreeMap<String, (u64, u64)>,
 }
 
 impl OutputTaps {
@@ -185,8 +190,17 @@ fn read_output(
 }
 
 impl MessageQueue {
-    fn push(&self, message: TappedMessage) {
+    fn push(&self, mut message: TappedMessage) {
         let mut state = self.state.lock();
+        let MessageHead { instance, sequence, .. } = message.head;
+        let before = state.last.insert(message.data.clone(), (instance, sequence));
+        match before {
+            // A latched value is sent again at the start of each link.
+            Some((same, last)) if same == instance && sequence <= last => return,
+            // What was published between two links counts, too.
+            Some((same, last)) if same == instance => message.head.lost = sequence - last - 1,
+            _ => {}
+        }
         while state.waiting_bytes > MAX_WAITING && !self.is_ended.load(Ordering::Relaxed) {
             self.room.wait_for(&mut state, LOOK);
         }
@@ -210,12 +224,27 @@ mod tests {
         };
         let held = ["a.x", "b.y", "a.map", "b.x", "ab.x"].map(|data| some.holds(data));
         assert_eq!(held, [true, true, false, false, false]);
-        let entry = |data: &str| DataEntry {
-            data: data.into(),
-            type_name: "Number".into(),
-            schema: "Number{data:f64}".into(),
-            latched: false,
+        let there = ["a.x", "b.x"];
+        assert_eq!(OutputSelection::find_missing(&some.include, there.into_iter()), ["b.y"]);
+        assert_eq!(OutputSelection::find_missing(&some.exclude, there.into_iter()), ["a.map"]);
+    }
+
+    #[test]
+    fn what_is_missing_between_two_links_is_lost_and_what_comes_again_is_left_out() {
+        let queue = MessageQueue::default();
+        let push = |instance: u64, sequence: u64| {
+            queue.push(TappedMessage {
+                data: "a.x".into(),
+                output_type: Arc::default(),
+                head: MessageHead { instance, sequence, ..MessageHead::default() },
+                payload: Vec::new(),
+            });
         };
-        assert_eq!(some.find_missing(&[entry("a.x"), entry("b.x")]), ["b.y", "a.map"]);
+        for (instance, sequence) in [(1, 5), (1, 6), (1, 6), (1, 9), (2, 4), (2, 5)] {
+            push(instance, sequence);
+        }
+        let heads = std::mem::take(&mut queue.state.lock().messages);
+        let heads: Vec<_> = heads.iter().map(|it| (it.head.sequence, it.head.lost)).collect();
+        assert_eq!(heads, [(5, 0), (6, 0), (9, 2), (4, 0), (5, 0)]);
     }
 }

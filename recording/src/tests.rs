@@ -66,6 +66,10 @@ fn read_all(recording: &mut Recording) -> Vec<RecordedMessage> {
     std::iter::from_fn(|| recording.next_message().unwrap()).collect()
 }
 
+fn only(data: &str) -> OutputSelection {
+    OutputSelection { include: vec![data.into()], exclude: Vec::new() }
+}
+
 fn read_file(path: &Path) -> Vec<RecordedMessage> {
     read_all(&mut Recording::open(path).unwrap())
 }
@@ -119,7 +123,7 @@ fn a_file_that_was_cut_off_anywhere_is_read_up_to_its_last_flush() {
     let whole = record(120, Compression::Lz4);
     let all = read_file(&folder.save("whole.mcap", &whole));
     let mut most = 0;
-    for cut in (0..whole.len()).step_by(97) {
+    for cut in (8..whole.len()).step_by(97) {
         let path = folder.save("cut.mcap", &whole[..cut]);
         let mut recording = Recording::open(&path).unwrap();
         let messages = read_all(&mut recording);
@@ -140,7 +144,7 @@ fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
     let folder = Folder::new();
     let first = folder.save("first.mcap", &record(50, Compression::None));
     let second = folder.save("second.mcap", &record(30, Compression::Zstd));
-    let part = CopiedPart { from_s: Some(1.0), to_s: Some(2.0), data: vec!["a.number".into()] };
+    let part = CopiedPart { from_s: Some(1.0), to_s: Some(2.0), outputs: only("a.number") };
     let sink = Cursor::new(Vec::new());
     let (report, copy) =
         copy_recordings(&[&first, &second], &part, sink, Compression::Lz4).unwrap();
@@ -163,8 +167,35 @@ fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
 }
 
 #[test]
+fn a_part_begins_with_the_values_that_latched_outputs_have_then() {
+    let folder = Folder::new();
+    let about = BTreeMap::from([(BEGIN_KEY.to_owned(), "5".to_owned())]);
+    let sink = Cursor::new(Vec::new());
+    let mut writer = RecordingWriter::new(sink, Compression::None, about).unwrap();
+    let latched = OutputType { latched: true, ..output_type::<Number>("Number") };
+    let map = writer.add_output("a.map", &latched).unwrap();
+    let pose = writer.add_output("a.pose", &output_type::<Number>("Number")).unwrap();
+    for sequence in [10, 20] {
+        writer.write(map, &head(sequence, 0), &number(sequence)).unwrap();
+    }
+    for sequence in 50..100 {
+        writer.write(pose, &head(sequence, 0), &number(sequence)).unwrap();
+    }
+    let path = folder.save("a.mcap", writer.finish().unwrap().get_ref());
+    assert_eq!(Recording::open(&path).unwrap().summary().begin_s(), Some(5.0));
+    let part = CopiedPart { from_s: Some(7.05), to_s: Some(8.0), ..CopiedPart::default() };
+    let sink = Cursor::new(Vec::new());
+    let (_, copy) = copy_recordings(&[&path], &part, sink, Compression::None).unwrap();
+    let path = folder.save("b.mcap", copy.get_ref());
+    let sequences: Vec<_> = read_file(&path).iter().map(|it| it.head.sequence).collect();
+    assert_eq!(sequences, [20].into_iter().chain(71..80).collect::<Vec<_>>());
+    assert_eq!(Recording::open(&path).unwrap().summary().begin_s(), Some(7.05));
+}
+
+#[test]
 fn what_is_no_recording_is_refused() {
     let folder = Folder::new();
+    assert!(Recording::open(&folder.save("empty.mcap", b"")).is_err());
     assert!(Recording::open(&folder.0.path().join("none.mcap")).is_err());
     let text = folder.save("text.mcap", b"this is no recording, and longer than its first bytes");
     let Err(error) = Recording::open(&text) else { panic!("it was opened") };

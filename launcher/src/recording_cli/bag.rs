@@ -7,13 +7,15 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use armor_recording::{CopiedPart, Recording, RecordingSummary, copy_recordings};
+use armor_recording::{
+    BEGIN_KEY, CopiedPart, OutputSelection, Recording, RecordingSummary, copy_recordings,
+};
 use armor_robotfile::advise_similar;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::format_len;
-use super::record::RecordCompression;
+use super::record::{RecordCompression, parse_selection};
 use crate::arguments::{OutputFormat, parse_duration};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, print_notice, terminal_width};
@@ -51,8 +53,9 @@ pub enum BagCommand {
         /// End this time after its beginning.
         #[arg(long, value_parser = parse_duration, value_name = "TIME")]
         to: Option<Duration>,
-        /// Copy this output alone; may be given several times.
-        #[arg(long = "data", value_name = "DATA")]
+        /// Copy this output alone, or with COMPONENT.* those of a component; may be given several
+        /// times.
+        #[arg(long = "data", value_name = "DATA", value_parser = parse_selection)]
         data: Vec<String>,
     },
     /// Copy several recordings into one, by the time of their messages.
@@ -126,7 +129,7 @@ fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
     json!({
         "complete": summary.is_complete,
         "about": summary.about,
-        "from_s": summary.span_s.map(|span| span.0),
+        "from_s": summary.begin_s(),
         "to_s": summary.span_s.map(|span| span.1),
         "outputs": outputs.collect::<Vec<_>>(),
         "files": files.collect::<Vec<_>>(),
@@ -135,10 +138,10 @@ fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
 
 fn format_summary(summary: &RecordingSummary) -> String {
     let mut text = String::new();
-    for (key, value) in &summary.about {
+    for (key, value) in summary.about.iter().filter(|(key, _)| *key != BEGIN_KEY) {
         text += &format!("{key:<9}  {value}\n");
     }
-    if let Some((from_s, to_s)) = summary.span_s {
+    if let (Some(from_s), Some((_, to_s))) = (summary.begin_s(), summary.span_s) {
         text += &format!("{:<9}  {from_s:.3} s to {to_s:.3} s, {:.1} s\n", "time", to_s - from_s);
     }
     for file in &summary.files {
@@ -170,15 +173,20 @@ fn find_part(
     let recording = open(file)?;
     let summary = recording.summary();
     let known = || summary.outputs.iter().map(|output| output.data.as_str());
-    for name in &data {
-        if known().all(|output| output != name) {
-            let advice = advise_similar(name, known());
-            bail!("{} has no {name}{advice} (armor bag info shows what it has)", file.display());
-        }
+    if let Some(name) = OutputSelection::find_missing(&data, known()).first() {
+        let advice = advise_similar(name, known());
+        bail!("{} has no {name}{advice} (armor bag info shows what it has)", file.display());
     }
-    let begin_s = summary.span_s.map_or(0.0, |span| span.0);
+    let begin_s = summary.begin_s().unwrap_or_default();
+    let length_s = summary.span_s.map_or(0.0, |span| span.1 - begin_s);
+    let is_empty =
+        from.is_some_and(|from| from.as_secs_f64() > length_s || to.is_some_and(|to| to <= from));
+    if is_empty {
+        bail!("nothing is in that part: {} has {length_s:.1} s", file.display());
+    }
     let moment = |after: Duration| begin_s + after.as_secs_f64();
-    Ok(CopiedPart { from_s: from.map(moment), to_s: to.map(moment), data })
+    let outputs = OutputSelection { include: data, exclude: Vec::new() };
+    Ok(CopiedPart { from_s: from.map(moment), to_s: to.map(moment), outputs })
 }
 
 fn copy_part(

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Result, bail};
 use armor_inspect::systems::RunRecord;
-use armor_recording::{Compression, OutputSelection, OutputTaps};
+use armor_recording::{BEGIN_KEY, Compression, OutputSelection, OutputTaps};
 use armor_robotfile::advise_similar;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -16,7 +16,7 @@ use serde_json::json;
 use super::format_len;
 use super::free_space::{LEAST_FREE, count_free_bytes};
 use super::split::{FileContents, SplitLimits, SplitWriter};
-use crate::arguments::{OutputFormat, RunningSystem, parse_duration};
+use crate::arguments::{OutputFormat, RunningSystem, parse_data_name, parse_duration, parse_name};
 use crate::daemon::serving::watch_for_signals;
 use crate::date::format_date;
 use crate::exit::CommandEnding;
@@ -31,6 +31,8 @@ const FLUSH_EVERY: Duration = Duration::from_millis(500);
 const LIST_EVERY: Duration = Duration::from_millis(500);
 /// A registry that is silent for so long has ended with its system.
 const ENDED_AFTER: Duration = Duration::from_secs(5);
+/// Shortest part of a recording that is a file of its own.
+const LEAST_SPLIT: Duration = Duration::from_secs(1);
 const NEXT_WITHIN: Duration = Duration::from_millis(50);
 
 /// Record the data of a running system into an MCAP file.
@@ -49,10 +51,10 @@ Examples:
   armor record --split-len 1000 --compress zstd")]
 pub struct RecordArguments {
     /// What is recorded: COMPONENT.OUTPUT, or COMPONENT.* for all of a component. Default: all.
-    #[arg(value_name = "DATA")]
+    #[arg(value_name = "DATA", value_parser = parse_selection)]
     pub data: Vec<String>,
     /// What is left out, written the same way; may be given several times.
-    #[arg(long, value_name = "DATA")]
+    #[arg(long, value_name = "DATA", value_parser = parse_selection)]
     pub exclude: Vec<String>,
     /// File to write, which must not be there yet. Default: SYSTEM-DATE.mcap
     #[arg(long, short = 'o', value_name = "FILE")]
@@ -67,7 +69,7 @@ pub struct RecordArguments {
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..))]
     pub split_len: Option<u64>,
     /// Begin another file after this time, such as 10min.
-    #[arg(long, value_parser = parse_duration, value_name = "TIME")]
+    #[arg(long, value_parser = parse_split_time, value_name = "TIME")]
     pub split_time: Option<Duration>,
     #[command(flatten)]
     pub running: RunningSystem,
@@ -113,13 +115,18 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
     let observed = select_system(&arguments.running, "record")?;
     let selection =
         OutputSelection { include: arguments.data.clone(), exclude: arguments.exclude.clone() };
-    let mut taps = OutputTaps::new(observed.directory().clone(), selection.clone());
+    let mut taps = OutputTaps::new(observed.directory().clone(), selection);
     let listed = taps.follow_outputs()?;
-    for name in selection.find_missing(&listed) {
-        let advice = advise_similar(name, listed.iter().map(|entry| entry.data.as_str()));
+    let known = || listed.iter().map(|entry| entry.data.as_str());
+    for name in OutputSelection::find_missing(&arguments.data, known()) {
+        let advice = advise_similar(name, known());
         print_notice(format!(
             "there is no {name} yet, and it is recorded when there is one{advice}"
         ));
+    }
+    for name in OutputSelection::find_missing(&arguments.exclude, known()) {
+        let advice = advise_similar(name, known());
+        print_notice(format!("there is no {name} to leave out{advice}"));
     }
     let record = system::find_record(&arguments.running).ok();
     let path = arguments.output.clone().unwrap_or_else(|| choose_path(record.as_ref()));
@@ -127,7 +134,8 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
     if count_free_bytes(&folder)? < LEAST_FREE {
         bail!("the disk of {} has less than {} left", path.display(), format_len(LEAST_FREE));
     }
-    let contents = describe_recording(record.as_ref(), arguments.compress.into());
+    let mut contents = describe_recording(record.as_ref(), arguments.compress.into());
+    contents.about.insert(BEGIN_KEY.into(), observed.timestamp().to_string());
     let limits = SplitLimits {
         len: arguments.split_len.map(|mb| mb.saturating_mul(1_000_000)),
         time: arguments.split_time,
@@ -206,6 +214,21 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
             CommandEnding::Fine
         }
         RecordEnd::Asked => CommandEnding::Fine,
+    })
+}
+
+/// Reads `COMPONENT.OUTPUT` or `COMPONENT.*`.
+pub fn parse_selection(text: &str) -> Result<String, String> {
+    match text.split_once('.') {
+        Some((component, "*")) => parse_name(component).map(|_| text.into()),
+        _ => parse_data_name(text)
+            .map_err(|_| "write COMPONENT.OUTPUT, or COMPONENT.* for all of a component".into()),
+    }
+}
+
+fn parse_split_time(text: &str) -> Result<Duration, String> {
+    parse_duration(text).and_then(|time| {
+        if time < LEAST_SPLIT { Err("a file has at least 1s".into()) } else { Ok(time) }
     })
 }
 
