@@ -1,6 +1,7 @@
 //! The open files: the one given, and the system file that its mission names. An edit is one step
 //! of the history over both; what is read from them is always of their current texts.
 
+mod added_fault;
 mod checker;
 mod documents;
 pub mod elsewhere;
@@ -242,7 +243,7 @@ impl Project {
         let paths = self.files.iter().map(|file| file.shown_path().to_path_buf());
         let bytes = documents.texts().into_iter().map(Arc::<[u8]>::from);
         let reading = self.disk.read_snapshot(&paths.zip(bytes).collect::<Vec<_>>());
-        unread::added_fault(&self.reading, &reading).map_or(Ok(()), Err)
+        added_fault::find_added_fault(&self.reading, &reading).map_or(Ok(()), Err)
     }
 
     /// Undoes the last edit; returns what it did.

@@ -17,29 +17,10 @@ mod tests;
 mod time;
 
 use armor_wire::schema::Schema;
-use thiserror::Error;
 
+pub use bytes::LayoutError;
+pub use encode::RosBytes;
 use shape::{Shape, ShapeBuilder};
-
-/// Why the bytes of a message do not fit its layout.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-#[error("{problem} at byte {at}")]
-pub struct LayoutError {
-    /// What is wrong.
-    pub problem: &'static str,
-    /// Where.
-    pub at: usize,
-}
-
-/// A message in CDR.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RosBytes {
-    /// With its encapsulation header.
-    pub bytes: Vec<u8>,
-    /// The stamps of the message in seconds, in the order of its bytes, if a time in nanoseconds
-    /// cannot express one of them; otherwise empty.
-    pub stamps_s: Vec<f64>,
-}
 
 /// A type of messages in both forms.
 #[derive(Debug)]

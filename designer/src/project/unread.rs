@@ -1,23 +1,8 @@
 //! Values in the files that could not be understood, to be shown where they can be fixed.
 
-use armor_robotfile::{Code, Document, Finding, Item, Reading};
+use armor_robotfile::{Code, Document, Item};
 
 use crate::project::Project;
-
-/// What is malformed in the reading `after` and was not in the one `before`.
-pub(super) fn added_fault(before: &Reading, after: &Reading) -> Option<String> {
-    let count = |reading: &Reading, fault: &Finding| {
-        let is_it = |found: &&Finding| found.code == fault.code && found.message == fault.message;
-        reading.findings.iter().filter(is_it).count()
-    };
-    let mut faults =
-        after.findings.iter().filter(|found| matches!(found.code, Code::BadValue | Code::BadName));
-    let added = faults.find(|fault| count(after, fault) > count(before, fault))?;
-    match added.remedy.is_empty() {
-        true => Some(added.message.to_string()),
-        false => Some(format!("{}: {}", added.message, added.remedy)),
-    }
-}
 
 impl Project {
     /// Returns the text of an attribute whose value could not be understood.

@@ -1,7 +1,17 @@
 //! The bytes of both forms: Armor's, without gaps, and CDR, in which a number begins at a multiple of
 //! its size.
 
-use super::LayoutError;
+use thiserror::Error;
+
+/// Why the bytes of a message do not fit its layout.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("{problem} at byte {at}")]
+pub struct LayoutError {
+    /// What is wrong.
+    pub problem: &'static str,
+    /// Where.
+    pub at: usize,
+}
 
 /// CDR in the byte order of this encoding: little-endian, version 1.
 pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];

@@ -1,7 +1,6 @@
 //! From CDR back to Armor's bytes.
 
-use super::LayoutError;
-use super::bytes::{ByteReader, ENCAPSULATION};
+use super::bytes::{ByteReader, ENCAPSULATION, LayoutError};
 use super::shape::{ConstantType, FieldContent, RosField, Shape, StructShape};
 use super::time::from_ros_time;
 

@@ -1,9 +1,18 @@
 //! From Armor's bytes to CDR.
 
-use super::bytes::{ByteReader, RosWriter};
+use super::bytes::{ByteReader, LayoutError, RosWriter};
 use super::shape::{ConstantType, FieldContent, RosField, Shape, StructShape};
 use super::time::{is_exact, to_ros_time};
-use super::{LayoutError, RosBytes};
+
+/// A message in CDR.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RosBytes {
+    /// With its encapsulation header.
+    pub bytes: Vec<u8>,
+    /// The stamps of the message in seconds, in the order of its bytes, if a time in nanoseconds
+    /// cannot express one of them; otherwise empty.
+    pub stamps_s: Vec<f64>,
+}
 
 pub(super) fn encode_message(shape: &Shape, payload: &[u8]) -> Result<RosBytes, LayoutError> {
     let mut encoder = Encoder {
