@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Result, bail};
-use armor_inspect::systems::RunRecord;
+use armor_inspect::systems::{self, RunRecord};
 use armor_recording::{BEGIN_KEY, Compression, OutputSelection, OutputTaps};
 use armor_robotfile::advise_similar;
 use clap::{Args, ValueEnum};
@@ -164,6 +164,10 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
         }
         if listed.elapsed() >= LIST_EVERY {
             listed = Instant::now();
+            // Another system may have the address of its registry by now.
+            if record.as_ref().is_some_and(has_ended) {
+                break RecordEnd::SystemEnded;
+            }
             match taps.follow_outputs() {
                 Ok(_) => answered = Instant::now(),
                 Err(_) if answered.elapsed() > ENDED_AFTER => break RecordEnd::SystemEnded,
@@ -230,6 +234,14 @@ fn parse_split_time(text: &str) -> Result<Duration, String> {
     parse_duration(text).and_then(|time| {
         if time < LEAST_SPLIT { Err("a file has at least 1s".into()) } else { Ok(time) }
     })
+}
+
+/// Whether the launcher of a run on this host has ended.
+fn has_ended(record: &RunRecord) -> bool {
+    let is_it =
+        |running: &RunRecord| running.pid == record.pid && running.started_s == record.started_s;
+    let running = systems::record_directory().and_then(|folder| systems::list_running(&folder));
+    running.is_ok_and(|running| !running.iter().any(is_it))
 }
 
 fn describe_recording(record: Option<&RunRecord>, compression: Compression) -> FileContents {
