@@ -5,7 +5,7 @@ use std::io::{Seek, Write};
 use std::path::Path;
 
 use crate::reader::{ReadError, RecordedMessage, Recording};
-use crate::summary::BEGIN_KEY;
+use crate::summary::{BEGIN_KEY, RecordedOutput};
 use crate::taps::OutputSelection;
 use crate::writer::{Compression, RecordingWriter, WriteError};
 
@@ -69,7 +69,7 @@ pub fn copy_recordings<W: Write + Seek>(
 ) -> Result<(CopyReport, W), CopyError> {
     let mut sources = Vec::new();
     for path in paths {
-        sources.push(Source::open(path)?);
+        sources.push(Source::open(path, part)?);
     }
     let first = sources.first().map(|source| source.recording.summary());
     let mut about = first.map(|summary| summary.about.clone()).unwrap_or_default();
@@ -109,10 +109,18 @@ struct Source {
 }
 
 impl Source {
-    fn open(path: &Path) -> Result<Self, CopyError> {
+    fn open(path: &Path, part: &CopiedPart) -> Result<Self, CopyError> {
         let name = path.display().to_string();
         let read = |reason| CopyError::Read { path: name.clone(), reason };
-        let recording = Recording::open(path).map_err(read)?;
+        let mut recording = Recording::open(path).map_err(read)?;
+        let is_latched =
+            |output: &RecordedOutput| output.latched && part.outputs.holds(&output.data);
+        // What is before the part is read only for the values that are still true then.
+        if let Some(from_s) = part.from_s
+            && !recording.summary().outputs.iter().any(is_latched)
+        {
+            recording.seek(from_s).map_err(read)?;
+        }
         Ok(Self { path: name, recording, next: None, latched: BTreeMap::new() })
     }
 

@@ -21,7 +21,7 @@ const KEEP: Keep = Keep::Last { count: 1000 };
 const MAX_WAITING: usize = 64 << 20;
 /// How long a provider may take to appear before the outputs are listed again.
 const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
-/// How often a thread looks whether it is to end.
+/// Time after which a waiting thread checks whether it must end.
 const LOOK: Duration = Duration::from_millis(100);
 /// Within this time the registry has to list the outputs.
 const LISTED_WITHIN: Duration = Duration::from_secs(2);
@@ -119,9 +119,10 @@ impl OutputTaps {
         Ok(listed)
     }
 
-    /// The outputs that are read.
-    pub fn count_outputs(&self) -> usize {
-        self.tapped.len()
+    /// Reads no more: what has arrived by now can still be taken.
+    pub fn stop(&self) {
+        self.queue.is_ended.store(true, Ordering::Relaxed);
+        self.queue.room.notify_all();
     }
 
     /// Returns the next message; `None` if none comes within `timeout`.
@@ -157,8 +158,7 @@ impl OutputTaps {
 
 impl Drop for OutputTaps {
     fn drop(&mut self) {
-        self.queue.is_ended.store(true, Ordering::Relaxed);
-        self.queue.room.notify_all();
+        self.stop();
     }
 }
 
@@ -192,6 +192,9 @@ fn read_output(
 impl MessageQueue {
     fn push(&self, mut message: TappedMessage) {
         let mut state = self.state.lock();
+        if self.is_ended.load(Ordering::Relaxed) {
+            return;
+        }
         let MessageHead { instance, sequence, .. } = message.head;
         let before = state.last.insert(message.data.clone(), (instance, sequence));
         match before {
@@ -243,6 +246,8 @@ mod tests {
         for (instance, sequence) in [(1, 5), (1, 6), (1, 6), (1, 9), (2, 4), (2, 5)] {
             push(instance, sequence);
         }
+        queue.is_ended.store(true, Ordering::Relaxed);
+        push(2, 6);
         let heads = std::mem::take(&mut queue.state.lock().messages);
         let heads: Vec<_> = heads.iter().map(|it| (it.head.sequence, it.head.lost)).collect();
         assert_eq!(heads, [(5, 0), (6, 0), (9, 2), (4, 0), (5, 0)]);

@@ -25,9 +25,9 @@ use crate::print::{print_line, print_notice};
 use crate::system;
 use crate::verb::Verb;
 
-/// How often what was recorded is written to the disk: no more is missing after a crash.
+/// Time between two writes to the disk. A crash loses no more.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
-/// How often new outputs are looked for.
+/// Time between two searches for new outputs.
 const LIST_EVERY: Duration = Duration::from_millis(500);
 /// A registry that is silent for so long has ended with its system.
 const ENDED_AFTER: Duration = Duration::from_secs(5);
@@ -175,7 +175,8 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
             }
         }
     };
-    // What has arrived before the end belongs to it.
+    // What has arrived before the end belongs to it, and nothing that comes meanwhile.
+    taps.stop();
     while let Some(message) = taps.next_message(Duration::ZERO) {
         lost = lost.saturating_add(message.head.lost);
         writer.write(&message)?;

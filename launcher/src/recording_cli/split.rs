@@ -93,7 +93,9 @@ impl SplitWriter {
             let path = number_path(&self.path, self.finished.len() + 2);
             let next = PresentFile::create(&path, &self.contents)?;
             let last = std::mem::replace(&mut self.present, next);
-            self.finish_file(last)?;
+            let (path, len) = last.finish()?;
+            self.finished.push(path);
+            self.finished_len += len;
         }
         Ok(())
     }
@@ -104,25 +106,11 @@ impl SplitWriter {
     }
 
     /// Completes the last file. Returns all of them, and their length.
-    pub fn finish(mut self) -> Result<(Vec<PathBuf>, u64)> {
-        let present = self.present;
-        let (path, file) = (present.path.clone(), present.file.try_clone());
-        present.writer.finish().context(path.display().to_string())?;
-        if let Ok(file) = file {
-            file.sync_all().context(path.display().to_string())?;
-            self.finished_len += file.metadata().map_or(0, |it| it.len());
-        }
-        self.finished.push(path);
-        Ok((self.finished, self.finished_len))
-    }
-
-    fn finish_file(&mut self, file: PresentFile) -> Result<()> {
-        let name = file.path.display().to_string();
-        file.writer.finish().context(name.clone())?;
-        file.file.sync_all().context(name)?;
-        self.finished_len += file.file.metadata().map_or(0, |it| it.len());
-        self.finished.push(file.path);
-        Ok(())
+    pub fn finish(self) -> Result<(Vec<PathBuf>, u64)> {
+        let (mut files, len) = (self.finished, self.finished_len);
+        let (path, last_len) = self.present.finish()?;
+        files.push(path);
+        Ok((files, len + last_len))
     }
 }
 
@@ -137,6 +125,14 @@ impl PresentFile {
         }
         writer.flush()?;
         Ok(Self { path: path.into(), file, writer, begun: Instant::now() })
+    }
+
+    /// Completes it. Returns its path and its length.
+    fn finish(self) -> Result<(PathBuf, u64)> {
+        let name = self.path.display().to_string();
+        self.writer.finish().context(name.clone())?;
+        self.file.sync_all().context(name)?;
+        Ok((self.path, self.file.metadata().map_or(0, |it| it.len())))
     }
 
     fn len(&self) -> u64 {
