@@ -34,6 +34,8 @@ pub struct ConfigdOptions {
     pub limits: ServerLimits,
     /// Values that go over those of every version of the file.
     pub overrides: Vec<Override>,
+    /// The data that time follows, whatever the file says: `component.output`.
+    pub clock: Option<String>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
     /// Reports when the kinds have changed; without it they stay as they are.
@@ -56,6 +58,7 @@ impl ConfigdOptions {
             listen: (Ipv4Addr::LOCALHOST, 0).into(),
             limits: ServerLimits::default(),
             overrides: Vec::new(),
+            clock: None,
             manifests: None,
             kinds: None,
             further: None,
@@ -90,6 +93,7 @@ pub async fn serve(
 ) -> Result<Infallible, ConfigdStartError> {
     let rules = VersionRules {
         overrides: options.overrides,
+        clock: options.clock,
         manifests: options.manifests,
         further: options.further,
         root: std::env::current_dir()?,

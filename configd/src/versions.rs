@@ -14,7 +14,9 @@ use armor_robotfile::model::System;
 use armor_robotfile::{Configuration, Findings, Manifests, NeededPath, Reading};
 use armor_socket::FaultTable;
 use armor_wire::acting::Preface;
-use armor_wire::config::{Assigned, ChangeRecord, ConfigReply, ConfigRequest, ConfigurationState};
+use armor_wire::config::{
+    Assigned, ChangeRecord, ComponentSettings, ConfigReply, ConfigRequest, ConfigurationState,
+};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::peer::PeerId;
 
@@ -400,6 +402,8 @@ impl Versions {
             let commanded = self.roles.is_commanded(name);
             let settings =
                 answers::component_settings(component, &self.in_force, commanded, self.number);
+            let clock = self.rules.clock.clone().or(settings.clock);
+            let settings = ComponentSettings { clock, ..settings };
             return Some(ConfigReply::Settings { request, settings });
         };
         let manifests = self.rules.manifests.as_ref();

@@ -225,7 +225,11 @@ impl ExecutiveLoop {
         if let Some(left) = self.clocks.left(self.controller.deadlines()) {
             wait = wait.min(left);
         }
-        let mut events = match inputs.recv_timeout(wait) {
+        let is_firing = self.shown.as_ref().is_some_and(|marking| !marking.in_flight.is_empty());
+        self.node.set_busy(is_firing);
+        let input = inputs.recv_timeout(wait);
+        self.node.set_busy(true);
+        let mut events = match input {
             Ok(ExecutiveInput::Operator(OrderEvent::Given(given)))
                 if self.refuse_malformed(&given) =>
             {

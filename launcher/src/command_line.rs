@@ -16,6 +16,7 @@ use crate::connect_cli::ConnectArguments;
 use crate::daemon::configd::ConfigdArguments;
 use crate::daemon::executive::ExecutiveArguments;
 use crate::daemon::gate::GateArguments;
+use crate::daemon::player::PlayerArguments;
 use crate::daemon::registry::RegistryArguments;
 use crate::doctor::DoctorArguments;
 use crate::evaluate_cli::EvalArguments;
@@ -35,6 +36,8 @@ use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
 use crate::petri_cli::arguments::NetCommand;
+use crate::playback_cli::orders::PlaybackCommand;
+use crate::playback_cli::play::PlayArguments;
 use crate::recording_cli::bag::BagCommand;
 use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
@@ -95,6 +98,8 @@ commands! {
     Log(LogArguments),
     #[command(subcommand)] Mission(MissionCommand),
     Record(RecordArguments),
+    Play(PlayArguments),
+    #[command(subcommand)] Playback(PlaybackCommand),
     #[command(subcommand)] Bag(BagCommand),
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
@@ -110,6 +115,7 @@ commands! {
     Gate(GateArguments),
     Host(HostArguments),
     Component(ComponentArguments),
+    #[command(hide = true)] Player(PlayerArguments),
     #[command(hide = true)] Guard(GuardArguments),
     #[command(hide = true)] GroupKiller(GroupKillerArguments),
 }

@@ -4,5 +4,6 @@
 pub mod configd;
 pub mod executive;
 pub mod gate;
+pub mod player;
 pub mod registry;
 pub mod serving;

@@ -29,6 +29,7 @@ mod kinds;
 mod new;
 mod param;
 mod petri_cli;
+mod playback_cli;
 mod print;
 mod recording_cli;
 mod retry_advice;

@@ -37,11 +37,14 @@ use serde_json::json;
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
+use crate::kinds::Catalogue;
+use crate::playback_cli::played::{PLAYBACK_CLOCK, PlayedRecording};
 use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 use arguments::RunArguments;
 use armor_inspect::systems::{self, RunFile, RunRecord};
 use armor_keys::HostKeys;
+use armor_robotfile::Configuration;
 use hanging_calls::HangingCalls;
 use left_hosts::LeftHosts;
 use logs::{EarlierLogs, RunLog};
@@ -70,16 +73,31 @@ impl Verb for RunArguments {
 /// # Errors
 /// If it cannot be started at all.
 fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandEnding> {
-    for variable in REMOTE_VARIABLES {
-        if std::env::var_os(variable).is_some_and(|value| !value.is_empty()) {
-            bail!("{variable} is set, for systems on another host; unset it to run one here");
-        }
-    }
     let checked = check::load_file(&arguments.file, &arguments.overrides, &arguments.kinds)?;
     checked.print_problems(format);
     let Some(configuration) = checked.accepted() else {
         return Ok(CommandEnding::Failed);
     };
+    run_checked(arguments, &checked.catalogue, configuration, None, format)
+}
+
+/// Runs the system of a file that has been checked to its end; with a recording, that plays some of
+/// its components.
+///
+/// # Errors
+/// If it cannot be started at all.
+pub fn run_checked(
+    arguments: &RunArguments,
+    catalogue: &Catalogue,
+    configuration: &Configuration,
+    played: Option<&PlayedRecording>,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
+    for variable in REMOTE_VARIABLES {
+        if std::env::var_os(variable).is_some_and(|value| !value.is_empty()) {
+            bail!("{variable} is set, for systems on another host; unset it to run one here");
+        }
+    }
     if !arguments.trust_clock {
         check::check_clock(configuration)?;
     }
@@ -95,10 +113,16 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let hosts = OtherHosts::find(configuration, arguments, &name, &own_run)?;
     let addresses = hosts.as_ref().map(OtherHosts::addresses).unwrap_or_default();
     let left_hosts = LeftHosts::find(out.path(), &name, &addresses)?;
-    let catalogue = &checked.catalogue;
     let (registry, folder) = (lease.address, out.path());
-    let mut plan =
-        ProcessPlan::new(configuration, catalogue, arguments, registry, folder, hosts.as_ref())?;
+    let mut plan = ProcessPlan::new(
+        configuration,
+        catalogue,
+        arguments,
+        registry,
+        folder,
+        hosts.as_ref(),
+        played,
+    )?;
     plan.set_variable(own_run.variable());
     let (system, manifests) = (&configuration.system, catalogue.manifests());
     let needed = descriptors::count_needed(system, &manifests, plan.duties.len());
@@ -144,12 +168,13 @@ fn run_system(arguments: &RunArguments, format: OutputFormat) -> Result<CommandE
     let is_wanted = !arguments.quiet && !line.is_discarded();
     let shows_status = is_wanted && (format != OutputFormat::Json || line.is_live());
     let observer = shows_status.then(|| {
+        let file_clock = configuration.system.clock.as_ref().map(|clock| clock.source.data());
         let sources = StatusSources {
             registry: lease.address,
             has_mission: configuration.mission.is_some(),
-            clock: configuration.system.clock.as_ref().map(|clock| clock.source.data()),
-            progress_outputs: plan::list_progress_outputs(configuration, &checked.catalogue),
-            latched_outputs: plan::list_latched_outputs(configuration, &checked.catalogue),
+            clock: played.map(|_| PLAYBACK_CLOCK.into()).or(file_clock),
+            progress_outputs: plan::list_progress_outputs(configuration, catalogue),
+            latched_outputs: plan::list_latched_outputs(configuration, catalogue),
             restarts: restarts.clone(),
             hanging_calls: hanging_calls.clone(),
             start: log.start_time(),
@@ -187,9 +212,11 @@ fn ending_of(verdict: &RunVerdict) -> CommandEnding {
         RunVerdict::Goal => CommandEnding::Fine,
         RunVerdict::Interrupted => CommandEnding::Interrupted,
         RunVerdict::Safe | RunVerdict::Failed | RunVerdict::Essential(_) => CommandEnding::Failed,
-        RunVerdict::Stopped { is_unfinished: true, .. } => CommandEnding::Stopped,
+        RunVerdict::Stopped { is_unfinished: true, .. }
+        | RunVerdict::RecordingOver { is_unfinished: true, .. } => CommandEnding::Stopped,
         RunVerdict::TimeUp { failed }
         | RunVerdict::AllEnded { failed }
+        | RunVerdict::RecordingOver { failed, .. }
         | RunVerdict::Stopped { failed, .. } => {
             if failed.is_empty() {
                 CommandEnding::Fine
@@ -218,6 +245,12 @@ fn format_verdict(verdict: &RunVerdict) -> String {
         }
         RunVerdict::TimeUp { failed } => with("the time is over", failed),
         RunVerdict::AllEnded { failed } => with("every component has ended", failed),
+        RunVerdict::RecordingOver { is_unfinished: false, failed } => {
+            with("the recording is over", failed)
+        }
+        RunVerdict::RecordingOver { is_unfinished: true, failed } => {
+            with("the recording is over, and the mission is not", failed)
+        }
         RunVerdict::Essential(name) => {
             format!("{name} failed for good, and the system needs it")
         }

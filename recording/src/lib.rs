@@ -1,13 +1,16 @@
 //! Recordings of a running system as MCAP files, which the viewers that people have open too:
-//! writing them, reading them back to the byte, and copying parts of them.
+//! writing them, reading them back to the byte, copying parts of them, and playing them.
 //!
-//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages. The format is in
-//! docs/recordings.md.
+//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages; [`playback`] plays
+//! a recording into a system. The format is in docs/recordings.md.
 
 mod copy;
 mod head;
+pub mod playback;
 mod reader;
+mod reports;
 pub mod ros;
+mod stamping;
 mod summary;
 mod taps;
 #[cfg(test)]
@@ -17,6 +20,7 @@ mod writer;
 pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};
 pub use head::MessageHead;
 pub use reader::{ReadError, RecordedMessage, Recording};
+pub use reports::{REPORTS, RecordedReport};
 pub use summary::{BEGIN_KEY, RecordedFile, RecordedOutput, RecordingSummary};
 pub use taps::{OutputSelection, OutputTaps, TappedMessage};
 pub use writer::{Compression, OutputType, RecordingWriter, WriteError};

@@ -5,13 +5,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use armor_sdk::control::{Answer, ControlConnection, ControlEvent, Role};
 use armor_sdk::directory::{Directory, DirectoryError};
 use armor_sdk::tap::{Tap, TapError};
+use armor_wire::clock::Clock;
+use armor_wire::codec;
 use armor_wire::keep::Keep;
-use armor_wire::registry::DataEntry;
+use armor_wire::message::{Message, WireType};
+use armor_wire::registry::{ComponentEntry, DataEntry};
 use parking_lot::{Condvar, Mutex};
 
 use crate::head::MessageHead;
+use crate::reports::{REPORTS, RecordedReport};
+use crate::stamping::Stamper;
 use crate::writer::OutputType;
 
 /// What a publisher keeps for the recorder while that is slow; further messages are dropped there and
@@ -23,6 +29,10 @@ const MAX_WAITING: usize = 64 << 20;
 const PROVIDER_WITHIN: Duration = Duration::from_secs(1);
 /// Time after which a waiting thread checks whether it must end.
 const LOOK: Duration = Duration::from_millis(100);
+/// How the recorder names itself to components.
+const RECORDER: &str = "tool-record";
+/// The kind of the one process that has no reports.
+const CONFIGD: &str = "configd";
 /// Within this time the registry has to list the outputs.
 const LISTED_WITHIN: Duration = Duration::from_secs(2);
 
@@ -38,8 +48,13 @@ pub struct OutputSelection {
 impl OutputSelection {
     /// Whether an output is read.
     pub fn holds(&self, data: &str) -> bool {
-        let is_meant = |names: &[String]| names.iter().any(|name| matches_name(name, data));
-        (self.include.is_empty() || is_meant(&self.include)) && !is_meant(&self.exclude)
+        let is_included = self.include.iter().any(|name| matches_name(name, data));
+        (self.include.is_empty() || is_included) && !self.excludes(data)
+    }
+
+    /// Whether an output is left out by its name.
+    pub fn excludes(&self, data: &str) -> bool {
+        self.exclude.iter().any(|name| matches_name(name, data))
     }
 
     /// The names in it, included or excluded, that none of these outputs has.
@@ -70,16 +85,22 @@ pub struct TappedMessage {
     pub payload: Vec<u8>,
 }
 
-/// The outputs of a system, as they are published. Dropping it ends its threads.
+/// The outputs of a system, as they are published, and the reports of its components. Dropping it ends
+/// its threads.
 pub struct OutputTaps {
     directory: Directory,
+    /// By the instance of each component.
+    observed: BTreeMap<u64, ControlConnection>,
     selection: OutputSelection,
     queue: Arc<MessageQueue>,
     tapped: BTreeSet<String>,
+    stamper: Stamper,
 }
 
 #[derive(Default)]
 struct MessageQueue {
+    /// The data that system time follows.
+    clock: Option<String>,
     state: Mutex<QueueState>,
     arrived: Condvar,
     room: Condvar,
@@ -94,12 +115,22 @@ struct QueueState {
     ended: Vec<String>,
     /// Of each output, the last message so far: its publisher and its number.
     last: BTreeMap<String, (u64, u64)>,
+    /// The last reading of the data that system time follows.
+    clock_s: f64,
 }
 
 impl OutputTaps {
-    /// Begins without an output; see [`Self::follow_outputs`].
-    pub fn new(directory: Directory, selection: OutputSelection) -> Self {
-        Self { directory, selection, queue: Arc::default(), tapped: BTreeSet::new() }
+    /// Begins without an output; see [`Self::follow_outputs`]. `clock` is the data that system time
+    /// follows, if it follows any.
+    pub fn new(directory: Directory, selection: OutputSelection, clock: Option<String>) -> Self {
+        Self {
+            directory,
+            observed: BTreeMap::new(),
+            selection,
+            queue: Arc::new(MessageQueue { clock: clock.clone(), ..MessageQueue::default() }),
+            tapped: BTreeSet::new(),
+            stamper: Stamper::new(clock),
+        }
     }
 
     /// Reads the outputs that have appeared since the last call, too. Returns all that are listed.
@@ -107,7 +138,11 @@ impl OutputTaps {
     /// # Errors
     /// If the registry does not answer.
     pub fn follow_outputs(&mut self) -> Result<Vec<DataEntry>, DirectoryError> {
-        let listed = self.directory.fetch_listing(LISTED_WITHIN)?.data;
+        let listing = self.directory.fetch_listing(LISTED_WITHIN)?;
+        if !self.selection.excludes(REPORTS) {
+            self.observe_reports(&listing.components);
+        }
+        let listed = listing.data;
         for ended in std::mem::take(&mut self.queue.state.lock().ended) {
             self.tapped.remove(&ended);
         }
@@ -126,17 +161,49 @@ impl OutputTaps {
     }
 
     /// Returns the next message; `None` if none comes within `timeout`.
-    pub fn next_message(&self, timeout: Duration) -> Option<TappedMessage> {
+    pub fn next_message(&mut self, timeout: Duration) -> Option<TappedMessage> {
         let deadline = Instant::now() + timeout;
-        let mut state = self.queue.state.lock();
         loop {
-            if let Some(message) = state.messages.pop_front() {
-                state.waiting_bytes -= message.payload.len();
-                self.queue.room.notify_one();
+            if let Some(message) = self.stamper.take() {
                 return Some(message);
             }
-            if self.queue.arrived.wait_until(&mut state, deadline).timed_out() {
-                return None;
+            match self.queue.take(deadline) {
+                Some(message) => self.stamper.push(message),
+                None if self.queue.is_ended.load(Ordering::Relaxed) => {
+                    return self.stamper.take_waiting();
+                }
+                None => return None,
+            }
+        }
+    }
+
+    /// Connects to the components that have appeared.
+    fn observe_reports(&mut self, components: &[ComponentEntry]) {
+        let is_there = |instance| components.iter().any(|entry| entry.instance == instance);
+        self.observed.retain(|instance, _| is_there(*instance));
+        for entry in components.iter().filter(|entry| entry.kind != CONFIGD) {
+            if self.observed.contains_key(&entry.instance) {
+                continue;
+            }
+            let (queue, directory) = (Arc::clone(&self.queue), self.directory.clone());
+            let (name, instance) = (entry.name.clone(), entry.instance);
+            let sink = move |event| {
+                if let ControlEvent::Answer(Answer::Report { report, activation, outcome }) = event
+                {
+                    // The recorder's own clock does not follow data.
+                    let now_s = match &queue.clock {
+                        Some(_) => queue.state.lock().clock_s,
+                        None => directory.clock().timestamp(),
+                    };
+                    let recorded = RecordedReport::new(now_s, &name, activation, &outcome);
+                    queue.push_report(&recorded, instance, report);
+                }
+            };
+            // One that cannot be reached is tried again at the next listing.
+            if let Ok(connection) =
+                ControlConnection::connect(entry, Role::Observer, RECORDER, sink)
+            {
+                self.observed.insert(instance, connection);
             }
         }
     }
@@ -190,6 +257,21 @@ fn read_output(
 }
 
 impl MessageQueue {
+    /// Takes a message, waiting for it until `deadline`.
+    fn take(&self, deadline: Instant) -> Option<TappedMessage> {
+        let mut state = self.state.lock();
+        loop {
+            if let Some(message) = state.messages.pop_front() {
+                state.waiting_bytes -= message.payload.len();
+                self.room.notify_one();
+                return Some(message);
+            }
+            if self.arrived.wait_until(&mut state, deadline).timed_out() {
+                return None;
+            }
+        }
+    }
+
     fn push(&self, mut message: TappedMessage) {
         let mut state = self.state.lock();
         if self.is_ended.load(Ordering::Relaxed) {
@@ -208,7 +290,33 @@ impl MessageQueue {
             self.room.wait_for(&mut state, LOOK);
         }
         state.waiting_bytes += message.payload.len();
+        if self.clock.as_ref() == Some(&message.data)
+            && let Ok(reading) = codec::decode::<Clock>(&message.payload)
+        {
+            state.clock_s = reading.clock;
+        }
         state.messages.push_back(message);
+        self.arrived.notify_one();
+    }
+
+    fn push_report(&self, report: &RecordedReport, instance: u64, sequence: u64) {
+        let Ok(payload) = codec::encode(report) else { return };
+        let mut state = self.state.lock();
+        if self.is_ended.load(Ordering::Relaxed) {
+            return;
+        }
+        state.waiting_bytes += payload.len();
+        let head = MessageHead { sequence, stamp_s: report.stamp, instance, lost: 0 };
+        state.messages.push_back(TappedMessage {
+            data: REPORTS.into(),
+            output_type: Arc::new(OutputType {
+                name: RecordedReport::NAME.into(),
+                schema: RecordedReport::schema().to_string(),
+                latched: false,
+            }),
+            head,
+            payload,
+        });
         self.arrived.notify_one();
     }
 }

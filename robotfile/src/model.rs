@@ -17,7 +17,7 @@ use crate::source::{Location, Source, Spanned};
 use crate::unreadable::UnreadableParts;
 
 /// A system, and the mission over it if there is one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Configuration {
     /// Every file that was read for it, the requested one first: the files to watch.
     pub sources: Vec<Arc<Source>>,

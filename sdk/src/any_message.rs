@@ -52,6 +52,16 @@ impl AnyMessage {
         })
     }
 
+    /// A message of this type, from its bytes.
+    pub(crate) fn from_bytes(
+        message_type: &Arc<MessageType>,
+        stamp_s: f64,
+        bytes: Vec<u8>,
+    ) -> Self {
+        let payload = StoredPayload::Copied(bytes);
+        Self { message_type: Arc::clone(message_type), stamp_s, payload }
+    }
+
     /// The name of its type.
     pub fn type_name(&self) -> &str {
         &self.message_type.name

@@ -17,7 +17,7 @@ use thiserror::Error;
 pub use armor_wire::config::Assigned;
 pub use armor_wire::control::{
     Answer, Command, CurrentCall, GivenParameter, InputStatus, LinkStatus, Order, OutputStatus,
-    ReportKind, Role, RunState, Status, TokenMove,
+    PlaybackOrder, ReportKind, Role, RunState, Status, TokenMove,
 };
 
 use crate::background_thread::spawn_background;

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use armor_wire::control::{GivenParameter, RunState};
 use parking_lot::{Mutex, RwLock, RwLockReadGuard};
 
+use crate::call::Outcome;
 use crate::wake::Wakers;
 
 /// What the executive orders.
@@ -15,6 +16,8 @@ pub(crate) enum LifecycleOrder {
     Activate(ActivationOrder),
     /// The activation that ends.
     Freeze(u64),
+    /// What a component reports that has no code, because it is played from a recording.
+    Report(Outcome),
 }
 
 /// An activation that is to begin.
@@ -111,14 +114,19 @@ impl Lifecycle {
     }
 
     /// For a thread outside the calls of user code: the right to publish, which keeps the component
-    /// from being frozen until it is dropped. `None` if the component is starting, or frozen: that is
-    /// logged the first time.
-    pub fn try_publish_outside_calls(&self) -> Option<RwLockReadGuard<'_, ()>> {
+    /// from being frozen until it is dropped. `None` if the component is starting, or frozen.
+    pub fn try_publish_quietly(&self) -> Option<RwLockReadGuard<'_, ()>> {
         let right = self.publishing.read();
-        let state = self.state().state;
-        if !matches!(state, RunState::Starting | RunState::Frozen) {
-            return Some(right);
+        (!matches!(self.state().state, RunState::Starting | RunState::Frozen)).then_some(right)
+    }
+
+    /// As [`Self::try_publish_quietly`]; a refusal for being frozen is logged the first time.
+    pub fn try_publish_outside_calls(&self) -> Option<RwLockReadGuard<'_, ()>> {
+        let right = self.try_publish_quietly();
+        if right.is_some() {
+            return right;
         }
+        let state = self.state().state;
         // A thread that the constructor has started is early, not wrong.
         if state == RunState::Frozen && !self.has_refused.swap(true, Ordering::Relaxed) {
             let thread = std::thread::current();

@@ -2,11 +2,13 @@
 //! tools that other processes must find.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use armor_socket::{ComponentListeners, host_name, random_id};
-use armor_wire::control::{Answer, RunState};
+use armor_wire::control::{Answer, OutputStatus, RunState};
+use armor_wire::message::Message;
 use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 
 use crate::armor::Armor;
@@ -16,6 +18,8 @@ use crate::following;
 use crate::identity::ProcessIdentity;
 use crate::orders::OrderEvent;
 use crate::participant::{Declarations, Participant};
+use crate::playback_orders::GivenPlaybackOrder;
+use crate::port_table::SendError;
 use crate::service;
 use crate::timeline::{ClockReading, Passage};
 
@@ -96,9 +100,38 @@ impl SystemNode {
         self.participant.operator_orders.accept_orders()
     }
 
+    /// Accepts orders to a player of recordings from now on; without it they are refused. Returns
+    /// where they arrive. Each needs an [`Self::answer`].
+    pub fn playback_orders(&self) -> Receiver<GivenPlaybackOrder> {
+        self.participant.playback_orders.accept_orders()
+    }
+
     /// Answers order number `request` on the connection on which it came, if that still exists.
     pub fn answer(&self, connection: u64, request: u64, accepted: bool, text: String) {
         self.participant.answer_order(connection, Answer::Ordered { request, accepted, text });
+    }
+
+    /// Sets whether this process has something to finish, for those who ask for its status.
+    pub fn set_busy(&self, is_busy: bool) {
+        self.participant.is_busy.store(is_busy, Ordering::Relaxed);
+    }
+
+    /// Publishes a message with this stamp, in system time.
+    ///
+    /// # Errors
+    /// [`SendError`] if there is no such output, it has another type, or the message is too large.
+    pub fn publish_at<T: Message>(
+        &self,
+        id: &str,
+        message: &T,
+        stamp_s: f64,
+    ) -> Result<(), SendError> {
+        self.participant.ports.publish(id, message, stamp_s).map(|_| ())
+    }
+
+    /// Its outputs and their links.
+    pub fn outputs(&self) -> Vec<OutputStatus> {
+        self.participant.ports.outputs().iter().map(|output| output.status()).collect()
     }
 
     /// Whether this process has been ordered to end.

@@ -1,5 +1,6 @@
 //! A process that takes part in a system: the parts that its threads share.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,7 @@ use crate::lifecycle::{EnteredState, Lifecycle};
 use crate::message_type::MessageType;
 use crate::operator::EXECUTIVE;
 use crate::orders::OrderInbox;
+use crate::playback_orders::PlaybackInbox;
 use crate::port_table::PortTable;
 use crate::reports::ReportQueue;
 use crate::thread_panics::ThreadPanics;
@@ -53,9 +55,13 @@ pub(crate) struct Participant {
     pub thread_panics: ThreadPanics,
     /// What operators order.
     pub operator_orders: OrderInbox,
+    /// Orders to a player of recordings.
+    pub playback_orders: PlaybackInbox,
     /// What peers did wrong.
     pub faults: Arc<PeerFaultLog>,
     pub wakers: Arc<Wakers>,
+    /// Whether a process that is no component has something to finish.
+    pub is_busy: AtomicBool,
     /// The period of `exec`, once it is known and if there is one.
     period: OnceLock<Duration>,
     /// How long one call of its code may take, once it is known and if the file limits it.
@@ -94,7 +100,9 @@ impl Participant {
                 EXECUTIVE => OrderInbox::awaiting_taker(),
                 _ => OrderInbox::default(),
             },
+            playback_orders: PlaybackInbox::default(),
             faults: Arc::default(),
+            is_busy: AtomicBool::new(false),
             period: OnceLock::new(),
             watchdog: OnceLock::new(),
             directory: OnceLock::new(),
@@ -171,6 +179,8 @@ impl Participant {
             last_error: self.reports.current_error(state == RunState::Active, Instant::now()),
             untaken_events: self.reports.count_untaken_events(Instant::now()),
             call,
+            time_s: self.clock.timestamp(),
+            busy: self.calls.running_call().is_some() || self.is_busy.load(Ordering::Relaxed),
             outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),
             inputs: self.ports.inputs().iter().map(|input| input.status()).collect(),
         }

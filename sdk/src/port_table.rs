@@ -139,6 +139,21 @@ impl PortTable {
         Ok(())
     }
 
+    /// Adds an output whose messages are passed on and have this type.
+    ///
+    /// # Errors
+    /// If the name is taken or there are too many outputs.
+    pub fn add_typed_output(
+        &self,
+        id: &str,
+        message_type: &MessageType,
+        latched: bool,
+    ) -> Result<(), DeclareError> {
+        self.add_output::<AnyMessage>(id, latched)?;
+        self.give_type(message_type);
+        Ok(())
+    }
+
     /// Records what is published on every output that is declared from now on.
     pub fn start_recording(&self) {
         self.is_recording.store(true, Ordering::Relaxed);

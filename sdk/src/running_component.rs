@@ -318,6 +318,11 @@ impl RunningComponent {
                     self.carry_out_activation(order);
                 }
                 LifecycleOrder::Activate(order) => self.awaits_time = Some(order),
+                LifecycleOrder::Report(outcome) => {
+                    if self.is_active() {
+                        self.report_checked(Ok(outcome));
+                    }
+                }
                 LifecycleOrder::Freeze(activation) => {
                     self.awaits_time = None;
                     self.call_stopping();
@@ -399,7 +404,10 @@ impl RunningComponent {
     /// Reports what a call returned, and leaves the active state if it was the last of its
     /// activation.
     fn report_result(&mut self, result: Result<Outcome, String>) {
-        let result = result.and_then(|outcome| check_outcome(outcome, &self.participant));
+        self.report_checked(result.and_then(|outcome| check_outcome(outcome, &self.participant)));
+    }
+
+    fn report_checked(&mut self, result: Result<Outcome, String>) {
         let (state, report) = match result {
             Ok(Outcome::CarryOn) => return,
             Ok(Outcome::Event { name, value }) => {

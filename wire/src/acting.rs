@@ -211,6 +211,7 @@ impl NeedsRole for Command {
                 Some(KeyRole::Observer)
             }
             Self::Order { .. } => Some(KeyRole::Operator),
+            Self::Playback { .. } => Some(KeyRole::Operator),
             Self::SetLogFilter { .. } => Some(KeyRole::Engineer),
             Self::Activate { .. }
             | Self::Freeze { .. }
@@ -240,6 +241,7 @@ impl NeedsRole for Command {
                 format!("{what}{take}")
             }
             Self::SetLogFilter { .. } => "changing what a process logs".into(),
+            Self::Playback { .. } => "controlling the playback".into(),
             Self::Activate { .. } => "activating a component".into(),
             Self::Freeze { .. } => "freezing a component".into(),
             Self::Terminate => "ending a process".into(),

@@ -2,6 +2,7 @@
 //! reports, the questions of observers, and an operator's orders to the executive.
 
 mod order;
+mod playback_order;
 
 use std::fmt;
 
@@ -12,6 +13,7 @@ use crate::config::Assigned;
 use crate::keep::Keep;
 
 pub use order::{MAX_AUTHOR_LEN, MAX_MOVES, MAX_ORDER_NAME_LEN, Order, OrderFault, TokenMove};
+pub use playback_order::PlaybackOrder;
 
 /// The role in which a control connection is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Message)]
@@ -92,6 +94,13 @@ pub enum Command {
         request: u64,
         /// A level (`debug`), or levels by module (`my_crate=debug,info`).
         filter: String,
+    },
+    /// To the process that plays a recording. Answered by `Ordered`.
+    Playback {
+        /// Names the answer.
+        request: u64,
+        /// The order.
+        order: PlaybackOrder,
     },
 }
 
@@ -212,6 +221,11 @@ pub struct Status {
     pub untaken_events: u64,
     /// The call of user code that runs now.
     pub call: Option<CurrentCall>,
+    /// System time as it knows it, in seconds.
+    pub time_s: f64,
+    /// Whether it has something to finish: a call, or a report that the executive has not taken; the
+    /// executive: an event, or a firing.
+    pub busy: bool,
     /// Its outputs.
     pub outputs: Vec<OutputStatus>,
     /// Its inputs.

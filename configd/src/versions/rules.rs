@@ -14,6 +14,8 @@ use crate::history::KeptVersion;
 pub struct VersionRules {
     /// Values with priority over those of every version.
     pub overrides: Vec<Override>,
+    /// The data that time follows, whatever the file says.
+    pub clock: Option<String>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,
     /// What else may be wrong with one that is valid otherwise.

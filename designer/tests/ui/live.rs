@@ -103,6 +103,8 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         clock_error_s: None,
         last_error: String::new(),
         untaken_events: 0,
+        time_s: 0.0,
+        busy: false,
         call: None,
         outputs: if name == "eye" { vec![output] } else { Vec::new() },
         inputs: if name == "arm" { vec![input] } else { Vec::new() },

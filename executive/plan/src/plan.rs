@@ -124,6 +124,13 @@ impl Plan {
         &self.limits
     }
 
+    /// The same plan in the time that these data bring.
+    #[must_use]
+    pub fn with_clock(mut self, data: String) -> Self {
+        self.clock = Some(data);
+        self
+    }
+
     /// Whether a transition has absolute dates: such a mission needs a clock of known quality.
     pub fn has_dates(&self) -> bool {
         !self.dated.is_empty()

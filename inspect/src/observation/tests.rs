@@ -28,6 +28,8 @@ fn status(name: &str, state: RunState, uptime_s: f64) -> Status {
         clock_error_s: None,
         last_error: String::new(),
         untaken_events: 0,
+        time_s: 0.0,
+        busy: false,
         call: None,
         outputs: Vec::new(),
         inputs: Vec::new(),

@@ -21,7 +21,7 @@ use parking_lot::Mutex;
 use tracing::{debug, error, info, warn};
 
 use super::serving::{make_entry, serve_until_signal};
-use crate::arguments::{KindFolders, OutputFormat, default_registry};
+use crate::arguments::{KindFolders, OutputFormat, default_registry, parse_data_name};
 use crate::check;
 use crate::exit::CommandEnding;
 use crate::kinds::{Catalogue, Identity};
@@ -57,6 +57,9 @@ pub struct ConfigdArguments {
     /// file is valid.
     #[arg(long)]
     pub wait: bool,
+    /// Let the time of all components follow this data, COMPONENT.OUTPUT, whatever the file says.
+    #[arg(long, hide = true, value_name = "DATA", value_parser = parse_data_name)]
+    pub clock: Option<String>,
     #[command(flatten)]
     pub kinds: KindFolders,
 }
@@ -90,6 +93,7 @@ fn run_configd(arguments: &ConfigdArguments) -> Result<CommandEnding> {
     kinds.findings(None).iter().for_each(|finding| debug!("{finding}"));
     let options = ConfigdOptions {
         overrides,
+        clock: arguments.clock.clone(),
         manifests: Some(kinds.manifests()),
         kinds: Some(watched(directories, files, known)),
         further: Some(check::of_the_mission_soon),

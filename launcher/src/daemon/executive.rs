@@ -15,7 +15,7 @@ use clap::Args;
 
 use super::configd::default_versions;
 use super::serving::watch_for_signals;
-use crate::arguments::{OutputFormat, default_registry};
+use crate::arguments::{OutputFormat, default_registry, parse_data_name};
 use crate::check;
 use crate::exit::CommandEnding;
 use crate::run::given_up::take_reports;
@@ -51,6 +51,9 @@ pub struct ExecutiveArguments {
     /// The launcher reports on stdin which components it has given up.
     #[arg(long, hide = true)]
     pub supervised: bool,
+    /// Follow the time of this data, COMPONENT.OUTPUT, whatever the file says.
+    #[arg(long, hide = true, value_name = "DATA", value_parser = parse_data_name)]
+    pub clock: Option<String>,
     /// Accept absolute dates although no time service synchronizes this host's clock.
     #[arg(long)]
     pub trust_clock: bool,
@@ -93,9 +96,15 @@ fn run_executive(arguments: &ExecutiveArguments) -> Result<ExitCode> {
         trust_clock: arguments.trust_clock,
     };
     let stop = watch_for_signals()?;
-    let first = || match options.newer.as_ref().and_then(|newer| first_kept(newer, stop)) {
-        Some(version) => version.plan(),
-        None => plan_of(&arguments.file, &overrides),
+    let first = || {
+        let plan = match options.newer.as_ref().and_then(|newer| first_kept(newer, stop)) {
+            Some(version) => version.plan(),
+            None => plan_of(&arguments.file, &overrides),
+        }?;
+        Ok(match arguments.clock.clone() {
+            Some(clock) => plan.with_clock(clock),
+            None => plan,
+        })
     };
     let outcome = armor_executive::run(first, &options, stop)?;
     Ok(ExitCode::from(match outcome {

@@ -188,6 +188,8 @@ mod tests {
             clock_error_s: None,
             last_error: String::new(),
             untaken_events: 0,
+            time_s: 0.0,
+            busy: false,
             call: None,
             outputs: vec![output],
             inputs: Vec::new(),

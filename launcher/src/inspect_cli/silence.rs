@@ -211,6 +211,8 @@ mod tests {
             clock_error_s: None,
             last_error: "no power".into(),
             untaken_events: 0,
+            time_s: 0.0,
+            busy: false,
             call: None,
             outputs: vec![OutputStatus { id, data, type_name, published, links: Vec::new() }],
             inputs: Vec::new(),

@@ -7,9 +7,13 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Result, bail};
+use armor_inspect::ObservedSystem;
 use armor_inspect::systems::{self, RunRecord};
 use armor_recording::{BEGIN_KEY, Compression, OutputSelection, OutputTaps};
 use armor_robotfile::advise_similar;
+use armor_sdk::control::OutputStatus;
+use armor_sdk::messages::Clock;
+use armor_wire::codec;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
@@ -31,9 +35,17 @@ const FLUSH_EVERY: Duration = Duration::from_millis(500);
 const LIST_EVERY: Duration = Duration::from_millis(500);
 /// A registry that is silent for so long has ended with its system.
 const ENDED_AFTER: Duration = Duration::from_secs(5);
+/// The data that time follows are latched, so that they come within this time if there are any.
+const CLOCK_WITHIN: Duration = Duration::from_millis(200);
 /// Shortest part of a recording that is a file of its own.
 const LEAST_SPLIT: Duration = Duration::from_secs(1);
-const NEXT_WITHIN: Duration = Duration::from_millis(50);
+const NEXT_WITHIN: Duration = Duration::from_millis(20);
+/// After a process has come or gone, outputs are searched for as often as this, for this time: a
+/// component provides them soon after it has registered.
+const SEARCH_EVERY: Duration = Duration::from_millis(20);
+const SEARCH_FOR: Duration = Duration::from_secs(1);
+/// Time between two searches for a system that does not run yet.
+const WAIT_EVERY: Duration = Duration::from_millis(20);
 
 /// Record the data of a running system into an MCAP file.
 ///
@@ -48,6 +60,7 @@ Examples:
   armor record                                  everything, into SYSTEM-DATE.mcap
   armor record 'simulator.*' mapper.pose -o drive.mcap
   armor record --exclude camera.image --for 1min
+  armor record --wait                           before armor run: from the beginning
   armor record --split-len 1000 --compress zstd")]
 pub struct RecordArguments {
     /// What is recorded: COMPONENT.OUTPUT, or COMPONENT.* for all of a component. Default: all.
@@ -56,6 +69,9 @@ pub struct RecordArguments {
     /// What is left out, written the same way; may be given several times.
     #[arg(long, value_name = "DATA", value_parser = parse_selection)]
     pub exclude: Vec<String>,
+    /// Wait for a system that does not run yet, and record it from its beginning.
+    #[arg(long)]
+    pub wait: bool,
     /// File to write, which must not be there yet. Default: SYSTEM-DATE.mcap
     #[arg(long, short = 'o', value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -112,10 +128,23 @@ enum RecordEnd {
 
 fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<CommandEnding> {
     let stopped = watch_for_signals()?;
+    if arguments.wait {
+        print_notice("waiting for a system; Ctrl-C ends it");
+        while system::find_registry(&arguments.running).is_err() {
+            if stopped.load(Ordering::Relaxed) {
+                return Ok(CommandEnding::Interrupted);
+            }
+            std::thread::sleep(WAIT_EVERY);
+        }
+    }
     let observed = select_system(&arguments.running, "record")?;
+    let changes = observed.directory().watch_changes();
     let selection =
         OutputSelection { include: arguments.data.clone(), exclude: arguments.exclude.clone() };
-    let mut taps = OutputTaps::new(observed.directory().clone(), selection);
+    let record = system::find_record(&arguments.running).ok();
+    let clock = find_clock(&observed, record.as_ref());
+    let begin_s = find_begin(&observed, clock.as_deref());
+    let mut taps = OutputTaps::new(observed.directory().clone(), selection, clock);
     let listed = taps.follow_outputs()?;
     let known = || listed.iter().map(|entry| entry.data.as_str());
     for name in OutputSelection::find_missing(&arguments.data, known()) {
@@ -128,14 +157,13 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
         let advice = advise_similar(name, known());
         print_notice(format!("there is no {name} to leave out{advice}"));
     }
-    let record = system::find_record(&arguments.running).ok();
     let path = arguments.output.clone().unwrap_or_else(|| choose_path(record.as_ref()));
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     if count_free_bytes(&folder)? < LEAST_FREE {
         bail!("the disk of {} has less than {} left", path.display(), format_len(LEAST_FREE));
     }
     let mut contents = describe_recording(record.as_ref(), arguments.compress.into());
-    contents.about.insert(BEGIN_KEY.into(), observed.timestamp().to_string());
+    contents.about.extend(begin_s.map(|begin_s| (BEGIN_KEY.into(), begin_s.to_string())));
     let limits = SplitLimits {
         len: arguments.split_len.map(|mb| mb.saturating_mul(1_000_000)),
         time: arguments.split_time,
@@ -144,6 +172,7 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
     print_notice(format!("recording into {}; Ctrl-C ends it", path.display()));
     let begun = Instant::now();
     let (mut flushed, mut listed, mut answered) = (begun, begun, begun);
+    let mut changed = begun;
     let mut lost = 0_u64;
     let end = loop {
         if stopped.load(Ordering::Relaxed)
@@ -162,7 +191,11 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
                 break RecordEnd::DiskFull;
             }
         }
-        if listed.elapsed() >= LIST_EVERY {
+        if changes.try_iter().count() > 0 {
+            changed = Instant::now();
+        }
+        let search_every = if changed.elapsed() < SEARCH_FOR { SEARCH_EVERY } else { LIST_EVERY };
+        if listed.elapsed() >= search_every {
             listed = Instant::now();
             // Another system may have the address of its registry by now.
             if record.as_ref().is_some_and(has_ended) {
@@ -237,6 +270,32 @@ fn parse_split_time(text: &str) -> Result<Duration, String> {
     })
 }
 
+/// The data that the time of a system follows, by its file, or by who links to it.
+fn find_clock(observed: &ObservedSystem, record: Option<&RunRecord>) -> Option<String> {
+    if let Some(record) = record {
+        let configuration = armor_robotfile::load(&record.file).configuration?;
+        return configuration.system.clock.map(|clock| clock.source.data());
+    }
+    let sightings = observed.ask_statuses().ok()?;
+    let statuses = sightings.into_iter().filter_map(|sighting| sighting.status.ok());
+    let mut outputs = statuses.flat_map(|status| status.outputs);
+    let brings_time = |output: &OutputStatus| {
+        output.links.iter().any(|link| {
+            let process = link.to.split(':').next().unwrap_or_default();
+            link.to == armor_sdk::time_link(process)
+        })
+    };
+    outputs.find(brings_time).map(|output| output.data)
+}
+
+/// System time now; none if it follows data that have not been published yet.
+fn find_begin(observed: &ObservedSystem, clock: Option<&str>) -> Option<f64> {
+    let Some(clock) = clock else { return Some(observed.timestamp()) };
+    let mut tap = observed.tap_within(clock, CLOCK_WITHIN).ok()?;
+    let message = tap.next(CLOCK_WITHIN).ok()??;
+    codec::decode::<Clock>(&message.payload).ok().map(|reading| reading.clock)
+}
+
 /// Whether the launcher of a run on this host has ended.
 fn has_ended(record: &RunRecord) -> bool {
     let is_it =
@@ -255,8 +314,13 @@ fn describe_recording(record: Option<&RunRecord>, compression: Compression) -> F
     if let Some(record) = record {
         about.insert("system".into(), record.system.clone());
         about.insert("file".into(), record.file.display().to_string());
-        if let (Some(name), Ok(bytes)) = (record.file.file_name(), std::fs::read(&record.file)) {
-            files.push((name.to_string_lossy().into_owned(), bytes));
+        let folder = record.file.parent().unwrap_or(Path::new(""));
+        // The file itself first, then what it includes; one that is elsewhere has its name alone.
+        for path in armor_robotfile::load(&record.file).files {
+            let name = path.strip_prefix(folder).ok().or(path.file_name().map(Path::new));
+            if let (Some(name), Ok(bytes)) = (name, std::fs::read(&path)) {
+                files.push((name.to_string_lossy().into_owned(), bytes));
+            }
         }
     }
     FileContents { about, files, compression }

@@ -6,6 +6,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use armor_recording::playback::PLAYBACK;
 use armor_robotfile::model::{Component, Restart};
 use armor_robotfile::resources::ResourceLimits;
 use armor_robotfile::{Configuration, advise_similar};
@@ -25,6 +26,7 @@ use super::{survivors, unfinished};
 use crate::guard::GuardedResources;
 use crate::kinds::build::{find_build, fingerprint_manifest};
 use crate::kinds::{Catalogue, ComponentKind, Origin};
+use crate::playback_cli::played::{PLAYBACK_CLOCK, PlayedRecording};
 use armor_socket::GROUP_VARIABLE;
 
 /// The launcher's own name in the log.
@@ -119,6 +121,7 @@ impl ProcessPlan {
         registry: SocketAddr,
         out: &Path,
         hosts: Option<&OtherHosts>,
+        played: Option<&PlayedRecording>,
     ) -> Result<Self> {
         let mark = format!("{:016x}/", armor_socket::random_id());
         let mut plan = Self {
@@ -145,7 +148,13 @@ impl ProcessPlan {
         for directory in &arguments.kinds.directories {
             configd.extend(["--components".into(), directory.into()]);
         }
-        plan.add_daemon("configd", ChildRole::Configd, configd);
+        if played.is_some() {
+            configd.extend(["--clock".into(), PLAYBACK_CLOCK.into()]);
+        }
+        // A recording can be played without the file.
+        if !configuration.sources.is_empty() {
+            plan.add_daemon("configd", ChildRole::Configd, configd);
+        }
         let components = &configuration.system.components;
         for without in &arguments.without {
             if !components.iter().any(|component| component.name.value == *without) {
@@ -158,7 +167,9 @@ impl ProcessPlan {
             }
         }
         for component in components {
-            if !arguments.without.contains(&component.name.value) {
+            let name = &component.name.value;
+            let is_played = played.is_some_and(|played| played.replaces(name));
+            if !is_played && !arguments.without.contains(name) {
                 match (&component.host, hosts) {
                     (Some(host), Some(hosts)) => {
                         let remote = hosts.plan(host, component, configuration)?;
@@ -168,7 +179,9 @@ impl ProcessPlan {
                 }
             }
         }
-        if configuration.mission.is_some() {
+        let plays_mission =
+            configuration.mission.is_some() && played.is_none_or(|played| !played.is_alone);
+        if plays_mission {
             let journal = out.join(unfinished::JOURNAL);
             let mut executive = vec![file.into(), "--registry".into(), (&at).into()];
             executive.extend(["--resume".into(), "--journal".into(), journal.into_os_string()]);
@@ -177,7 +190,13 @@ impl ProcessPlan {
             if arguments.trust_clock {
                 executive.push("--trust-clock".into());
             }
+            if played.is_some() {
+                executive.extend(["--clock".into(), PLAYBACK_CLOCK.into()]);
+            }
             plan.add_daemon("executive", ChildRole::Executive, executive);
+        }
+        if let Some(played) = played {
+            plan.add_player(played, &at, plays_mission);
         }
         if let Some(gate) = arguments.gate {
             plan.add_gate(gate, &arguments.keys.path()?, components, &at, hosts)?;
@@ -231,6 +250,16 @@ impl ProcessPlan {
     fn add_daemon(&mut self, name: &str, role: ChildRole, mut arguments: Vec<OsString>) {
         arguments.insert(0, name.into());
         self.add(name, role, Restart::Always, OWN_PROGRAM.into(), arguments);
+    }
+
+    /// Adds the player of a recording, with which the run ends.
+    fn add_player(&mut self, played: &PlayedRecording, at: &str, plays_mission: bool) {
+        let mut arguments = played.player_arguments(plays_mission);
+        arguments.extend(["--registry".into(), at.into()]);
+        self.add(PLAYBACK, ChildRole::Component, Restart::Never, OWN_PROGRAM.into(), arguments);
+        if let Some(duty) = self.duties.last_mut() {
+            duty.ends_run = true;
+        }
     }
 
     /// Adds the gate to other hosts, after a look at whether it can start: a key that cannot be used
@@ -332,6 +361,7 @@ impl ProcessPlan {
             restart: component.restart,
             watchdog: component.watchdog.as_ref().map(|watchdog| watchdog.value),
             kind: Some(component.kind.value.clone()),
+            ends_run: false,
             host: Some(plan.host.clone()),
         });
         self.starts.push(PlannedStart::Remote(Box::new(plan)));
@@ -352,6 +382,7 @@ impl ProcessPlan {
             restart,
             watchdog: None,
             kind: None,
+            ends_run: false,
             host: None,
         });
         let environment = select_variables(std::env::vars_os(), &[]);

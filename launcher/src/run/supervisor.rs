@@ -192,8 +192,12 @@ impl Supervisor {
             self.children[id].end_with_system(&exit.to_string());
             return;
         }
-        let role = self.children[id].duty.role;
+        let Duty { role, ends_run, .. } = self.children[id].duty;
         let verdict = match (role, exit) {
+            (_, ChildExit::Code(0)) if ends_run => Some(RunVerdict::RecordingOver {
+                is_unfinished: self.has_mission(),
+                failed: self.failed_components(),
+            }),
             (ChildRole::Executive, ChildExit::Code(0)) => Some(RunVerdict::Goal),
             (ChildRole::Executive, ChildExit::Code(3)) => Some(RunVerdict::Safe),
             (ChildRole::Executive, ChildExit::Code(4)) => Some(RunVerdict::Failed),
@@ -231,7 +235,13 @@ impl Supervisor {
             // A mission that needs it need not wait for its return.
             let why = format!("{} {how}, and is not started again", child.duty.name);
             self.actions.push(SupervisorAction::Log(level, id, text));
-            self.actions.push(SupervisorAction::ReportGivenUp(id, why));
+            let Duty { name, ends_run, .. } = &self.children[id].duty;
+            if *ends_run {
+                let name = name.clone();
+                self.stop(RunVerdict::Essential(name));
+            } else {
+                self.actions.push(SupervisorAction::ReportGivenUp(id, why));
+            }
             return;
         }
         match child.after_death(now) {
@@ -264,8 +274,7 @@ impl Supervisor {
                 self.stop(RunVerdict::TimeUp { failed });
             }
             (RunStage::Running, StopRequest::Ordered) => {
-                let is_unfinished =
-                    self.children.iter().any(|child| child.duty.role == ChildRole::Executive);
+                let is_unfinished = self.has_mission();
                 let failed = self.failed_components();
                 self.stop(RunVerdict::Stopped { is_unfinished, failed });
             }
@@ -360,9 +369,13 @@ impl Supervisor {
         }
     }
 
+    fn has_mission(&self) -> bool {
+        self.children.iter().any(|child| child.duty.role == ChildRole::Executive)
+    }
+
     fn failed_components(&self) -> Vec<String> {
         // What a mission's components report is for the executive to judge.
-        let alone = !self.children.iter().any(|child| child.duty.role == ChildRole::Executive);
+        let alone = !self.has_mission();
         let failed = self
             .children
             .iter()

@@ -22,6 +22,7 @@ use crate::lifecycle::{ActivationOrder, EnteredState, LifecycleOrder};
 use crate::log;
 use crate::orders::GivenOrder;
 use crate::participant::Participant;
+use crate::playback_orders::GivenPlaybackOrder;
 use crate::reports::PendingReport;
 use crate::tick_watch::{TickCounts, TickWatch};
 
@@ -219,6 +220,7 @@ impl ControlServer {
 
     fn obey_command(&mut self, index: usize, command: Command) {
         let call = self.current_call();
+        let has_executive = self.connections.iter().any(|peer| peer.role == Role::Executive);
         let connection = &mut self.connections[index];
         if command != Command::Beat {
             connection.last_command = Instant::now();
@@ -252,7 +254,9 @@ impl ControlServer {
                 self.participant.reports.remove_acknowledged(report);
             }
             (Command::Status { request }, _) => {
-                let status = self.participant.compose_status(call, self.tick_watch.skipped_share());
+                let skipped_share = self.tick_watch.skipped_share();
+                let mut status = self.participant.compose_status(call, skipped_share);
+                status.busy |= has_executive && !self.participant.reports.is_empty();
                 connection.queue_answer(&Answer::Status { request, status });
             }
             (Command::Order { request, author, take, order }, Role::Operator) => {
@@ -272,6 +276,12 @@ impl ControlServer {
                     Err(why) => (false, why),
                 };
                 connection.queue_answer(&Answer::Ordered { request, accepted, text });
+            }
+            (Command::Playback { request, order }, Role::Operator | Role::Launcher) => {
+                let given = GivenPlaybackOrder { connection: connection.id, request, order };
+                if let Some(answer) = self.participant.playback_orders.submit_order(given) {
+                    connection.queue_answer(&answer);
+                }
             }
             (Command::Beat, _) => {}
             (command, role) => {
@@ -362,7 +372,9 @@ impl ControlPeer {
     /// Answers a command that the role of the key does not allow.
     fn refuse_command(&mut self, command: &Command, refusal: Refusal) {
         match command {
-            Command::Order { request, .. } | Command::SetLogFilter { request, .. } => {
+            Command::Order { request, .. }
+            | Command::SetLogFilter { request, .. }
+            | Command::Playback { request, .. } => {
                 let (request, accepted, text) = (*request, false, refusal.text);
                 self.queue_answer(&Answer::Ordered { request, accepted, text });
             }

@@ -38,6 +38,8 @@ pub struct Duty {
     pub watchdog: Option<Duration>,
     /// The kind of a component in the file.
     pub kind: Option<String>,
+    /// Whether the run is over when it ends by itself: it plays what the system is run for.
+    pub ends_run: bool,
     /// The other host on which it runs, if it does not run on this one.
     pub host: Option<String>,
 }
@@ -190,6 +192,13 @@ pub enum RunVerdict {
     },
     /// Without a mission: every component has ended.
     AllEnded {
+        /// Components that failed for good.
+        failed: Vec<String>,
+    },
+    /// The recording that was played is over.
+    RecordingOver {
+        /// Whether a mission was not over.
+        is_unfinished: bool,
         /// Components that failed for good.
         failed: Vec<String>,
     },

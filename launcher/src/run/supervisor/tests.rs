@@ -18,7 +18,15 @@ fn s(seconds: f64) -> Duration {
 }
 
 fn duty(name: &str, role: ChildRole, restart: Restart) -> Duty {
-    Duty { name: name.into(), role, restart, watchdog: None, kind: None, host: None }
+    Duty {
+        name: name.into(),
+        role,
+        restart,
+        watchdog: None,
+        kind: None,
+        ends_run: false,
+        host: None,
+    }
 }
 
 fn system(restart: Restart) -> Vec<Duty> {

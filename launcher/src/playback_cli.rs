@@ -1,0 +1,5 @@
+//! Playing recordings: `armor play`, and the orders to a player that runs.
+
+pub mod orders;
+pub mod play;
+pub mod played;

@@ -1,0 +1,21 @@
+//! Plays a recording into a system: what is due when, and the process that publishes it.
+//!
+//! `pace` is the time, `queue` the messages in its order, `schedule` decides from both what comes next:
+//! these do no IO but reading the file. `followers` finds out whether the system has taken what was
+//! published, `player` publishes.
+
+mod followers;
+mod pace;
+mod player;
+mod queue;
+mod schedule;
+mod state;
+#[cfg(test)]
+mod tests;
+
+pub use pace::PlaybackSpeed;
+pub use player::{
+    AwaitedLink, PLAYBACK, PlayedComponent, PlayerOptions, PlayerReport, play_recording,
+};
+pub use queue::DataRename;
+pub use state::PlaybackState;

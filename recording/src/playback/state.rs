@@ -1,0 +1,28 @@
+//! What the player publishes about itself.
+
+use armor_sdk::prelude::Message;
+
+/// How far the playback has come.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+pub struct PlaybackState {
+    /// System time, which is that of the recording.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// The first moment that is played, in system time.
+    #[message(unit = "s")]
+    pub from: f64,
+    /// The last one.
+    #[message(unit = "s")]
+    pub to: f64,
+    /// How much has been played since `from`.
+    #[message(unit = "s")]
+    pub at: f64,
+    /// How many times as fast as recorded; 0 for as fast as the messages are taken.
+    pub speed: f64,
+    /// Whether time stands still by an order.
+    pub paused: bool,
+    /// Whether everything has been played.
+    pub over: bool,
+    /// What time waits for, in words; empty if it does not wait.
+    pub waits_for: String,
+}
