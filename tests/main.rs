@@ -30,6 +30,7 @@ mod operators;
 mod other_users;
 mod parameters;
 mod pictures;
+mod playback;
 mod recordings;
 mod remote;
 mod resilience;

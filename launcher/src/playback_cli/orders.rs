@@ -66,7 +66,7 @@ pub enum PlaybackCommand {
     /// Change the speed.
     Speed {
         /// How many times as fast as recorded, or max.
-        #[arg(value_name = "TIMES")]
+        #[arg(value_name = "TIMES", allow_negative_numbers = true)]
         times: PlaybackSpeed,
         #[command(flatten)]
         running: RunningSystem,

@@ -51,7 +51,7 @@ pub struct PlayArguments {
     #[arg(long, value_name = "COMPONENT", value_parser = parse_name, requires = "file")]
     pub replace: Vec<String>,
     /// How many times as fast as recorded: 0.5, 10, or max for as fast as it is taken.
-    #[arg(long, value_name = "TIMES", default_value_t)]
+    #[arg(long, value_name = "TIMES", default_value_t, allow_negative_numbers = true)]
     pub speed: PlaybackSpeed,
     /// Begin this time after the beginning.
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]

@@ -177,7 +177,9 @@ fn check_output<'a>(
     let rename = arguments.map.iter().find(|rename| rename.played == data);
     let recorded = rename.map_or(data, |rename| &rename.recorded);
     let names = || summary.outputs.iter().map(|output| output.data.as_str());
-    let Some(output) = summary.outputs.iter().find(|output| output.data == recorded) else {
+    let is_renamed = rename.is_none() && arguments.map.iter().any(|it| it.recorded == data);
+    let output = summary.outputs.iter().find(|output| output.data == recorded && !is_renamed);
+    let Some(output) = output else {
         bail!(
             "{recording} has no {recorded}, which {consumer}.{input} takes{}; --map RECORDED={data} \
              plays another output in its place, and armor bag info shows all",

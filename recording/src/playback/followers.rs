@@ -141,7 +141,8 @@ impl Followers {
         }
     }
 
-    /// Asks all at once. A process that does not answer is missing.
+    /// Asks all at once. A process that does not answer is missing; one that is not waited for anyway
+    /// may be.
     fn ask_statuses(&mut self) -> BTreeMap<String, Status> {
         self.request += 1;
         let request = self.request;
@@ -154,8 +155,11 @@ impl Followers {
             self.listed = None;
         }
         let deadline = Instant::now() + ANSWER_WITHIN;
-        let mut statuses = BTreeMap::new();
-        while statuses.len() < self.connections.len() {
+        let mut statuses: BTreeMap<String, Status> = BTreeMap::new();
+        let is_missing = |name: &&String, statuses: &BTreeMap<String, Status>| {
+            !statuses.contains_key(*name) && !self.check.excuses(name)
+        };
+        while self.connections.keys().any(|name| is_missing(&name, &statuses)) {
             let left = deadline.saturating_duration_since(Instant::now());
             match self.answers.recv_timeout(left) {
                 Ok((name, answered, status)) if answered == request => {

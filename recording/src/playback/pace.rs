@@ -137,6 +137,14 @@ impl PlaybackPace {
         self.restart(now);
     }
 
+    /// Where the present step ends, if it is one.
+    pub fn step_end_s(&self) -> Option<f64> {
+        match self.state {
+            PaceState::Stepping(until_s) => Some(until_s),
+            PaceState::Running | PaceState::Paused => None,
+        }
+    }
+
     /// How long it is until the time of the recording is `moment_s`; `None` if it does not come: it is
     /// paused before.
     pub fn time_until(&self, moment_s: f64, now: Duration) -> Option<Duration> {

@@ -109,6 +109,7 @@ impl<S: MessageSource> Schedule<S> {
         let due_s = next.as_ref().map_or(to_s, |(due_s, _)| *due_s).max(clock_s);
         let step_s = clock_s + CLOCK_STEP_S;
         let moment_s = if due_s <= step_s + ROUNDING_S { due_s } else { step_s };
+        let moment_s = moment_s.min(self.pace.step_end_s().unwrap_or(f64::MAX)).max(clock_s);
         match self.pace.time_until(moment_s, now) {
             Some(Duration::ZERO) => {}
             left => return Ok(PlaybackStep::Wait(left.unwrap_or(Duration::MAX))),

@@ -158,11 +158,12 @@ fn a_pause_stops_time_and_a_step_lets_it_pass() {
     assert_eq!(play(&mut schedule, 9.01), "@1.01");
     assert_eq!(play(&mut schedule, 9.5), "@1.02 a.x", "to the next message");
     assert!(schedule.pace().is_paused());
-    schedule.step(0.01, at(9.5)).unwrap();
-    assert_eq!(play(&mut schedule, 10.0), "@1.03");
+    schedule.step(0.008, at(9.5)).unwrap();
+    assert_eq!(play(&mut schedule, 10.0), "@1.03", "between two messages");
+    assert!(schedule.pace().is_paused());
     schedule.resume(at(20.0));
     assert_eq!(play(&mut schedule, 20.005), "", "the pause is not made up for");
-    assert_eq!(play(&mut schedule, 20.0101), "@1.04 a.x");
+    assert_eq!(play(&mut schedule, 20.0121), "@1.04 @1.04 a.x");
     schedule.seek(1.02, at(30.0)).unwrap();
     assert_eq!(play(&mut schedule, 30.0), "@1.02 a.x a.x", "back, with what was published before");
     schedule.seek(99.0, at(30.0)).unwrap();

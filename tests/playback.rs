@@ -1,0 +1,149 @@
+//! Recordings played in place of components, and to the tools.
+
+use std::process::{Child, Stdio};
+
+use armor_recording::{REPORTS, Recording};
+use serde_json::Value;
+
+use crate::fixture::{Folder, run_to_end, wait_for};
+use crate::resilience::system::Draft;
+
+/// `north` counts at 50 Hz; after 60 ticks it reports what the mission waits for. `south` takes the
+/// numbers, and is busy for half of the time.
+fn draft() -> Draft {
+    Draft::default()
+        .probe("north", "rate='50Hz'", "event=60")
+        .probe("south", "rate='25Hz'", "work=20ms")
+        .link("north", "south.a", "latest")
+        .mission(
+            "<mission name='count' goal='end' safe='hold'>
+               <place name='go' initial='true' components='north south'/>
+               <place name='end'/> <place name='hold'/>
+               <transition name='ticked' from='go' to='end' on='north.ticked'/>
+               <transition name='late' from='go' to='hold' timeout='1min'/>
+             </mission>",
+        )
+}
+
+/// Records the system from its beginning to its end, as `all.mcap`. Returns its folder.
+fn record(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    let mut recorder = folder.armor(&["record", "--wait", "-o", "all.mcap"]);
+    let mut recorder: Child =
+        recorder.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+    let system = draft().run(folder);
+    let crate::resilience::system::System { mut run, folder, .. } = system;
+    assert_eq!(run.code(), Some(0), "{}", run.log());
+    let ended = wait_for("the end of the recorder", || recorder.try_wait().expect("ours"));
+    assert_eq!(ended.code(), Some(0));
+    folder
+}
+
+fn play(folder: &Folder, arguments: &[&str]) -> (i32, String) {
+    let arguments: Vec<_> = [&["play", "all.mcap"], arguments].concat();
+    let (code, out, err) = run_to_end(&mut folder.armor(&arguments));
+    (code, out + &err)
+}
+
+/// The numbers in the recording, of those that `south` was awake for.
+fn recorded_numbers(folder: &Folder) -> Vec<u64> {
+    let mut recording = Recording::open(&folder.path().join("all.mcap")).expect("a recording");
+    let messages = std::iter::from_fn(|| recording.next_message().expect("whole"));
+    let numbers = messages.filter(|message| message.data == "north.numbers");
+    let count = |bytes: Vec<u8>| u64::from_le_bytes(*bytes.first_chunk().expect("a number"));
+    numbers.map(|message| count(message.payload.expect("readable"))).collect()
+}
+
+#[test]
+fn a_component_and_its_mission_cannot_tell_a_recording_from_the_robot() {
+    let folder = record("played");
+    let recorded = recorded_numbers(&folder);
+    assert!(recorded.len() >= 50, "{recorded:?}");
+    let recording = Recording::open(&folder.path().join("all.mcap")).expect("a recording");
+    let reports = recording.summary().outputs.iter().find(|output| output.data == REPORTS);
+    assert_eq!(reports.map(|output| output.messages), Some(1));
+    for speed in ["max", "5", "1"] {
+        std::fs::remove_file(folder.path().join("south.trace")).expect("there was one");
+        let out = format!("played-{speed}");
+        let replaced = ["probes.xml", "--replace", "north", "--speed", speed, "--out", &out];
+        let (code, printed) = play(&folder, &replaced);
+        assert!(code == 0 && printed.contains("the mission reached its goal"), "{code} {printed}");
+        let trace = crate::resilience::trace::Trace::read(&folder.path().join("south.trace"));
+        let got: Vec<u64> = trace.got("a").iter().map(|got| got.count).collect();
+        // The last message and the report come at the same time; the mission may end first.
+        let played = &recorded[..got.len().min(recorded.len())];
+        assert!(got.len() + 2 >= recorded.len(), "{speed}: {} of {}", got.len(), recorded.len());
+        assert_eq!(got, played, "{speed}: nothing is lost, and all is in order");
+    }
+}
+
+#[test]
+fn a_recording_is_played_to_the_tools_and_obeys_orders() {
+    let folder = record("played-alone");
+    let mut playing = folder.armor(&["play", "all.mcap", "--paused", "--stay", "--out", "alone"]);
+    let mut playing: Child =
+        playing.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+    let json = |arguments: &[&str]| -> Option<Value> {
+        let arguments: Vec<_> = [arguments, &["--format", "json"]].concat();
+        let (_, out, _) = run_to_end(&mut folder.armor(&arguments));
+        serde_json::from_str(out.lines().next()?).ok()
+    };
+    let show = || json(&["playback", "show"]);
+    let begin = wait_for("the player", show);
+    assert_eq!((&begin["paused"], &begin["over"]), (&true.into(), &false.into()), "{begin}");
+    assert!(begin["at_s"].as_f64().expect("seconds") < 0.5, "{begin}");
+    let length_s = begin["to_s"].as_f64().expect("s") - begin["from_s"].as_f64().expect("s");
+    let order = |arguments: &[&str]| {
+        let answer = json(&[&["playback"], arguments].concat()).expect("an answer");
+        assert_eq!(answer["accepted"], true, "{arguments:?}: {answer}");
+    };
+    order(&["seek", "600ms"]);
+    let at_s = |state: Value| state["at_s"].as_f64().expect("seconds");
+    let sought = wait_for("the moment", || show().map(at_s).filter(|at_s| *at_s > 0.5));
+    assert!((sought - 0.6).abs() < 1e-6, "{sought}");
+    order(&["step", "100ms"]);
+    let stepped = wait_for("the step", || {
+        show().filter(|state| state["paused"] == true).map(at_s).filter(|at_s| *at_s > 0.65)
+    });
+    assert!((stepped - 0.7).abs() < 1e-6, "{stepped}");
+    order(&["speed", "max"]);
+    order(&["resume"]);
+    let over = wait_for("the end", || show().filter(|state| state["over"] == true));
+    assert!((at_s(over) - length_s).abs() < 1e-6);
+    // The last values are kept, and the mission is the one that was recorded.
+    let mission = wait_for("the mission", || json(&["mission", "show"]));
+    assert_eq!(mission["mission"], "count", "{mission}");
+    order(&["seek", "0s"]);
+    order(&["pause"]);
+    assert_eq!(wait_for("the state", show)["over"], false, "it goes on after its end");
+    run_to_end(&mut folder.armor(&["stop", "--all"]));
+    let ended = wait_for("the end of the run", || playing.try_wait().expect("ours"));
+    assert_eq!(ended.code(), Some(0));
+}
+
+#[test]
+fn what_cannot_be_played_is_refused_before_anything_starts() {
+    let folder = record("not-played");
+    folder.write("not.mcap", "this is no recording");
+    let cases: [(&[&str], &str); 8] = [
+        (&["probes.xml"], "Give --replace NAME; it has north, south"),
+        (&["probes.xml", "--replace", "nroth"], "did you mean north?"),
+        (&["--from", "1h"], "nothing is in that part"),
+        (&["--map", "nroth.numbers=a.b"], "did you mean north.numbers?"),
+        (&["--map", "north=a"], "write RECORDED=PLAYED"),
+        (&["--speed", "-1"], "--speed"),
+        (&["none.xml", "--replace", "north"], "none.xml"),
+        (
+            &["probes.xml", "--replace", "north", "--map", "north.numbers=other.numbers"],
+            "no north.numbers",
+        ),
+    ];
+    for (arguments, expected) in cases {
+        let (code, printed) = play(&folder, arguments);
+        assert!(code != 0 && printed.contains(expected), "{arguments:?}: {code} {printed}");
+    }
+    let (code, _, err) = run_to_end(&mut folder.armor(&["play", "not.mcap"]));
+    assert!(code == 1 && err.contains("not.mcap cannot be read as a recording"), "{err}");
+    let (code, _, err) = run_to_end(&mut folder.armor(&["playback", "pause"]));
+    assert!(code == 1 && err.contains("no system"), "{err}");
+}
