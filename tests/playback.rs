@@ -113,8 +113,8 @@ fn a_recording_is_played_to_the_tools_and_obeys_orders() {
     // The last values are kept, and the mission is the one that was recorded.
     let mission = wait_for("the mission", || json(&["mission", "show"]));
     assert_eq!(mission["mission"], "count", "{mission}");
-    order(&["seek", "0s"]);
     order(&["pause"]);
+    order(&["seek", "0s"]);
     assert_eq!(wait_for("the state", show)["over"], false, "it goes on after its end");
     run_to_end(&mut folder.armor(&["stop", "--all"]));
     let ended = wait_for("the end of the run", || playing.try_wait().expect("ours"));

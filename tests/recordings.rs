@@ -141,3 +141,45 @@ fn a_recording_ends_in_order_with_its_system_and_can_be_cut_and_merged() {
     }
     assert!(!folder.path().join("x.mcap").exists(), "a refused copy leaves nothing");
 }
+
+#[test]
+fn recordings_are_converted_for_other_programs_and_from_them() {
+    let folder = Folder::new("converted");
+    let line = |stamp: u32| format!("FLASER 3 1 2 3 0 0 0 1 {stamp} 0.5 {stamp} h 0\n");
+    folder.write("drive.log", &(1..=20).map(line).collect::<String>());
+    let (code, out, err) = bag(&folder, &["convert", "drive.log", "drive.mcap"]);
+    assert!(code == 0 && out.contains("60 messages"), "{out}{err}");
+    let scans = read(&folder.path().join("drive.mcap"));
+    let scans: Vec<_> = scans.iter().filter(|message| message.data == "carmen.scan").collect();
+    assert_eq!((scans.len(), scans[4].head.stamp_s), (20, 5.0));
+
+    let table = ["convert", "drive.mcap", "odometry.csv", "--data", "carmen.odometry"];
+    let (code, out, err) = bag(&folder, &[&table[..], &["--from", "5s"]].concat());
+    assert!(code == 0 && out.contains("15 messages"), "{out}{err}");
+    let text = std::fs::read_to_string(folder.path().join("odometry.csv")).expect("a table");
+    let rows: Vec<_> = text.lines().collect();
+    assert!(rows.len() == 16 && rows[0].starts_with("stamp_s,sequence,"), "{text}");
+    assert!(rows[1].starts_with("6,5,"), "{}", rows[1]);
+    let (code, _, err) = bag(&folder, &["convert", "drive.mcap", "tables", "--to", "csv"]);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(std::fs::read_dir(folder.path().join("tables")).expect("a folder").count(), 3);
+
+    let (code, _, err) = bag(&folder, &["convert", "drive.mcap", "ros.mcap", "--to", "ros2"]);
+    assert_eq!(code, 0, "{err}");
+    let (code, out, err) = bag(&folder, &["convert", "ros.mcap", "back.mcap"]);
+    assert!(code == 0 && out.contains("60 messages"), "{out}{err}");
+    let back = read(&folder.path().join("back.mcap"));
+    assert!(back.iter().any(|message| message.data == "carmen.scan" && message.payload.is_ok()));
+
+    folder.write("no.log", "this is no log\n");
+    for (arguments, expected) in [
+        (&["convert", "no.log", "x.mcap"][..], "is neither an MCAP file nor a log of CARMEN"),
+        (&["convert", "none.log", "x.mcap"], "none.log"),
+        (&["convert", "drive.log", "x.csv"], "read as a log of CARMEN"),
+        (&["convert", "drive.mcap", "back.mcap"], "back.mcap cannot be created"),
+        (&["convert", "drive.mcap", "x.csv", "--data", "carmen.scna"], "did you mean carmen.scan?"),
+    ] {
+        let (code, out, err) = bag(&folder, arguments);
+        assert!(code == 1 && out.is_empty() && err.contains(expected), "{arguments:?}: {err}");
+    }
+}

@@ -1,6 +1,7 @@
 //! Recording a running system, and working with recordings.
 
 pub mod bag;
+mod convert;
 mod free_space;
 pub mod record;
 mod split;

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::reader::{ReadError, RecordedMessage, Recording};
 use crate::summary::{BEGIN_KEY, RecordedOutput};
 use crate::taps::OutputSelection;
-use crate::writer::{Compression, RecordingWriter, WriteError};
+use crate::writer::{Compression, RecordingForm, RecordingWriter, WriteError};
 
 /// Which messages are copied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,6 +66,7 @@ pub fn copy_recordings<W: Write + Seek>(
     part: &CopiedPart,
     sink: W,
     compression: Compression,
+    form: RecordingForm,
 ) -> Result<(CopyReport, W), CopyError> {
     let mut sources = Vec::new();
     for path in paths {
@@ -76,7 +77,7 @@ pub fn copy_recordings<W: Write + Seek>(
     if let Some(from_s) = part.from_s {
         about.insert(BEGIN_KEY.into(), from_s.to_string());
     }
-    let mut writer = RecordingWriter::new(sink, compression, about)?;
+    let mut writer = RecordingWriter::with_form(sink, compression, about, form)?;
     if let Some(first) = sources.first_mut() {
         for file in first.recording.summary().files.clone() {
             let bytes = first.read(|recording| recording.read_file(&file.name))?;

@@ -23,10 +23,14 @@ pub use reader::{ReadError, RecordedMessage, Recording};
 pub use reports::{REPORTS, RecordedReport};
 pub use summary::{BEGIN_KEY, RecordedFile, RecordedOutput, RecordingSummary};
 pub use taps::{OutputSelection, OutputTaps, TappedMessage};
-pub use writer::{Compression, OutputType, RecordingWriter, WriteError};
+pub use writer::{Compression, OutputType, RecordingForm, RecordingWriter, WriteError};
 
 /// The profile of a file that this crate has written.
 pub const PROFILE: &str = "armor";
+/// The profile of a recording of ROS 2.
+const ROS2_PROFILE: &str = "ros2";
+/// What ROS 2 writes about the publishers of a topic.
+const ROS_QOS: &str = "offered_qos_profiles";
 /// The metadata record that says what was recorded.
 const ABOUT: &str = "armor";
 /// The metadata record at the end of a complete file: for each output how many messages were lost,

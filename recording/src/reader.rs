@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use armor_wire::schema::parse;
+use armor_wire::schema::{Schema, parse};
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
@@ -13,10 +13,13 @@ use mcap::{MAGIC, McapError, Summary};
 use thiserror::Error;
 
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
-use crate::ros::RosMessage;
+use crate::ros::{RosMessage, find_standard_type};
 use crate::summary::{RecordedFile, RecordedOutput, RecordingSummary, widen};
 use crate::writer::{OutputType, to_nanoseconds};
-use crate::{ABOUT, CDR, LATCHED_KEY, OUTPUTS, SCHEMA_KEY, TYPE_KEY};
+use crate::{ABOUT, CDR, LATCHED_KEY, OUTPUTS, ROS_QOS, SCHEMA_KEY, TYPE_KEY};
+
+/// The component of a topic of ROS without one.
+const ROS_COMPONENT: &str = "ros";
 
 /// Longest record that is read: the longest message, and a chunk around it.
 const MAX_RECORD_LEN: usize = 160 << 20;
@@ -219,9 +222,15 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
         if channel.topic == HEADS {
             continue;
         }
-        let output = outputs.entry(channel.topic.clone()).or_default();
-        let output_type = read_type(&channel.metadata);
-        output.data.clone_from(&channel.topic);
+        let ros_type = channel.schema.as_ref().map(|schema| schema.name.as_str());
+        let (data, output_type) = identify_output(
+            &channel.topic,
+            ros_type.unwrap_or_default(),
+            &channel.message_encoding,
+            &channel.metadata,
+        );
+        let output = outputs.entry(data.clone()).or_default();
+        output.data = data;
         output.messages += stats.channel_message_counts.get(id).copied().unwrap_or_default();
         output.ros_type =
             channel.schema.as_ref().map(|schema| schema.name.clone()).unwrap_or_default();
@@ -260,6 +269,50 @@ fn to_seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e9
 }
 
+/// The output of a channel and its type. Of a recording of ROS 2, the standard messages are those of
+/// Armor.
+fn identify_output(
+    topic: &str,
+    ros_type: &str,
+    encoding: &str,
+    metadata: &BTreeMap<String, String>,
+) -> (String, OutputType) {
+    let output_type = read_type(metadata);
+    let standard = find_standard_type(ros_type).filter(|_| encoding == CDR);
+    match standard {
+        Some(schema) if output_type.schema.is_empty() => {
+            let latched = metadata.get(ROS_QOS).is_some_and(|qos| is_transient_local(qos));
+            let name = ros_type.rsplit('/').next().unwrap_or_default();
+            let name = match schema {
+                Schema::Struct { name, .. } => name,
+                _ => name,
+            };
+            let output_type = OutputType { name: name.into(), schema: schema.to_string(), latched };
+            (name_topic(topic), output_type)
+        }
+        _ => (topic.into(), output_type),
+    }
+}
+
+/// Whether a publisher of ROS keeps its last message for late subscribers.
+fn is_transient_local(qos: &str) -> bool {
+    qos.split(['\n', ',']).any(|line| {
+        let value = line.trim().trim_start_matches("- ").strip_prefix("durability:");
+        matches!(value.map(str::trim), Some("1" | "transient_local"))
+    })
+}
+
+/// Names the data of a topic: `/robot/base/scan` is `robot.base_scan`, and `/scan` is `ros.scan`.
+fn name_topic(topic: &str) -> String {
+    let mut parts = topic.split('/').filter(|part| !part.is_empty()).peekable();
+    let first = parts.next().unwrap_or(ROS_COMPONENT);
+    let rest: Vec<_> = parts.collect();
+    match rest.as_slice() {
+        [] => format!("{ROS_COMPONENT}.{first}"),
+        rest => format!("{first}.{}", rest.join("_")),
+    }
+}
+
 fn read_type(metadata: &BTreeMap<String, String>) -> OutputType {
     let text = |key: &str| metadata.get(key).cloned().unwrap_or_default();
     OutputType {
@@ -286,7 +339,8 @@ struct MessageStream {
 }
 
 struct StreamChannel {
-    topic: String,
+    /// The output, or [`HEADS`].
+    data: String,
     ros_type: String,
     output_type: OutputType,
     /// How its messages are read, if Armor has written them.
@@ -329,7 +383,7 @@ impl MessageStream {
     }
 
     fn ros_type(&self, topic: &str) -> String {
-        let found = self.channels.values().find(|channel| channel.topic == topic);
+        let found = self.channels.values().find(|channel| channel.data == topic);
         found.map(|channel| channel.ros_type.clone()).unwrap_or_default()
     }
 
@@ -341,11 +395,11 @@ impl MessageStream {
         encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) {
-        let output_type = read_type(metadata);
+        let (data, output_type) = identify_output(topic, &ros_type, encoding, metadata);
         let is_ours = encoding == CDR && !output_type.schema.is_empty();
         let schema = is_ours.then(|| parse(&output_type.schema).ok()).flatten();
         let message = schema.as_ref().map(RosMessage::new);
-        let channel = StreamChannel { topic: topic.into(), ros_type, output_type, message };
+        let channel = StreamChannel { data, ros_type, output_type, message };
         self.channels.insert(id, channel);
     }
 
@@ -416,7 +470,7 @@ impl MessageStream {
         bytes: &[u8],
     ) -> Option<RecordedMessage> {
         let channel = self.channels.get(&header.channel_id)?;
-        if channel.topic == HEADS {
+        if channel.data == HEADS {
             self.head = self.heads.decode(bytes).ok();
             return None;
         }
@@ -441,10 +495,24 @@ impl MessageStream {
             },
         );
         let output_type = channel.output_type.clone();
-        Some(RecordedMessage { data: channel.topic.clone(), output_type, head, payload })
+        Some(RecordedMessage { data: channel.data.clone(), output_type, head, payload })
     }
 }
 
 fn is_known(opcode: u8) -> bool {
     (op::HEADER..=op::DATA_END).contains(&opcode)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_of_ros_have_names_of_data_and_a_durability() {
+        let names = ["/scan", "/robot/scan", "/robot/base/scan", "tf", "/"].map(name_topic);
+        assert_eq!(names, ["ros.scan", "robot.scan", "robot.base_scan", "ros.tf", "ros.ros"]);
+        assert!(is_transient_local("- history: 1\n  durability: 1\n  depth: 1\n"));
+        assert!(is_transient_local("- durability: transient_local"));
+        assert!(!is_transient_local("- durability: 2\n") && !is_transient_local(""));
+    }
 }

@@ -22,6 +22,11 @@ pub use bytes::LayoutError;
 pub use encode::RosBytes;
 use shape::{Shape, ShapeBuilder};
 
+/// Returns the type of Armor that a standard message of ROS 2 means, by its name.
+pub fn find_standard_type(ros_name: &str) -> Option<&'static Schema> {
+    standard::find_by_ros_name(ros_name)
+}
+
 /// A type of messages in both forms.
 #[derive(Debug)]
 pub struct RosMessage {

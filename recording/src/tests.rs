@@ -147,7 +147,8 @@ fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
     let part = CopiedPart { from_s: Some(1.0), to_s: Some(2.0), outputs: only("a.number") };
     let sink = Cursor::new(Vec::new());
     let (report, copy) =
-        copy_recordings(&[&first, &second], &part, sink, Compression::Lz4).unwrap();
+        copy_recordings(&[&first, &second], &part, sink, Compression::Lz4, RecordingForm::Armor)
+            .unwrap();
     assert_eq!(report, CopyReport { copied: 20, unreadable: 0 });
     let path = folder.save("copy.mcap", copy.get_ref());
     let messages = read_file(&path);
@@ -159,8 +160,14 @@ fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
     let cut_off = folder.save("cut.mcap", &fs::read(&first).unwrap()[..6000]);
     let before = read_file(&cut_off).len() as u64;
     let sink = Cursor::new(Vec::new());
-    let (report, copy) =
-        copy_recordings(&[&cut_off], &CopiedPart::default(), sink, Compression::None).unwrap();
+    let (report, copy) = copy_recordings(
+        &[&cut_off],
+        &CopiedPart::default(),
+        sink,
+        Compression::None,
+        RecordingForm::Armor,
+    )
+    .unwrap();
     assert_eq!(report, CopyReport { copied: before, unreadable: 0 });
     let recovered = Recording::open(&folder.save("recovered.mcap", copy.get_ref())).unwrap();
     assert!(recovered.summary().is_complete);
@@ -185,7 +192,8 @@ fn a_part_begins_with_the_values_that_latched_outputs_have_then() {
     assert_eq!(Recording::open(&path).unwrap().summary().begin_s(), Some(5.0));
     let part = CopiedPart { from_s: Some(7.05), to_s: Some(8.0), ..CopiedPart::default() };
     let sink = Cursor::new(Vec::new());
-    let (_, copy) = copy_recordings(&[&path], &part, sink, Compression::None).unwrap();
+    let (_, copy) =
+        copy_recordings(&[&path], &part, sink, Compression::None, RecordingForm::Armor).unwrap();
     let path = folder.save("b.mcap", copy.get_ref());
     let sequences: Vec<_> = read_file(&path).iter().map(|it| it.head.sequence).collect();
     assert_eq!(sequences, [20].into_iter().chain(71..80).collect::<Vec<_>>());
@@ -200,4 +208,35 @@ fn what_is_no_recording_is_refused() {
     let text = folder.save("text.mcap", b"this is no recording, and longer than its first bytes");
     let Err(error) = Recording::open(&text) else { panic!("it was opened") };
     assert_eq!(error.to_string(), "Bad magic number");
+}
+
+#[test]
+fn a_recording_for_ros_has_its_topics_and_is_read_as_one_of_ros() {
+    let folder = Folder::new();
+    let path = folder.save("ours.mcap", &record(20, Compression::Lz4));
+    let sink = Cursor::new(Vec::new());
+    let all = CopiedPart::default();
+    let (report, copy) =
+        copy_recordings(&[&path], &all, sink, Compression::Zstd, RecordingForm::Ros2).unwrap();
+    assert_eq!(report, CopyReport { copied: 40, unreadable: 0 });
+    let path = folder.save("ros.mcap", copy.get_ref());
+    let recording = Recording::open(&path).unwrap();
+    let outputs: Vec<_> = recording.summary().outputs.iter().collect();
+    let types: Vec<_> =
+        outputs.iter().map(|it| (it.data.as_str(), it.type_name.as_str())).collect();
+    assert_eq!(types, [("a.number", "Number"), ("b.odometry", "Odometry")]);
+    assert_eq!(outputs[1].ros_type, "nav_msgs/msg/Odometry");
+    let messages = read_file(&path);
+    assert_eq!(messages.len(), 40);
+    for (at, message) in messages.iter().enumerate() {
+        let bytes = message.payload.as_ref().unwrap();
+        let stamp_s = (at / 2) as f64 * EVERY_S;
+        assert!((message.head.stamp_s - stamp_s).abs() < 1e-9);
+        if message.data == "b.odometry" {
+            let odometry: Odometry = codec::decode(bytes).unwrap();
+            assert!((odometry.stamp - stamp_s).abs() < 1e-9, "to the nanosecond");
+        } else {
+            assert_eq!(*bytes, number(message.head.sequence));
+        }
+    }
 }

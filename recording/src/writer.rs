@@ -11,7 +11,9 @@ use thiserror::Error;
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
 use crate::ros::{LayoutError, RosMessage};
 use crate::summary::widen;
-use crate::{ABOUT, CDR, LATCHED_KEY, OUTPUTS, PROFILE, ROS2MSG, SCHEMA_KEY, TYPE_KEY};
+use crate::{
+    ABOUT, CDR, LATCHED_KEY, OUTPUTS, PROFILE, ROS_QOS, ROS2_PROFILE, ROS2MSG, SCHEMA_KEY, TYPE_KEY,
+};
 
 /// A chunk is compressed and indexed as one, and written when it is this long.
 const CHUNK_LEN: u64 = 1 << 20;
@@ -63,6 +65,16 @@ impl From<Compression> for Option<mcap::Compression> {
     }
 }
 
+/// Which programs a file is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RecordingForm {
+    /// Armor, which gets back every message to the byte, and viewers.
+    #[default]
+    Armor,
+    /// ROS 2: its profile, topics as `/component/output`, and nothing that only Armor reads.
+    Ros2,
+}
+
 /// The type of an output's messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OutputType {
@@ -77,8 +89,8 @@ pub struct OutputType {
 /// Writes a recording: outputs, and their messages in the order in which they came.
 pub struct RecordingWriter<W: Write + Seek> {
     file: mcap::Writer<W>,
-    heads: HeadCodec,
-    heads_channel: u16,
+    /// With the channel of the heads, where there are heads.
+    heads: Option<(HeadCodec, u16)>,
     outputs: Vec<WrittenOutput>,
     written: u64,
 }
@@ -93,7 +105,8 @@ struct WrittenOutput {
 }
 
 impl<W: Write + Seek> RecordingWriter<W> {
-    /// Begins a file. `about` is what is known of the recording, such as the name of the system.
+    /// Begins a file for Armor. `about` is what is known of the recording, such as the name of the
+    /// system.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -102,18 +115,37 @@ impl<W: Write + Seek> RecordingWriter<W> {
         compression: Compression,
         about: BTreeMap<String, String>,
     ) -> Result<Self, WriteError> {
+        Self::with_form(sink, compression, about, RecordingForm::Armor)
+    }
+
+    /// Begins a file in a form.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn with_form(
+        sink: W,
+        compression: Compression,
+        about: BTreeMap<String, String>,
+        form: RecordingForm,
+    ) -> Result<Self, WriteError> {
         let options = WriteOptions::new()
-            .profile(PROFILE)
+            .profile(match form {
+                RecordingForm::Armor => PROFILE,
+                RecordingForm::Ros2 => ROS2_PROFILE,
+            })
             .library(format!("armor {}", env!("CARGO_PKG_VERSION")))
             .chunk_size(Some(CHUNK_LEN))
             .compression(compression.into());
         let mut file = options.create(sink)?;
-        file.write_metadata(&Metadata { name: ABOUT.into(), metadata: about })?;
-        let heads = HeadCodec::new();
-        let schema =
-            file.add_schema(heads.message.name(), ROS2MSG, heads.message.definition().as_bytes())?;
-        let heads_channel = file.add_channel(schema, HEADS, CDR, &BTreeMap::new())?;
-        Ok(Self { file, heads, heads_channel, outputs: Vec::new(), written: 0 })
+        let mut heads = None;
+        if form == RecordingForm::Armor {
+            file.write_metadata(&Metadata { name: ABOUT.into(), metadata: about })?;
+            let codec = HeadCodec::new();
+            let definition = codec.message.definition().as_bytes();
+            let schema = file.add_schema(codec.message.name(), ROS2MSG, definition)?;
+            heads = Some((codec, file.add_channel(schema, HEADS, CDR, &BTreeMap::new())?));
+        }
+        Ok(Self { file, heads, outputs: Vec::new(), written: 0 })
     }
 
     /// Adds a file as it is, such as the system's.
@@ -155,12 +187,18 @@ impl<W: Write + Seek> RecordingWriter<W> {
             .map_err(|reason| WriteError::Schema { data: data.into(), reason })?;
         let message = RosMessage::new(&schema);
         let id = self.file.add_schema(message.name(), ROS2MSG, message.definition().as_bytes())?;
-        let metadata = BTreeMap::from([
-            (TYPE_KEY.into(), output_type.name.clone()),
-            (SCHEMA_KEY.into(), output_type.schema.clone()),
-            (LATCHED_KEY.into(), output_type.latched.to_string()),
-        ]);
-        let channel = self.file.add_channel(id, data, CDR, &metadata)?;
+        let channel = if self.heads.is_some() {
+            let metadata = BTreeMap::from([
+                (TYPE_KEY.into(), output_type.name.clone()),
+                (SCHEMA_KEY.into(), output_type.schema.clone()),
+                (LATCHED_KEY.into(), output_type.latched.to_string()),
+            ]);
+            self.file.add_channel(id, data, CDR, &metadata)?
+        } else {
+            let qos = (ROS_QOS.into(), describe_qos(output_type.latched));
+            let topic = format!("/{}", data.replace('.', "/").replace('-', "_"));
+            self.file.add_channel(id, &topic, CDR, &BTreeMap::from([qos]))?
+        };
         let output_type = output_type.clone();
         self.outputs.push(WrittenOutput {
             data: data.into(),
@@ -188,15 +226,6 @@ impl<W: Write + Seek> RecordingWriter<W> {
         let layout = |reason| WriteError::Layout { data: output.data.clone(), reason };
         let converted = output.message.encode(payload).map_err(layout)?;
         output.lost = output.lost.saturating_add(head.lost);
-        let recorded = RecordedHead {
-            channel: output.channel,
-            sequence: head.sequence,
-            published: head.stamp_s,
-            instance: head.instance,
-            lost: head.lost,
-            stamps: converted.stamps_s,
-        };
-        let head_bytes = self.heads.encode(&recorded).map_err(layout)?;
         let time = to_nanoseconds(head.stamp_s);
         let header = |channel_id| MessageHeader {
             channel_id,
@@ -204,7 +233,18 @@ impl<W: Write + Seek> RecordingWriter<W> {
             log_time: time,
             publish_time: time,
         };
-        self.file.write_to_known_channel(&header(self.heads_channel), &head_bytes)?;
+        if let Some((heads, channel)) = &self.heads {
+            let recorded = RecordedHead {
+                channel: output.channel,
+                sequence: head.sequence,
+                published: head.stamp_s,
+                instance: head.instance,
+                lost: head.lost,
+                stamps: converted.stamps_s,
+            };
+            let head_bytes = heads.encode(&recorded).map_err(layout)?;
+            self.file.write_to_known_channel(&header(*channel), &head_bytes)?;
+        }
         self.file.write_to_known_channel(&header(output.channel), &converted.bytes)?;
         output.span_s = Some(widen(output.span_s, head.stamp_s));
         self.written += 1;
@@ -242,11 +282,24 @@ impl<W: Write + Seek> RecordingWriter<W> {
             let times = span_s.map_or(String::new(), |(from_s, to_s)| format!(" {from_s} {to_s}"));
             (data, format!("{lost}{times}"))
         });
-        let metadata = Metadata { name: OUTPUTS.into(), metadata: metadata.collect() };
-        self.file.write_metadata(&metadata)?;
+        if self.heads.is_some() {
+            let metadata = Metadata { name: OUTPUTS.into(), metadata: metadata.collect() };
+            self.file.write_metadata(&metadata)?;
+        }
         self.file.finish()?;
         Ok(self.file.into_inner())
     }
+}
+
+/// How ROS 2 publishes a topic: reliably, and with `latched` the last message for late subscribers.
+fn describe_qos(latched: bool) -> String {
+    let (depth, durability) = if latched { (1, 1) } else { (10, 2) };
+    let unlimited = "    sec: 9223372036\n    nsec: 854775807\n";
+    format!(
+        "- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {durability}\n  deadline:\n\
+         {unlimited}  lifespan:\n{unlimited}  liveliness: 1\n  liveliness_lease_duration:\n\
+         {unlimited}  avoid_ros_namespace_conventions: false\n"
+    )
 }
 
 /// Since the beginning of system time; a time before it is 0.

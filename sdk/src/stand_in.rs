@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use armor_socket::random_id;
 use armor_wire::control::{OutputStatus, ReportKind};
@@ -24,6 +24,9 @@ use crate::user_code::UserCode;
 
 /// It has nothing to do at its ticks, so they are rare.
 const TICK_RATE_HZ: f64 = 1e-3;
+
+/// Time between two looks at whether it has started.
+const STARTED_EVERY: Duration = Duration::from_millis(1);
 
 /// An output of a [`StandIn`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -79,6 +82,11 @@ impl StandIn {
             runtime.run_main_loop();
         };
         let main_loop = std::thread::Builder::new().name(name).spawn(run)?;
+        // What it publishes before it is active or frozen would be lost.
+        let begun = Instant::now();
+        while participant.lifecycle.is_starting() && begun.elapsed() < limit {
+            std::thread::sleep(STARTED_EVERY);
+        }
         Ok(Self { participant, outputs: types, main_loop: Some(main_loop) })
     }
 

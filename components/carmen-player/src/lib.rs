@@ -1,10 +1,11 @@
 //! Plays CARMEN logs: recorded laser scans and odometry as live data.
 //!
 //! `line` reads one line, `log` streams a file of them, `playback` decides what is due when;
-//! `ports` publishes it.
+//! `messages` makes messages of it, and `ports` publishes them.
 
 pub mod line;
 pub mod log;
+pub mod messages;
 pub mod playback;
 mod ports;
 pub mod record;

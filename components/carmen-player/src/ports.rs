@@ -6,13 +6,12 @@ use std::path::PathBuf;
 use armor_sdk::prelude::*;
 
 use crate::log::CarmenLog;
+use crate::messages::{make_laser_scan, make_odometry};
 use crate::playback::{OdometrySource, Playback};
 use crate::record::{Mount, RecordedScan};
 
 /// Most scans of one call, so that a call stays short however fast they are taken.
 const SCANS_PER_CALL: u32 = 50;
-/// The scanners of these logs do not measure closer.
-const RANGE_MIN_M: f32 = 0.02;
 
 type LogFile = Box<dyn BufRead + Send>;
 
@@ -143,31 +142,14 @@ impl CarmenPlayer {
     }
 
     fn publish_scan(&mut self, scan: &RecordedScan) -> Result<(), Fault> {
-        let (stamp, pose) = (scan.stamp_s, scan.odometry);
-        let planar = Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad };
+        let stamp = scan.stamp_s;
         self.armor.send_data("clock", &Clock { clock: stamp })?;
-        let odometry = Odometry::planar(stamp, "odom", "base_link", planar, Twist::default());
+        let odometry = make_odometry(scan);
         self.armor.send_data("transforms", &FrameTransforms::from_odometry(&odometry))?;
         self.armor.send_data("odometry", &odometry)?;
-        let ranges = scan.ranges_within(self.parameters.range_max_m);
-        let scan_time = self.last_stamp_s.map_or(0.0, |last_s| stamp - last_s);
+        let scan_time_s = self.last_stamp_s.map_or(0.0, |last_s| stamp - last_s);
         self.last_stamp_s = Some(stamp);
-        let laser_scan = LaserScan {
-            stamp,
-            frame: "laser".into(),
-            angle_min: scan.beams.angle_min_rad as f32,
-            angle_max: scan.beams.angle_rad(ranges.len().saturating_sub(1)) as f32,
-            angle_increment: scan.beams.increment_rad as f32,
-            time_increment: 0.0,
-            scan_time: scan_time as f32,
-            range_min: RANGE_MIN_M,
-            range_max: scan
-                .beams
-                .range_max_m
-                .map_or(self.parameters.range_max_m, |max_m| max_m as f32),
-            intensities: Array::default(),
-            ranges: ranges.into(),
-        };
+        let laser_scan = make_laser_scan(scan, self.parameters.range_max_m, scan_time_s);
         self.armor.send_data("scan", &laser_scan)?;
         Ok(())
     }

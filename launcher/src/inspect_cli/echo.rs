@@ -1,7 +1,7 @@
 //! `armor echo DATA`: data as it is published, as JSON whatever its type.
 
 mod byte_lists;
-mod csv;
+pub mod csv;
 mod fields;
 mod pretty;
 

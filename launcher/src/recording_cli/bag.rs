@@ -8,12 +8,14 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use armor_recording::{
-    BEGIN_KEY, CopiedPart, OutputSelection, Recording, RecordingSummary, copy_recordings,
+    BEGIN_KEY, CopiedPart, OutputSelection, Recording, RecordingForm, RecordingSummary,
+    copy_recordings,
 };
 use armor_robotfile::advise_similar;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use super::convert::{ConvertArguments, convert};
 use super::format_len;
 use super::record::{RecordCompression, parse_selection};
 use crate::arguments::{OutputFormat, parse_duration};
@@ -27,7 +29,10 @@ use crate::verb::Verb;
   armor bag info drive.mcap
   armor bag recover broken.mcap whole.mcap             after a crash of the recorder
   armor bag cut drive.mcap part.mcap --from 10s --to 20s --data mapper.pose
-  armor bag merge front.mcap rear.mcap both.mcap")]
+  armor bag merge front.mcap rear.mcap both.mcap
+  armor bag convert drive.mcap pose.csv --data mapper.pose
+  armor bag convert drive.mcap ros2.mcap --to ros2
+  armor bag convert intel.log.gz intel.mcap            scans and odometry of a CARMEN log")]
 pub enum BagCommand {
     /// Show what is in a recording: outputs, counts, losses, files.
     Info {
@@ -58,6 +63,8 @@ pub enum BagCommand {
         #[arg(long = "data", value_name = "DATA", value_parser = parse_selection)]
         data: Vec<String>,
     },
+    /// Convert a recording of ROS 2 or a log of CARMEN, or write one as CSV or for ROS 2.
+    Convert(ConvertArguments),
     /// Copy several recordings into one, by the time of their messages.
     Merge {
         /// The recordings, and last the file to write, which must not be there yet.
@@ -91,6 +98,7 @@ impl Verb for BagCommand {
                 let part = find_part(&file, from, to, data)?;
                 copy_part(&[file], &copy.copy, &part, copy.compress, format)?
             }
+            Self::Convert(arguments) => convert(&arguments, format)?,
             Self::Merge { mut files, compress } => {
                 let Some(copy) = files.pop().filter(|_| !files.is_empty()) else {
                     bail!("name the recordings, and last the file to write");
@@ -164,7 +172,7 @@ fn format_summary(summary: &RecordingSummary) -> String {
 }
 
 /// Returns the part with its times in system time.
-fn find_part(
+pub fn find_part(
     file: &Path,
     from: Option<Duration>,
     to: Option<Duration>,
@@ -203,7 +211,10 @@ fn copy_part(
     let sink =
         File::create_new(copy).with_context(|| format!("{} cannot be created", copy.display()))?;
     let paths: Vec<_> = files.iter().map(PathBuf::as_path).collect();
-    let (report, sink) = copy_recordings(&paths, part, BufWriter::new(sink), compress.into())?;
+    let (report, sink) = {
+        let (sink, form) = (BufWriter::new(sink), RecordingForm::Armor);
+        copy_recordings(&paths, part, sink, compress.into(), form)?
+    };
     let file = sink.into_inner().context("the copy cannot be written")?;
     file.sync_all().with_context(|| copy.display().to_string())?;
     if report.unreadable > 0 {

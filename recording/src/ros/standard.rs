@@ -28,8 +28,18 @@ impl StandardMessage {
 /// Returns the message of ROS that is meant by a type of Armor: by one of the SDK, and not by another
 /// one of its name.
 pub(super) fn find_standard(schema: &Schema) -> Option<&'static StandardMessage> {
+    list_all().iter().find(|standard| standard.schema == *schema)
+}
+
+/// Returns the type of Armor that a message of ROS means, by its name: `sensor_msgs/msg/LaserScan`.
+pub(super) fn find_by_ros_name(name: &str) -> Option<&'static Schema> {
+    let name = name.replace("/msg/", "/");
+    list_all().iter().find(|standard| standard.name == name).map(|standard| &standard.schema)
+}
+
+fn list_all() -> &'static [StandardMessage] {
     static TABLE: OnceLock<Vec<StandardMessage>> = OnceLock::new();
-    TABLE.get_or_init(list_standard).iter().find(|standard| standard.schema == *schema)
+    TABLE.get_or_init(list_standard)
 }
 
 /// The fields are separated by spaces. `header` is `stamp` and `frame`, `header<parent` the stamp of

@@ -1,0 +1,236 @@
+//! `armor bag convert`: recordings from and for other programs.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use armor_carmen_player::log::CarmenLog;
+use armor_carmen_player::messages::{make_laser_scan, make_odometry};
+use armor_carmen_player::playback::{OdometrySource, Playback};
+use armor_carmen_player::record::Mount;
+use armor_recording::{
+    CopiedPart, MessageHead, OutputType, Recording, RecordingForm, RecordingWriter, copy_recordings,
+};
+use armor_sdk::messages::{FrameTransforms, LaserScan, Odometry};
+use armor_wire::codec;
+use armor_wire::message::Message;
+use armor_wire::schema::{self, to_json};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::bag::find_part;
+use super::record::{RecordCompression, parse_selection};
+use crate::arguments::{OutputFormat, parse_duration};
+use crate::exit::CommandEnding;
+use crate::inspect_cli::echo::csv::CsvTable;
+use crate::print::{end_printing, print_line, print_notice};
+
+/// How an MCAP file begins.
+const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// The component whose outputs a log of CARMEN becomes.
+const CARMEN: &str = "carmen";
+/// Readings from here on mean that nothing was seen, as the player of logs takes them.
+const RANGE_MAX_M: f32 = 50.0;
+
+/// What a recording is converted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ConvertedForm {
+    /// A recording of Armor.
+    Armor,
+    /// A recording of ROS 2, in MCAP.
+    Ros2,
+    /// Comma-separated values: one file for each output.
+    Csv,
+}
+
+/// A conversion.
+#[derive(Args, Debug)]
+pub struct ConvertArguments {
+    /// A recording of Armor or ROS 2 (MCAP), or a log of CARMEN, plain or gzip.
+    pub file: PathBuf,
+    /// What is written, and must not be there yet: a file, or with several outputs as CSV a folder.
+    pub copy: PathBuf,
+    /// The form. Default: CSV if the name ends with .csv, else a recording of Armor.
+    #[arg(long, value_enum, value_name = "FORM")]
+    pub to: Option<ConvertedForm>,
+    /// Convert this output alone, or with COMPONENT.* those of a component; may be given several times.
+    #[arg(long = "data", value_name = "DATA", value_parser = parse_selection)]
+    pub data: Vec<String>,
+    /// Begin this time after the beginning.
+    #[arg(long, value_parser = parse_duration, value_name = "TIME")]
+    pub from: Option<std::time::Duration>,
+    /// End this time after the beginning.
+    #[arg(long = "until", value_parser = parse_duration, value_name = "TIME")]
+    pub until: Option<std::time::Duration>,
+    /// How a recording is compressed.
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub compress: RecordCompression,
+}
+
+/// Converts a file.
+///
+/// # Errors
+/// If it cannot be read, or the copy cannot be written.
+pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<CommandEnding> {
+    let ConvertArguments { file, copy, .. } = arguments;
+    let is_csv = copy.extension().is_some_and(|extension| extension == "csv");
+    let to = arguments.to.unwrap_or(if is_csv { ConvertedForm::Csv } else { ConvertedForm::Armor });
+    let mut magic = Vec::new();
+    let opened = File::open(file).with_context(|| file.display().to_string())?;
+    opened.take(MCAP_MAGIC.len() as u64).read_to_end(&mut magic)?;
+    let (messages, unreadable) = if magic == MCAP_MAGIC {
+        let ConvertArguments { from, until, data, .. } = arguments;
+        let part = find_part(file, *from, *until, data.clone())?;
+        match to {
+            ConvertedForm::Armor => copy_messages(arguments, &part, RecordingForm::Armor)?,
+            ConvertedForm::Ros2 => copy_messages(arguments, &part, RecordingForm::Ros2)?,
+            ConvertedForm::Csv => write_tables(file, copy, &part)?,
+        }
+    } else {
+        if to == ConvertedForm::Csv || !arguments.data.is_empty() || arguments.from.is_some() {
+            bail!(
+                "{} is no MCAP file, so it is read as a log of CARMEN: that is converted whole, to a \
+                 recording; convert the recording then",
+                file.display()
+            );
+        }
+        let form =
+            if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor };
+        (convert_carmen(arguments, form)?, 0)
+    };
+    if unreadable > 0 {
+        print_notice(format!("{unreadable} messages cannot be read, and are left out"));
+    }
+    end_printing(if format == OutputFormat::Json {
+        print_line(json!({ "file": copy, "messages": messages, "unreadable": unreadable }))
+    } else {
+        print_line(format!("{}: {messages} messages", copy.display()))
+    })
+}
+
+fn create(path: &Path) -> Result<BufWriter<File>> {
+    let file = File::create_new(path);
+    Ok(BufWriter::new(file.with_context(|| format!("{} cannot be created", path.display()))?))
+}
+
+fn copy_messages(
+    arguments: &ConvertArguments,
+    part: &CopiedPart,
+    form: RecordingForm,
+) -> Result<(u64, u64)> {
+    let sink = create(&arguments.copy)?;
+    let (report, mut sink) =
+        copy_recordings(&[&arguments.file], part, sink, arguments.compress.into(), form)?;
+    sink.flush()?;
+    Ok((report.copied, report.unreadable))
+}
+
+/// A table that is being written.
+struct OpenTable {
+    table: CsvTable,
+    file: BufWriter<File>,
+}
+
+/// Writes one file of comma-separated values for each output: into `copy`, if it is one output.
+fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64)> {
+    let mut recording = Recording::open(file)?;
+    let outputs = &recording.summary().outputs;
+    let chosen: Vec<_> = outputs.iter().filter(|output| part.outputs.holds(&output.data)).collect();
+    let is_one = chosen.len() == 1;
+    if !is_one {
+        std::fs::create_dir(copy)
+            .with_context(|| format!("{} cannot be created", copy.display()))?;
+    }
+    let mut tables: BTreeMap<String, Option<OpenTable>> = BTreeMap::new();
+    let (mut written, mut unreadable) = (0, 0);
+    while let Some(message) = recording.next_message()? {
+        let stamp_s = message.head.stamp_s;
+        let is_meant = part.outputs.holds(&message.data)
+            && part.from_s.is_none_or(|from_s| stamp_s >= from_s)
+            && part.to_s.is_none_or(|to_s| stamp_s < to_s);
+        if !is_meant {
+            continue;
+        }
+        let value = message.payload.ok().and_then(|payload| {
+            let schema = schema::parse(&message.output_type.schema).ok()?;
+            to_json(&schema, &payload).ok()
+        });
+        let Some(value) = value else {
+            unreadable += 1;
+            continue;
+        };
+        if !tables.contains_key(&message.data) {
+            let path = if is_one { copy.to_owned() } else { copy.join(&message.data) };
+            let path = if is_one { path } else { path.with_added_extension("csv") };
+            let opened = match CsvTable::new(&value, &[]) {
+                Ok(table) => {
+                    let mut file = create(&path)?;
+                    writeln!(file, "{}", table.heading())?;
+                    Some(OpenTable { table, file })
+                }
+                Err(_) => {
+                    let data = &message.data;
+                    print_notice(format!("{data} has only arrays, and is left out"));
+                    None
+                }
+            };
+            tables.insert(message.data.clone(), opened);
+        }
+        if let Some(Some(open)) = tables.get_mut(&message.data) {
+            writeln!(open.file, "{}", open.table.row(stamp_s, message.head.sequence, &value))?;
+            written += 1;
+        }
+    }
+    for open in tables.into_values().flatten() {
+        open.file.into_inner().context("a table cannot be written")?.sync_all()?;
+    }
+    Ok((written, unreadable))
+}
+
+/// Writes scans, odometry and transforms of a log. Returns how many messages there are.
+fn convert_carmen(arguments: &ConvertArguments, form: RecordingForm) -> Result<u64> {
+    let ConvertArguments { file, copy, compress, .. } = arguments;
+    let shown = file.display();
+    let log = CarmenLog::<Box<dyn BufRead + Send>>::open(file)
+        .with_context(|| format!("{shown} cannot be read as a log of CARMEN"))?;
+    let mut playback = Playback::new(log, Mount::Front, OdometrySource::Scan, 0.0);
+    let Some(first) = playback.next_due(0.0).with_context(|| shown.to_string())? else {
+        bail!("{shown} is neither an MCAP file nor a log of CARMEN with scans of a front laser");
+    };
+    let mut writer =
+        RecordingWriter::with_form(create(copy)?, (*compress).into(), BTreeMap::new(), form)?;
+    let scans = writer.add_output(&format!("{CARMEN}.scan"), &type_of::<LaserScan>())?;
+    let odometry = writer.add_output(&format!("{CARMEN}.odometry"), &type_of::<Odometry>())?;
+    let frames =
+        writer.add_output(&format!("{CARMEN}.transforms"), &type_of::<FrameTransforms>())?;
+    let (mut next, mut last_s, mut sequence) = (Some(first), None, 0);
+    while let Some(scan) = next {
+        let head =
+            MessageHead { sequence, stamp_s: scan.stamp_s, instance: 1, ..MessageHead::default() };
+        let moved = make_odometry(&scan);
+        let scan_time_s = last_s.map_or(0.0, |last_s| scan.stamp_s - last_s);
+        writer.write(frames, &head, &codec::encode(&FrameTransforms::from_odometry(&moved))?)?;
+        writer.write(odometry, &head, &codec::encode(&moved)?)?;
+        let ranges = make_laser_scan(&scan, RANGE_MAX_M, scan_time_s);
+        writer.write(scans, &head, &codec::encode(&ranges)?)?;
+        last_s = Some(scan.stamp_s);
+        sequence += 1;
+        next = playback.next_due(0.0).with_context(|| shown.to_string())?;
+    }
+    if let Some(damage) = playback.damage() {
+        print_notice(format!("{shown} breaks off: {damage}"));
+    }
+    let malformed = playback.tally().malformed;
+    if malformed > 0 {
+        print_notice(format!("{malformed} lines are malformed, and are left out"));
+    }
+    let written = writer.count_written();
+    writer.finish()?.flush()?;
+    Ok(written)
+}
+
+fn type_of<T: Message>() -> OutputType {
+    OutputType { name: T::NAME.into(), schema: T::schema().to_string(), latched: false }
+}
