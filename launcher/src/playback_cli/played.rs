@@ -9,7 +9,7 @@ use armor_recording::playback::{AwaitedLink, DataRename, PLAYBACK, PlayedCompone
 use armor_robotfile::{Configuration, Manifests, advise_similar};
 use armor_wire::schema;
 
-use super::play::PlayArguments;
+use super::arguments::PlayArguments;
 
 /// The data that the time of a played system follows.
 pub const PLAYBACK_CLOCK: &str = "playback.clock";
