@@ -23,7 +23,9 @@ use crate::explain::ExplainArguments;
 use crate::fmt::FmtArguments;
 use crate::guard::GuardArguments;
 use crate::host_agent::HostArguments;
+use crate::inspect_cli::bw::BwArguments;
 use crate::inspect_cli::data::DataCommand;
+use crate::inspect_cli::delay::DelayArguments;
 use crate::inspect_cli::describe::DescribeArguments;
 use crate::inspect_cli::echo::EchoArguments;
 use crate::inspect_cli::graph::GraphArguments;
@@ -89,6 +91,8 @@ commands! {
     Graph(GraphArguments),
     Echo(EchoArguments),
     Hz(HzArguments),
+    Bw(BwArguments),
+    Delay(DelayArguments),
     Watch(WatchArguments),
     Restart(RestartArguments),
     Stop(StopArguments),
