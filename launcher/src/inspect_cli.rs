@@ -13,6 +13,7 @@ pub mod mission;
 mod named_part;
 pub mod ps;
 mod silence;
+mod time_source;
 
 use std::time::Duration;
 

@@ -57,13 +57,15 @@ fn add_nested_command(error: &mut clap::Error, command: &Command) {
 }
 
 /// Verbs of other systems, with their second word where it matters, and what they are here.
-const FOREIGN_VERBS: [(&str, &str, &str); 25] = [
+const FOREIGN_VERBS: [(&str, &str, &str); 27] = [
     ("topic", "echo", "`armor echo COMPONENT.OUTPUT` prints data"),
     ("topic", "hz", "`armor hz COMPONENT.OUTPUT` measures a rate"),
     ("topic", "bw", "`armor bw COMPONENT.OUTPUT` measures bytes per second"),
     ("topic", "delay", "`armor delay COMPONENT.OUTPUT` measures how old data are on arrival"),
     ("topic", "list", "`armor data list` lists all outputs"),
-    ("topic", "info", "`armor graph` shows the links of an output"),
+    ("topic", "info", "`armor data info COMPONENT.OUTPUT` describes an output and its links"),
+    ("topic", "find", "`armor data find TYPE` finds the outputs and inputs of a type"),
+    ("topic", "pub", "`armor data pub COMPONENT.OUTPUT TYPE FIELD=VALUE` publishes by hand"),
     (
         "topic",
         "",

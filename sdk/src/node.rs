@@ -6,7 +6,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use armor_socket::{ComponentListeners, host_name, random_id};
-use armor_wire::control::{Answer, RunState};
+use armor_wire::control::{Answer, OutputStatus, RunState};
 use armor_wire::registry::{ComponentEntry, DEFAULT_PORT};
 
 use crate::armor::Armor;
@@ -14,6 +14,7 @@ use crate::call::Fault;
 use crate::directory::{Directory, DirectoryError};
 use crate::following;
 use crate::identity::ProcessIdentity;
+use crate::message_type::MessageType;
 use crate::orders::OrderEvent;
 use crate::participant::{Declarations, Participant};
 use crate::service;
@@ -70,6 +71,17 @@ impl SystemNode {
     /// here.
     pub fn armor(&self) -> Armor {
         Armor { participant: Arc::clone(&self.participant) }
+    }
+
+    /// Gives the outputs that were declared with [`AnyMessage`](crate::AnyMessage) the type with this
+    /// schema, and declares them to the registry.
+    pub fn give_outputs_type(&self, type_name: &str, schema: &str) {
+        self.participant.give_outputs_type(&MessageType::of_schema(type_name, schema));
+    }
+
+    /// Its outputs with their links.
+    pub fn outputs(&self) -> Vec<OutputStatus> {
+        self.participant.ports.outputs().iter().map(|output| output.status()).collect()
     }
 
     /// Its connection to the registry.

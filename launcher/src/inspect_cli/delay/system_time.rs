@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use armor_inspect::ObservedSystem;
-use armor_sdk::control::Status;
+use armor_sdk::SystemClock;
 use armor_sdk::tap::Tap;
-use armor_sdk::{SystemClock, time_link};
 use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::keep::Keep;
+
+use crate::inspect_cli::time_source::find_source_of;
 
 /// Time within which the registry must answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(3);
@@ -41,7 +42,7 @@ impl MeasuredTime {
         let component = data.split('.').next().unwrap_or_default();
         let sightings = observed.ask_statuses()?;
         let statuses: Vec<_> = sightings.into_iter().filter_map(|it| it.status.ok()).collect();
-        match find_source(&statuses, component) {
+        match find_source_of(&statuses, component) {
             Some(source) => {
                 let reading = LastReading::follow(observed, &source)?;
                 Ok(Self::Followed { source, reading })
@@ -110,15 +111,6 @@ impl LastReading {
             }
         }
     }
-}
-
-/// Returns the data that the time of `component` follows: its provider has a link to it that only
-/// brings the time.
-fn find_source(statuses: &[Status], component: &str) -> Option<String> {
-    let link = time_link(component);
-    let mut outputs = statuses.iter().flat_map(|status| &status.outputs);
-    let source = outputs.find(|output| output.links.iter().any(|it| it.to == link));
-    source.map(|output| output.data.clone())
 }
 
 /// How exactly the provider knows the registry's clock. It is asked once per start of its process.
