@@ -247,6 +247,7 @@ fn tools_without_a_system_print_how_to_start_one() {
     for tool in [
         &["ps"][..],
         &["graph"],
+        &["top", "--once"],
         &["echo", "a.b"],
         &["hz", "a.b"],
         &["bw", "a.b"],

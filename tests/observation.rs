@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::fixture::{Folder, run_to_end, wait_for};
+use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// Runs `armor` on a system; returns its exit code, stdout and stderr.
@@ -143,4 +144,104 @@ fn data_are_published_by_hand_in_the_place_of_a_component_that_is_stopped() {
 
     let (code, out, err) = armor(&system, &["data", "pub", "test.goal", "Twist", "linear.x=1"]);
     assert!(code == 1 && err.contains("nothing is linked to test.goal"), "{out}{err}");
+}
+
+#[test]
+fn the_use_of_a_system_is_shown_once_and_line_by_line() {
+    let draft = Draft::default().probe("north", "rate='50Hz'", "bulk=10");
+    let draft = draft.probe("south", "rate='20Hz'", "bulk=100000").probe("watcher", "", "");
+    let draft = draft.link("north", "watcher.a", "1000").link("south", "watcher.b", "1000");
+    let system = draft.run(Folder::new("top"));
+    system.status("watcher");
+    let looks = system.read_json(&["top", "-n", "2"]);
+    assert_eq!(looks.len(), 2, "{looks:?}");
+    let last = &looks[1];
+    let row = |name: &str| {
+        let rows = last["components"].as_array().expect("rows");
+        rows.iter().find(|row| row["name"] == name).cloned().unwrap_or_default()
+    };
+    for name in ["north", "south", "watcher", "configd"] {
+        assert!(row(name)["memory_bytes"].as_u64() > Some(0), "{name}: {last}");
+    }
+    // The bytes are those of the messages, through a socket and through memory.
+    for (name, len) in [("north", 26.0), ("south", 100_016.0)] {
+        let [bytes, count] =
+            ["output_bytes_per_s", "output_hz"].map(|it| row(name)[it].as_f64().expect("a rate"));
+        assert!(count > 0.0 && (bytes / count - len).abs() < 1e-6, "{name}: {}", row(name));
+    }
+    assert_eq!(last["links"].as_array().map(Vec::len), Some(2), "{last}");
+    assert!(last["mission"].is_null() && last["is_found"] == true, "{last}");
+
+    assert_eq!(armor(&system, &["stop", "south"]).0, 0);
+    wait_for("its end", || {
+        let (code, out, err) = armor(&system, &["top", "--once", "--sort", "name"]);
+        assert_eq!(code, 0, "{err}");
+        assert!(out.contains("no mission") && out.contains("NAME"), "{out}");
+        let stopped = out.lines().find(|line| line.starts_with("south"));
+        stopped.filter(|line| line.contains("stopped")).map(drop)
+    });
+    let (code, _, err) = armor(&system, &["top", "--interval", "10ms"]);
+    assert!(code == 2 && err.contains("at least 0.5s"), "{err}");
+}
+
+#[test]
+fn a_system_that_ends_and_comes_back_is_followed() {
+    let mut system =
+        Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("top-again"));
+    let before = system.pid("north");
+    let registry = system.registry.to_string();
+    let mut command = system.folder.armor(&["top", "--registry", &registry, "--format", "json"]);
+    let top = Dialogue::start(command.args(["--interval", "500ms"]));
+    let await_north = |is_it: &dyn Fn(i64) -> bool| loop {
+        let look: Value = serde_json::from_str(&top.read_line()).expect("one JSON object per line");
+        let rows = look["components"].as_array().cloned().unwrap_or_default();
+        let north = rows.iter().find(|row| row["name"] == "north");
+        if north.and_then(|row| row["pid"].as_i64()).is_some_and(is_it) {
+            break;
+        }
+    };
+    await_north(&|pid| pid == i64::from(before));
+    system.run.signal(Signal::KILL);
+    system.run.code();
+    let next = system.folder.run("next", &["probes.xml", "--registry", &registry]);
+    system.run = next;
+    await_north(&|pid| pid != i64::from(before));
+    top.kill();
+}
+
+/// The escape sequences with which a terminal is left: its usual screen, and a visible cursor.
+const LEFT: &str = "\u{1b}[?1049l";
+
+#[test]
+fn a_terminal_is_left_as_it_was_by_a_key_and_by_a_signal() {
+    let system = Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("top-screen"));
+    system.status("north");
+    for (number, ends_by_key) in [true, false].into_iter().enumerate() {
+        let recorded = system.folder.path().join(format!("screen-{number}"));
+        let program = env!("CARGO_BIN_EXE_armor");
+        let registry = system.registry;
+        let line = format!(
+            "stty rows 24 cols 80; echo $$ > pid; exec {program} top --registry {registry}"
+        );
+        let mut command = std::process::Command::new("script");
+        command.args(["-qfec", &line]).arg(&recorded).env("TERM", "xterm");
+        command.current_dir(system.folder.path()).stdin(std::process::Stdio::piped());
+        let mut child = command.stdout(std::process::Stdio::null()).spawn().expect("script(1)");
+        let screen = || {
+            let bytes = std::fs::read(&recorded).unwrap_or_default();
+            String::from_utf8_lossy(&bytes).into_owned()
+        };
+        wait_for("the table", || screen().contains("north").then_some(()));
+        assert!(!screen().contains(LEFT), "it has not ended yet");
+        if ends_by_key {
+            let mut input = child.stdin.take().expect("piped");
+            std::io::Write::write_all(&mut input, b"q").expect("a reader");
+        } else {
+            let pid = std::fs::read_to_string(system.folder.path().join("pid")).expect("a file");
+            send_signal(pid.trim().parse().expect("a number"), Signal::TERM);
+        }
+        let status = wait_for("its end", || child.try_wait().expect("it is ours"));
+        assert_eq!(status.code(), Some(if ends_by_key { 0 } else { 130 }));
+        assert!(screen().contains(LEFT), "{:?}", screen());
+    }
 }

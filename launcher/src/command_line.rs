@@ -41,6 +41,7 @@ use crate::recording_cli::bag::BagCommand;
 use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
 use crate::run::group_killer::GroupKillerArguments;
+use crate::top::TopArguments;
 use crate::verb::Verb;
 
 /// Robots from components: independent processes, direct links, and a mission that activates and
@@ -86,6 +87,7 @@ commands! {
     Fmt(FmtArguments),
     Doctor(DoctorArguments),
     Ps(PsArguments),
+    Top(TopArguments),
     #[command(subcommand)] Data(DataCommand),
     Describe(DescribeArguments),
     Graph(GraphArguments),

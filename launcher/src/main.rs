@@ -36,6 +36,7 @@ mod run;
 #[cfg(test)]
 mod scratch;
 mod system;
+mod top;
 mod usage_error;
 mod verb;
 

@@ -57,7 +57,7 @@ fn add_nested_command(error: &mut clap::Error, command: &Command) {
 }
 
 /// Verbs of other systems, with their second word where it matters, and what they are here.
-const FOREIGN_VERBS: [(&str, &str, &str); 27] = [
+const FOREIGN_VERBS: [(&str, &str, &str); 28] = [
     ("topic", "echo", "`armor echo COMPONENT.OUTPUT` prints data"),
     ("topic", "hz", "`armor hz COMPONENT.OUTPUT` measures a rate"),
     ("topic", "bw", "`armor bw COMPONENT.OUTPUT` measures bytes per second"),
@@ -71,6 +71,7 @@ const FOREIGN_VERBS: [(&str, &str, &str); 27] = [
         "",
         "`armor data list` lists all outputs, `armor echo` prints one, `armor hz` measures its rate",
     ),
+    ("monitor", "", "`armor top` shows processor, memory, rates and losses of all components"),
     ("node", "list", "`armor ps` lists the running components"),
     ("node", "info", "`armor describe KIND` and `armor graph` show ports and links"),
     ("node", "kill", "`armor stop COMPONENT` stops one"),

@@ -214,7 +214,14 @@ mod tests {
             last_error: "no power".into(),
             untaken_events: 0,
             call: None,
-            outputs: vec![OutputStatus { id, data, type_name, published, links: Vec::new() }],
+            outputs: vec![OutputStatus {
+                id,
+                data,
+                type_name,
+                published,
+                published_bytes: 0,
+                links: Vec::new(),
+            }],
             inputs: Vec::new(),
         }
     }

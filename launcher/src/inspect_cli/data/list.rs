@@ -145,6 +145,7 @@ mod tests {
             data: "laser.scan".into(),
             type_name: "LaserScan".into(),
             published,
+            published_bytes: 0,
             links: vec![link("slam"), link("map")],
         };
         Status {
