@@ -260,6 +260,7 @@ fn tools_without_a_system_print_how_to_start_one() {
         &["restart", "a"],
         &["stop", "--all"],
         &["log", "a", "debug"],
+        &["logs"],
         &["mission", "show"],
     ] {
         let (code, out, err) = run_to_end(&mut folder.armor(tool));

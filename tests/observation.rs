@@ -185,6 +185,45 @@ fn the_use_of_a_system_is_shown_once_and_line_by_line() {
 }
 
 #[test]
+fn the_logs_of_a_run_are_merged_filtered_and_followed_to_its_end() {
+    let draft = Draft::default().probe("north", "rate='50Hz'", "panic=1 ").probe("south", "", "");
+    let mut system = draft.run(Folder::new("logs"));
+    let out = system.run.out().display().to_string();
+    system.run.wait_for_log("as the test wants it", 1);
+    let follow = {
+        let registry = system.registry.to_string();
+        let mut command = system.folder.armor(&["logs", "-f", "-n", "0", "--component", "north"]);
+        Dialogue::start(command.args(["--registry", &registry]))
+    };
+    let line = follow.read_line();
+    assert!(line.contains("north") && !line.contains("south"), "{line}");
+    let warnings = wait_for("a warning", || {
+        let lines = system.read_json(&["logs", "--level", "warn", "--component", "north"]);
+        (!lines.is_empty()).then_some(lines)
+    });
+    for line in &warnings {
+        assert!(matches!(line["level"].as_str(), Some("WARN" | "ERROR")), "{line}");
+        assert!(line["date"].is_string() && line["name"] == "north", "{line}");
+    }
+    let all = system.read_json(&["logs"]);
+    let dates: Vec<_> = all.iter().filter_map(|line| line["date"].as_str()).collect();
+    assert!(dates.is_sorted() && dates.len() == all.len(), "{all:?}");
+    assert_eq!(system.read_json(&["logs", "-n", "2"]).len(), 2);
+    assert_eq!(system.read_json(&["logs", "--since", "2099-01-01T00:00:00"]), Vec::<Value>::new());
+    let (code, _, err) = armor(&system, &["logs", "--component", "nroth"]);
+    assert!(code == 1 && err.contains("no log of nroth; did you mean north?"), "{err}");
+
+    system.run.signal(Signal::INT);
+    system.run.code();
+    follow.wait_for_end();
+    let mut command = system.folder.armor(&["logs", "--out", &out, "--component", "launcher"]);
+    let (code, text, err) = run_to_end(&mut command);
+    assert!(code == 0 && text.contains("launcher"), "{text}{err}");
+    let (code, _, err) = run_to_end(&mut system.folder.armor(&["logs", "--out", "nowhere"]));
+    assert!(code == 1 && err.contains("it is not the folder of a run"), "{err}");
+}
+
+#[test]
 fn a_system_that_ends_and_comes_back_is_followed() {
     let mut system =
         Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("top-again"));

@@ -33,6 +33,7 @@ use crate::inspect_cli::hz::HzArguments;
 use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
+use crate::logs_cli::LogsArguments;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
@@ -98,6 +99,7 @@ commands! {
     Watch(WatchArguments),
     Restart(RestartArguments),
     Stop(StopArguments),
+    Logs(LogsArguments),
     Log(LogArguments),
     #[command(subcommand)] Mission(MissionCommand),
     Record(RecordArguments),

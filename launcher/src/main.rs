@@ -26,6 +26,7 @@ mod host_agent;
 mod inspect_cli;
 mod keys_cli;
 mod kinds;
+mod logs_cli;
 mod new;
 mod param;
 mod petri_cli;
