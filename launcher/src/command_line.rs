@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, Parser, Subcommand};
 
 use crate::arguments::OutputFormat;
 use crate::check::CheckArguments;
@@ -19,6 +19,7 @@ use crate::daemon::gate::GateArguments;
 use crate::daemon::registry::RegistryArguments;
 use crate::doctor::DoctorArguments;
 use crate::evaluate_cli::EvalArguments;
+use crate::exit_codes::add_exit_codes;
 use crate::explain::ExplainArguments;
 use crate::fmt::FmtArguments;
 use crate::guard::GuardArguments;
@@ -34,6 +35,7 @@ use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
 use crate::logs_cli::LogsArguments;
+use crate::man_cli::ManArguments;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
@@ -56,6 +58,11 @@ pub struct CommandLine {
     /// What to do.
     #[command(subcommand)]
     pub command: ArmorCommand,
+}
+
+/// Returns the parser of the command line, with the exit codes in the help of each command.
+pub fn build_command() -> Command {
+    add_exit_codes(CommandLine::command())
 }
 
 /// Declares the commands and carries out the chosen one.
@@ -112,6 +119,7 @@ commands! {
     New(NewArguments),
     Sdk(SdkArguments),
     Completions(CompletionsArguments),
+    Man(ManArguments),
     Registry(RegistryArguments),
     Configd(ConfigdArguments),
     Executive(ExecutiveArguments),

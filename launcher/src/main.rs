@@ -19,6 +19,7 @@ mod date;
 mod doctor;
 mod evaluate_cli;
 mod exit;
+mod exit_codes;
 mod explain;
 mod fmt;
 mod guard;
@@ -27,6 +28,7 @@ mod inspect_cli;
 mod keys_cli;
 mod kinds;
 mod logs_cli;
+mod man_cli;
 mod new;
 mod param;
 mod petri_cli;
@@ -44,11 +46,11 @@ mod verb;
 use std::ffi::OsStr;
 use std::process::ExitCode;
 
+use clap::FromArgMatches;
 use clap::builder::Resettable;
-use clap::{CommandFactory, FromArgMatches};
 
 use arguments::OutputFormat;
-use command_line::{ArmorCommand, CommandLine};
+use command_line::{ArmorCommand, CommandLine, build_command};
 use exit::CommandEnding;
 use print::{StdoutClosed, help_width, print_notice};
 use retry_advice::advise_retry;
@@ -57,14 +59,14 @@ use usage_error::exit_with;
 fn main() -> ExitCode {
     // Started from `/proc/self/exe`, it would be listed as `exe`.
     let _ = rustix::thread::set_name(c"armor");
-    let parser = ignore_empty_variables(CommandLine::command()).term_width(help_width());
+    let parser = ignore_empty_variables(build_command()).term_width(help_width());
     let parsed =
         parser.try_get_matches().and_then(|matches| CommandLine::from_arg_matches(&matches));
     let CommandLine { format, command } =
-        parsed.unwrap_or_else(|error| exit_with(error, &CommandLine::command()));
+        parsed.unwrap_or_else(|error| exit_with(error, &build_command()));
     if format == OutputFormat::Dot && !matches!(command, ArmorCommand::Graph(_)) {
         let text = "only `armor graph` has --format dot";
-        CommandLine::command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
+        build_command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
     }
     command.run_command(format).unwrap_or_else(|error| {
         if error.is::<StdoutClosed>() {
