@@ -9,7 +9,7 @@ use clap::{Command, CommandFactory, Parser, Subcommand};
 
 use crate::arguments::OutputFormat;
 use crate::check::CheckArguments;
-use crate::completions::CompletionsArguments;
+use crate::command_texts::{CompletionsArguments, ManArguments};
 use crate::component_cli::ComponentArguments;
 use crate::component_orders::{LogArguments, RestartArguments, StopArguments, WatchArguments};
 use crate::connect_cli::ConnectArguments;
@@ -35,7 +35,6 @@ use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
 use crate::logs_cli::LogsArguments;
-use crate::man_cli::ManArguments;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;

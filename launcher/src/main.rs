@@ -10,7 +10,7 @@
 mod arguments;
 mod check;
 mod command_line;
-mod completions;
+mod command_texts;
 mod component_cli;
 mod component_orders;
 mod connect_cli;
@@ -28,7 +28,6 @@ mod inspect_cli;
 mod keys_cli;
 mod kinds;
 mod logs_cli;
-mod man_cli;
 mod new;
 mod param;
 mod petri_cli;

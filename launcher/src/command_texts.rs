@@ -1,10 +1,12 @@
-//! `armor man [DIR]`: the manual pages of all commands, made from the same texts as the help.
+//! Texts that are made from the command line itself: `armor completions SHELL`, the completion script
+//! of a shell, and `armor man [DIR]`, the manual pages of all commands.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use clap::{Args, Command};
+use clap_complete::Shell;
 use clap_mangen::Man;
 use serde_json::json;
 
@@ -12,6 +14,27 @@ use crate::arguments::OutputFormat;
 use crate::command_line::build_command;
 use crate::print::{end_printing, print_line, print_text};
 use crate::verb::Verb;
+
+/// Print a completion script for a shell.
+#[derive(Args, Debug)]
+pub struct CompletionsArguments {
+    /// The shell.
+    pub shell: Shell,
+}
+
+impl Verb for CompletionsArguments {
+    fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        // Internal commands are completed no more than they are listed.
+        let whole = build_command();
+        let listed = whole.get_subcommands().filter(|it| !it.is_hide_set()).cloned();
+        let mut program =
+            Command::new("armor").args(whole.get_arguments().cloned()).subcommands(listed);
+        // Into memory first: the generator panics when stdout is closed.
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut program, "armor", &mut script);
+        Ok(end_printing(print_text(String::from_utf8_lossy(&script)))?.into())
+    }
+}
 
 /// Write the manual pages of all commands into a folder. Without DIR: print the page of `armor`.
 #[derive(Args, Debug)]
