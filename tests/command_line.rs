@@ -251,6 +251,7 @@ fn tools_without_a_system_print_how_to_start_one() {
         &["echo", "a.b"],
         &["hz", "a.b"],
         &["bw", "a.b"],
+        &["plot", "a.b.c"],
         &["delay", "a.b"],
         &["data", "list"],
         &["data", "info", "a.b"],

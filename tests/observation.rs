@@ -224,6 +224,33 @@ fn the_logs_of_a_run_are_merged_filtered_and_followed_to_its_end() {
 }
 
 #[test]
+fn values_are_plotted_as_text_as_a_picture_and_line_by_line() {
+    let system = Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("plot"));
+    system.status("north");
+    let field = "north.numbers.count";
+    let lines = system.read_json(&["plot", field, "--for", "1s"]);
+    let values: Vec<_> = lines.iter().filter_map(|line| line["value"].as_f64()).collect();
+    assert!(values.len() > 1 && values.is_sorted() && lines[0]["field"] == "count", "{lines:?}");
+    let (code, out, err) = armor(&system, &["plot", field, "--for", "1s"]);
+    assert!(
+        code == 0 && out.starts_with("north.numbers.count: ") && out.contains(" s"),
+        "{out}{err}"
+    );
+    let (code, out, err) = armor(&system, &["plot", field, "--for", "1s", "--png", "count.png"]);
+    assert!(code == 0 && out.contains("values are in count.png"), "{out}{err}");
+    let picture = std::fs::read(system.folder.path().join("count.png")).expect("a picture");
+    assert!(picture.starts_with(b"\x89PNG"), "{} bytes", picture.len());
+    for (arguments, why) in [
+        (&["plot", "north.numbers.cuont"][..], "no number at cuont; did you mean count?"),
+        (&["plot", "north.nubmers.count"], "did you mean north.numbers?"),
+        (&["plot", field, "--png", "count.gif"], ".svg"),
+    ] {
+        let (code, _, err) = armor(&system, arguments);
+        assert!(code == 1 && err.contains(why), "{arguments:?}: {err}");
+    }
+}
+
+#[test]
 fn a_system_that_ends_and_comes_back_is_followed() {
     let mut system =
         Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("top-again"));

@@ -39,6 +39,7 @@ use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
 use crate::petri_cli::arguments::NetCommand;
+use crate::plot_cli::PlotArguments;
 use crate::recording_cli::bag::BagCommand;
 use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
@@ -102,6 +103,7 @@ commands! {
     Hz(HzArguments),
     Bw(BwArguments),
     Delay(DelayArguments),
+    Plot(PlotArguments),
     Watch(WatchArguments),
     Restart(RestartArguments),
     Stop(StopArguments),

@@ -31,6 +31,7 @@ mod logs_cli;
 mod new;
 mod param;
 mod petri_cli;
+mod plot_cli;
 mod print;
 mod recording_cli;
 mod retry_advice;
@@ -38,6 +39,7 @@ mod run;
 #[cfg(test)]
 mod scratch;
 mod system;
+mod terminal_session;
 mod top;
 mod usage_error;
 mod verb;

@@ -100,7 +100,11 @@ const FOREIGN_VERBS: [(&str, &str, &str); 28] = [
     ("kill", "", "`armor stop COMPONENT` stops one, `armor stop --all` the system"),
     ("pkg", "", "`armor new NAME` begins a component, `armor describe` lists all kinds"),
     ("build", "", "`cargo build --release` in the project of a component builds it"),
-    ("plot", "", "`armor-designer --attach` plots data while a system runs"),
+    (
+        "multiplot",
+        "",
+        "`armor plot DATA.FIELD` plots in the terminal, `armor-designer --attach` in a window",
+    ),
     (
         "rviz",
         "",
