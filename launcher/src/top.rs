@@ -6,6 +6,7 @@
 mod collector;
 mod drawing;
 mod launcher_link;
+mod poller;
 mod process_usage;
 mod rates;
 mod screen;
@@ -35,8 +36,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// restarts, links, and the marking of the mission.
 ///
 /// On a terminal it continues, and keys sort, filter, stop and restart components; without a terminal
-/// it prints one table. It asks each component for its status once per second, reads /proc for those
-/// on this host, and links to no data. A system that ends and is started again is followed.
+/// it prints one table. It asks each component for its status once per second, in a system of more than
+/// 40 less often, reads /proc for those on this host, and links to no data. A system that ends and is started again is followed.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Keys: q quit, arrows select, s sort by the next column, d the other direction,

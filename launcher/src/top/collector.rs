@@ -6,12 +6,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_inspect::run_control::{AbsentComponent, RunRequest};
-use armor_inspect::{
-    CONFIGD, MissionWatch, ObservedProcess, SystemPicture, SystemWatch, WakeCallback,
-};
+use armor_inspect::{CONFIGD, CONFIGURATION, MissionWatch, ObservedSystem};
+use armor_sdk::control::Status;
 use armor_socket::host_name;
+use armor_wire::registry::ComponentEntry;
 
 use super::launcher_link::LauncherLink;
+use super::poller::{PolledSystem, StatusPoller};
 use super::process_usage::{ProcessUsage, UsageTable};
 use super::rates::RateTable;
 use super::snapshot::{MissionLine, ProcessRow, TopSnapshot};
@@ -27,18 +28,13 @@ pub struct Collector {
     running: RunningSystem,
     registry: String,
     name: String,
-    watch: SystemWatch,
+    observed: ObservedSystem,
+    poller: StatusPoller,
     mission: MissionWatch,
     launcher: LauncherLink,
     usage: UsageTable,
     rates: RateTable,
-    /// How many times the registry had been found when the watch began to show this run.
-    found_count: u32,
     lost_since: Option<Instant>,
-}
-
-fn no_wakeups() -> WakeCallback {
-    Arc::new(|| {})
 }
 
 impl Collector {
@@ -55,8 +51,10 @@ impl Collector {
 
     fn watch_registry(running: RunningSystem, registry: String) -> Result<Self> {
         let no_thread = "starting a thread for the observation";
-        let watch = SystemWatch::begin(&registry, "top", no_wakeups()).context(no_thread)?;
-        let mission = MissionWatch::begin(watch.directory(), no_wakeups()).context(no_thread)?;
+        let observed = ObservedSystem::at(&registry, "top");
+        let poller = StatusPoller::begin(observed.clone()).context(no_thread)?;
+        let mission =
+            MissionWatch::begin(observed.directory(), Arc::new(|| {})).context(no_thread)?;
         let launcher = LauncherLink::begin(&running).context(no_thread)?;
         let record = system::find_record(&running).ok();
         let name = record.map_or_else(|| registry.clone(), |record| record.system);
@@ -64,12 +62,12 @@ impl Collector {
             running,
             registry,
             name,
-            watch,
+            observed,
+            poller,
             mission,
             launcher,
             usage: UsageTable::default(),
             rates: RateTable::default(),
-            found_count: 0,
             lost_since: None,
         })
     }
@@ -86,59 +84,53 @@ impl Collector {
 
     /// Returns the present state.
     pub fn look(&mut self) -> TopSnapshot {
-        let picture = self.watch.picture();
-        if self.follow(&picture) {
+        let polled = self.poller.polled();
+        if self.follow_elsewhere(&polled) {
             return TopSnapshot { system: self.name.clone(), ..TopSnapshot::default() };
         }
-        let absent = self.launcher.absent();
+        let is_found = polled.is_found.unwrap_or(false);
         let own_host = host_name();
         let mut components = Vec::new();
-        for (name, process) in &picture.processes {
-            if picture.is_second_name(name)
-                || (process.condition.is_gone() && is_listed(&absent, name))
-            {
-                continue;
-            }
-            components.push(self.describe_process(name, process, &own_host, &picture));
+        // Without its registry the system has probably ended; what is left of it cannot be told.
+        let entries = if is_found { polled.entries.as_slice() } else { &[] };
+        for entry in entries.iter().filter(|entry| !is_second_name(entry, entries)) {
+            components.push(self.describe_process(entry, &own_host, &polled));
         }
+        let absent = self.launcher.absent();
         let is_shown =
             |it: &&AbsentComponent| components.iter().all(|row| row.name != it.component);
         let without: Vec<_> = absent.iter().filter(is_shown).map(describe_absent).collect();
         components.extend(without);
         self.usage.keep(|pid| components.iter().any(|row| row.pid == Some(pid)));
-        self.rates.keep(|name, instance| {
-            picture.processes.get(name).is_some_and(|it| it.entry.instance == instance)
-        });
+        let is_present = |name: &str, instance: u64| {
+            polled.entries.iter().any(|entry| entry.name == name && entry.instance == instance)
+        };
+        self.rates.keep(is_present);
         TopSnapshot {
             system: self.name.clone(),
-            time_s: self.watch.timestamp(),
-            is_found: picture.is_found,
+            time_s: self.observed.timestamp(),
+            is_found,
             components,
-            links: picture.links.clone(),
-            mission: self.describe_mission(&picture),
+            links: if is_found { polled.links } else { Vec::new() },
+            mission: self.describe_mission(is_found),
         }
     }
 
-    /// Begins to watch again if another run has the address, or the system is found elsewhere. Returns
+    /// Begins to watch again if the registry does not answer and the system is found elsewhere. Returns
     /// whether it did.
-    fn follow(&mut self, picture: &SystemPicture) -> bool {
-        if self.found_count == 0 {
-            self.found_count = picture.found_count;
-        }
-        let is_other = picture.found_count > self.found_count && self.found_count > 0;
-        if picture.is_found {
+    fn follow_elsewhere(&mut self, polled: &PolledSystem) -> bool {
+        if polled.is_found != Some(false) {
             self.lost_since = None;
-        } else {
-            self.lost_since.get_or_insert_with(Instant::now);
+            return false;
         }
-        let is_lost = self.lost_since.is_some_and(|since| since.elapsed() > LOOK_ELSEWHERE_AFTER);
-        if !is_other && !is_lost {
+        let since = *self.lost_since.get_or_insert_with(Instant::now);
+        if since.elapsed() < LOOK_ELSEWHERE_AFTER {
             return false;
         }
         self.lost_since = None;
         let Ok(registry) = system::find_registry(&self.running) else { return false };
         let registry = registry.to_string();
-        if !is_other && registry == self.registry {
+        if registry == self.registry {
             return false;
         }
         match Self::watch_registry(self.running.clone(), registry) {
@@ -152,32 +144,27 @@ impl Collector {
 
     fn describe_process(
         &mut self,
-        name: &str,
-        process: &ObservedProcess,
+        entry: &ComponentEntry,
         own_host: &str,
-        picture: &SystemPicture,
+        polled: &PolledSystem,
     ) -> ProcessRow {
-        let entry = &process.entry;
-        let is_gone = process.condition.is_gone();
-        let usage = match is_gone || entry.host != own_host {
-            true => ProcessUsage::default(),
-            false => self.usage.look(entry.pid),
+        let name = &entry.name;
+        let usage = match entry.host == own_host {
+            true => self.usage.look(entry.pid),
+            false => ProcessUsage::default(),
         };
-        let status = process.status.as_ref().filter(|_| !is_gone);
+        let answer = polled.answers.get(&(name.clone(), entry.instance));
+        let status = answer.and_then(|answer| answer.as_ref().ok());
         let rates = status.and_then(|status| self.rates.update(entry.instance, status));
         let is_into = |to: &str| to.split('.').next() == Some(name);
-        let links = picture.links.iter().filter(|link| is_into(&link.to));
-        let own_error = status.map(|status| status.last_error.clone()).unwrap_or_default();
+        let links = polled.links.iter().filter(|link| is_into(&link.to));
+        let (state, problem) = describe_state(entry, answer);
         ProcessRow {
-            name: name.to_owned(),
+            name: name.clone(),
             kind: entry.kind.clone(),
-            // configd serves configuration and no control.
-            state: match entry.kind == CONFIGD && !is_gone {
-                true => "up".into(),
-                false => process.condition.word().into(),
-            },
+            state,
             host: entry.host.clone(),
-            pid: (!is_gone).then_some(entry.pid),
+            pid: Some(entry.pid),
             cpu_percent: usage.cpu_percent,
             memory_bytes: usage.memory_bytes,
             threads: usage.threads,
@@ -186,13 +173,13 @@ impl Collector {
             output_bytes_per_s: rates.map(|rates| rates.output_bytes_per_s),
             losses: links.map(|link| link.dropped + link.lost).sum(),
             restarts: self.launcher.count_restarts(name, entry.instance),
-            problem: if process.problem.is_empty() { own_error } else { process.problem.clone() },
+            problem,
         }
     }
 
-    fn describe_mission(&self, picture: &SystemPicture) -> Option<MissionLine> {
+    fn describe_mission(&self, is_found: bool) -> Option<MissionLine> {
         // The marking of a mission that has ended with its system is history.
-        if !picture.is_found {
+        if !is_found {
             return None;
         }
         let look = self.mission.look();
@@ -204,15 +191,32 @@ impl Collector {
         Some(MissionLine {
             mission: marking.mission.clone(),
             stage: marking.stage.to_string(),
-            time_s: look.now_at_s(self.watch.timestamp()),
+            time_s: look.now_at_s(self.observed.timestamp()),
             marked: marked.collect(),
             paused_by: marking.pause.as_ref().map(|pause| pause.by.clone()).unwrap_or_default(),
         })
     }
 }
 
-fn is_listed(absent: &[AbsentComponent], name: &str) -> bool {
-    absent.iter().any(|absent| absent.component == name)
+/// Returns whether this is the name by which configd publishes the state of the file.
+fn is_second_name(entry: &ComponentEntry, entries: &[ComponentEntry]) -> bool {
+    let configd = entries.iter().find(|entry| entry.name == CONFIGD);
+    entry.name == CONFIGURATION
+        && configd.is_some_and(|it| (&it.host, it.pid) == (&entry.host, entry.pid))
+}
+
+/// Returns the state of a process, and its problem.
+fn describe_state(
+    entry: &ComponentEntry,
+    answer: Option<&Result<Status, String>>,
+) -> (String, String) {
+    match answer {
+        // It serves configuration and no control.
+        _ if entry.kind == CONFIGD => ("up".into(), String::new()),
+        None => ("unknown".into(), String::new()),
+        Some(Ok(status)) => (status.state.to_string(), status.last_error.clone()),
+        Some(Err(problem)) => ("suspected".into(), problem.clone()),
+    }
 }
 
 fn describe_absent(absent: &AbsentComponent) -> ProcessRow {

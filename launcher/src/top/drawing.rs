@@ -109,8 +109,8 @@ fn align(cell: usize, text: String) -> Cell<'static> {
 
 fn style_of(row: &ProcessRow) -> Style {
     let color = match row.state.as_str() {
-        "failed" | "dead" | "given up" => Color::Red,
-        "suspected" | "restarting" | "starting" | "stopped" => Color::Yellow,
+        "failed" | "given up" => Color::Red,
+        "suspected" | "starting" | "stopped" => Color::Yellow,
         _ if row.losses > 0 => Color::Yellow,
         _ => Color::Reset,
     };
