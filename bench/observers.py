@@ -16,6 +16,7 @@ import argparse
 import json
 import os
 import pathlib
+import shutil
 import signal
 import statistics
 import subprocess
@@ -119,6 +120,7 @@ class System:
     def end(self):
         self.run.send_signal(signal.SIGINT)
         self.run.wait()
+        shutil.rmtree(self.folder)
 
 
 def compare(watched, other, arguments, seconds):
