@@ -110,7 +110,8 @@ class System:
     def rate_error(self, seconds):
         """Percent by which the rate of `armor hz` differs from the component's own count."""
         (from_s, first) = self.published()
-        windows = self.lines("hz", "fast.numbers", "-n", str(seconds))[1:]
+        # The first window begins before the link is up.
+        windows = self.lines("hz", "fast.numbers", "-n", str(seconds + 1))[1:]
         (to_s, last) = self.published()
         truth = (last - first) / (to_s - from_s)
         shown = statistics.mean(window["rate_hz"] for window in windows)
