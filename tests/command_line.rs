@@ -247,13 +247,21 @@ fn tools_without_a_system_print_how_to_start_one() {
     for tool in [
         &["ps"][..],
         &["graph"],
+        &["top", "--once"],
         &["echo", "a.b"],
         &["hz", "a.b"],
+        &["bw", "a.b"],
+        &["plot", "a.b.c"],
+        &["delay", "a.b"],
         &["data", "list"],
+        &["data", "info", "a.b"],
+        &["data", "find", "a"],
+        &["data", "pub", "a.b", "Twist"],
         &["watch", "a"],
         &["restart", "a"],
         &["stop", "--all"],
         &["log", "a", "debug"],
+        &["logs"],
         &["mission", "show"],
     ] {
         let (code, out, err) = run_to_end(&mut folder.armor(tool));
@@ -273,6 +281,19 @@ fn shells_get_completions() {
 }
 
 #[test]
+fn every_command_has_a_manual_page() {
+    let folder = Folder::new("manual-pages");
+    let (code, out, err) = run_to_end(&mut folder.armor(&["man", "pages"]));
+    assert!(code == 0 && out.contains("manual pages are in pages"), "{out}{err}");
+    for page in ["armor.1", "armor-top.1", "armor-data-pub.1", "armor-mission-fire.1"] {
+        let text = std::fs::read_to_string(folder.path().join("pages").join(page)).expect(page);
+        assert!(text.contains(".TH"), "{page}: {text}");
+    }
+    let (code, out, _) = run_to_end(&mut folder.armor(&["man"]));
+    assert!(code == 0 && out.contains(".TH"), "{out}");
+}
+
+#[test]
 fn a_closed_pipe_is_the_quiet_end_of_every_command() {
     let folder = Folder::new("closed-pipe");
     folder.script("arm", "exit");
@@ -281,6 +302,7 @@ fn a_closed_pipe_is_the_quiet_end_of_every_command() {
     folder.write("net.net", "net n\ntr t a -> b\npl a (1)\n");
     for arguments in [
         &["completions", "bash"][..],
+        &["man"],
         &["--help"],
         &["component", "--help"],
         &["component", "driver", "--help"],

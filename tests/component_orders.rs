@@ -304,6 +304,13 @@ fn data_are_listed_and_printed_by_field_and_as_a_table() {
     let rows: Vec<Vec<&str>> = out.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows[0], ["stamp_s", "sequence", "bulk", "count"]);
     assert!(rows.len() == 3 && rows[2].len() == 4, "{out}");
+    let both = ["echo", "north.numbers", "--csv", "--format", "json"];
+    let (code, out, err) = armor(&system, &both);
+    assert!(code == 1 && out.is_empty() && err.contains("choose one"), "{out}{err}");
+    let one = ["echo", "north.numbers", "--field", "count", "--once", "--csv"];
+    let out = armor_ok(&system, &one);
+    assert_eq!(out.lines().next(), Some("stamp_s,sequence,count"), "{out}");
+    assert_eq!(out.lines().count(), 2, "{out}");
     let (code, _, err) = armor(&system, &["echo", "north.numbers", "--once", "--field", "cuont"]);
     assert!(code == 1 && err.contains("no field called cuont; did you mean count?"), "{err}");
     for (data, advice) in [

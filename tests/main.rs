@@ -24,6 +24,7 @@ mod mission_start;
 mod missions;
 mod mutations;
 mod new_component;
+mod observation;
 mod observers;
 mod operator_screen;
 mod operators;

@@ -66,6 +66,16 @@ impl FollowingTap {
         self.tap.schema()
     }
 
+    /// Returns the name of the data.
+    pub fn data(&self) -> &str {
+        &self.data
+    }
+
+    /// Returns the system that is observed.
+    pub fn observed(&self) -> &ObservedSystem {
+        &self.observed
+    }
+
     /// Returns the next data; `None` if none comes within `timeout`.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ mod hosts;
 pub mod launch;
 mod links;
 pub mod log;
+mod message_draft;
 mod mission;
 mod observation;
 mod observed;
@@ -26,6 +27,7 @@ pub mod words;
 pub use following::{FollowError, FollowingTap, ProviderWatcher};
 pub use hosts::ObservedHost;
 pub use links::{Looks, ObservedLink, combine_links, pair_reports};
+pub use message_draft::{FieldFault, MessageDraft};
 pub use mission::{FiringHistory, MissionLook, MissionWatch};
 pub use observation::{
     Condition, DEAD_AFTER, HANGING_CALL_S, LONG_CALL_S, ObservedProcess, ObserverAction,

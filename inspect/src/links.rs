@@ -184,6 +184,7 @@ mod tests {
             data: "laser.scan".into(),
             type_name: "LaserScan".into(),
             published: sent,
+            published_bytes: 0,
             links: vec![link("slam"), link("echo-7")],
         };
         let input = InputStatus {

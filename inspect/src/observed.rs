@@ -31,7 +31,8 @@ pub struct Sighting {
     pub status: Result<Status, String>,
 }
 
-/// A running system.
+/// A running system. Clones share the connection to its registry.
+#[derive(Clone)]
 pub struct ObservedSystem {
     directory: Directory,
     name: String,

@@ -26,6 +26,25 @@ pub fn format_short_time(seconds: f64) -> String {
     }
 }
 
+/// Returns a number of bytes as text, in B, kB, MB or GB of powers of 1000.
+pub fn format_bytes(bytes: f64) -> String {
+    // From where three digits would be rounded up to the next unit.
+    match bytes.abs() {
+        b if b < 999.5 => format!("{bytes:.0} B"),
+        b if b < 999.5e3 => format!("{} kB", format_three_digits(bytes / 1e3)),
+        b if b < 999.5e6 => format!("{} MB", format_three_digits(bytes / 1e6)),
+        _ => format!("{} GB", format_three_digits(bytes / 1e9)),
+    }
+}
+
+fn format_three_digits(number: f64) -> String {
+    match number.abs() {
+        n if n < 9.995 => format!("{number:.2}"),
+        n if n < 99.95 => format!("{number:.1}"),
+        _ => format!("{number:.0}"),
+    }
+}
+
 /// Returns a function from "is this clock held?" to the time it shows, in seconds of mission time:
 /// `now_s`, or the beginning of the pause for a held clock.
 pub fn transition_clock(marking: &Marking, now_s: f64) -> impl Fn(bool) -> f64 {
@@ -86,6 +105,12 @@ mod tests {
     #[test]
     fn short_times_are_written_in_a_suitable_unit() {
         assert_eq!([2.5e-5, 0.0123, 1.5].map(format_short_time), ["25 us", "12.3 ms", "1.50 s"]);
+    }
+
+    #[test]
+    fn bytes_are_written_with_three_digits() {
+        let written = [0.0, 999.4, 999.6, 12_345.0, 999_600.0, 2.5e9].map(format_bytes);
+        assert_eq!(written, ["0 B", "999 B", "1.00 kB", "12.3 kB", "1.00 MB", "2.50 GB"]);
     }
 
     #[test]

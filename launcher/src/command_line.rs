@@ -5,11 +5,11 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, Parser, Subcommand};
 
 use crate::arguments::OutputFormat;
 use crate::check::CheckArguments;
-use crate::completions::CompletionsArguments;
+use crate::command_texts::{CompletionsArguments, ManArguments};
 use crate::component_cli::ComponentArguments;
 use crate::component_orders::{LogArguments, RestartArguments, StopArguments, WatchArguments};
 use crate::connect_cli::ConnectArguments;
@@ -20,11 +20,14 @@ use crate::daemon::player::PlayerArguments;
 use crate::daemon::registry::RegistryArguments;
 use crate::doctor::DoctorArguments;
 use crate::evaluate_cli::EvalArguments;
+use crate::exit_codes::add_exit_codes;
 use crate::explain::ExplainArguments;
 use crate::fmt::FmtArguments;
 use crate::guard::GuardArguments;
 use crate::host_agent::HostArguments;
+use crate::inspect_cli::bw::BwArguments;
 use crate::inspect_cli::data::DataCommand;
+use crate::inspect_cli::delay::DelayArguments;
 use crate::inspect_cli::describe::DescribeArguments;
 use crate::inspect_cli::echo::EchoArguments;
 use crate::inspect_cli::graph::GraphArguments;
@@ -32,16 +35,19 @@ use crate::inspect_cli::hz::HzArguments;
 use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
+use crate::logs_cli::LogsArguments;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
 use crate::petri_cli::arguments::NetCommand;
 use crate::playback_cli::arguments::PlayArguments;
 use crate::playback_cli::orders::PlaybackCommand;
+use crate::plot_cli::PlotArguments;
 use crate::recording_cli::bag::BagCommand;
 use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
 use crate::run::group_killer::GroupKillerArguments;
+use crate::top::TopArguments;
 use crate::verb::Verb;
 
 /// Robots from components: independent processes, direct links, and a mission that activates and
@@ -55,6 +61,11 @@ pub struct CommandLine {
     /// What to do.
     #[command(subcommand)]
     pub command: ArmorCommand,
+}
+
+/// Returns the parser of the command line, with the exit codes in the help of each command.
+pub fn build_command() -> Command {
+    add_exit_codes(CommandLine::command())
 }
 
 /// Declares the commands and carries out the chosen one.
@@ -87,14 +98,19 @@ commands! {
     Fmt(FmtArguments),
     Doctor(DoctorArguments),
     Ps(PsArguments),
+    Top(TopArguments),
     #[command(subcommand)] Data(DataCommand),
     Describe(DescribeArguments),
     Graph(GraphArguments),
     Echo(EchoArguments),
     Hz(HzArguments),
+    Bw(BwArguments),
+    Delay(DelayArguments),
+    Plot(PlotArguments),
     Watch(WatchArguments),
     Restart(RestartArguments),
     Stop(StopArguments),
+    Logs(LogsArguments),
     Log(LogArguments),
     #[command(subcommand)] Mission(MissionCommand),
     Record(RecordArguments),
@@ -109,6 +125,7 @@ commands! {
     New(NewArguments),
     Sdk(SdkArguments),
     Completions(CompletionsArguments),
+    Man(ManArguments),
     Registry(RegistryArguments),
     Configd(ConfigdArguments),
     Executive(ExecutiveArguments),

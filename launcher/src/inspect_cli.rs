@@ -1,15 +1,19 @@
 //! Inspecting a running system: its processes, its data, its mission.
 
 pub mod absence;
+pub mod bw;
 pub mod data;
+pub mod delay;
 pub mod describe;
 pub mod echo;
 pub mod graph;
 pub mod hz;
+mod measurement;
 pub mod mission;
 mod named_part;
 pub mod ps;
 mod silence;
+mod time_source;
 
 use std::time::Duration;
 

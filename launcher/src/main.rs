@@ -10,7 +10,7 @@
 mod arguments;
 mod check;
 mod command_line;
-mod completions;
+mod command_texts;
 mod component_cli;
 mod component_orders;
 mod connect_cli;
@@ -19,6 +19,7 @@ mod date;
 mod doctor;
 mod evaluate_cli;
 mod exit;
+mod exit_codes;
 mod explain;
 mod fmt;
 mod guard;
@@ -26,10 +27,12 @@ mod host_agent;
 mod inspect_cli;
 mod keys_cli;
 mod kinds;
+mod logs_cli;
 mod new;
 mod param;
 mod petri_cli;
 mod playback_cli;
+mod plot_cli;
 mod print;
 mod recording_cli;
 mod retry_advice;
@@ -37,17 +40,19 @@ mod run;
 #[cfg(test)]
 mod scratch;
 mod system;
+mod terminal_session;
+mod top;
 mod usage_error;
 mod verb;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
 
+use clap::FromArgMatches;
 use clap::builder::Resettable;
-use clap::{CommandFactory, FromArgMatches};
 
 use arguments::OutputFormat;
-use command_line::{ArmorCommand, CommandLine};
+use command_line::{ArmorCommand, CommandLine, build_command};
 use exit::CommandEnding;
 use print::{StdoutClosed, help_width, print_notice};
 use retry_advice::advise_retry;
@@ -56,14 +61,14 @@ use usage_error::exit_with;
 fn main() -> ExitCode {
     // Started from `/proc/self/exe`, it would be listed as `exe`.
     let _ = rustix::thread::set_name(c"armor");
-    let parser = ignore_empty_variables(CommandLine::command()).term_width(help_width());
+    let parser = ignore_empty_variables(build_command()).term_width(help_width());
     let parsed =
         parser.try_get_matches().and_then(|matches| CommandLine::from_arg_matches(&matches));
     let CommandLine { format, command } =
-        parsed.unwrap_or_else(|error| exit_with(error, &CommandLine::command()));
+        parsed.unwrap_or_else(|error| exit_with(error, &build_command()));
     if format == OutputFormat::Dot && !matches!(command, ArmorCommand::Graph(_)) {
         let text = "only `armor graph` has --format dot";
-        CommandLine::command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
+        build_command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
     }
     command.run_command(format).unwrap_or_else(|error| {
         if error.is::<StdoutClosed>() {

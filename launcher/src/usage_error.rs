@@ -57,16 +57,21 @@ fn add_nested_command(error: &mut clap::Error, command: &Command) {
 }
 
 /// Verbs of other systems, with their second word where it matters, and what they are here.
-const FOREIGN_VERBS: [(&str, &str, &str); 23] = [
+const FOREIGN_VERBS: [(&str, &str, &str); 28] = [
     ("topic", "echo", "`armor echo COMPONENT.OUTPUT` prints data"),
     ("topic", "hz", "`armor hz COMPONENT.OUTPUT` measures a rate"),
+    ("topic", "bw", "`armor bw COMPONENT.OUTPUT` measures bytes per second"),
+    ("topic", "delay", "`armor delay COMPONENT.OUTPUT` measures how old data are on arrival"),
     ("topic", "list", "`armor data list` lists all outputs"),
-    ("topic", "info", "`armor graph` shows the links of an output"),
+    ("topic", "info", "`armor data info COMPONENT.OUTPUT` describes an output and its links"),
+    ("topic", "find", "`armor data find TYPE` finds the outputs and inputs of a type"),
+    ("topic", "pub", "`armor data pub COMPONENT.OUTPUT TYPE FIELD=VALUE` publishes by hand"),
     (
         "topic",
         "",
         "`armor data list` lists all outputs, `armor echo` prints one, `armor hz` measures its rate",
     ),
+    ("monitor", "", "`armor top` shows processor, memory, rates and losses of all components"),
     ("node", "list", "`armor ps` lists the running components"),
     ("node", "info", "`armor describe KIND` and `armor graph` show ports and links"),
     ("node", "kill", "`armor stop COMPONENT` stops one"),
@@ -95,7 +100,11 @@ const FOREIGN_VERBS: [(&str, &str, &str); 23] = [
     ("kill", "", "`armor stop COMPONENT` stops one, `armor stop --all` the system"),
     ("pkg", "", "`armor new NAME` begins a component, `armor describe` lists all kinds"),
     ("build", "", "`cargo build --release` in the project of a component builds it"),
-    ("plot", "", "`armor-designer --attach` plots data while a system runs"),
+    (
+        "multiplot",
+        "",
+        "`armor plot DATA.FIELD` plots in the terminal, `armor-designer --attach` in a window",
+    ),
     (
         "rviz",
         "",

@@ -62,6 +62,13 @@ impl AnyMessage {
         Self { message_type: Arc::clone(message_type), stamp_s, payload }
     }
 
+    /// A message from its type and its bytes, as a tool makes it that knows the type only while it
+    /// runs. It can be sent on an output with this schema; its bytes are not checked.
+    pub fn encoded(type_name: &str, schema: &str, stamp_s: f64, bytes: Vec<u8>) -> Self {
+        let message_type = Arc::new(MessageType::of_schema(type_name, schema));
+        Self { message_type, stamp_s, payload: StoredPayload::Copied(bytes) }
+    }
+
     /// The name of its type.
     pub fn type_name(&self) -> &str {
         &self.message_type.name

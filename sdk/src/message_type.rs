@@ -27,6 +27,16 @@ impl MessageType {
         }
     }
 
+    /// That of a schema, as text.
+    pub fn of_schema(name: &str, schema: &str) -> Self {
+        Self {
+            name: name.into(),
+            schema: schema.into(),
+            schema_hash: schema::hash_text(schema),
+            data: String::new(),
+        }
+    }
+
     /// That of a message type in Rust.
     pub fn of_message<T: Message>(data: &str) -> Self {
         Self {

@@ -16,6 +16,7 @@ use crate::call::Fault;
 use crate::directory::{Directory, DirectoryError};
 use crate::following;
 use crate::identity::ProcessIdentity;
+use crate::message_type::MessageType;
 use crate::orders::OrderEvent;
 use crate::participant::{Declarations, Participant};
 use crate::playback_orders::GivenPlaybackOrder;
@@ -76,6 +77,17 @@ impl SystemNode {
         Armor { participant: Arc::clone(&self.participant) }
     }
 
+    /// Gives the outputs that were declared with [`AnyMessage`](crate::AnyMessage) the type with this
+    /// schema, and declares them to the registry.
+    pub fn give_outputs_type(&self, type_name: &str, schema: &str) {
+        self.participant.give_outputs_type(&MessageType::of_schema(type_name, schema));
+    }
+
+    /// Its outputs with their links.
+    pub fn outputs(&self) -> Vec<OutputStatus> {
+        self.participant.ports.outputs().iter().map(|output| output.status()).collect()
+    }
+
     /// Its connection to the registry.
     pub fn directory(&self) -> &Directory {
         self.participant.directory()
@@ -127,11 +139,6 @@ impl SystemNode {
         stamp_s: f64,
     ) -> Result<(), SendError> {
         self.participant.ports.publish(id, message, stamp_s).map(|_| ())
-    }
-
-    /// Its outputs and their links.
-    pub fn outputs(&self) -> Vec<OutputStatus> {
-        self.participant.ports.outputs().iter().map(|output| output.status()).collect()
     }
 
     /// Whether this process has been ordered to end.

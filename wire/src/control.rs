@@ -244,6 +244,9 @@ pub struct OutputStatus {
     pub type_name: String,
     /// Number of data published.
     pub published: u64,
+    /// Their bytes, each message once whatever its number of links. A message that has no link is not
+    /// always encoded, and then not counted.
+    pub published_bytes: u64,
     /// Its links.
     pub links: Vec<LinkStatus>,
 }

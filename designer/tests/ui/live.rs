@@ -74,6 +74,7 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         data: "eye.target".into(),
         type_name: "Pose".into(),
         published: sent,
+        published_bytes: 0,
         links: vec![link],
     };
     let input = InputStatus {

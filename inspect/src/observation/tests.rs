@@ -246,6 +246,7 @@ fn an_ended_system_keeps_the_links_that_it_had() {
         data: "laser.scan".into(),
         type_name: "LaserScan".into(),
         published: 7,
+        published_bytes: 0,
         links: vec![link],
     };
     scene.register("laser", 1);

@@ -1,6 +1,6 @@
 //! `armor describe [KIND]`: the kinds of components that a system can use.
 
-mod fields;
+pub mod fields;
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -7,7 +7,7 @@ mod pretty;
 
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use armor_inspect::FollowingTap;
 use armor_sdk::tap::TapData;
 use armor_wire::schema::to_json;
@@ -70,6 +70,9 @@ impl Verb for EchoArguments {
 /// # Errors
 /// If no component provides the data, or the system ends.
 fn print_data(arguments: &EchoArguments, format: OutputFormat) -> Result<CommandEnding> {
+    if arguments.csv && format == OutputFormat::Json {
+        bail!("--csv and --format json exclude each other: choose one");
+    }
     end_when_stdout_closes();
     let data = &arguments.data;
     let mut following = super::follow_named(&arguments.running, "echo", data)?;

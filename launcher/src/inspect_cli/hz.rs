@@ -1,19 +1,15 @@
 //! `armor hz DATA`: the rate at which data is published, in windows of one second.
 
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use armor_sdk::tap::TapData;
 use clap::Args;
 use serde::Serialize;
 
-use super::silence::{NOTICE_AFTER, SilenceReporter};
-use crate::arguments::{OutputFormat, RunningSystem, parse_data_name};
-use crate::exit::CommandEnding;
-use crate::print::{end_printing, end_when_stdout_closes, print_line, print_wrapped};
+use super::measurement::{Measurement, MeasuringArguments, print_measurement};
+use crate::arguments::OutputFormat;
 use crate::verb::Verb;
-
-const WINDOW: Duration = Duration::from_secs(1);
 
 /// Periods between the arrivals of one window.
 #[derive(Debug, Default)]
@@ -28,7 +24,7 @@ struct RateWindow {
 
 /// The result of one window.
 #[derive(Debug, PartialEq, Serialize)]
-struct Summary {
+pub struct RateSummary {
     rate_hz: f64,
     period_min_s: Option<f64>,
     period_max_s: Option<f64>,
@@ -48,71 +44,37 @@ struct Summary {
   armor hz simulator.scan              a line per second
   armor hz simulator.scan --count 5    the next five seconds")]
 pub struct HzArguments {
-    /// Unique name of the data, COMPONENT.OUTPUT.
-    #[arg(value_parser = parse_data_name)]
-    pub data: String,
-    /// Stop after N windows of one second; the exit code is 1 if nothing has arrived.
-    #[arg(long, short = 'n', value_name = "N")]
-    pub count: Option<u64>,
     #[command(flatten)]
-    pub running: RunningSystem,
+    measuring: MeasuringArguments,
 }
 
 impl Verb for HzArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
-        Ok(print_rates(&self, format)?.into())
+        let prepare = |_: &_| Ok(RateWindow::default());
+        Ok(print_measurement(&self.measuring, "hz", format, prepare)?.into())
     }
 }
 
-/// Prints one line per window.
-///
-/// # Errors
-/// If no component provides the data, or the system ends.
-fn print_rates(arguments: &HzArguments, format: OutputFormat) -> Result<CommandEnding> {
-    end_when_stdout_closes();
-    let mut following = super::follow_named(&arguments.running, "hz", &arguments.data)?;
-    let mut silence = SilenceReporter::new(&arguments.running, "hz", &arguments.data);
-    let start = Instant::now();
-    let mut window = RateWindow::default();
-    let mut windows = 0;
-    let mut print = || -> Result<()> {
-        while arguments.count.is_none_or(|count| windows < count) {
-            let end = start + WINDOW * u32::try_from(windows + 1).unwrap_or(u32::MAX);
-            let left = end.saturating_duration_since(Instant::now());
-            if !left.is_zero() {
-                if let Some(item) = following.next(left)? {
-                    window.add(start.elapsed().as_secs_f64(), item.lost);
-                }
-                continue;
-            }
-            let summary = window.close(start.elapsed().as_secs_f64());
-            windows += 1;
-            if window.before_s.is_none() && start.elapsed() >= NOTICE_AFTER {
-                silence.report();
-            }
-            match format {
-                OutputFormat::Json => print_line(serde_json::to_string(&summary)?)?,
-                _ => print_wrapped(&summary)?,
-            }
-        }
-        Ok(())
-    };
-    let printed = end_printing(print())?;
-    if window.before_s.is_some() {
-        return Ok(printed);
+impl Measurement for RateWindow {
+    type Summary = RateSummary;
+
+    fn add(&mut self, arrived_s: f64, item: &TapData) {
+        self.add_arrival(arrived_s, item.lost);
     }
-    silence.report_end();
-    Ok(CommandEnding::Failed)
+
+    fn close(&mut self, now_s: f64) -> RateSummary {
+        self.close_window(now_s)
+    }
 }
 
 impl RateWindow {
-    fn add(&mut self, arrived_s: f64, lost: u64) {
+    fn add_arrival(&mut self, arrived_s: f64, lost: u64) {
         self.arrivals_s.push(arrived_s);
         self.lost += lost;
     }
 
     /// Sums up, and begins the next window.
-    fn close(&mut self, now_s: f64) -> Summary {
+    fn close_window(&mut self, now_s: f64) -> RateSummary {
         let arrivals_s = std::mem::take(&mut self.arrivals_s);
         let times: Vec<f64> = self.before_s.iter().chain(&arrivals_s).copied().collect();
         let periods: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -123,7 +85,7 @@ impl RateWindow {
         let mean = sum / count;
         let variance = periods.iter().map(|period| (period - mean).powi(2)).sum::<f64>() / count;
         let some = |value: f64| (!periods.is_empty()).then_some(value);
-        Summary {
+        RateSummary {
             // Over the periods, not the window: a window of 1 s cuts a rate of 0.7 Hz to 0 or 1.
             rate_hz: if sum > 0.0 { count / sum } else { 0.0 },
             period_min_s: some(periods.iter().copied().fold(f64::INFINITY, f64::min)),
@@ -137,7 +99,7 @@ impl RateWindow {
     }
 }
 
-impl std::fmt::Display for Summary {
+impl std::fmt::Display for RateSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let ms = |seconds: Option<f64>| {
             seconds.map_or("      -".into(), |seconds| format!("{:7.2}", seconds * 1e3))
@@ -181,31 +143,31 @@ mod tests {
     #[test]
     fn the_rate_comes_from_periods_also_across_windows() {
         let mut window = RateWindow::default();
-        window.add(0.5, 0);
-        let first = window.close(1.0);
+        window.add_arrival(0.5, 0);
+        let first = window.close_window(1.0);
         assert_eq!((first.rate_hz, first.period_min_s, first.received), (0.0, None, 1));
-        window.add(1.0, 2);
-        window.add(1.5, 0);
-        let second = window.close(2.0);
+        window.add_arrival(1.0, 2);
+        window.add_arrival(1.5, 0);
+        let second = window.close_window(2.0);
         assert_eq!((second.rate_hz, second.received, second.lost), (2.0, 2, 2));
         assert_eq!((second.period_min_s, second.period_std_s), (Some(0.5), Some(0.0)));
-        assert_eq!(window.close(3.0).received, 0, "each window begins empty");
+        assert_eq!(window.close_window(3.0).received, 0, "each window begins empty");
     }
 
     #[test]
     fn a_line_fits_a_terminal_of_eighty_columns() {
         let mut window = RateWindow::default();
         for number in 1..=1000 {
-            window.add(f64::from(number) * 0.001, 0);
+            window.add_arrival(f64::from(number) * 0.001, 0);
         }
         window.lost = 12;
-        let text = window.close(1.0).to_string();
+        let text = window.close_window(1.0).to_string();
         assert!(text.contains("1000 received, 12 lost") && text.len() <= 80, "{text}");
         let mut window = RateWindow::default();
         for arrived_s in [0.1, 0.7, 0.9] {
-            window.add(arrived_s, 0);
+            window.add_arrival(arrived_s, 0);
         }
-        let text = window.close(1.0).to_string();
+        let text = window.close_window(1.0).to_string();
         let expected =
             "    2.50 Hz  period  200.00 to  600.00 ms, std 200.00 ms  3 received, 0 lost";
         assert_eq!(text, expected);
@@ -214,16 +176,16 @@ mod tests {
     #[test]
     fn a_rate_below_one_hertz_shows_its_last_interval() {
         let mut window = RateWindow::default();
-        assert!(window.close(1.0).to_string().contains("nothing so far"));
-        window.add(1.5, 0);
-        let text = window.close(2.0).to_string();
+        assert!(window.close_window(1.0).to_string().contains("nothing so far"));
+        window.add_arrival(1.5, 0);
+        let text = window.close_window(2.0).to_string();
         assert!(text.contains("only one so far, 0.5 s ago"), "{text}");
-        window.add(5.5, 0);
-        window.close(6.0);
-        let text = window.close(7.0).to_string();
+        window.add_arrival(5.5, 0);
+        window.close_window(6.0);
+        let text = window.close_window(7.0).to_string();
         assert!(text.contains("0.25 Hz  last interval 4.00 s, 1.5 s since"), "{text}");
         assert!(text.len() <= 80, "{text}");
-        let text = window.close(15.5).to_string();
+        let text = window.close_window(15.5).to_string();
         assert!(text.contains("0.10 Hz  last interval 4.00 s, 10.0 s since"), "{text}");
     }
 }

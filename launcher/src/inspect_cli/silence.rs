@@ -94,18 +94,20 @@ fn explain_silence(status: &Status, data: &str) -> String {
 pub fn explain_missing(error: Error, observed: &ObservedSystem, data: &str) -> Error {
     match error.downcast_ref::<TapError>() {
         Some(TapError::Directory(DirectoryError::Refused(_))) => {
-            let component = data.split('.').next().unwrap_or_default();
-            let status = observed.ask_component(component).ok();
-            if let Some(text) = status.and_then(|status| describe_input(&status, data)) {
-                return anyhow!(text);
-            }
-            match observed.list() {
-                Ok(listing) => anyhow!(describe_missing(&listing, data)),
-                Err(_) => error,
-            }
+            explain_unprovided(observed, data).unwrap_or(error)
         }
         _ => error,
     }
+}
+
+/// Returns what is known about data that no component provides; none if the registry does not answer.
+pub fn explain_unprovided(observed: &ObservedSystem, data: &str) -> Option<Error> {
+    let component = data.split('.').next().unwrap_or_default();
+    let status = observed.ask_component(component).ok();
+    if let Some(text) = status.and_then(|status| describe_input(&status, data)) {
+        return Some(anyhow!(text));
+    }
+    Some(anyhow!(describe_missing(&observed.list().ok()?, data)))
 }
 
 /// Returns what feeds the input, if the name is that of an input: only outputs can be read.
@@ -214,7 +216,14 @@ mod tests {
             time_s: 0.0,
             busy: false,
             call: None,
-            outputs: vec![OutputStatus { id, data, type_name, published, links: Vec::new() }],
+            outputs: vec![OutputStatus {
+                id,
+                data,
+                type_name,
+                published,
+                published_bytes: 0,
+                links: Vec::new(),
+            }],
             inputs: Vec::new(),
         }
     }

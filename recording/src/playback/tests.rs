@@ -203,6 +203,7 @@ fn outputs(sent: u64, paused: bool) -> Vec<OutputStatus> {
         data: "laser.scan".into(),
         type_name: String::new(),
         published: sent,
+        published_bytes: 0,
         links,
     }]
 }

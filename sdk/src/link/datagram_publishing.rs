@@ -114,7 +114,8 @@ impl OutputState {
         message: &T,
         header: DataHeader,
     ) -> Result<bool, EncodeError> {
-        if self.check_len(codec::encoded_len(message)?) && self.has_datagrams() {
+        self.encoded_len = codec::encoded_len(message)?;
+        if self.check_len(self.encoded_len) && self.has_datagrams() {
             let payload: Arc<[u8]> = codec::encode(message)?.into();
             return Ok(self.give_datagrams(header, &payload));
         }

@@ -27,6 +27,7 @@ impl OutputState {
         header: &DataHeader,
     ) -> Result<(), EncodeError> {
         let len = codec::encoded_len(message)?;
+        self.encoded_len = len;
         self.open_memories(len);
         self.share(header, len, None, |slot| codec::write(message, &mut SlotWriter(slot)).is_ok());
         Ok(())

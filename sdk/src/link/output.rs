@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use armor_wire::codec::{self, EncodeError, MAX_DATA_LEN};
 use armor_wire::control::OutputStatus;
-use armor_wire::frame::DataHeader;
+use armor_wire::frame::{DATA_HEADER_LEN, DataHeader};
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
@@ -188,8 +188,11 @@ impl OutputPort {
             state.remove_broken();
         }
         let dropped = state.count_dropped();
+        // Of a message that could not be sent.
+        state.encoded_len = 0;
         if self.entry.latched {
             let frame = Arc::new(encode_frame(message, header)?);
+            state.encoded_len = frame.len() - DATA_HEADER_LEN;
             // Before the others: what they cannot carry takes the stream.
             if state.may_use_datagrams() && state.send_frame_in_datagrams(&frame) {
                 (how.wake)();
@@ -226,6 +229,7 @@ impl OutputPort {
         }
         // Counted only now: a message that cannot be encoded leaves no gap in the sequence.
         state.published += 1;
+        state.published_bytes += std::mem::take(&mut state.encoded_len) as u64;
         let to = state.links.iter().filter(|link| link.is_pushed()).count();
         if state.links.iter().any(is_over_full) {
             state = self.wait_for_room(state);
@@ -360,6 +364,7 @@ impl OutputPort {
             data: self.entry.data.clone(),
             type_name: self.entry.type_name.clone(),
             published: state.published,
+            published_bytes: state.published_bytes,
             links: state.links.iter().map(OutgoingLink::status).collect(),
         }
     }

@@ -36,6 +36,9 @@ pub(crate) struct PublishContext<'a> {
 #[derive(Default)]
 pub(super) struct OutputState {
     pub(super) published: u64,
+    pub(super) published_bytes: u64,
+    /// Length of the message that is being published, once it has been encoded or measured.
+    pub(super) encoded_len: usize,
     pub(super) links: Vec<OutgoingLink>,
     pub(super) buffer: Vec<u8>,
     /// The last values of a latched output, or the last of one from which a subscriber pulls.
@@ -109,6 +112,7 @@ impl OutputState {
         let before = self.kept.take_last().and_then(|frame| Arc::try_unwrap(frame).ok());
         let mut frame = before.unwrap_or_default();
         let len = codec::encoded_len(message)?;
+        self.encoded_len = len;
         frame.clear();
         frame.extend_from_slice(&header.to_bytes(len));
         codec::encode_into(message, &mut frame)?;
@@ -147,6 +151,7 @@ impl OutputState {
         }
         result?;
         let len = self.buffer.len() - DATA_HEADER_LEN;
+        self.encoded_len = len;
         self.buffer[..DATA_HEADER_LEN].copy_from_slice(&header.to_bytes(len));
         let (mut gathered, mut queued) = (false, false);
         for link in &mut self.links {
@@ -171,6 +176,7 @@ impl OutputState {
         how: &PublishContext<'_>,
     ) -> Result<(), EncodeError> {
         let len = codec::encoded_len(message)?;
+        self.encoded_len = len;
         let mut whole = None;
         let mut frame = |fresh: bool| -> Result<Arc<Vec<u8>>, EncodeError> {
             if fresh {
