@@ -249,6 +249,7 @@ fn tools_without_a_system_print_how_to_start_one() {
         &["graph"],
         &["echo", "a.b"],
         &["hz", "a.b"],
+        &["web"],
         &["data", "list"],
         &["watch", "a"],
         &["restart", "a"],

@@ -40,6 +40,7 @@ use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
 use crate::run::group_killer::GroupKillerArguments;
 use crate::verb::Verb;
+use crate::web_cli::WebArguments;
 
 /// Robots from components: independent processes, direct links, and a mission that activates and
 /// freezes them.
@@ -99,6 +100,7 @@ commands! {
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
     #[command(subcommand)] Param(ParamCommand),
+    Web(WebArguments),
     Connect(ConnectArguments),
     #[command(subcommand)] Keys(KeysCommand),
     New(NewArguments),

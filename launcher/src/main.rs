@@ -38,6 +38,7 @@ mod scratch;
 mod system;
 mod usage_error;
 mod verb;
+mod web_cli;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
