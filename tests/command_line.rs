@@ -253,6 +253,7 @@ fn tools_without_a_system_print_how_to_start_one() {
         &["bw", "a.b"],
         &["plot", "a.b.c"],
         &["delay", "a.b"],
+        &["web"],
         &["data", "list"],
         &["data", "info", "a.b"],
         &["data", "find", "a"],

@@ -457,3 +457,41 @@ fn tools_wait_for_a_robot_that_is_cut_off_for_long() {
         (data["stamp_s"].as_f64()? > back_s).then_some(())
     });
 }
+
+/// The page is served on the operator's own computer; the robot decides by the role of the key.
+#[test]
+fn a_page_served_through_the_gate_has_the_role_of_the_key() {
+    let site = Site::new("keys-web");
+    site.add("olga", "observer");
+    let run = site.run();
+    let gate = site.gate.to_string();
+    let key = ["--key", "authority/olga.key", "--format", "json"];
+    let connect = Dialogue::start(site.folder.armor(&["connect", &gate]).args(key));
+    let link: Value = serde_json::from_str(&connect.read_line()).expect("JSON");
+    let tool = ["web", "--listen", "127.0.0.1:0", "--as", "another", "--format", "json"];
+    let mut command = site.folder.armor(&tool);
+    command.env("ARMOR_VIA", link["via"].as_str().expect("a proxy"));
+    command.env("ARMOR_REGISTRY", link["registry"].as_str().expect("a registry"));
+    let server = Dialogue::start(&mut command);
+    let line: Value = serde_json::from_str(&server.read_line()).expect("JSON");
+    let address = line["listen"].as_str().expect("an address").to_owned();
+    let post = |path: &str, body: &str| {
+        let mut stream = TcpStream::connect(&address).expect("the server");
+        stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+        let len = body.len();
+        let request = format!(
+            "POST {path} HTTP/1.1\r\nHost: {address}\r\nContent-Length: {len}\r\n\
+             Connection: close\r\n\r\n{body}"
+        );
+        stream.write_all(request.as_bytes()).expect("sent");
+        let mut response = String::new();
+        stream.read_to_string(&mut response).expect("a response");
+        response
+    };
+    let refused = post("/api/mission/orders", r#"{"order":"fire","transition":"descend"}"#);
+    assert!(refused.starts_with("HTTP/1.1 409"), "{refused}");
+    assert!(refused.contains("needs the role operator"), "{refused}");
+    let stopped = post("/api/stop", "");
+    assert!(stopped.starts_with("HTTP/1.1 200"), "every role may stop the robot: {stopped}");
+    assert_eq!(site.mission(&run)["pause"]["by"], "olga");
+}

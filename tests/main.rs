@@ -41,4 +41,5 @@ mod run_status;
 mod simulated_time;
 mod sub_missions;
 mod tutorial;
+mod web_server;
 mod workspace;

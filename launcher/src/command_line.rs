@@ -49,6 +49,7 @@ use crate::run::arguments::RunArguments;
 use crate::run::group_killer::GroupKillerArguments;
 use crate::top::TopArguments;
 use crate::verb::Verb;
+use crate::web_cli::WebArguments;
 
 /// Robots from components: independent processes, direct links, and a mission that activates and
 /// freezes them.
@@ -120,6 +121,7 @@ commands! {
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
     #[command(subcommand)] Param(ParamCommand),
+    Web(WebArguments),
     Connect(ConnectArguments),
     #[command(subcommand)] Keys(KeysCommand),
     New(NewArguments),

@@ -44,6 +44,7 @@ mod terminal_session;
 mod top;
 mod usage_error;
 mod verb;
+mod web_cli;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;

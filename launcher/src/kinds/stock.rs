@@ -40,6 +40,7 @@ stock! {
     armor_patrol::Patrol,
     armor_planner::Planner,
     armor_simulator::Simulator,
+    armor_web_view::WebView,
 }
 
 #[cfg(test)]

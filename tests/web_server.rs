@@ -1,0 +1,142 @@
+//! `armor web` for a running system with its executive: orders, parameters, STOP by a pause, and the
+//! command line.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
+use crate::resilience::system::{Draft, System};
+
+/// Only a hang takes this long.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+const MISSION: &str = "
+<mission name='watch' goal='over' safe='hold'>
+  <place name='up' initial='true' components='north'/>
+  <place name='down'/>
+  <place name='over'/>
+  <place name='hold'/>
+  <transition name='descend' from='up' to='down' operator='true'/>
+  <transition name='climb' from='down' to='up' autonomy='confirm' answer-within='10min'/>
+  <transition name='leave' from='up' to='over' operator='true'/>
+</mission>";
+
+/// A system and a server for it.
+struct Scene {
+    system: System,
+    address: String,
+    _server: Dialogue,
+}
+
+impl Scene {
+    fn begin(name: &str) -> Self {
+        let draft = Draft::default()
+            .probe("north", "rate='50Hz'", "")
+            .probe("watcher", "", "")
+            .link("north", "watcher.a", "latest")
+            .mission(MISSION);
+        let system = draft.run(Folder::new(name));
+        let registry = system.registry.to_string();
+        let mut command = system.folder.armor(&["web", "--listen", "127.0.0.1:0"]);
+        command.args(["--as", "ruth", "--format", "json", "--registry", &registry]);
+        let server = Dialogue::start(&mut command);
+        let line: Value = serde_json::from_str(&server.read_line()).expect("JSON");
+        let address = line["listen"].as_str().expect("an address").to_owned();
+        Self { system, address, _server: server }
+    }
+
+    fn send(&self, method: &str, path: &str, body: &Value) -> (u16, String) {
+        let body = if body.is_null() { String::new() } else { body.to_string() };
+        let mut stream = TcpStream::connect(&self.address).expect("the server");
+        stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+        let request = format!(
+            "{method} {path} HTTP/1.1\r\nHost: {}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            self.address,
+            body.len()
+        );
+        stream.write_all(request.as_bytes()).expect("sent");
+        let mut response = String::new();
+        stream.read_to_string(&mut response).expect("a response");
+        let status = response.split(' ').nth(1).and_then(|status| status.parse().ok());
+        let (_, body) = response.split_once("\r\n\r\n").expect("a body");
+        (status.expect("a status"), body.to_owned())
+    }
+
+    fn json(&self, method: &str, path: &str, body: &Value) -> (u16, Value) {
+        let (status, body) = self.send(method, path, body);
+        (status, serde_json::from_str(&body).unwrap_or(Value::Null))
+    }
+
+    fn order(&self, order: &Value) -> (u16, Value) {
+        self.json("POST", "/api/mission/orders", order)
+    }
+
+    fn wait_for_place(&self, place: &str) {
+        wait_for(&format!("{place}\n{}", self.system.run.log()), || {
+            let marking = &self.json("GET", "/api/mission", &Value::Null).1["marking"];
+            let marked = marking["places"].as_array()?.iter().any(|it| it["place"] == place);
+            marked.then_some(())
+        });
+    }
+}
+
+#[test]
+fn orders_questions_and_stop_reach_the_executive() {
+    let scene = Scene::begin("web-orders");
+    scene.wait_for_place("up");
+    let (status, answer) = scene.order(&json!({"order": "fire", "transition": "descend"}));
+    assert_eq!((status, answer["accepted"].as_bool()), (200, Some(true)), "{answer}");
+    scene.wait_for_place("down");
+    let (status, answer) = scene.order(&json!({"order": "fire", "transition": "descend"}));
+    assert!(status == 409 && answer["error"]["what"].is_string(), "{answer}");
+    let confirm = json!({"order": "confirm", "transition": "climb"});
+    wait_for("the question", || (scene.order(&confirm).0 == 200).then_some(()));
+    scene.wait_for_place("up");
+
+    let (status, answer) = scene.json("POST", "/api/stop", &Value::Null);
+    assert_eq!((status, answer["means"].as_str()), (200, Some("paused")), "{answer}");
+    let marking = wait_for("the pause", || {
+        let marking = scene.system.read_json(&["mission", "show"]).pop()?;
+        marking["pause"]["by"].is_string().then_some(marking)
+    });
+    assert_eq!(marking["pause"]["by"], "ruth", "{marking}");
+    let (_, stop) = scene.json("GET", "/api/stop", &Value::Null);
+    wait_for("STOP in force", || {
+        (scene.json("GET", "/api/stop", &Value::Null).1["ordered"] == true).then_some(())
+    });
+    assert_eq!(stop["means"], "paused");
+    assert_eq!(scene.order(&json!({"order": "resume"})).0, 200);
+
+    let (_, metrics) = scene.send("GET", "/metrics", &Value::Null);
+    let tokens = "armor_mission_tokens{mission=\"watch\",place=\"up\"} 1\n";
+    assert!(metrics.contains(tokens), "{metrics}");
+    let (_, page) = scene.send("GET", "/", &Value::Null);
+    assert!(page.contains("STOP"), "{page}");
+    assert_eq!(scene.order(&json!({"order": "fire", "transition": "leave"})).0, 200);
+}
+
+#[test]
+fn a_parameter_is_shown_and_a_wrong_one_is_refused_with_the_reason() {
+    let scene = Scene::begin("web-parameters");
+    scene.wait_for_place("up");
+    let (status, list) = scene.json("GET", "/api/parameters", &Value::Null);
+    assert!(status == 200 && list["parameters"].is_array(), "{list}");
+    let (status, answer) = scene.json("GET", "/api/parameters/north/no-such", &Value::Null);
+    assert!(status == 404 && answer["error"]["remedy"].is_string(), "{status} {answer}");
+    let value = json!({"value": "1"});
+    let (status, answer) = scene.json("PUT", "/api/parameters/north/no-such", &value);
+    assert!(status == 409 && answer["error"]["what"].is_string(), "{status} {answer}");
+}
+
+#[test]
+fn an_address_beyond_loopback_is_refused_on_the_command_line() {
+    let folder = Folder::new("web-listen");
+    let mut command =
+        folder.armor(&["web", "--listen", "0.0.0.0:8080", "--registry", "127.0.0.1:7411"]);
+    let (code, out, err) = run_to_end(&mut command);
+    assert_eq!((code, out.as_str()), (1, ""), "{err}");
+    assert!(err.contains("armor connect") && err.contains("127.0.0.1"), "{err}");
+}

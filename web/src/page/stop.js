@@ -1,0 +1,102 @@
+// STOP, with a connection of its own that is open before it is needed.
+//
+// The page shows this button in a frame from the other name of this host (localhost or 127.0.0.1):
+// a browser runs that in a process of its own, so it works while the rest of the page hangs. Where
+// the frame cannot be loaded, the button of the page itself does the same.
+'use strict';
+
+const Stop = (() => {
+  const button = document.getElementById('stop');
+  const listeners = [];
+  let socket = null;
+  let sent = 0;
+  let waiting = null;
+
+  function show(text, state) {
+    button.textContent = text;
+    button.dataset.state = state;
+    listeners.forEach((listener) => listener(state, text));
+    if (window.parent !== window) window.parent.postMessage({stop: state, text}, '*');
+  }
+
+  function connect() {
+    const opened = new WebSocket(`ws://${location.host}/api/stop/live`);
+    socket = opened;
+    let beat = null;
+    opened.onopen = () => {
+      if (button.dataset.state !== 'sent') show('STOP', 'ready');
+      beat = setInterval(() => opened.send('{}'), 5000);
+      // A STOP that was not confirmed is ordered again.
+      if (waiting) send();
+    };
+    opened.onmessage = (event) => {
+      const answer = JSON.parse(event.data);
+      if (answer.error) {
+        if (answer.id === waiting) show('STOP not delivered: press again', 'failed');
+      } else if (answer.stopped && answer.id >= waiting) {
+        waiting = null;
+        show('STOPPED', 'done');
+        setTimeout(() => { if (!waiting) show('STOP', 'ready'); }, 3000);
+      }
+    };
+    opened.onclose = () => {
+      clearInterval(beat);
+      if (waiting) show('STOP not delivered: the robot may be moving', 'failed');
+      else show('STOP (not connected)', 'lost');
+      setTimeout(connect, 1000);
+    };
+  }
+
+  function send() {
+    const order = JSON.stringify({stop: true, id: waiting});
+    if (socket && socket.readyState === WebSocket.OPEN) socket.send(order);
+    else fetch('/api/stop', {method: 'POST'})
+      .then((response) => { if (response.ok) { waiting = null; show('STOPPED', 'done'); } })
+      .catch(() => {});
+  }
+
+  function press() {
+    sent += 1;
+    waiting = sent;
+    show('STOP sent', 'sent');
+    send();
+    const number = waiting;
+    setTimeout(() => {
+      if (waiting === number) show('STOP not confirmed: the robot may be moving', 'failed');
+    }, 1000);
+  }
+
+  button.addEventListener('pointerdown', press);
+  button.addEventListener('keydown', (event) => { if (event.key === 'Enter') press(); });
+  document.addEventListener('keydown', (event) => {
+    if (event.code === 'Space' && !event.repeat && !/INPUT|TEXTAREA/.test(event.target.tagName)) {
+      event.preventDefault();
+      press();
+    }
+  }, true);
+  connect();
+  return {press, listen: (listener) => listeners.push(listener)};
+})();
+
+// The page replaces its own button by the frame once that is connected.
+(() => {
+  const frame = document.getElementById('stop-frame');
+  if (!frame) return;
+  const own = document.getElementById('stop');
+  const other = location.hostname === 'localhost' ? '127.0.0.1' : 'localhost';
+  const url = new URL(`http://${other}:${location.port || 80}/stop.html`);
+  let isUsable = false;
+  const choose = () => {
+    // A STOP by Space that is not confirmed must be seen, and so must a frame without a connection.
+    const isOwn = !isUsable || ['sent', 'failed'].includes(own.dataset.state);
+    frame.hidden = isOwn;
+    own.hidden = !isOwn;
+  };
+  window.addEventListener('message', (event) => {
+    if (event.source !== frame.contentWindow || event.origin !== url.origin) return;
+    isUsable = Boolean(event.data && event.data.stop) && event.data.stop !== 'lost';
+    choose();
+  });
+  Stop.listen(choose);
+  frame.src = url.href;
+})();

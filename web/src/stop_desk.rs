@@ -1,0 +1,154 @@
+//! STOP: published to the robot if a component takes it, otherwise a pause of the mission.
+
+use std::io;
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use armor_sdk::control::Order;
+use armor_sdk::directory::Directory;
+use axum::http::StatusCode;
+use parking_lot::Mutex;
+use serde_json::{Value, json};
+use tokio::sync::watch;
+
+use crate::commands::RobotCommands;
+use crate::failure::WebFailure;
+use crate::order_desk::OrderDesk;
+
+/// How STOP reached the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum StopMeans {
+    /// Components took it as data.
+    Published,
+    /// The executive paused the mission, which freezes the components of the marked places.
+    Paused,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct StopOrder {
+    means: StopMeans,
+    is_stopped: bool,
+    at_s: f64,
+}
+
+/// Orders STOP and its release. It shares no thread and no connection with any other route.
+pub(crate) struct StopDesk {
+    commands: Option<Arc<dyn RobotCommands>>,
+    orders: OrderDesk,
+    /// The last order of this process; none: it is not known whether the robot is stopped.
+    last: Mutex<Option<StopOrder>>,
+    news: watch::Sender<u64>,
+}
+
+impl StopDesk {
+    /// Opens the desk; `news` is raised at every change.
+    pub(crate) fn open(
+        directory: &Directory,
+        author: &str,
+        commands: Option<Arc<dyn RobotCommands>>,
+        news: watch::Sender<u64>,
+    ) -> io::Result<Self> {
+        let orders = OrderDesk::open(directory, "the STOP of armor web", author)?;
+        Ok(Self { commands, orders, last: Mutex::default(), news })
+    }
+
+    /// Returns whether STOP is in force, as far as this process knows; `is_paused` is the mission's
+    /// state.
+    pub(crate) fn is_stopped(&self, is_paused: bool) -> bool {
+        self.last.lock().is_some_and(|last| {
+            last.is_stopped && (last.means == StopMeans::Published || is_paused)
+        })
+    }
+
+    /// Returns its state for clients.
+    pub(crate) fn to_json(&self, is_paused: bool) -> Value {
+        let Some(last) = *self.last.lock() else { return json!({"ordered": null}) };
+        json!({
+            "ordered": self.is_stopped(is_paused),
+            "means": last.means.word(),
+            "at_s": last.at_s,
+        })
+    }
+
+    /// Orders STOP, and returns what was done.
+    pub(crate) async fn stop(&self) -> Result<Value, WebFailure> {
+        let published = self.commands.as_ref().map(|commands| commands.stop(true));
+        if let Some(Ok(links @ 1..)) = published {
+            self.record(StopMeans::Published, true);
+            let text = format!("STOP was sent over {}", count_links(links));
+            return Ok(json!({"stopped": true, "means": "published", "text": text}));
+        }
+        let why_not = match published {
+            None => "no component of this program publishes STOP".to_owned(),
+            Some(Ok(_)) => "no component takes STOP from here".to_owned(),
+            Some(Err(error)) => error,
+        };
+        let (is_paused, text) = match self.orders.send(None, false, Order::Pause).await {
+            // Also accepted if the mission is paused already.
+            Ok(verdict) => (verdict.accepted, verdict.text),
+            Err(failure) => (false, failure.to_json()["error"]["what"].to_string()),
+        };
+        if is_paused {
+            self.record(StopMeans::Paused, true);
+            return Ok(json!({"stopped": true, "means": "paused", "text": text, "note": why_not}));
+        }
+        Err(WebFailure::new(
+            StatusCode::BAD_GATEWAY,
+            format!("STOP is not delivered: {why_not}; the mission is not paused: {text}"),
+            "the robot",
+            "it may be moving: use the switch on the robot",
+        ))
+    }
+
+    /// Releases STOP by the means by which it was ordered, and returns what was done.
+    pub(crate) async fn release(&self) -> Result<Value, WebFailure> {
+        let means = self.last.lock().map(|last| last.means);
+        match (means, &self.commands) {
+            (Some(StopMeans::Published) | None, Some(commands)) => {
+                let links = commands.stop(false).map_err(|error| {
+                    let remedy = "try again; `armor ps` shows the components";
+                    WebFailure::new(StatusCode::BAD_GATEWAY, error, "the robot", remedy)
+                })?;
+                self.record(StopMeans::Published, false);
+                let text = format!("the release was sent over {}", count_links(links));
+                Ok(json!({"stopped": false, "means": "published", "text": text}))
+            }
+            (Some(StopMeans::Paused), _) => {
+                let verdict = self.orders.send(None, false, Order::Resume).await?;
+                if !verdict.accepted {
+                    let remedy = "see with `armor mission show` who holds the command";
+                    let status = StatusCode::CONFLICT;
+                    return Err(WebFailure::new(status, verdict.text, "the mission", remedy));
+                }
+                self.record(StopMeans::Paused, false);
+                Ok(json!({"stopped": false, "means": "paused", "text": verdict.text}))
+            }
+            _ => Err(WebFailure::new(
+                StatusCode::CONFLICT,
+                "STOP was not ordered here",
+                "the robot",
+                "a mission that another program has paused continues with the order `resume`",
+            )),
+        }
+    }
+
+    fn record(&self, means: StopMeans, is_stopped: bool) {
+        let since_epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        let at_s = since_epoch.map_or(0.0, |time| time.as_secs_f64());
+        *self.last.lock() = Some(StopOrder { means, is_stopped, at_s });
+        self.news.send_modify(|news| *news += 1);
+    }
+}
+
+fn count_links(links: usize) -> String {
+    if links == 1 { "1 link".into() } else { format!("{links} links") }
+}
+
+impl StopMeans {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Published => "published",
+            Self::Paused => "paused",
+        }
+    }
+}
