@@ -1,5 +1,7 @@
 //! One wrong value in a mission: one finding, at that value, with the right one.
 
+mod counted_tokens;
+
 use armor_plan::Plan;
 use armor_robotfile::{Colours, Findings, check, read};
 
@@ -262,6 +264,14 @@ fn an_attribute_that_leads_nowhere_else_is_not_explained_by_a_token_that_ends_th
     let moved = r#""ready"/>
     <place name="scouting" initial="true""#;
     expect(mark, moved, "E0241", r#"initial="true" in ready, and not in scouting"#);
+}
+
+#[test]
+fn a_time_that_is_far_too_long_is_found_where_it_is_written() {
+    let both = r#"did you mean timeout="20s" in slides, or timeout="2min" in slides"#;
+    expect(r#"timeout="20s""#, r#"timeout="20min""#, "E0252", both);
+    let both = r#"did you mean timeout="40s" in tour-late, or timeout="4min" in tour-late"#;
+    expect(r#"timeout="4min""#, r#"timeout="40min""#, "E0252", both);
 }
 
 #[test]
