@@ -29,10 +29,10 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     // Which of the two variables a guard names is not known.
     let variables = names_at(findings, Code::DuplicateVariable);
     findings.retain(|finding| {
-        use Code::{GuardConstant, GuardType, GuardUnit, NotSettable, NothingSets};
+        use Code::{CountSyntax, GuardConstant, GuardType, GuardUnit, NotSettable, NothingSets};
         let is_of_value = matches!(
             finding.code,
-            GuardConstant | GuardType | GuardUnit | NotSettable | NothingSets
+            CountSyntax | GuardConstant | GuardType | GuardUnit | NotSettable | NothingSets
         );
         !is_of_value || !variables.iter().any(|name| finding.message.contains(name))
     });
@@ -47,6 +47,16 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         };
         !matches!(finding.code, Code::UnknownPort | Code::WrongDirection)
             || !finding.at.as_ref().is_some_and(is_inside)
+    });
+    // An emergency is one only if it leads to an end of the mission, whose name is wrong.
+    let unknown: BTreeSet<_> = findings
+        .iter()
+        .filter(|finding| finding.code == Code::UnknownPlace)
+        .filter_map(|finding| finding.at.as_ref().map(element_of))
+        .collect();
+    findings.retain(|finding| {
+        finding.code != Code::NoInput
+            || !finding.at.as_ref().is_some_and(|at| unknown.contains(&element_of(at)))
     });
     // That another transition never fires follows from the missing condition.
     let exits: Vec<_> = findings
@@ -239,6 +249,7 @@ pub(super) fn drop_followers_of_reading(found: &mut Findings, reading: &Findings
         found.retain(|finding| finding.code != Code::ReportNeverSent);
     }
     declarations::drop_misplaced(found, reading);
+    declarations::drop_decided_of_malformed(found, reading);
     // The attribute that an element seems to lack is there, but misspelt.
     let strangers = reading.iter().filter(|finding| finding.code == Code::UnknownAttribute);
     let misspelt: BTreeSet<_> =

@@ -193,6 +193,11 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
     if to_goal.is_empty() || !to_goal.iter().copied().all(is_exit) {
         return;
     }
+    // A sub-mission that is done leads to the goal, and nothing leads on from one that is meant as goal.
+    let mut left = mission.submissions.iter().filter_map(|inner| inner.leave.as_ref());
+    if left.any(|leave| leave.value == goal.value) || mission.leads_on_from(&safe.value) {
+        return;
+    }
     // Where a failure leads to the goal, any report or guard that leads to the safe place is a success.
     // So is the only one after something is done, where the goal is reached if that is not done in time.
     // Other timeouts may be the plan: a patrol until its time is over, unless the battery is low.

@@ -46,7 +46,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             let is_whole = !system.unreadable.is_half_read(&component.name.value);
             check_parameters(component, manifest, is_whole, findings);
-            check_sources(component, manifest, configuration, findings);
+            check_sources(component, manifest, configuration, &fed, findings);
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
@@ -145,6 +145,7 @@ fn check_sources(
     component: &Component,
     manifest: &Manifest,
     configuration: &Configuration,
+    fed: &ports::Fed<'_>,
     findings: &mut Findings,
 ) {
     let name = component.name.value.as_str();
@@ -167,7 +168,8 @@ fn check_sources(
             })
     };
     for group in &manifest.needs_one_of {
-        if group.is_empty() || group.iter().any(|id| is_given(id)) {
+        // A link that ends at no input of the component, which is a finding already, may be meant.
+        if group.is_empty() || fed.has_mistaken(name) || group.iter().any(|id| is_given(id)) {
             continue;
         }
         let is_input = |id: &&String| manifest.inputs.iter().any(|input| input.id == **id);

@@ -159,7 +159,11 @@ fn read_counted(
         && low.value <= high.value
         && !(low.value..=high.value).contains(&(initial.value as f64))
     {
-        let expected = format!("it is {} to {}", low.at.text(), high.at.text());
+        let expected = format!(
+            "write a value from {} to {}, or widen min=\"…\" and max=\"…\"",
+            low.at.text(),
+            high.at.text()
+        );
         fields.bad_value("initial", initial, expected);
     }
 }
