@@ -102,6 +102,13 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         let of = |at: &Location| at.text().split('.').next().is_some_and(|it| unused.contains(it));
         finding.code != Code::LinkToItself || !finding.at.as_ref().is_some_and(of)
     });
+    // A variable that lost its source is set by nothing, and follows no data.
+    let unset = names_at(findings, Code::NothingSets);
+    findings.retain(|finding| {
+        let follows =
+            |name: &String| finding.message.contains(&format!(": {name} follows no data"));
+        finding.code != Code::GuardConstant || !unset.iter().any(follows)
+    });
     // Where a guard is wrong or missing, the variable that nothing uses may be the one that it should
     // name.
     let lacks_guard = |it: &Finding| matches!(it.code, Code::GuardConstant | Code::ImmediateExit);

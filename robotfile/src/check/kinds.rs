@@ -53,6 +53,28 @@ pub(super) fn check(
     }
 }
 
+/// Names the only kind that has all that is used of a component whose kind is unknown, if no kind has a
+/// similar name.
+pub(super) fn advise_by_uses(
+    component: &Component,
+    uses: &BTreeMap<String, ComponentUses>,
+    manifests: &Manifests,
+    findings: &mut Findings,
+) {
+    let name = component.name.value.as_str();
+    let Some(meant) = uses.get(name).and_then(|uses| find_meant_kind(name, uses, manifests)) else {
+        return;
+    };
+    let is_it = |it: &&mut Finding| {
+        let is_there = it.at.as_ref().is_some_and(|at| at.is_at(&component.kind.at));
+        it.code == Code::UnknownKind && is_there && !it.remedy.starts_with("did you mean")
+    };
+    for finding in findings.iter_mut().filter(is_it) {
+        finding.remedy =
+            format!("did you mean {}? It has all that {name} uses; {}", meant.kind, finding.remedy);
+    }
+}
+
 /// Drops findings about events, ports and parameters of a component whose kind is wrong: they are
 /// those of another kind.
 fn drop_uses_of(name: &str, findings: &mut Findings) {

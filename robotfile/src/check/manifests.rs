@@ -8,7 +8,7 @@ use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
 
 use crate::check::names::listed;
-use crate::check::uses::{Use, has};
+use crate::check::uses::{ComponentUses, Use, has};
 use crate::check::{frames, kinds, needed_frames, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
@@ -24,13 +24,18 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let system = &configuration.system;
     let typed = TypedManifests::of(system, manifests);
     let mut kinds: BTreeMap<&str, &Manifest> = typed.iter().collect();
+    let uses = ComponentUses::collect(configuration);
     for component in &system.components {
         // That it is malformed is a finding already.
         if manifests.contains_key(&component.kind.value) || !is_name(&component.kind.value) {
             continue;
         }
         let known = manifests.keys().map(String::as_str);
+        let before = findings.total();
         unknown(Code::UnknownKind, &component.kind, "kind of component", known, findings);
+        if findings.total() > before {
+            kinds::advise_by_uses(component, &uses, manifests, findings);
+        }
     }
     // What a component of another kind has is not known, as that of an unknown kind.
     kinds::check(configuration, manifests, &mut kinds, findings);

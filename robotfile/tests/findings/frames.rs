@@ -32,6 +32,7 @@ fn a_frame_is_a_name_a_parent_lengths_and_angles() {
         (r#"x="[[0.08]]""#, "it has no unit: write 0.08m"),
         (r#"x="[[8deg]]""#, "it is an angle; a length such as 0.3m is expected"),
         (r#"yaw="[[90]]""#, "it has no unit: write 90deg"),
+        (r#"yaw="[[90rad]]""#, "it is 14.3 full turns: write one at most, such as 90deg"),
         (r#"yaw="[[1m]]""#, "it is a length; an angle such as 90deg is expected"),
         (r#"z="[[high]]""#, "a length such as 0.3m is expected"),
         (r#"z="[[infm]]""#, "a length such as 0.3m is expected"),

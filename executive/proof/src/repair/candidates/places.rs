@@ -44,6 +44,8 @@ const GOAL_FOR_SAFE: i32 = 6;
 /// The rank of the mark in a place that nothing leads to, and how much less likely it is in another one.
 const MOVED_MARK: i32 = 10;
 const MARK_ELSEWHERE: i32 = 14;
+/// The rank of a place after a failure that is missing, after another place of a transition.
+const NO_REFUGE: i32 = 24;
 /// The rank of an attribute that has no effect, removed.
 const NO_EFFECT: i32 = 8;
 /// How much likelier a place is one too few of those that a transition takes tokens from, where the
@@ -152,8 +154,17 @@ impl MissionElements<'_> {
         let neighbours = [before, self.transitions.get(number + 1)];
         let is_usual =
             |place: &str| neighbours.into_iter().flatten().any(|it| has(it, attribute, place));
+        // As `unload` begins unload.xml.
+        let begins_namesake = |place: &str| {
+            self.submissions().any(|it| {
+                value(it, "in") == Some(place) && are_related(name, value(it, "ref").unwrap_or(""))
+            })
+        };
         let likeness = |place: &str| {
-            let is_named = attribute == "from" && are_related(name, place);
+            let is_named = match attribute {
+                "from" => are_related(name, place),
+                _ => begins_namesake(place),
+            };
             let named = if is_named { NAMED_AFTER } else { 0 };
             named + if is_usual(place) { AS_NEIGHBOUR } else { 0 }
         };
@@ -323,7 +334,10 @@ impl MissionElements<'_> {
             self.move_mark(marked, edits);
         }
         for place in &self.places {
-            let Some(failure) = place.attribute("on-failure") else { continue };
+            let Some(failure) = place.attribute("on-failure") else {
+                self.missing_refuges(place, edits);
+                continue;
+            };
             let close = CLOSE * self.closeness(place);
             if value(place, "components").is_none() {
                 edits.push(self.without_attribute(place, failure).ranked(NO_EFFECT));
@@ -333,6 +347,23 @@ impl MissionElements<'_> {
                 let rank = REPLACED + 2 - fit - close;
                 edits.push(self.with_value(place, failure, new).ranked(rank));
             }
+        }
+    }
+
+    /// The place that nothing leads to, as the one after a failure.
+    fn missing_refuges(&self, place: &Element, edits: &mut Vec<FileEdit>) {
+        let works = |name: &str| {
+            let written = self.places.iter().find(|it| value(it, "name") == Some(name));
+            written.is_some_and(|it| value(it, "components").is_some())
+        };
+        if value(place, "components").is_none() {
+            return;
+        }
+        let is_entered = |name: &str| self.submissions().any(|it| value(it, "in") == Some(name));
+        let loose = self.place_names().filter(|it| self.is_loose("to", it) && !works(it));
+        for refuge in loose.filter(|it| !is_entered(it)) {
+            let edit = self.with_attribute(place, "on-failure", refuge);
+            edits.extend(edit.map(|edit| edit.ranked(NO_REFUGE)));
         }
     }
 
