@@ -78,6 +78,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
     }
     explain_foreign_parameters(system, &kinds, findings);
+    kinds::advise_complete_kind(system, &uses, manifests, findings);
 }
 
 /// Attributes that a `<component>` does not have, and that are parameters of its kind.
