@@ -4,6 +4,7 @@
 mod activity;
 mod any_type;
 mod claims;
+mod companions;
 mod concurrency;
 mod crossed;
 mod cut_short;
@@ -212,6 +213,7 @@ fn by_itself(
         transition::check(mission, period, findings);
         order::check(mission, findings);
         twice::advise_identical(mission, findings);
+        twice::check_implied(mission, findings);
         entrances::check(mission, findings);
         endless::check(mission, findings);
         effectless::check(mission, findings);

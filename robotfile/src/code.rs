@@ -251,6 +251,7 @@ codes! {
         ValueOutside = "E0254", "a value outside a variable's domain";
         NeverEqual = "W0255", "a condition that no value of a variable meets";
         SetUnchanged = "W0256", "a variable that is set and never changes";
+        CheckStatesNothing = "W0257", "a check about what never comes";
     }
     "Limits of this version" from File {
         More = "N0999", "more findings were left out";

@@ -189,7 +189,14 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         let wanted = if dimension == Dimension::Angle { &ANGLE } else { &LENGTH };
         self.converted(name, |text| {
             let parsed = quantity::parse_in(text, wanted.dimension, wanted.wanted);
-            parsed.map_err(|error| expected(text, error, wanted))
+            let number = parsed.map_err(|error| expected(text, error, wanted))?;
+            let turns = number.abs() / std::f64::consts::TAU;
+            match dimension == Dimension::Angle && turns > 1.0 + 1e-9 {
+                true => {
+                    Err(format!("it is {turns:.1} full turns: write one at most, such as 90deg"))
+                }
+                false => Ok(number),
+            }
         })
     }
 
@@ -274,6 +281,11 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             let finding = Finding::new(Code::NoEffect, &at, format!("{name} has no effect here"));
             self.report(finding.remedy(why));
         }
+    }
+
+    /// Whether the attribute is present with this value.
+    pub(crate) fn has_value(&self, name: &str, value: &str) -> bool {
+        self.element.attribute(name).is_some_and(|it| it.value == value)
     }
 
     /// Returns the location of the attribute's name, if it is present.

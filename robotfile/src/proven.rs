@@ -46,6 +46,11 @@ impl Findings {
         if self.iter().any(is_fault) || proven.iter().any(is_other) {
             proven.retain(|result| !result.may_follow);
         }
+        // What a check speaks of may never come because of any other fault.
+        let is_reason = |it: &Finding| is_fault(it) && it.code != Code::CheckStatesNothing;
+        if proven.iter().any(is_reason) {
+            proven.retain(|result| result.code != Code::CheckStatesNothing);
+        }
         // What never fires sets no variable.
         if proven.iter().any(|result| result.code == Code::NeverFires) {
             proven.retain(|result| !matches!(result.code, Code::NeverEqual | Code::SetUnchanged));

@@ -2,6 +2,7 @@
 
 mod any_type;
 mod astray;
+mod branches;
 mod exchanged;
 mod exits;
 mod file;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use armor_plan::Plan;
 use armor_proof::{Recheck, explain_by_edit};
@@ -16,8 +16,6 @@ use crate::kinds::Kinds;
 use crate::project::Checked;
 use crate::project::files::Disk;
 
-/// Longest time of a proof, as for `armor check`.
-const PROOF_WITHIN: Duration = Duration::from_secs(5);
 /// Pause between two looks for a result while the user waits.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
@@ -115,21 +113,21 @@ impl Thread {
     }
 
     fn prove_mission(&self, mut reading: Reading, wanted: &Wanted) -> Findings {
-        let start = Instant::now();
+        // Only a change ends it early, no time, so that it finds the same as `armor check`.
         let is_stale = || self.newest.load(Ordering::Relaxed) != wanted.revision;
         if let Some(configuration) = &reading.configuration {
             let found = match Plan::of(configuration) {
-                Ok(Some(plan)) => armor_proof::prove(configuration, &plan, &|| {
-                    is_stale() || start.elapsed() > PROOF_WITHIN
-                }),
+                Ok(Some(plan)) => armor_proof::prove(configuration, &plan, &is_stale),
                 Ok(None) => Findings::default(),
                 Err(findings) => findings,
             };
             reading.findings.extend_proven(found, configuration);
         }
-        let stop = || is_stale() || start.elapsed() > PROOF_WITHIN;
         let manifests = wanted.kinds.manifests();
-        explain_by_edit(&mut reading, &Recheck { overrides: &[], manifests, stop: &stop });
+        explain_by_edit(
+            &mut reading,
+            &Recheck { overrides: &[], manifests, is_cancelled: &is_stale },
+        );
         reading.findings.sort();
         reading.findings
     }

@@ -13,7 +13,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let stop = || start.elapsed().as_secs() > 120;
         let bounds = PlaceBounds::of_net(&file.net, &stop);
         let bounded_s = start.elapsed().as_secs_f64();
-        let budget = AnalysisBudget { states: u64::MAX, memory_bytes: 4 << 30, stop: &stop };
+        let budget =
+            AnalysisBudget { memory_bytes: 4 << 30, stop: &stop, ..AnalysisBudget::UNLIMITED };
         let found = explore_states(&file.net, &bounds, false, &budget);
         let (space, seconds) = (&found.space, start.elapsed().as_secs_f64());
         println!(

@@ -3,8 +3,12 @@
 use armor_robotfile::claim::{Claim, Statement};
 use armor_robotfile::{Code, Finding, Findings, Spanned};
 
+use crate::formula::PlaceFormula;
 use crate::proof::Proof;
 use crate::verdict::ClaimVerdict;
+
+/// Between the sides of a check about what follows.
+const LEADS_TO: &str = " leads to ";
 
 impl Proof<'_> {
     pub(super) fn decide_claims(&self, findings: &mut Findings) {
@@ -15,8 +19,28 @@ impl Proof<'_> {
                 continue;
             }
             let Some(verdict) = self.decide_claim(&claim) else { continue };
+            if matches!(verdict, ClaimVerdict::Holds) && !self.effort.has_begun {
+                findings.extend(self.find_vacuous(text, &claim.statement));
+            }
             findings.extend(finding(text, verdict));
         }
+    }
+
+    /// A check of what something leads to, which never comes, so that it holds whatever else happens.
+    fn find_vacuous(&self, text: &Spanned<String>, statement: &Statement) -> Option<Finding> {
+        let Statement::LeadsTo(from, _) = statement else { return None };
+        let from = PlaceFormula::of(from, self.plan, self.analysed)?;
+        let comes = |marking: &[u32]| self.holds(&from, marking);
+        if !self.is_whole() || self.exploration.space.find(comes).is_some() {
+            return None;
+        }
+        let before = text.value.split(LEADS_TO).next().unwrap_or_default().trim();
+        let message =
+            format!("this check states nothing: no sequence of firings comes to `{before}`");
+        let finding = Finding::new(Code::CheckStatesNothing, &text.at, message).may_follow();
+        Some(finding.remedy(
+            "write what comes in the mission, let a transition lead to it, or remove the check",
+        ))
     }
 }
 

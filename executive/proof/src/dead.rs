@@ -196,8 +196,12 @@ impl Proof<'_> {
         let arcs = self.plan.net().transition(source);
         let needed = || arcs.inputs.iter().chain(&arcs.reads);
         let mut values = vec![BTreeSet::new(); self.plan.counters().len()];
+        let is_kept = |marking: &[u32]| {
+            arcs.inhibitors.iter().any(|(place, count)| marking[place.index()] >= *count)
+        };
         let mut note_values = |marking: &[u32]| {
-            if needed().all(|(place, count)| marking[place.index()] >= *count) {
+            let has_all = needed().all(|(place, count)| marking[place.index()] >= *count);
+            if has_all && !is_kept(marking) {
                 for (seen, (_, value)) in values.iter_mut().zip(self.analysed.values(marking)) {
                     seen.insert(value);
                 }

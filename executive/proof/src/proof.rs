@@ -1,6 +1,6 @@
 //! A mission with its state space, and the questions that every examination asks of it.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 use crate::analysed::Analysed;
 use armor_petri::analysis::classes::{StateClasses, find_state_classes, is_possible};
@@ -59,6 +59,8 @@ pub(crate) struct Proof<'a> {
     sums: OnceCell<Semiflows<PlaceId>>,
     pub(crate) effort: ProofEffort,
     pub(crate) stop: &'a dyn Fn() -> bool,
+    /// How many states and state classes were explored.
+    explored: Cell<u64>,
 }
 
 /// A marking and firings that lead to it.
@@ -85,7 +87,13 @@ impl<'a> Proof<'a> {
     ) -> Self {
         let net = &analysed.net;
         let bounds = PlaceBounds::of_net(net, stop);
-        let budget = AnalysisBudget { states: effort.states, memory_bytes: MAX_BYTES, stop };
+        let explored = Cell::new(0);
+        let budget = AnalysisBudget {
+            states: effort.states,
+            memory_bytes: MAX_BYTES,
+            stop,
+            explored: Some(&explored),
+        };
         let exploration = explore_states(net, &bounds, true, &budget);
         let (timed, sums) = (OnceCell::new(), OnceCell::new());
         let untimed_alone = OnceCell::new();
@@ -102,6 +110,7 @@ impl<'a> Proof<'a> {
             sums,
             effort,
             stop,
+            explored,
         }
     }
 
@@ -146,17 +155,27 @@ impl<'a> Proof<'a> {
     }
 
     /// For states as far as tokens go.
-    pub(crate) fn untimed_budget(&self) -> AnalysisBudget<'a> {
-        AnalysisBudget { states: self.effort.states, memory_bytes: MAX_BYTES, stop: self.stop }
+    pub(crate) fn untimed_budget(&self) -> AnalysisBudget<'_> {
+        self.budget_of(self.effort.states)
     }
 
     /// For states with their times.
-    pub(crate) fn budget(&self) -> AnalysisBudget<'a> {
+    pub(crate) fn budget(&self) -> AnalysisBudget<'_> {
         // Without checks in the file a person waits for the rest of the findings, not for times.
         let is_asked = !self.mission.checks.is_empty();
         let states =
             if is_asked { self.effort.classes } else { self.effort.classes.min(FEW_STATES) };
-        AnalysisBudget { states, memory_bytes: MAX_BYTES, stop: self.stop }
+        self.budget_of(states)
+    }
+
+    fn budget_of(&self, states: u64) -> AnalysisBudget<'_> {
+        let explored = Some(&self.explored);
+        AnalysisBudget { states, memory_bytes: MAX_BYTES, stop: self.stop, explored }
+    }
+
+    /// How many states were explored, with their times and without.
+    pub(crate) fn explored_states(&self) -> u64 {
+        self.explored.get()
     }
 
     /// Whether all states were explored, as far as tokens go.

@@ -41,9 +41,19 @@ pub(crate) fn prove_within(
     effort: ProofEffort,
     stop: &dyn Fn() -> bool,
 ) -> Findings {
-    let mut findings = Findings::default();
-    let Ok(Some(mission)) = configuration.flattened() else { return findings };
-    let Ok(analysed) = Analysed::of(plan) else { return findings };
+    prove_and_count(configuration, plan, effort, stop).0
+}
+
+/// The findings, and how many states and state classes were explored for them.
+pub(crate) fn prove_and_count(
+    configuration: &Configuration,
+    plan: &Plan,
+    effort: ProofEffort,
+    stop: &dyn Fn() -> bool,
+) -> (Findings, u64) {
+    let (mut findings, mut explored) = (Findings::default(), 0);
+    let Ok(Some(mission)) = configuration.flattened() else { return (findings, explored) };
+    let Ok(analysed) = Analysed::of(plan) else { return (findings, explored) };
     Proof::new(plan, &mission, &analysed, effort, stop).with_waits(&mut |proof, meeting| {
         // In the net in which no start waits: where exclusive components meet is a finding of its
         // own.
@@ -56,6 +66,7 @@ pub(crate) fn prove_within(
         }
         proof.not_followed(&mut findings);
         proof.decide_claims(&mut findings);
+        explored += proof.explored_states() + meeting.map_or(0, Proof::explored_states);
     });
     // The checks of a sub-mission's file are about that mission from its start, in whatever mission
     // it is used.
@@ -67,8 +78,11 @@ pub(crate) fn prove_within(
         };
         if let Ok(analysed) = Analysed::of(&plan) {
             let alone = Proof::new(&plan, &mission, &analysed, effort, stop);
-            alone.with_waits(&mut |proof, _| proof.decide_claims(&mut findings));
+            alone.with_waits(&mut |proof, meeting| {
+                proof.decide_claims(&mut findings);
+                explored += proof.explored_states() + meeting.map_or(0, Proof::explored_states);
+            });
         }
     }
-    findings
+    (findings, explored)
 }

@@ -17,15 +17,22 @@ use armor_robotfile::{
 };
 
 use crate::proof::ProofEffort;
-use crate::prove::prove_within;
+use crate::prove::prove_and_count;
 use candidates::list_edits;
 use file_edit::FileEdit;
 
-/// Most edits that are tried. A mission of 15 places and 20 transitions has about 1,000 candidates;
-/// most are refused by the check alone, in a fraction of a millisecond.
-const MAX_TRIES: usize = 1_000;
-/// Most edits that are proven, each of which explores the states of the mission.
-const MAX_PROOFS: usize = 150;
+/// The limits of the search. They count steps and no time, so that a file has the same findings on
+/// every host, however busy it is.
+const SEARCH_LIMITS: SearchSteps = SearchSteps {
+    // A mission of 15 places and 20 transitions has about 1,000 candidates; most are refused by the
+    // check alone, in a fraction of a millisecond.
+    tries: 1_000,
+    proofs: 150,
+    // One proof of a mission of 15 places explores about 200.
+    states: 300_000,
+    // Checking a file again takes about 0.1 s per megabyte.
+    bytes: 20 << 20,
+};
 /// Most edits that a remedy offers. If more are equally likely, it is not known what was meant.
 const MAX_NAMED: usize = 3;
 /// What a finding is called that is shown at the place of the mistake, and not at its own.
@@ -43,8 +50,28 @@ pub struct Recheck<'a> {
     pub overrides: &'a [Override],
     /// The manifests of all kinds, if they are known.
     pub manifests: Option<&'a Manifests>,
-    /// Returns whether it has taken long enough.
-    pub stop: &'a dyn Fn() -> bool,
+    /// Returns whether the result is no longer wanted, because the files have changed. It must not
+    /// depend on the time: the findings would, too.
+    pub is_cancelled: &'a dyn Fn() -> bool,
+}
+
+/// Steps of a search: those that are left, or those of one try.
+#[derive(Clone, Copy, Debug)]
+struct SearchSteps {
+    /// Edits that are tried.
+    tries: usize,
+    /// Edits that are proven, each of which explores the states of the mission.
+    proofs: usize,
+    /// States and state classes that these proofs explore.
+    states: u64,
+    /// Bytes of the files that are read and checked again.
+    bytes: usize,
+}
+
+impl SearchSteps {
+    fn are_used_up(&self) -> bool {
+        self.tries == 0 || self.proofs == 0 || self.states == 0 || self.bytes == 0
+    }
 }
 
 /// Replaces the faults of a mission by one finding at the edit that removes all of them, if there is
@@ -104,11 +131,12 @@ impl Recheck<'_> {
     fn find_edits(&self, configuration: &Configuration, faults: &[Finding]) -> Vec<FileEdit> {
         let mut edits = list_edits(configuration, faults);
         edits.sort_by_key(|edit| (edit.rank, edit.distance));
-        let mut proofs = 0;
+        let size: usize = configuration.sources.iter().map(|source| source.text().len()).sum();
+        let mut left = SEARCH_LIMITS;
         let mut found: Vec<FileEdit> = Vec::new();
-        for edit in edits.into_iter().take(MAX_TRIES) {
+        for edit in edits {
             let is_worse = found.first().is_some_and(|first| first.rank < edit.rank);
-            if is_worse || found.len() > MAX_NAMED || proofs == MAX_PROOFS || (self.stop)() {
+            if is_worse || found.len() > MAX_NAMED || left.are_used_up() || (self.is_cancelled)() {
                 break;
             }
             // Two reasons may speak for one edit.
@@ -116,7 +144,9 @@ impl Recheck<'_> {
             if found.iter().any(is_same) {
                 continue;
             }
-            if self.removes_faults(configuration, &edit, &mut proofs) {
+            left.tries -= 1;
+            left.bytes = left.bytes.saturating_sub(size);
+            if self.removes_faults(configuration, &edit, &mut left) {
                 found.push(edit);
             }
         }
@@ -174,7 +204,7 @@ impl Recheck<'_> {
         &self,
         configuration: &Configuration,
         edit: &FileEdit,
-        proofs: &mut usize,
+        left: &mut SearchSteps,
     ) -> bool {
         let Some(mut reading) = self.reading_of(configuration, Some(edit)) else { return false };
         if faults(&reading.findings).next().is_some() {
@@ -182,8 +212,9 @@ impl Recheck<'_> {
         }
         let Some(edited) = &reading.configuration else { return false };
         let Ok(Some(plan)) = Plan::of(edited) else { return false };
-        *proofs += 1;
-        let proven = prove_within(edited, &plan, TRIED_EFFORT, self.stop);
+        let (proven, explored) = prove_and_count(edited, &plan, TRIED_EFFORT, self.is_cancelled);
+        left.proofs -= 1;
+        left.states = left.states.saturating_sub(explored);
         reading.findings.extend_proven(proven, edited);
         faults(&reading.findings).next().is_none()
     }

@@ -90,7 +90,7 @@ impl Proof<'_> {
     }
 
     /// Whether it holds of a marking, once all tokens are put that can be.
-    fn holds(&self, formula: &PlaceFormula, marking: &[u32]) -> bool {
+    pub(super) fn holds(&self, formula: &PlaceFormula, marking: &[u32]) -> bool {
         formula.holds(&self.analysed.settle_marking(marking))
     }
 

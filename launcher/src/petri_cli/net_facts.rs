@@ -97,6 +97,7 @@ pub fn run_within_budget<T>(
         states: budget.max_states,
         memory_bytes: budget.max_memory,
         stop: &stop,
+        ..AnalysisBudget::UNLIMITED
     })
 }
 

@@ -22,7 +22,29 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
             findings.push(finding);
         }
         findings.extend(find_kept_apart(mission, transition));
+        findings.extend(find_idle_resets(mission, transition));
     }
+}
+
+/// A reset of a place from which the transition takes the only token: a place with components has one at
+/// most.
+fn find_idle_resets(mission: &Mission, transition: &Transition) -> Vec<Finding> {
+    let resets = transition.arcs.iter().filter(|arc| arc.kind == ArcKind::Reset);
+    let is_idle = |name: &str| {
+        let takes = transition.inputs().any(|arc| arc.place.value == name);
+        takes && mission.place(name).is_some_and(|place| !place.components.is_empty())
+    };
+    let idle = resets.filter(|arc| is_idle(&arc.place.value));
+    let report = |arc: &crate::mission::Arc| {
+        let (name, place) = (&transition.name.value, &arc.place.value);
+        let message = format!(
+            "reset has no effect here: {name} takes the token from {place}, which has one at most, \
+             because it activates components"
+        );
+        let finding = Finding::new(Code::NoEffect, &arc.place.at, message);
+        finding.remedy("name another place, or remove the reset")
+    };
+    idle.map(report).collect()
 }
 
 /// A timeout or a guard whose token returns to its place. A component that is active before and after a

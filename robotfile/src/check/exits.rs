@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::schema::Scalar;
 
+use crate::check::companions::accompanies;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::guard::Guard;
-use crate::mission::{ArcKind, Autonomy, Class, Interval, Mission, Place, Transition};
+use crate::mission::{Arc, ArcKind, Autonomy, Class, Interval, Mission, Place, Transition};
 use crate::source::Spanned;
 
 /// `active_places` are the places with components.
@@ -50,7 +51,11 @@ pub(super) fn check(
         findings.extend(find_consent(transition));
     }
     for transition in &mission.transitions {
-        let [arc] = &transition.inputs().collect::<Vec<_>>()[..] else { continue };
+        let inputs: Vec<_> = transition.inputs().collect();
+        let [arc] = &inputs[..] else {
+            findings.extend(find_hasty_join(mission, transition, &inputs, &reporting));
+            continue;
+        };
         let place = arc.place.value.as_str();
         let is_plain =
             transition.arcs.iter().all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put));
@@ -80,6 +85,31 @@ pub(super) fn check(
             findings.push(report_at_first(transition, &when.value, place, other));
         }
     }
+}
+
+/// A transition without a condition takes the tokens of a place in which another one waits for a
+/// report, and of places that are marked all the time: it joins nothing, and fires immediately.
+fn find_hasty_join(
+    mission: &Mission,
+    transition: &Transition,
+    inputs: &[&Arc],
+    reporting: &BTreeMap<&str, &Transition>,
+) -> Option<Finding> {
+    let is_plain = transition
+        .arcs
+        .iter()
+        .all(|it| matches!(it.kind, ArcKind::Take | ArcKind::Put | ArcKind::Reset));
+    if !is_plain || has_moment(transition) || transition.when.is_some() {
+        return None;
+    }
+    inputs.iter().find_map(|arc| {
+        let place = arc.place.value.as_str();
+        let other = reporting.get(place).filter(|it| it.name.value != transition.name.value)?;
+        let mut others = inputs.iter().filter(|it| it.place.value != place);
+        let is_hasty =
+            others.all(|it| it.weight == 1 && accompanies(mission, place, &it.place.value));
+        is_hasty.then(|| report(transition, place, other))
+    })
 }
 
 /// Returns whether it is an emergency exit. One without any place is a finding already.

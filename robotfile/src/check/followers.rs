@@ -29,10 +29,10 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     // Which of the two variables a guard names is not known.
     let variables = names_at(findings, Code::DuplicateVariable);
     findings.retain(|finding| {
-        use Code::{GuardConstant, GuardType, GuardUnit, NotSettable, NothingSets};
+        use Code::{CountSyntax, GuardConstant, GuardType, GuardUnit, NotSettable, NothingSets};
         let is_of_value = matches!(
             finding.code,
-            GuardConstant | GuardType | GuardUnit | NotSettable | NothingSets
+            CountSyntax | GuardConstant | GuardType | GuardUnit | NotSettable | NothingSets
         );
         !is_of_value || !variables.iter().any(|name| finding.message.contains(name))
     });
@@ -47,6 +47,16 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
         };
         !matches!(finding.code, Code::UnknownPort | Code::WrongDirection)
             || !finding.at.as_ref().is_some_and(is_inside)
+    });
+    // An emergency is one only if it leads to an end of the mission, whose name is wrong.
+    let unknown: BTreeSet<_> = findings
+        .iter()
+        .filter(|finding| finding.code == Code::UnknownPlace)
+        .filter_map(|finding| finding.at.as_ref().map(element_of))
+        .collect();
+    findings.retain(|finding| {
+        finding.code != Code::NoInput
+            || !finding.at.as_ref().is_some_and(|at| unknown.contains(&element_of(at)))
     });
     // That another transition never fires follows from the missing condition.
     let exits: Vec<_> = findings
@@ -91,6 +101,13 @@ pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     findings.retain(|finding| {
         let of = |at: &Location| at.text().split('.').next().is_some_and(|it| unused.contains(it));
         finding.code != Code::LinkToItself || !finding.at.as_ref().is_some_and(of)
+    });
+    // A variable that lost its source is set by nothing, and follows no data.
+    let unset = names_at(findings, Code::NothingSets);
+    findings.retain(|finding| {
+        let follows =
+            |name: &String| finding.message.contains(&format!(": {name} follows no data"));
+        finding.code != Code::GuardConstant || !unset.iter().any(follows)
     });
     // Where a guard is wrong or missing, the variable that nothing uses may be the one that it should
     // name.
@@ -239,6 +256,7 @@ pub(super) fn drop_followers_of_reading(found: &mut Findings, reading: &Findings
         found.retain(|finding| finding.code != Code::ReportNeverSent);
     }
     declarations::drop_misplaced(found, reading);
+    declarations::drop_decided_of_malformed(found, reading);
     // The attribute that an element seems to lack is there, but misspelt.
     let strangers = reading.iter().filter(|finding| finding.code == Code::UnknownAttribute);
     let misspelt: BTreeSet<_> =

@@ -189,8 +189,29 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         findings.push(finding.related(&place.name.at, "this place"));
         return;
     }
+    // Another report of a component whose end leads elsewhere from the same place.
+    let is_other_end = |transition: &Transition| {
+        let Some(on) = &transition.on else { return false };
+        let mut rivals = mission.transitions.iter().filter(|it| is_by(it, "done"));
+        !is_by(transition, "done")
+            && transition.when.is_none()
+            && rivals.any(|it| {
+                let shares = |arc: &crate::mission::Arc| {
+                    transition.inputs().any(|own| own.place.value == arc.place.value)
+                };
+                it.on.as_ref().is_some_and(|done| done.component.value == on.component.value)
+                    && it.inputs().any(shares)
+            })
+    };
     let to_goal: Vec<_> = entering(&goal.value).collect();
-    if to_goal.is_empty() || !to_goal.iter().copied().all(is_exit) {
+    let is_bad_end = |it: &Transition| is_exit(it) || is_other_end(it);
+    let mut exits = to_goal.iter().copied();
+    if !exits.any(is_exit) || !to_goal.iter().copied().all(is_bad_end) {
+        return;
+    }
+    // A sub-mission that is done leads to the goal, and nothing leads on from one that is meant as goal.
+    let mut left = mission.submissions.iter().filter_map(|inner| inner.leave.as_ref());
+    if left.any(|leave| leave.value == goal.value) || mission.leads_on_from(&safe.value) {
         return;
     }
     // Where a failure leads to the goal, any report or guard that leads to the safe place is a success.
@@ -222,8 +243,13 @@ fn check_exchanged(mission: &Mission, findings: &mut Findings) {
         };
         findings
             .retain(|it| it.code != Code::DoneUnused || !it.at.as_ref().is_some_and(is_of_exit));
+        let ends = if to_goal.iter().copied().all(is_exit) {
+            "timeouts and failures"
+        } else {
+            "timeouts, failures and other reports than done"
+        };
         let message = format!(
-            "only timeouts and failures lead to the goal {}, and {} leads to the safe place {}",
+            "only {ends} lead to the goal {}, and {} leads to the safe place {}",
             goal.value, done.value, safe.value
         );
         let finding = Finding::new(Code::GoalExchanged, &goal.at, message);

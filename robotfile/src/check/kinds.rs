@@ -30,6 +30,13 @@ pub(super) fn check(
         }
         findings.push(report_exchanged_kinds(one, other));
     }
+    for [one, other] in find_exchanged_names(system, &uses, kinds) {
+        for component in [one, other] {
+            kinds.remove(component.name.value.as_str());
+            drop_uses_of(&component.name.value, findings);
+        }
+        findings.push(report_exchanged_names(one, other));
+    }
     // What is used of a name that is given twice may be that of the other component.
     let given_twice = |name: &str, findings: &Findings| {
         findings.iter().any(|it| {
@@ -49,6 +56,56 @@ pub(super) fn check(
             kinds.remove(name);
             drop_uses_of(name, findings);
             findings.extend(found);
+        }
+    }
+}
+
+/// Names the only kind that has all that is used of a component whose kind is unknown, if no kind has a
+/// similar name.
+pub(super) fn advise_by_uses(
+    component: &Component,
+    uses: &BTreeMap<String, ComponentUses>,
+    manifests: &Manifests,
+    findings: &mut Findings,
+) {
+    let name = component.name.value.as_str();
+    let Some(meant) = uses.get(name).and_then(|uses| find_meant_kind(name, uses, manifests)) else {
+        return;
+    };
+    let is_it = |it: &&mut Finding| {
+        let is_there = it.at.as_ref().is_some_and(|at| at.is_at(&component.kind.at));
+        it.code == Code::UnknownKind && is_there && !it.remedy.starts_with("did you mean")
+    };
+    for finding in findings.iter_mut().filter(is_it) {
+        finding.remedy =
+            format!("did you mean {}? It has all that {name} uses; {}", meant.kind, finding.remedy);
+    }
+}
+
+/// Names the only kind that has all that is used of a component, and needs nothing else, where its own
+/// needs a parameter that is not given.
+pub(super) fn advise_complete_kind(
+    system: &System,
+    uses: &BTreeMap<String, ComponentUses>,
+    manifests: &Manifests,
+    findings: &mut Findings,
+) {
+    for finding in findings.iter_mut().filter(|it| it.code == Code::ParameterUnassigned) {
+        let is_its = |it: &&Component| finding.at.as_ref().is_some_and(|at| it.name.at.is_at(at));
+        let Some(component) = system.components.iter().find(is_its) else { continue };
+        let name = component.name.value.as_str();
+        let Some(uses) = uses.get(name) else { continue };
+        let is_complete = |kind: &&Manifest| {
+            uses.is_known_to(kind) && uses.find_missing(kind).is_empty() && kind.reports_done
+        };
+        let mut complete = manifests.values().filter(is_complete);
+        if let (Some(meant), None) = (complete.next(), complete.next())
+            && meant.kind != component.kind.value
+        {
+            finding.remedy = format!(
+                "{}; or did you mean kind=\"{}\"? It has all that {name} uses",
+                finding.remedy, meant.kind
+            );
         }
     }
 }
@@ -112,6 +169,72 @@ fn find_exchanged_kinds<'a>(
         }
     }
     pairs
+}
+
+/// Finds the pairs of components of which one has links or parameters of places that its kind does not
+/// know, and the kind of the other knows all of them, and the same in reverse, while the parameters in
+/// the element of each are those of its own kind.
+fn find_exchanged_names<'a>(
+    system: &'a System,
+    uses: &BTreeMap<String, ComponentUses>,
+    kinds: &BTreeMap<&str, &Manifest>,
+) -> Vec<[&'a Component; 2]> {
+    let used: Vec<_> = system
+        .components
+        .iter()
+        .filter_map(|component| {
+            let name = component.name.value.as_str();
+            Some((component, *kinds.get(name)?, uses.get(name)?))
+        })
+        .collect();
+    // What the file names outside of the element.
+    let is_named = |component: &Component, it: &(Use, &str)| {
+        it.0 != Use::Parameter || component.parameter(it.1).is_none()
+    };
+    let knows = |kind: &Manifest, component: &Component, uses: &ComponentUses| {
+        uses.iter().filter(|it| is_named(component, it)).all(|it| has(kind, it))
+    };
+    // A single parameter of a place may be meant for another component.
+    let lacks = |kind: &Manifest, component: &Component, uses: &ComponentUses| {
+        let named = uses.iter().filter(|it| is_named(component, it));
+        let unknown: Vec<_> = named.filter(|it| !has(kind, *it)).collect();
+        unknown.len() > 1 || unknown.iter().any(|it| matches!(it.0, Use::Input | Use::Output))
+    };
+    let is_of_kind = |component: &Component, kind: &Manifest| {
+        component.parameters.iter().all(|it| has(kind, (Use::Parameter, &it.name.value)))
+    };
+    let mut pairs = Vec::new();
+    for (number, (one, kind, uses)) in used.iter().enumerate() {
+        let is_partner =
+            |(other, of_other, by_other): &&(&Component, &Manifest, &ComponentUses)| {
+                of_other.kind != kind.kind
+                    && (lacks(kind, one, uses) || lacks(of_other, other, by_other))
+                    && knows(of_other, one, uses)
+                    && knows(kind, other, by_other)
+                    && [(one, kind), (other, of_other)].iter().all(|it| is_of_kind(it.0, it.1))
+                    && !one.parameters.is_empty().min(other.parameters.is_empty())
+            };
+        let mut partners = used[number + 1..].iter().filter(is_partner);
+        if let (Some((other, ..)), None) = (partners.next(), partners.next()) {
+            pairs.push([*one, *other]);
+        }
+    }
+    // Of three that fit each other, it is not known which two.
+    if pairs.len() == 1 { pairs } else { Vec::new() }
+}
+
+fn report_exchanged_names(one: &Component, other: &Component) -> Finding {
+    let (first, second) = (&one.name, &other.name);
+    let message = format!(
+        "the names of {} and {} seem to be exchanged: what the file uses of each is that of the other",
+        first.value, second.value
+    );
+    Finding::new(Code::UnknownPort, &first.at, message)
+        .remedy(format!(
+            "write name=\"{}\" here and name=\"{}\" for the other one",
+            second.value, first.value
+        ))
+        .related(&second.at, "exchanged with this one")
 }
 
 fn report_exchanged_kinds(one: &Component, other: &Component) -> Finding {

@@ -8,7 +8,7 @@ use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
 
 use crate::check::names::listed;
-use crate::check::uses::{Use, has};
+use crate::check::uses::{ComponentUses, Use, has};
 use crate::check::{frames, kinds, needed_frames, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
@@ -24,13 +24,18 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     let system = &configuration.system;
     let typed = TypedManifests::of(system, manifests);
     let mut kinds: BTreeMap<&str, &Manifest> = typed.iter().collect();
+    let uses = ComponentUses::collect(configuration);
     for component in &system.components {
         // That it is malformed is a finding already.
         if manifests.contains_key(&component.kind.value) || !is_name(&component.kind.value) {
             continue;
         }
         let known = manifests.keys().map(String::as_str);
+        let before = findings.total();
         unknown(Code::UnknownKind, &component.kind, "kind of component", known, findings);
+        if findings.total() > before {
+            kinds::advise_by_uses(component, &uses, manifests, findings);
+        }
     }
     // What a component of another kind has is not known, as that of an unknown kind.
     kinds::check(configuration, manifests, &mut kinds, findings);
@@ -46,7 +51,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             let is_whole = !system.unreadable.is_half_read(&component.name.value);
             check_parameters(component, manifest, is_whole, findings);
-            check_sources(component, manifest, configuration, findings);
+            check_sources(component, manifest, configuration, &fed, findings);
             ports::required_inputs(component, manifest, &fed, findings);
         }
     }
@@ -73,6 +78,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
     }
     explain_foreign_parameters(system, &kinds, findings);
+    kinds::advise_complete_kind(system, &uses, manifests, findings);
 }
 
 /// Attributes that a `<component>` does not have, and that are parameters of its kind.
@@ -145,6 +151,7 @@ fn check_sources(
     component: &Component,
     manifest: &Manifest,
     configuration: &Configuration,
+    fed: &ports::Fed<'_>,
     findings: &mut Findings,
 ) {
     let name = component.name.value.as_str();
@@ -167,7 +174,8 @@ fn check_sources(
             })
     };
     for group in &manifest.needs_one_of {
-        if group.is_empty() || group.iter().any(|id| is_given(id)) {
+        // A link that ends at no input of the component, which is a finding already, may be meant.
+        if group.is_empty() || fed.has_mistaken(name) || group.iter().any(|id| is_given(id)) {
             continue;
         }
         let is_input = |id: &&String| manifest.inputs.iter().any(|input| input.id == **id);

@@ -37,17 +37,38 @@ pub(super) fn check(
     let needed = find_needed(configuration, kinds);
     let placed: BTreeMap<_, _> =
         system.frames.iter().map(|frame| (frame.name.value.as_str(), frame)).collect();
-    let mut missing = Vec::new();
+    // By the name of the frame that is missing: one that a component needs, or in which another is.
+    let mut missing: BTreeMap<String, Vec<Finding>> = BTreeMap::new();
     for (name, frame) in &needed {
         match placed.get(name.as_str()) {
-            Some(it) => findings.extend(find_misplaced(it, frame, &placed, system)),
-            None => missing.push(find_missing(name, frame, &placed, &needed)),
+            Some(it) => {
+                let Some((parent, finding)) = find_misplaced(it, frame, &placed, system) else {
+                    continue;
+                };
+                let is_moving = MOVING_FRAMES.contains(&parent.as_str());
+                match is_moving {
+                    true => findings.push(finding),
+                    false => missing.entry(parent).or_default().push(finding),
+                }
+            }
+            None => {
+                let finding = find_missing(name, frame, &placed, &needed);
+                missing.entry(name.clone()).or_default().push(finding);
+            }
         }
     }
     // As many frames may be missing as are placed twice, or have the name of one that moves.
-    let is_renamed = |it: &&Finding| matches!(it.code, Code::DuplicateFrame | Code::MovingFrame);
-    if missing.len() > findings.iter().filter(is_renamed).count() {
-        findings.extend(missing);
+    let is_renamed = |it: &Finding| matches!(it.code, Code::DuplicateFrame | Code::MovingFrame);
+    let renamed = findings.iter().filter(|it| is_renamed(it)).count();
+    if missing.len() > renamed {
+        findings.extend(missing.into_values().flatten());
+    } else if let (Some(name), 1) = (missing.keys().next(), renamed)
+        && missing.len() == 1
+    {
+        for finding in findings.iter_mut().filter(|it| is_renamed(it)) {
+            let which = if finding.code == Code::DuplicateFrame { " for one of them" } else { "" };
+            finding.remedy = format!("did you mean {name}{which}? Otherwise {}", finding.remedy);
+        }
     }
 }
 
@@ -62,6 +83,10 @@ fn find_needed<'a>(
     for component in &system.components {
         let Some(kind) = kinds.get(component.name.value.as_str()) else { continue };
         for need in kind.frames.iter().filter(|need| is_linked(system, component, need)) {
+            // The value that is meant has another name, which is a finding already.
+            if is_misspelt(component, kind, &need.parameter) {
+                continue;
+            }
             for (name, is_given) in named_frames(configuration, component, kind, need) {
                 let frame = name.value.as_str();
                 let may_be_read = is_name(frame) && !system.unreadable.may_contain(frame);
@@ -78,6 +103,14 @@ fn find_needed<'a>(
         }
     }
     needed
+}
+
+/// Whether a parameter has no value, and an unknown name resembles its own.
+fn is_misspelt(component: &Component, kind: &Manifest, parameter: &str) -> bool {
+    let names = component.parameters.iter().map(|it| it.name.value.as_str());
+    let mut unknown = names.filter(|name| !kind.parameters.iter().any(|it| it.name == *name));
+    component.parameter(parameter).is_none()
+        && unknown.any(|name| suggest_similar(name, std::iter::once(parameter)).is_some())
 }
 
 fn is_linked(system: &System, component: &Component, need: &PortFrame) -> bool {
@@ -163,13 +196,13 @@ fn find_missing(
 }
 
 /// The finding for a frame that does not lead to the robot's base through frames of the file, at the
-/// `in` of the last of them.
+/// `in` of the last of them, and what this names.
 fn find_misplaced(
     placed: &PlacedFrame,
     frame: &NeededFrame<'_>,
     by_name: &BTreeMap<&str, &PlacedFrame>,
     system: &System,
-) -> Option<Finding> {
+) -> Option<(String, Finding)> {
     // A circle is a finding of its own; no chain is longer than the list.
     let (mut last, mut steps): (&PlacedFrame, _) = (placed, 0);
     while let Some(next) = by_name.get(last.parent.value.as_str()) {
@@ -202,5 +235,6 @@ fn find_misplaced(
         ),
     });
     let finding = Finding::new(Code::FrameMissing, &last.parent.at, message).remedy(remedy);
-    Some(frame.at.iter().fold(finding, |it, at| it.related(at, "needed here")))
+    let finding = frame.at.iter().fold(finding, |it, at| it.related(at, "needed here"));
+    Some((parent.to_owned(), finding))
 }

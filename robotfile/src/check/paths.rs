@@ -64,7 +64,19 @@ impl NeededPath {
         let names =
             entries.take(MAX_ENTRIES).filter_map(|it| it.ok()?.file_name().into_string().ok());
         let names: Vec<_> = names.collect();
-        suggest_similar(self.path.file_name()?.to_str()?, names.iter().map(String::as_str))
+        let name = self.path.file_name()?.to_str()?;
+        // As it is to be written, with its folder.
+        let written = Path::new(&self.written.value);
+        let within = |name: &str| written.with_file_name(name).display().to_string();
+        if let Some(guess) = suggest_similar(name, names.iter().map(String::as_str)) {
+            let meant = guess.trim_start_matches("did you mean ").trim_end_matches('?');
+            return Some(format!("did you mean {}?", within(meant)));
+        }
+        // The folder may be forgotten.
+        let folder = folder.unwrap_or(Path::new("."));
+        let mut holding = names.iter().filter(|it| folder.join(it).join(name).is_file());
+        let (Some(only), None) = (holding.next(), holding.next()) else { return None };
+        Some(format!("did you mean {}?", within(&format!("{only}/{name}"))))
     }
 
     /// Tries to read it, and returns the finding if that fails. Only a file is opened: a device or a
@@ -174,6 +186,12 @@ mod tests {
         };
         let remedy = find("ofice.svg").expect("it is missing").remedy;
         assert!(remedy.starts_with("did you mean office.svg? Otherwise: it was"), "{remedy}");
+        std::fs::create_dir_all(folder.join("worlds")).expect("a folder");
+        std::fs::write(folder.join("worlds/cave.svg"), "").expect("a file");
+        let remedy = find("cave.svg").expect("it is missing").remedy;
+        assert!(remedy.starts_with("did you mean worlds/cave.svg?"), "{remedy}");
+        let remedy = find("worlds/cav.svg").expect("it is missing").remedy;
+        assert!(remedy.starts_with("did you mean worlds/cave.svg?"), "{remedy}");
         let remedy = find("cave.pgm").expect("it is missing").remedy;
         assert!(remedy.starts_with("it was expected in"), "{remedy}");
         assert!(find("office.svg").is_none());

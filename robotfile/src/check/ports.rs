@@ -39,6 +39,9 @@ pub(super) fn check_link(
     }
     let output = find_output(&link.from, kinds, findings);
     let input = find_input(&link.to, kinds, findings);
+    if let (Some(output), None) = (output, input) {
+        advise_input(link, output, kinds, system, findings);
+    }
     let (Some(output), Some(input)) = (output, input) else { return };
     if is_same_type(output, input) {
         return;
@@ -51,6 +54,33 @@ pub(super) fn check_link(
         });
         let finding = report_mismatch(link, output, input, meant);
         findings.push(any_type::explain_origin(finding, link, typed, system));
+    }
+}
+
+/// Names the only input of the component that takes the data and is not fed, in the place of an
+/// output at which the link ends.
+fn advise_input(
+    link: &Link,
+    output: &PortManifest,
+    kinds: &BTreeMap<&str, &Manifest>,
+    system: &System,
+    findings: &mut Findings,
+) {
+    let component = &link.to.component.value;
+    let is_fed = |input: &PortManifest| {
+        let mut links = system.links.iter();
+        links.any(|it| it.to.component.value == *component && it.to.port.value == input.id)
+    };
+    let inputs = kinds.get(component.as_str()).into_iter().flat_map(|kind| &kind.inputs);
+    let mut fits = inputs.filter(|it| is_same_type(output, it) && !it.is_any() && !is_fed(it));
+    let (Some(meant), None) = (fits.next(), fits.next()) else { return };
+    let is_it = |it: &&mut Finding| {
+        let is_there = it.at.as_ref().is_some_and(|at| at.is_at(&link.to.at));
+        it.code == Code::WrongDirection && is_there
+    };
+    for finding in findings.iter_mut().filter(is_it) {
+        finding.remedy =
+            format!("did you mean to=\"{component}.{}\"? Otherwise {}", meant.id, finding.remedy);
     }
 }
 
@@ -140,7 +170,12 @@ pub(super) fn explain_fed_twice(
             let mut free = free.collect::<BTreeSet<_>>().into_iter();
             free.next().filter(|_| free.next().is_none())
         });
-        if let Some(unfed) = unfed {
+        // The same output twice: the other link may be from one that nothing uses.
+        let unused = first.and_then(|_| find_unused_output(link?, system, kinds));
+        if let Some(unused) = unused {
+            let remedy = format!("did you mean from=\"{unused}\", which no link uses?");
+            remedies.insert((place.0.to_path_buf(), place.1), remedy);
+        } else if let Some(unfed) = unfed {
             let remedy = format!("was one meant for {unfed}, which nothing feeds?");
             remedies.insert((place.0.to_path_buf(), place.1), remedy);
         }
@@ -155,6 +190,35 @@ pub(super) fn explain_fed_twice(
             finding.remedy = format!("{remedy} Otherwise {}", finding.remedy);
         }
     }
+}
+
+/// Returns the only output of this type that no link uses, of another component with the same port,
+/// where two links are alike.
+fn find_unused_output(
+    link: &Link,
+    system: &System,
+    kinds: &BTreeMap<&str, &Manifest>,
+) -> Option<String> {
+    let is_alike =
+        |it: &&Link| it.from.data() == link.from.data() && it.to.data() == link.to.data();
+    if system.links.iter().filter(is_alike).count() < 2 {
+        return None;
+    }
+    let output = find_port(&link.from, kinds, true)?;
+    let all = system.components.iter().flat_map(|component| {
+        let name = component.name.value.as_str();
+        let outputs = kinds.get(name).into_iter().flat_map(|kind| &kind.outputs);
+        outputs.map(move |it| (name, it))
+    });
+    let is_used = |name: &str, port: &str| {
+        let mut links = system.links.iter();
+        links.any(|it| it.from.component.value == name && it.from.port.value == port)
+    };
+    let mut unused = all.filter(|(name, it)| {
+        is_same_type(output, it) && it.id == output.id && !it.is_any() && !is_used(name, &it.id)
+    });
+    let (Some((name, port)), None) = (unused.next(), unused.next()) else { return None };
+    Some(format!("{name}.{}", port.id))
 }
 
 /// Merges a link to an input of another type with the input that takes its data and that nothing
@@ -423,6 +487,11 @@ impl<'a> Fed<'a> {
             }
         }
         fed
+    }
+
+    /// Whether a link ends at a port of the component that is no input.
+    pub(super) fn has_mistaken(&self, component: &str) -> bool {
+        self.mistaken.iter().any(|(other, _)| *other == component)
     }
 
     fn is_fed(&self, component: &str, input: &PortManifest) -> bool {

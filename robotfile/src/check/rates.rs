@@ -8,13 +8,13 @@ use armor_wire::clock::Clock;
 use armor_wire::manifest::ParameterValue;
 
 use crate::check::graph::CheckGraph;
-use crate::check::names::listed;
+use crate::check::names::{joined, listed};
 use crate::check::starved::is_about;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::manifests::Manifests;
-use crate::model::{Component, Link, LinkMode, Port, System};
+use crate::model::{Component, Link, LinkMode, Parameter, Port, System};
 use crate::typed_manifests::TypedManifests;
 
 /// The parameter with which a kind that publishes a clock states how fast its time runs.
@@ -207,6 +207,11 @@ fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
     // In the system's time, which is that of the rates.
     let steps_hz = steps.value / speed;
     let highest = most * steps_hz;
+    if let Some(speed) = clock.parameter(CLOCK_SPEED)
+        && let Some(finding) = find_coarse_steps(clock, speed, source, steps_hz, system)
+    {
+        return findings.push(finding.related(&steps.at, "the rate of these steps"));
+    }
     for component in system.components.iter().filter(|it| it.name.value != clock.name.value) {
         let Some(rate) = component.rate_hz.as_ref().filter(|rate| rate.value > highest) else {
             continue;
@@ -245,6 +250,42 @@ fn check_steps(source: &Port, system: &System, findings: &mut Findings) {
             && step(first).is_some()
             && step(first) == step(other)
     });
+}
+
+/// Of several components that are called less often than their rates, because the speed of time makes its
+/// steps long, the speed is the one mistake; at its usual speed they would not be.
+fn find_coarse_steps(
+    clock: &Component,
+    speed: &Parameter,
+    source: &Port,
+    steps_hz: f64,
+    system: &System,
+) -> Option<Finding> {
+    let others = system.components.iter().filter(|it| it.name.value != clock.name.value);
+    let rates: Vec<_> =
+        others.filter_map(|it| Some((it.rate_hz.as_ref()?, it.name.value.as_str()))).collect();
+    let is_above = |highest: f64| rates.iter().filter(move |it| it.0.value > highest);
+    let factor = find_speed(clock, system);
+    let names: Vec<_> = is_above(MOST_AT_SPEED * steps_hz).map(|it| it.1).collect();
+    if names.len() < 2 || is_above(MOST_AT_SPEED * steps_hz * factor).next().is_some() {
+        return None;
+    }
+    let fastest = rates.iter().map(|it| it.0.value).fold(0.0, f64::max);
+    let most = (MOST_AT_SPEED * steps_hz * factor / fastest * 10.0).floor() / 10.0;
+    let message = format!(
+        "{CLOCK_SPEED}: with {} time follows {} in steps of {} s, {} per second, and {} are called at \
+         these steps, not at their rates",
+        speed.value.value,
+        source.data(),
+        shorten(1.0 / steps_hz),
+        shorten(steps_hz),
+        joined(names.iter().copied())
+    );
+    let finding = Finding::new(Code::RateTooHigh, &speed.value.at, message);
+    Some(finding.remedy(format!(
+        "write a lower speed, {most} at most, or a higher rate for {}",
+        clock.name.value
+    )))
 }
 
 /// Without `<clock>` all components are on the host's clock, so one whose time runs at another speed

@@ -118,11 +118,14 @@ fn advise_submission(mission: &Mission, place: &str) -> Option<String> {
         if enter == &leave.value || before.any(is_same) {
             return Some(format!("write out=\"{place}\" if {file} is to leave to it"));
         }
-        (enter == place).then(|| {
-            format!(
+        // One that leaves to the goal is as it should be.
+        let is_goal = mission.goal.as_ref().is_some_and(|goal| goal.value == leave.value);
+        (enter == place).then(|| match is_goal {
+            true => format!("add a transition to it, or lead one to it: {file} begins there"),
+            false => format!(
                 "add a transition to it; or did you mean in=\"{}\" out=\"{place}\" for {file}?",
                 leave.value
-            )
+            ),
         })
     })
 }

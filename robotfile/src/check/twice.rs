@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
+use crate::guard::{Guard, implies};
 use crate::mission::{Mission, Transition};
 use crate::source::{Location, Spanned};
 
@@ -60,7 +61,49 @@ pub(super) fn advise_identical(mission: &Mission, findings: &mut Findings) {
     }
 }
 
+/// Of two transitions that differ only in their guards, one fires only when the other one can: it changes
+/// nothing.
+pub(super) fn check_implied(mission: &Mission, findings: &mut Findings) {
+    for one in &mission.transitions {
+        let Some(when) = &one.when else { continue };
+        let Ok(guard) = Guard::parse(&when.value) else { continue };
+        let is_wider = |other: &&Transition| {
+            let of_other = other.when.as_ref().and_then(|it| Guard::parse(&it.value).ok());
+            other.name.value != one.name.value
+                && does_the_same(one, other)
+                && of_other.is_some_and(|it| implies(&guard, &it) && !implies(&it, &guard))
+        };
+        let Some(other) = mission.transitions.iter().find(is_wider) else { continue };
+        let (name, wider) = (&one.name.value, &other.name.value);
+        let message = format!(
+            "{name} changes nothing: whenever `{}` is true, {wider} can fire, which does the same",
+            when.value
+        );
+        let finding = Finding::new(Code::ConditionImplied, &when.at, message);
+        findings.push(
+            finding
+                .remedy(format!(
+                    "was another from=\"…\" meant, here or in {wider}? Otherwise remove one"
+                ))
+                .related(&other.name.at, "this one does the same"),
+        );
+    }
+}
+
+/// Whether they have the same arcs, values and conditions, apart from their guards.
+fn does_the_same(one: &Transition, other: &Transition) -> bool {
+    acts_alike_apart_from_guards(one, other)
+        && (one.class, one.priority) == (other.class, other.priority)
+        && one.interval.is_none()
+        && [one, other].iter().all(|it| it.not_before.is_none() && it.not_after.is_none())
+}
+
 fn acts_alike(one: &Transition, other: &Transition) -> bool {
+    let text = |it: &Option<Spanned<String>>| it.as_ref().map(|text| text.value.clone());
+    acts_alike_apart_from_guards(one, other) && text(&one.when) == text(&other.when)
+}
+
+fn acts_alike_apart_from_guards(one: &Transition, other: &Transition) -> bool {
     let arcs = |it: &Transition| {
         let arcs = it.arcs.iter().map(|arc| (arc.kind, arc.place.value.clone(), arc.weight));
         let mut arcs: Vec<_> = arcs.collect();
@@ -74,11 +117,9 @@ fn acts_alike(one: &Transition, other: &Transition) -> bool {
     let on = |it: &Transition| {
         it.on.as_ref().map(|on| (on.component.value.clone(), on.event.value.clone()))
     };
-    let text = |it: &Option<Spanned<String>>| it.as_ref().map(|text| text.value.clone());
     arcs(one) == arcs(other)
         && sets(one) == sets(other)
         && on(one) == on(other)
-        && text(&one.when) == text(&other.when)
         && one.autonomy == other.autonomy
         && one.interval.as_ref().map(|it| it.at.text())
             == other.interval.as_ref().map(|it| it.at.text())

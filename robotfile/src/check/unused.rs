@@ -201,6 +201,31 @@ impl<'a> Used<'a> {
             input.component == name
                 || writers.iter().any(|link| link.from.component.value == input.component)
         };
+        // What a writer also sends past it to another input.
+        let is_past = |link: &&Link| {
+            let is_from_writer = || {
+                writers.iter().any(|it| {
+                    it.from.component.value == link.from.component.value
+                        && it.from.port.value == link.from.port.value
+                })
+            };
+            link.to.component.value != name && is_from_writer()
+        };
+        let mut past = self.links.iter().filter(is_past);
+        if let (Some(link), None) = (past.next(), past.next()) {
+            let message = format!(
+                "{} leads past {name}, which passes on what {} sends and of which no link leads \
+                 anywhere",
+                link.from.data(),
+                link.from.component.value
+            );
+            let finding = Finding::new(Code::WorkUnused, &link.from.at, message);
+            return Some(
+                finding
+                    .related(&component.name.at, "this component")
+                    .remedy(format!("did you mean from=\"{name}.{}\"?", output.id)),
+            );
+        }
         let input = free.get(&output.schema_hash)?.iter().find(|input| !writes(input))?;
         let from = listed(writers.iter().map(|link| link.from.component.value.as_str()));
         let message = format!(

@@ -8,6 +8,7 @@ use armor_wire::manifest::{
 };
 use armor_wire::text_format::TextFormat;
 
+use crate::check::companions::accompanies;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -245,7 +246,7 @@ impl<'a> GivenValue<'a> {
         let timeout = mission.transitions.iter().find(|it| {
             let latest = it.interval.as_ref().and_then(|interval| interval.value.latest);
             let is_sooner = |latest: Duration| !latest.is_zero() && latest.as_secs_f64() <= seconds;
-            is_timeout_of(it, place) && latest.is_some_and(is_sooner)
+            is_timeout_of(mission, it, place) && latest.is_some_and(is_sooner)
         })?;
         let interval = timeout.interval.as_ref()?;
         let (parameter, value) = (&given.name.value, &given.value.value);
@@ -339,11 +340,16 @@ fn find_consumers<'a>(
 }
 
 /// Whether the transition takes the token from the place after a time, whatever happens.
-fn is_timeout_of(transition: &Transition, place: &Place) -> bool {
-    let inputs: Vec<_> = transition.inputs().collect();
+fn is_timeout_of(mission: &Mission, transition: &Transition, place: &Place) -> bool {
+    let place = place.name.value.as_str();
+    let mut inputs = transition.inputs();
+    let is_of_place = inputs.any(|arc| arc.place.value == place);
+    // Of a join, only if the other tokens are there as long as this one.
+    let mut others = transition.inputs().filter(|arc| arc.place.value != place);
+    let is_alone = others.all(|arc| accompanies(mission, place, &arc.place.value));
     let is_plain = transition.on.is_none()
         && transition.when.is_none()
         && transition.not_before.is_none()
         && transition.autonomy == Autonomy::Auto;
-    is_plain && matches!(inputs[..], [only] if only.place.value == place.name.value)
+    is_plain && is_of_place && is_alone
 }

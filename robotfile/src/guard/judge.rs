@@ -17,6 +17,7 @@ pub(crate) fn judge(guard: &Guard, text: &str, meanings: &[Meaning]) -> Vec<Guar
     judge.expect_truth(&guard.root, &is, "a guard");
     if judge.problems.is_empty() {
         judge.problems = bounds::constants(guard, text, meanings);
+        judge.report_always_known(&guard.root);
         let is_new = |problem: &GuardProblem| judge.problems.iter().all(|it| it.at != problem.at);
         let inexact = exactness::inexact(guard, text, meanings).into_iter().filter(is_new);
         let inexact: Vec<_> = inexact.collect();
@@ -49,6 +50,32 @@ impl GuardJudge<'_> {
         }
         let problem = GuardProblem { code, at: node.at.clone(), message, remedy: remedy.into() };
         self.problems.push(problem);
+    }
+
+    /// A variable that transitions set has a value from the start.
+    fn report_always_known(&mut self, node: &GuardNode) {
+        match &node.kind {
+            GuardNodeKind::Known(index) => {
+                if self.meanings.get(*index).is_none_or(|meaning| meaning.is_measured) {
+                    return;
+                }
+                let text = self.text_of(node);
+                let name = &self.guard.names()[*index];
+                let message = format!(
+                    "`{text}` is always true: {name} follows no data, so it has a value from the start"
+                );
+                let remedy = "name a variable that follows data, or a field of data; or remove it";
+                self.report_problem(Code::GuardConstant, node, message, remedy);
+            }
+            GuardNodeKind::Not(inner) | GuardNodeKind::Minus(inner) => {
+                self.report_always_known(inner);
+            }
+            GuardNodeKind::Binary(_, left, right) => {
+                self.report_always_known(left);
+                self.report_always_known(right);
+            }
+            _ => {}
+        }
     }
 
     fn text_of(&self, node: &GuardNode) -> &str {

@@ -373,7 +373,9 @@ impl Findings {
         let constant: Vec<_> = constant.filter_map(|finding| finding.at.clone()).collect();
         proven.retain(|result| {
             let mut ends = result.at.iter().chain(result.related.iter().map(|(at, _)| at));
-            result.code != Code::Tie || !ends.any(|at| has_guard_in(mission, at, &constant))
+            // Nor does one fire whose guard is never true.
+            !matches!(result.code, Code::Tie | Code::NeverFires)
+                || !ends.any(|at| has_guard_in(mission, at, &constant))
         });
         let (mut ties, mut errors): (Vec<_>, Vec<_>) =
             std::mem::take(proven).into_iter().partition(|result| result.code == Code::Tie);

@@ -159,7 +159,11 @@ fn read_counted(
         && low.value <= high.value
         && !(low.value..=high.value).contains(&(initial.value as f64))
     {
-        let expected = format!("it is {} to {}", low.at.text(), high.at.text());
+        let expected = format!(
+            "write a value from {} to {}, or widen min=\"…\" and max=\"…\"",
+            low.at.text(),
+            high.at.text()
+        );
         fields.bad_value("initial", initial, expected);
     }
 }
@@ -182,6 +186,7 @@ fn read_place(
     let components = fields.names("components");
     let class = class(&mut fields);
     let on_failure = fields.name("on-failure");
+    report_default_class(&mut fields);
     let children = fields.finish(&["parameter"]);
     let parameters =
         children.iter().filter_map(|child| read_parameter(child, source, findings)).collect();
@@ -203,6 +208,16 @@ fn parse_tokens(text: &str) -> Result<u32, String> {
         number => digits(number)
             .and_then(|digits| digits.parse().ok())
             .ok_or_else(|| "true, false or a number of tokens up to 999999999 is expected".into()),
+    }
+}
+
+/// Reports a class that is written and that the element has without it.
+pub(super) fn report_default_class(fields: &mut ElementFields<'_, '_>) {
+    if fields.has_value("class", "normal") {
+        fields.without_effect(
+            "class",
+            "it is normal without this attribute: remove it, or was class=\"safety\" meant?",
+        );
     }
 }
 

@@ -57,6 +57,7 @@ pub(super) fn read(
         element.attribute(name).is_none_or(|it| words.contains(&it.value.as_str()))
     };
     without_effect(&transition, words.iter().all(is_clear), &mut fields);
+    super::mission::report_default_class(&mut fields);
     for child in fields.finish(&["arc", "read", "inhibitor", "reset", "set"]) {
         if child.name == "set" {
             transition.sets.extend(read_set(child, source, findings));

@@ -165,3 +165,18 @@ fn one_frozen_source_of_several_does_not_starve_the_input() {
     let problems = reading.findings.without_notes();
     assert!(problems.is_empty(), "{}", problems.render(Colours::No));
 }
+
+#[test]
+fn a_link_from_a_writer_past_the_board_is_found() {
+    let links = |from: &str| {
+        system(&format!(
+            r#"{COMPONENTS}{OTHERS}<link from="front.scan" to="board.writers"/><link from="[[{from}]]" to="mapper.scan"/>"#
+        ))
+    };
+    let plain = |from: &str| links(from).replace("[[", "").replace("]]", "");
+    assert_eq!(errors(&plain("board.element")), "");
+    only("W0135", &links("front.scan"));
+    let (reading, _) = reading(&plain("front.scan"), Some(&manifests()));
+    let text = reading.findings.render(Colours::No);
+    assert!(text.contains(r#"did you mean from="board.element"?"#), "{text}");
+}

@@ -22,6 +22,39 @@ fn two_exchanged_kinds_are_one_finding() {
 }
 
 #[test]
+fn two_exchanged_names_are_one_finding() {
+    let file = |first: &str, second: &str| {
+        system(&format!(
+            r#"<component name="{first}" kind="pilot" rate="10Hz"/><component name="{second}" kind="world" rate="10Hz"><parameter name="speed" value="1"/></component><component name="t" kind="tracker" rate="10Hz"/><link from="t.pose" to="p.pose"/><link from="p.velocity" to="w.velocity"/>"#
+        ))
+    };
+    assert_eq!(codes(&file("p", "w")), [""; 0]);
+    only("E0106", "the names of w and p seem to be exchanged", &file("w", "p"));
+    only("E0106", r#"name="p" here and name="w" for the other one"#, &file("w", "p"));
+}
+
+#[test]
+fn an_unknown_kind_is_the_one_that_has_all_that_is_used() {
+    let tour = r#"<component name="tour" kind="wanderer"><parameter name="route" value="1,2"/><parameter name="stay" value="2s"/></component>"#;
+    let file = robot(r#"safe="hold""#, &format!("{END}{LATE}"));
+    let file = file.replace("</system>", &format!("{tour}</system>"));
+    only("E0105", "did you mean patrol? It has all that tour uses", &file);
+}
+
+#[test]
+fn a_kind_that_needs_a_parameter_may_be_another_one() {
+    let file = system(
+        r#"<component name="l" kind="player" rate="10Hz"/><component name="m" kind="mapper"/><link from="l.scan" to="m.scan"/>"#,
+    );
+    let mut kinds = super::follow_ups::kinds();
+    kinds.retain(|name, _| ["player", "laser", "mapper"].contains(&name.as_str()));
+    let reading = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(file.clone().into()));
+    let found = armor_robotfile::check(reading, &[], Some(&kinds)).findings;
+    let text = found.render(armor_robotfile::Colours::No);
+    assert!(text.contains(r#"or did you mean kind="laser"? It has all that l uses"#), "{text}");
+}
+
+#[test]
 fn the_reports_of_an_exchanged_kind_are_not_missing_too() {
     let file = with("").replace(
         r#"<component name="go" kind="explorer"/>"#,

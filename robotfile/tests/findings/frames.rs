@@ -32,6 +32,7 @@ fn a_frame_is_a_name_a_parent_lengths_and_angles() {
         (r#"x="[[0.08]]""#, "it has no unit: write 0.08m"),
         (r#"x="[[8deg]]""#, "it is an angle; a length such as 0.3m is expected"),
         (r#"yaw="[[90]]""#, "it has no unit: write 90deg"),
+        (r#"yaw="[[90rad]]""#, "it is 14.3 full turns: write one at most, such as 90deg"),
         (r#"yaw="[[1m]]""#, "it is a length; an angle such as 90deg is expected"),
         (r#"z="[[high]]""#, "a length such as 0.3m is expected"),
         (r#"z="[[infm]]""#, "a length such as 0.3m is expected"),
@@ -162,4 +163,37 @@ fn one_frame_that_several_components_need_is_one_finding() {
     with("E0144", &format!(r#"{mast}<frame name="[[mast]]" in="mast"/>"#), "another name");
     with("E0145", &format!(r#"<frame name="mast" in="[[laser]]"/>{inner}"#), "base_link");
     with("E0148", &format!(r#"{mast}<frame name="[[odom]]" in="mast"/>"#), "remove it");
+}
+
+#[test]
+fn a_frame_under_the_name_of_another_one_is_the_one_that_is_missing() {
+    let laser = r#"<frame name="laser" in="mast" z="0.1m"/>"#;
+    let file = |name: &str| {
+        mapped(&format!(r#"<frame name="{name}" in="base_link" z="0.3m"/>{laser}"#), "")
+    };
+    let kinds = example_kinds();
+    let found = |name: &str| {
+        let file = file(name);
+        let reading = read(Path::new("a.xml"), &mut |_| Ok(file.clone().into()));
+        check(reading, &[], Some(&kinds)).findings
+    };
+    assert!(found("mast").is_empty(), "{}", found("mast").render(Colours::No));
+    for (name, code, remedy) in [
+        ("laser", "E0144", "did you mean mast for one of them?"),
+        ("base_link", "E0148", "did you mean mast? Otherwise remove it"),
+    ] {
+        let findings = found(name);
+        let codes: Vec<_> = findings.iter().map(|it| it.code.as_str()).collect();
+        let text = findings.render(Colours::No);
+        assert_eq!(codes, [code], "{text}");
+        assert!(text.contains(remedy), "{text}");
+    }
+}
+
+#[test]
+fn a_misspelt_parameter_that_names_a_frame_is_one_finding() {
+    let frame = r#"<frame name="lidar" in="base_link" z="0.3m"/>"#;
+    let parameter = |name: &str| format!(r#"<parameter name="{name}" value="lidar"/>"#);
+    let file = mapped(frame, &parameter("[[laser-frame]]"));
+    one_with("E0110", &file, Some(&example_kinds()));
 }

@@ -33,6 +33,31 @@ fn a_link_to_another_type_is_meant_for_the_input_that_nothing_feeds() {
 }
 
 #[test]
+fn a_link_to_an_output_is_meant_for_the_input_of_that_type() {
+    let file = system(
+        r#"<component name="laser" kind="laser" rate="10Hz"/><component name="relay" kind="relay" rate="10Hz"/><component name="mapper" kind="mapper"/><link from="laser.scan" to="relay.out"/><link from="relay.out" to="mapper.scan"/>"#,
+    );
+    only("E0107", r#"did you mean to="relay.in"?"#, &file);
+}
+
+#[test]
+fn a_link_that_is_written_twice_may_be_from_an_output_that_nothing_uses() {
+    let laser = |name: &str| format!(r#"<component name="{name}" kind="laser" rate="10Hz"/>"#);
+    let from = |name: &str| format!(r#"<link from="{name}.scan" to="mapper.scans"/>"#);
+    let file = |second: &str| {
+        let mapper = r#"<component name="mapper" kind="scan-mapper"/>"#;
+        system(&format!(
+            "{}{}{mapper}{}{}",
+            laser("left"),
+            laser("right"),
+            from("left"),
+            from(second)
+        ))
+    };
+    only("E0104", r#"did you mean from="right.scan", which no link uses?"#, &file("left"));
+}
+
+#[test]
 fn a_name_of_a_submission_is_found_by_its_end_and_one_that_is_not_included_is_named() {
     let inner = r#"<mission goal="done" safe="lost"><place name="i" initial="true" components="arm"/><place name="done"/><place name="lost"/><transition name="raised" from="i" to="done" on="arm.done"/><transition name="slow" from="i" to="lost" timeout="9s"/></mission>"#;
     let main = |submission: &str, check: &str| {

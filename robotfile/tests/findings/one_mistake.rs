@@ -323,9 +323,46 @@ fn a_domain_that_is_too_small_is_one_finding() {
     };
     assert_eq!(found_in(&file("3")).0, [""; 0]);
     only_shown("E0238", "this comparison with 3 is always true", &file("2"));
-    // A comparison that is never true is another mistake.
-    let never = file("2").replace("n &lt;= 3", "n &gt;= 3");
-    assert_eq!(found_in(&never).0, ["E0238", "W0236"]);
+    // A comparison that is never true is another mistake, unless it is with the same value.
+    let never = |value: &str| file("2").replace("n &lt;= 3", &format!("n == {value}"));
+    assert_eq!(found_in(&never("5")).0, ["E0238", "W0236"]);
+    only_shown("E0238", "widen the domain of n", &never("3"));
+}
+
+#[test]
+fn a_variable_that_begins_outside_of_its_domain_is_one_finding() {
+    let file = |least: &str| {
+        two_steps(
+            r#"components="go">"#,
+            &format!(
+                r#"<variable name="n" min="{least}" max="2" initial="0"/><transition name="again" from="b" to="b" on="go.failed" when="n &lt; 1"><set variable="n" value="n + 1"/></transition>"#
+            ),
+        )
+    };
+    assert_eq!(found_in(&file("0")).0, [""; 0]);
+    only_shown("E0019", "write a value from 1 to 2, or widen", &file("1"));
+}
+
+#[test]
+fn two_variables_of_one_name_are_one_finding() {
+    let file = |name: &str| {
+        two_steps(
+            r#"components="go">"#,
+            &format!(
+                r#"<variable name="n" min="0" max="2"/><variable name="{name}" min="0" max="1"/><transition name="again" from="b" to="b" on="go.failed" when="n &lt; 1 or m &lt; 1"><set variable="n" value="2"/><set variable="m" value="1"/></transition>"#
+            ),
+        )
+    };
+    assert_eq!(found_in(&file("m")).0, [""; 0]);
+    let twice =
+        file("n").replace(" or m &lt; 1", "").replace(r#"<set variable="m" value="1"/>"#, "");
+    only_shown("E0210", "a second variable called n", &twice);
+}
+
+#[test]
+fn an_emergency_to_a_misspelt_place_is_one_finding() {
+    let panic = r#"<transition name="panic" to="[[holt]]" operator="true" class="safety"/>"#;
+    one("E0203", &mission(panic));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Result, anyhow};
 use armor_plan::Plan;
@@ -14,8 +14,6 @@ use armor_wire::manifest::Manifest;
 
 use crate::example::Example;
 
-/// Longest time to prove a mission, as in `armor check`; the mutants take milliseconds.
-const PROOF_WITHIN: Duration = Duration::from_secs(5);
 /// The day on which dates are judged, so that the study gives the same result on every day.
 const TODAY_S: u64 = 1_790_000_000;
 
@@ -127,10 +125,7 @@ fn read_text(path: &Path, text: &str) -> Reading {
 
 fn prove_mission(configuration: &Configuration) -> Findings {
     match Plan::of(configuration) {
-        Ok(Some(plan)) => {
-            let start = Instant::now();
-            armor_proof::prove(configuration, &plan, &|| start.elapsed() > PROOF_WITHIN)
-        }
+        Ok(Some(plan)) => armor_proof::prove(configuration, &plan, &|| false),
         Ok(None) => Findings::default(),
         Err(findings) => findings,
     }

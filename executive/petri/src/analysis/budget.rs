@@ -1,5 +1,7 @@
 //! Limits on the cost of an analysis. The library reads no clock: the caller decides when to stop.
 
+use std::cell::Cell;
+
 /// The limits of an analysis.
 #[derive(Clone, Copy)]
 pub struct AnalysisBudget<'a> {
@@ -9,6 +11,8 @@ pub struct AnalysisBudget<'a> {
     pub memory_bytes: u64,
     /// Called every few thousand states; returning true ends the analysis.
     pub stop: &'a dyn Fn() -> bool,
+    /// Counts what is explored: states, state classes, and classes of a search for durations.
+    pub explored: Option<&'a Cell<u64>>,
 }
 
 impl std::fmt::Debug for AnalysisBudget<'_> {
@@ -22,8 +26,19 @@ impl std::fmt::Debug for AnalysisBudget<'_> {
 
 impl AnalysisBudget<'_> {
     /// No limits.
-    pub const UNLIMITED: AnalysisBudget<'static> =
-        AnalysisBudget { states: u64::MAX, memory_bytes: u64::MAX, stop: &|| false };
+    pub const UNLIMITED: AnalysisBudget<'static> = AnalysisBudget {
+        states: u64::MAX,
+        memory_bytes: u64::MAX,
+        stop: &|| false,
+        explored: None,
+    };
+
+    /// Counts one more.
+    pub(super) fn count_explored(&self) {
+        if let Some(explored) = self.explored {
+            explored.set(explored.get() + 1);
+        }
+    }
 }
 
 /// Which budget ran out.

@@ -140,6 +140,7 @@ fn explore_classes(
         if number.is_multiple_of(CLASSES_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }
+        budget.count_explored();
         let mut successors = Vec::new();
         for (transition, marking, domain) in firing.first_firings(&class.marking, &class.domain)? {
             let next = Rc::new(StateClass { marking, domain });

@@ -195,6 +195,7 @@ impl DurationSearch {
 
     fn check_budget(&mut self, budget: &AnalysisBudget<'_>) -> Result<(), Exhausted> {
         self.checks += 1;
+        budget.count_explored();
         if self.checks.is_multiple_of(DOMAINS_BETWEEN_STOP_CHECKS) && (budget.stop)() {
             return Err(Exhausted::Time);
         }

@@ -112,6 +112,7 @@ impl StateSearch {
             if self.space.expanded.is_multiple_of(between) && (budget.stop)() {
                 return ExplorationEnd::Undecided(Exhausted::Time);
             }
+            budget.count_explored();
             match self.expand_next_state(bounded, budget) {
                 Ok(None) => self.space.expanded += 1,
                 Ok(Some(pumping)) => return ExplorationEnd::Unbounded(pumping),

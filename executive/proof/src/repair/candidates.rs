@@ -116,6 +116,18 @@ impl<'a> MissionElements<'a> {
 
     /// How close the faults are to an element.
     fn closeness(&self, element: &Element) -> i32 {
+        // A value that is set may lie outside of its domain.
+        let is_inside = |at: &Location| {
+            at.source.path() == self.source.path()
+                && element.span.start() <= at.span.start()
+                && at.span.end() <= element.span.end()
+        };
+        let sets_outside = |fault: &Finding| {
+            fault.code == Code::ValueOutside && fault.at.as_ref().is_some_and(is_inside)
+        };
+        if self.faults.iter().any(sets_outside) {
+            return MOST_CLOSE;
+        }
         // The values of a variable come from the transitions that set it.
         let mut sets = element.elements().filter(|it| it.name == "set");
         let sets_compared = sets.any(|set| {

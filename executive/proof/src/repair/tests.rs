@@ -1,5 +1,7 @@
 //! One wrong value in a mission: one finding, at that value, with the right one.
 
+mod counted_tokens;
+
 use armor_plan::Plan;
 use armor_robotfile::{Colours, Findings, check, read};
 
@@ -58,6 +60,11 @@ const PARK: &str = r#"<armor version="1">
 </armor>"#;
 
 fn findings(mission: &str, park: &str) -> Findings {
+    findings_unless(mission, park, &|| false)
+}
+
+/// The findings, with a search for edits that can be cancelled.
+fn findings_unless(mission: &str, park: &str, is_cancelled: &dyn Fn() -> bool) -> Findings {
     let reading = read("robot.xml".as_ref(), &mut |path| {
         let is_park = path.ends_with("park.xml");
         Ok(if is_park { park } else { mission }.as_bytes().to_vec())
@@ -67,7 +74,7 @@ fn findings(mission: &str, park: &str) -> Findings {
     let plan = Plan::of(&configuration).expect("it compiles").expect("a mission");
     let proven = prove(&configuration, &plan, &|| false);
     reading.findings.extend_proven(proven, &configuration);
-    explain_by_edit(&mut reading, &Recheck { overrides: &[], manifests: None, stop: &|| false });
+    explain_by_edit(&mut reading, &Recheck { overrides: &[], manifests: None, is_cancelled });
     reading.findings.without_notes()
 }
 
@@ -257,6 +264,24 @@ fn an_attribute_that_leads_nowhere_else_is_not_explained_by_a_token_that_ends_th
     let moved = r#""ready"/>
     <place name="scouting" initial="true""#;
     expect(mark, moved, "E0241", r#"initial="true" in ready, and not in scouting"#);
+}
+
+#[test]
+fn a_time_that_is_far_too_long_is_found_where_it_is_written() {
+    let both = r#"did you mean timeout="20s" in slides, or timeout="2min" in slides"#;
+    expect(r#"timeout="20s""#, r#"timeout="20min""#, "E0252", both);
+    let both = r#"did you mean timeout="40s" in tour-late, or timeout="4min" in tour-late"#;
+    expect(r#"timeout="4min""#, r#"timeout="40min""#, "E0252", both);
+}
+
+#[test]
+fn a_cancelled_search_keeps_the_findings() {
+    let wrong = MISSION.replace(r#"timeout="4min""#, r#"timeout="4h""#);
+    let explained = findings(&wrong, PARK).render(Colours::No);
+    assert!(explained.contains("did you mean"), "{explained}");
+    let cancelled = findings_unless(&wrong, PARK, &|| true).render(Colours::No);
+    assert!(cancelled.contains("can take"), "{cancelled}");
+    assert!(!cancelled.contains("did you mean"), "{cancelled}");
 }
 
 #[test]

@@ -209,7 +209,8 @@ fn random_missions_with_variables_have_the_states_of_the_definition() {
         let Some(expected) = defined(&plan, 3000) else { continue };
         let analysed = Analysed::of(&plan).expect("a net");
         let bounds = PlaceBounds::of_net(&analysed.net, &|| false);
-        let budget = AnalysisBudget { states: 5000, memory_bytes: MAX_BYTES, stop: &|| false };
+        let budget =
+            AnalysisBudget { states: 5000, memory_bytes: MAX_BYTES, ..AnalysisBudget::UNLIMITED };
         let found = explore_states(&analysed.net, &bounds, true, &budget);
         assert_eq!(found.ending, ExplorationEnd::Complete, "seed {seed}\n{net}");
         let state = |node: u32| {

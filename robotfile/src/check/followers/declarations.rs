@@ -46,27 +46,49 @@ pub(super) fn drop_unused_of_report(findings: &mut Findings) {
 }
 
 /// A value outside the domain of a variable, and comparisons that this domain decides: the domain or
-/// that value is the one mistake.
+/// that value is the one mistake. A comparison that is never true is one only if it is with that value.
 pub(super) fn merge_outside_domain(findings: &mut Findings) {
-    let domain_of = |finding: &Finding| -> Option<String> {
+    let domain_of = |finding: &Finding| -> Option<(String, String)> {
         let message = finding.message.as_str();
-        let (domain, _) = message.split_once(", and `").filter(|_| message.ends_with("outside"))?;
-        Some(domain.to_owned()).filter(|_| finding.code == Code::CountSyntax)
+        let (domain, value) =
+            message.split_once(", and `").filter(|_| message.ends_with("outside"))?;
+        let value = value.split('`').next()?.to_owned();
+        Some((domain.to_owned(), value)).filter(|_| finding.code == Code::CountSyntax)
+    };
+    let is_decided = |finding: &Finding, (domain, value): &(String, String)| {
+        let has_value = || finding.message.split([' ', '`']).any(|word| word == value.as_str());
+        finding.code == Code::GuardConstant
+            && (finding.message.ends_with(&format!("always true: {domain}"))
+                || (finding.message.ends_with(&format!("always false: {domain}")) && has_value()))
     };
     let outside: Vec<_> = findings.iter().filter_map(domain_of).collect();
     findings.merge_same(|first, other| {
-        let is_decided = |finding: &Finding, domain: &str| {
-            finding.code == Code::GuardConstant
-                && finding.message.ends_with(&format!("always true: {domain}"))
-        };
         domain_of(first).is_some_and(|domain| is_decided(other, &domain))
     });
     // A comparison that comes first in the file follows too.
-    findings.retain(|finding| {
+    findings.retain(|finding| !outside.iter().any(|domain| is_decided(finding, domain)));
+    for finding in findings.iter_mut().filter(|it| !it.related.is_empty()) {
+        let Some((domain, value)) = domain_of(finding) else { continue };
+        let name = domain.split(' ').next().unwrap_or_default();
+        finding.remedy = format!(
+            "widen the domain of {name}, which is compared with such a value too; or set it to \
+             another value than {value}"
+        );
+    }
+}
+
+/// A variable that begins outside of its domain: the domain or that value is the one mistake, also of
+/// the comparisons that this domain decides.
+pub(super) fn drop_decided_of_malformed(found: &mut Findings, reading: &Findings) {
+    let names: Vec<_> = reading
+        .iter()
+        .filter(|it| it.code == Code::BadValue && it.message.starts_with("initial: "))
+        .filter_map(|it| attribute_of(start_tag_of(it.at.as_ref()?), "name"))
+        .map(|name| format!(": {name} is "))
+        .collect();
+    found.retain(|finding| {
         finding.code != Code::GuardConstant
-            || !outside
-                .iter()
-                .any(|domain| finding.message.ends_with(&format!("always true: {domain}")))
+            || !names.iter().any(|name| finding.message.contains(name))
     });
 }
 

@@ -5,6 +5,7 @@ use armor_robotfile::tree::Element;
 
 use super::counting::is_single;
 use super::places::CLOSE;
+use super::words::share_word;
 use super::{MissionElements, value};
 use crate::repair::file_edit::FileEdit;
 use crate::repair::likeness::are_related;
@@ -25,6 +26,8 @@ const NAMED_AFTER: i32 = 6;
 /// another one.
 const OPPOSITES: [(&str, &str); 6] =
     [("<=", ">"), (">=", "<"), ("==", "!="), ("!=", "=="), ("<", ">="), (">", "<=")];
+/// The operator that is true for smaller values than that at which a count ends.
+const BELOW: [(&str, &str); 1] = [("==", "<")];
 /// Each operator with that of the exchanged sides.
 const MIRRORED: [(&str, &str); 6] =
     [("<=", ">="), (">=", "<="), ("==", "=="), ("!=", "!="), ("<", ">"), (">", "<")];
@@ -108,11 +111,20 @@ impl MissionElements<'_> {
         let guard = value(transition, "when");
         let is_rival = |other: &&&Element| {
             let same = |attribute: &str| value(other, attribute) == value(transition, attribute);
-            same("from") && same("on") && value(other, "name") != value(transition, "name")
+            // The one that ends a count may take the tokens of a fork, too.
+            let shares = match guard {
+                Some(_) => same("from"),
+                None => share_word(value(transition, "from"), value(other, "from")),
+            };
+            shares && same("on") && value(other, "name") != value(transition, "name")
         };
         let rivals = self.transitions.iter().filter(is_rival);
         let rivals = rivals.filter(|_| value(transition, "on").is_some());
-        let opposites = rivals.filter_map(|it| with_operator(value(it, "when")?, OPPOSITES));
+        // Where a count ends at a value, it goes on below it.
+        let opposites = rivals.flat_map(|it| {
+            let guard = value(it, "when").unwrap_or("");
+            [with_operator(guard, OPPOSITES), with_operator(guard, BELOW)].into_iter().flatten()
+        });
         let mirrored = guard.and_then(|guard| with_operator(guard, MIRRORED));
         let all = mirrored.into_iter().chain(opposites);
         all.filter(|other| Some(other.as_str()) != guard).collect()
@@ -120,7 +132,7 @@ impl MissionElements<'_> {
 }
 
 /// A guard that is a single comparison, with another operator.
-fn with_operator(guard: &str, operators: [(&str, &str); 6]) -> Option<String> {
+fn with_operator<const N: usize>(guard: &str, operators: [(&str, &str); N]) -> Option<String> {
     let (at, (old, new)) = operators.iter().find_map(|it| Some((guard.find(it.0)?, it)))?;
     (is_single(guard) && old != new)
         .then(|| format!("{}{new}{}", &guard[..at], &guard[at + old.len()..]))

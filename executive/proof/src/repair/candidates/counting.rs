@@ -14,6 +14,8 @@ const SET: i32 = 15;
 const NUMBER: i32 = 17;
 const VARIABLE: i32 = 18;
 const BEGINS: i32 = 2;
+/// How much likelier another step is wrong than a guard: counts go up by one.
+const OTHER_STEP: i32 = 4;
 /// How much likelier they are where a fault is about the values that guards compare.
 const AT_FAULT: i32 = 2;
 /// Each operator with the one that differs only where both sides are equal.
@@ -105,8 +107,13 @@ impl MissionElements<'_> {
             let Some(written) = set.attribute("value").filter(|it| it.value != more) else {
                 return;
             };
+            let is_step = written
+                .value
+                .trim()
+                .strip_prefix(counted)
+                .is_some_and(|it| it.trim_start().starts_with(['+', '-']));
             let edit = self.with_value(transition, written, &more);
-            edits.push(edit.ranked(rank));
+            edits.push(edit.ranked(rank - if is_step { OTHER_STEP } else { 0 }));
             return;
         }
         let set = format!("<set variable=\"{counted}\" value=\"{}\"/>", escape(&more));

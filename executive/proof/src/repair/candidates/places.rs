@@ -1,7 +1,7 @@
 //! Other places: of transitions, of sub-missions, of the start and the end.
 
-use armor_robotfile::Span;
 use armor_robotfile::tree::Element;
+use armor_robotfile::{Code, Span};
 
 use super::words::{add_word, remove_word, replace_word};
 use super::{MissionElements, value};
@@ -44,8 +44,19 @@ const GOAL_FOR_SAFE: i32 = 6;
 /// The rank of the mark in a place that nothing leads to, and how much less likely it is in another one.
 const MOVED_MARK: i32 = 10;
 const MARK_ELSEWHERE: i32 = 14;
+/// The rank of a place after a failure that is missing, after another place of a transition.
+const NO_REFUGE: i32 = 24;
 /// The rank of an attribute that has no effect, removed.
 const NO_EFFECT: i32 = 8;
+/// How much likelier a place is one too few of those that a transition takes tokens from, where the
+/// token that it leaves there is the fault.
+const LEFT_MARKED: i32 = 8;
+/// How much likelier a place is one too many of a transition that never has all of its tokens.
+const NEVER_TOGETHER: i32 = 6;
+/// How much likelier a place is wrong to which a transition leads back.
+const LEADS_BACK: i32 = 4;
+/// How much likelier a place is wrong of which the token does not come back.
+const NOT_PUT_BACK: i32 = 1;
 /// How much likelier an edit is per degree of closeness to the faults.
 pub(super) const CLOSE: i32 = 2;
 
@@ -87,8 +98,17 @@ impl MissionElements<'_> {
                     edits.push(FileEdit { distance, ..edit });
                 };
             for (at, old) in list.value.split_whitespace().enumerate() {
+                let leads_back = attribute == "to"
+                    && has(transition, "from", old)
+                    && list.value.trim().contains(' ');
                 for new in self.place_names() {
                     let fit = self.fit(number, attribute, Some(old), Some(new));
+                    let is_next = attribute == "to"
+                        && self.is_followed_by(number, new)
+                        && !has(transition, "from", new);
+                    let next =
+                        if is_next && list.value.trim().contains(' ') { FOLLOWED } else { 0 };
+                    let fit = fit - next - if leads_back { LEADS_BACK } else { 0 };
                     let ends = attribute == "to" && is_end(new) && !is_end(old);
                     let evades = ends && !self.is_loose("to", new);
                     push(replace_word(&list.value, at, new), REPLACED, fit, (new, evades));
@@ -98,7 +118,12 @@ impl MissionElements<'_> {
                 let end = if is_end(old) { END_IN_LIST } else { 0 };
                 let is_joined = attribute == "from" && !is_end(old);
                 let evades = is_joined && self.is_only_one(number, "from", old);
-                push(remove_word(&list.value, at), REMOVED + 1 - end + fit, -1, (old, evades));
+                let lost = is_joined && !has(transition, "to", old);
+                let rank = match is_joined && self.is_never_together(transition) {
+                    true => REMOVED + 1 - NEVER_TOGETHER,
+                    false => REMOVED + 1 - end + fit - if lost { NOT_PUT_BACK } else { 0 },
+                };
+                push(remove_word(&list.value, at), rank, -1, (old, evades));
             }
             if list.value.split_whitespace().any(is_end) {
                 continue;
@@ -112,7 +137,9 @@ impl MissionElements<'_> {
                 } else {
                     0
                 };
-                let fit = self.fit(number, attribute, None, Some(new)) - loose - followed;
+                let left = attribute == "from" && self.is_left_marked(transition, new);
+                let left = if left { LEFT_MARKED } else { 0 };
+                let fit = self.fit(number, attribute, None, Some(new)) - loose - followed - left;
                 push(add_word(&list.value, new), ADDED, fit, (new, false));
             }
         }
@@ -127,8 +154,17 @@ impl MissionElements<'_> {
         let neighbours = [before, self.transitions.get(number + 1)];
         let is_usual =
             |place: &str| neighbours.into_iter().flatten().any(|it| has(it, attribute, place));
+        // As `unload` begins unload.xml.
+        let begins_namesake = |place: &str| {
+            self.submissions().any(|it| {
+                value(it, "in") == Some(place) && are_related(name, value(it, "ref").unwrap_or(""))
+            })
+        };
         let likeness = |place: &str| {
-            let is_named = attribute == "from" && are_related(name, place);
+            let is_named = match attribute {
+                "from" => are_related(name, place),
+                _ => begins_namesake(place),
+            };
             let named = if is_named { NAMED_AFTER } else { 0 };
             named + if is_usual(place) { AS_NEIGHBOUR } else { 0 }
         };
@@ -158,6 +194,27 @@ impl MissionElements<'_> {
             fit -= LOOSE_GOAL + if is_from_safe { GOAL_FOR_SAFE } else { 0 };
         }
         fit - if new.as_ref().is_some_and(is_loose) { LOOSE } else { 0 }
+    }
+
+    /// Whether a fault is that the transition never has all tokens together.
+    fn is_never_together(&self, transition: &Element) -> bool {
+        let name = value(transition, "name").unwrap_or("");
+        let begin = format!("{name} never fires: ");
+        self.faults.iter().any(|fault| {
+            fault.message.starts_with(&begin) && fault.remedy.contains("never marked together")
+        })
+    }
+
+    /// Whether a check fails after the transition has fired, and this place has a token then.
+    fn is_left_marked(&self, transition: &Element, place: &str) -> bool {
+        let name = value(transition, "name").unwrap_or("");
+        self.faults.iter().any(|fault| {
+            let last = fault.trace.as_ref().and_then(|trace| trace.firings.last());
+            let tokens = fault.message.split_once("tokens in ").map_or("", |it| it.1);
+            fault.code == Code::CheckFails
+                && last.is_some_and(|last| last == name)
+                && tokens.split([',', ' ']).any(|word| word == place)
+        })
     }
 
     /// How far an element is from the nearest one that leads on from the place, or to it, where its
@@ -277,7 +334,10 @@ impl MissionElements<'_> {
             self.move_mark(marked, edits);
         }
         for place in &self.places {
-            let Some(failure) = place.attribute("on-failure") else { continue };
+            let Some(failure) = place.attribute("on-failure") else {
+                self.missing_refuges(place, edits);
+                continue;
+            };
             let close = CLOSE * self.closeness(place);
             if value(place, "components").is_none() {
                 edits.push(self.without_attribute(place, failure).ranked(NO_EFFECT));
@@ -287,6 +347,23 @@ impl MissionElements<'_> {
                 let rank = REPLACED + 2 - fit - close;
                 edits.push(self.with_value(place, failure, new).ranked(rank));
             }
+        }
+    }
+
+    /// The place that nothing leads to, as the one after a failure.
+    fn missing_refuges(&self, place: &Element, edits: &mut Vec<FileEdit>) {
+        let works = |name: &str| {
+            let written = self.places.iter().find(|it| value(it, "name") == Some(name));
+            written.is_some_and(|it| value(it, "components").is_some())
+        };
+        if value(place, "components").is_none() {
+            return;
+        }
+        let is_entered = |name: &str| self.submissions().any(|it| value(it, "in") == Some(name));
+        let loose = self.place_names().filter(|it| self.is_loose("to", it) && !works(it));
+        for refuge in loose.filter(|it| !is_entered(it)) {
+            let edit = self.with_attribute(place, "on-failure", refuge);
+            edits.extend(edit.map(|edit| edit.ranked(NO_REFUGE)));
         }
     }
 

@@ -10,6 +10,12 @@ pub(super) fn replace_word(list: &str, at: usize, new: &str) -> Option<String> {
     })
 }
 
+/// Whether two lists have a name in common.
+pub(super) fn share_word(one: Option<&str>, other: Option<&str>) -> bool {
+    let (one, other) = (one.unwrap_or(""), other.unwrap_or(""));
+    one.split_whitespace().any(|word| other.split_whitespace().any(|it| it == word))
+}
+
 /// The list with a further name.
 pub(super) fn add_word(list: &str, new: &str) -> Option<String> {
     let is_known = list.split_whitespace().any(|word| word == new);
