@@ -111,6 +111,7 @@ pub fn play_mission(registry: String, file: &Path, journal: PathBuf) -> Result<(
         newer: None,
         given_up: armor_executive::GivenUpComponents::default(),
         cut_at,
+        clock: None,
         trust_clock: false,
     };
     let plan = plan.context("no mission")?;

@@ -55,11 +55,13 @@ impl Clocks {
         let (Some(shared), Some(clock)) = (self.followed.clone(), plan.clock()) else {
             return;
         };
+        let busy = node.busy_marker();
         let hear = move |reading: ClockReading, passage: Passage| {
             let mut shared = shared.lock();
             if let Some(anchor) = shared.time.read(reading, passage) {
                 shared.anchor = Some(anchor);
             }
+            busy.mark();
             if !std::mem::replace(&mut shared.is_woken, true) {
                 // The receiver is gone only when the executive is about to end.
                 let _ = inputs.send(ExecutiveInput::Time);
@@ -68,6 +70,11 @@ impl Clocks {
         if let Err(error) = node.follow_time(clock, hear) {
             tracing::error!("no thread to follow the time of {clock}: {error}");
         }
+    }
+
+    /// Whether there is a reading that has not been looked at.
+    pub(crate) fn has_unread_time(&self) -> bool {
+        self.followed.as_ref().is_some_and(|shared| shared.lock().is_woken)
     }
 
     pub(crate) fn now(&self) -> ClockReadings {

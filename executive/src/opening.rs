@@ -3,7 +3,7 @@
 use crate::journal::{self, Journal, JournalError, Story};
 use crate::ledger::Ledger;
 use crate::ledger::applying::replay_records;
-use crate::run::RunError;
+use crate::run::{ExecutiveOptions, RunError};
 use armor_plan::Plan;
 use std::path::Path;
 use std::sync::Arc;
@@ -12,15 +12,24 @@ use std::sync::Arc;
 pub(crate) fn read_again(
     story: &Story,
     first: impl FnOnce() -> Result<Plan, String>,
-    journal: &Path,
+    options: &ExecutiveOptions,
 ) -> Result<Ledger, RunError> {
     let began = match journal::began_with(&story.records) {
         Some(version) => version.plan(),
         None => first(),
     };
-    let began = Arc::new(began.map_err(RunError::Mission)?);
-    let refused = |error| RunError::Resume { path: journal.to_owned(), error };
+    let journal = &options.journal;
+    let began = Arc::new(set_clock(began.map_err(RunError::Mission)?, options));
+    let refused = |error| RunError::Resume { path: journal.clone(), error };
     replay_records(began, &story.records).map_err(refused)
+}
+
+/// The plan in the time that the options name, whatever its file says.
+fn set_clock(plan: Plan, options: &ExecutiveOptions) -> Plan {
+    match &options.clock {
+        Some(clock) => plan.with_clock(clock.clone()),
+        None => plan,
+    }
 }
 
 /// The journal at the start of an executive.
@@ -59,9 +68,11 @@ pub(crate) fn open_journal(path: &Path, is_laid_out: bool) -> Result<OpenedJourn
 pub(crate) fn newest_plan(
     readable: &Story,
     first: impl FnOnce() -> Result<Plan, String>,
+    options: &ExecutiveOptions,
 ) -> Result<Arc<Plan>, RunError> {
-    match journal::plan_of(readable) {
-        Ok(plan) => Ok(plan),
-        Err(_) => first().map(Arc::new).map_err(RunError::Mission),
-    }
+    let plan = match journal::plan_of(readable) {
+        Ok(plan) => Arc::unwrap_or_clone(plan),
+        Err(_) => first().map_err(RunError::Mission)?,
+    };
+    Ok(Arc::new(set_clock(plan, options)))
 }

@@ -54,6 +54,8 @@ pub struct ExecutiveOptions {
     pub given_up: GivenUpComponents,
     /// How long the journal grows before it is cut, in bytes; see [`crate::journal::CUT_AT`].
     pub cut_at: u64,
+    /// The data that time follows, whatever the file says: `component.output`.
+    pub clock: Option<String>,
     /// Whether this host's clock counts as right although no time service is known to keep it.
     pub trust_clock: bool,
 }
@@ -97,8 +99,8 @@ pub fn run(
     let OpenedJournal { mut journal, story, loss, readable } =
         open_journal(&options.journal, options.is_laid_out)?;
     let ledger = match &loss {
-        Some(_) => Ledger::new(newest_plan(&readable, first)?),
-        None => read_again(&story, first, &options.journal)?,
+        Some(_) => Ledger::new(newest_plan(&readable, first, options)?),
+        None => read_again(&story, first, options)?,
     };
     let plan = Arc::clone(ledger.plan());
     let begins = story.records.is_empty() && loss.is_none();
@@ -225,8 +227,10 @@ impl ExecutiveLoop {
         if let Some(left) = self.clocks.left(self.controller.deadlines()) {
             wait = wait.min(left);
         }
-        let is_firing = self.shown.as_ref().is_some_and(|marking| !marking.in_flight.is_empty());
-        self.node.set_busy(is_firing);
+        let ledger = self.controller.ledger();
+        // What a pause holds is not on its way.
+        let is_firing = ledger.firings().values().any(|firing| !ledger.is_held(firing));
+        self.node.set_busy(is_firing || self.clocks.has_unread_time());
         let input = inputs.recv_timeout(wait);
         self.node.set_busy(true);
         let mut events = match input {

@@ -105,8 +105,15 @@ pub fn run_checked(
         arguments.system.clone().unwrap_or_else(|| plan::name_of(configuration, &arguments.file));
     // The mission to resume is in the folder of that name, and in no numbered one.
     let usual = arguments.resume.then(|| output_folder::default_folder(&name));
-    let out =
-        output_folder::OutputFolder::take(arguments.out.as_deref().or(usual.as_deref()), &name)?;
+    // The mission of a replay is never continued on a robot, and does not touch the folder of one.
+    let folder_name = if played.is_some() { format!("{name}-played") } else { name.clone() };
+    let out = output_folder::OutputFolder::take(
+        arguments.out.as_deref().or(usual.as_deref()),
+        &folder_name,
+    )?;
+    if played.is_some() {
+        unfinished::forget_mission(out.path())?;
+    }
     let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
     let own_run = OwnRun::begin(out.path(), arguments.resume)?;
     let lease = PortLease::take(arguments.registry)?;

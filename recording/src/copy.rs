@@ -74,6 +74,11 @@ pub fn copy_recordings<W: Write + Seek>(
     }
     let first = sources.first().map(|source| source.recording.summary());
     let mut about = first.map(|summary| summary.about.clone()).unwrap_or_default();
+    let begins = sources.iter().filter_map(|source| source.recording.summary().begin_s());
+    let is_known = about.contains_key(BEGIN_KEY);
+    if let Some(begin_s) = begins.min_by(f64::total_cmp).filter(|_| is_known) {
+        about.insert(BEGIN_KEY.into(), begin_s.to_string());
+    }
     if let Some(from_s) = part.from_s {
         about.insert(BEGIN_KEY.into(), from_s.to_string());
     }

@@ -128,6 +128,16 @@ impl SystemNode {
         self.participant.is_busy.store(is_busy, Ordering::Relaxed);
     }
 
+    /// Marks from another thread that this process has something to finish.
+    pub fn busy_marker(&self) -> BusyMarker {
+        BusyMarker(Arc::clone(&self.participant))
+    }
+
+    /// Declares that this process has done what it is for; it goes on until it is ended.
+    pub fn set_done(&self) {
+        self.participant.lifecycle.enter_state(RunState::Done, 0);
+    }
+
     /// Publishes a message with this stamp, in system time.
     ///
     /// # Errors
@@ -144,6 +154,16 @@ impl SystemNode {
     /// Whether this process has been ordered to end.
     pub fn is_ending(&self) -> bool {
         self.participant.lifecycle.is_ending()
+    }
+}
+
+/// See [`SystemNode::busy_marker`].
+pub struct BusyMarker(Arc<Participant>);
+
+impl BusyMarker {
+    /// Marks it, until [`SystemNode::set_busy`] says otherwise.
+    pub fn mark(&self) {
+        self.0.is_busy.store(true, Ordering::Relaxed);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A process that takes part in a system: the parts that its threads share.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -62,6 +62,8 @@ pub(crate) struct Participant {
     pub wakers: Arc<Wakers>,
     /// Whether a process that is no component has something to finish.
     pub is_busy: AtomicBool,
+    /// The reading of the system's time that the main loop has seen; NaN without a main loop.
+    pub turned_bits: AtomicU64,
     /// The period of `exec`, once it is known and if there is one.
     period: OnceLock<Duration>,
     /// How long one call of its code may take, once it is known and if the file limits it.
@@ -103,6 +105,7 @@ impl Participant {
             playback_orders: PlaybackInbox::default(),
             faults: Arc::default(),
             is_busy: AtomicBool::new(false),
+            turned_bits: AtomicU64::new(f64::NAN.to_bits()),
             period: OnceLock::new(),
             watchdog: OnceLock::new(),
             directory: OnceLock::new(),
@@ -152,6 +155,17 @@ impl Participant {
         self.wakers.wake_service();
     }
 
+    /// Whether something is left to do: a call, or what follows from a reading of the time.
+    fn has_work(&self) -> bool {
+        let is_reading_new = || {
+            let turned_s = f64::from_bits(self.turned_bits.load(Ordering::SeqCst));
+            !self.clock.runs_by_itself() && turned_s < self.clock.timestamp()
+        };
+        self.calls.running_call().is_some()
+            || self.is_busy.load(Ordering::Relaxed)
+            || is_reading_new()
+    }
+
     /// Leaves the system: the registry first, so that no new subscriber is sent here, then every
     /// connection.
     pub fn leave_system(&self) {
@@ -180,7 +194,7 @@ impl Participant {
             untaken_events: self.reports.count_untaken_events(Instant::now()),
             call,
             time_s: self.clock.timestamp(),
-            busy: self.calls.running_call().is_some() || self.is_busy.load(Ordering::Relaxed),
+            busy: self.has_work(),
             outputs: self.ports.outputs().iter().map(|output| output.status()).collect(),
             inputs: self.ports.inputs().iter().map(|input| input.status()).collect(),
         }

@@ -157,7 +157,9 @@ impl Runtime {
         };
         loop {
             let mut component = self.gate.enter_from_main();
+            let seen_s = self.participant.clock.timestamp();
             let wait = main_loop.take_turn(&mut component);
+            self.participant.turned_bits.store(seen_s.to_bits(), Ordering::SeqCst);
             let (has_crashed, is_ending) = (lifecycle.has_crashed(), lifecycle.is_ending());
             if is_ending && !has_crashed {
                 component.end_life();

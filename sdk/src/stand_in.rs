@@ -16,6 +16,7 @@ use crate::identity::ProcessIdentity;
 use crate::lifecycle::LifecycleOrder;
 use crate::message_type::MessageType;
 use crate::node::{NodeOptions, join_system, provide_outputs};
+use crate::orders::OrderInbox;
 use crate::parameter::Value;
 use crate::participant::{Declarations, Participant};
 use crate::port_table::SendError;
@@ -62,7 +63,10 @@ impl StandIn {
     ) -> Result<Self, Fault> {
         let (name, kind) = (options.name.clone(), options.kind.clone());
         let identity = ProcessIdentity { name: name.clone(), kind, instance: random_id() };
-        let participant = Arc::new(Participant::new(identity, Declarations::default(), false)?);
+        let mut participant = Participant::new(identity, Declarations::default(), false)?;
+        // A recorded executive takes no orders.
+        participant.operator_orders = OrderInbox::default();
+        let participant = Arc::new(participant);
         let mut types = Vec::new();
         for output in outputs {
             let message_type = MessageType {

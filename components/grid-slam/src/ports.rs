@@ -445,7 +445,8 @@ impl GridSlam {
     /// The whole map with the trajectory when its period is over, else the tiles that changed.
     fn publish_map(&mut self, now_s: f64) -> Result<(), Fault> {
         let period_s = self.parameters.map_period_s.max(TRAJECTORY_S * self.slam.scans() as f64);
-        let is_due = now_s - self.published_s >= period_s;
+        // Time that jumps back begins again.
+        let is_due = now_s - self.published_s >= period_s || now_s < self.published_s;
         let snapshot = self.slam.snapshot();
         let earlier = self.published.as_ref();
         let changes = earlier.and_then(|earlier| snapshot.changed_since(earlier));

@@ -78,6 +78,7 @@ fn executive(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
         newer: None,
         given_up: GivenUpComponents::default(),
         cut_at: CUT_AT,
+        clock: None,
         trust_clock: false,
     };
     armor_sdk::log::init();

@@ -93,18 +93,13 @@ fn run_executive(arguments: &ExecutiveArguments) -> Result<ExitCode> {
         newer,
         given_up,
         cut_at: armor_executive::journal::CUT_AT,
+        clock: arguments.clock.clone(),
         trust_clock: arguments.trust_clock,
     };
     let stop = watch_for_signals()?;
-    let first = || {
-        let plan = match options.newer.as_ref().and_then(|newer| first_kept(newer, stop)) {
-            Some(version) => version.plan(),
-            None => plan_of(&arguments.file, &overrides),
-        }?;
-        Ok(match arguments.clock.clone() {
-            Some(clock) => plan.with_clock(clock),
-            None => plan,
-        })
+    let first = || match options.newer.as_ref().and_then(|newer| first_kept(newer, stop)) {
+        Some(version) => version.plan(),
+        None => plan_of(&arguments.file, &overrides),
     };
     let outcome = armor_executive::run(first, &options, stop)?;
     Ok(ExitCode::from(match outcome {

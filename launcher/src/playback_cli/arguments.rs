@@ -67,7 +67,7 @@ pub struct PlayArguments {
     /// Do not show the status.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Folder for what the run produces. Default: out/NAME.
+    /// Folder for what the run produces. Default: out/NAME-played.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

@@ -4,13 +4,13 @@ use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
-use armor_recording::playback::DataRename;
+use armor_recording::playback::{DataRename, PLAYBACK};
 use armor_recording::{Recording, RecordingSummary};
 use armor_robotfile::Configuration;
 use armor_wire::name::is_name;
 
 use super::arguments::PlayArguments;
-use super::played::PlayedRecording;
+use super::played::{NOT_PLAYED, PlayedRecording};
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
@@ -36,6 +36,9 @@ fn play_recording(mut arguments: PlayArguments, format: OutputFormat) -> Result<
     arguments.recording = arguments.recording.canonicalize().with_context(not_readable)?;
     let summary = recording.summary().clone();
     check_part(&arguments, &summary)?;
+    if !summary.is_complete {
+        print_notice(format!("{shown} is not complete: it ends where its recorder was killed"));
+    }
     if let Some(file) = arguments.file.clone() {
         let checked = check::load_file(&file, &arguments.overrides, &arguments.kinds)?;
         checked.print_problems(format);
@@ -99,6 +102,18 @@ fn check_part(arguments: &PlayArguments, summary: &RecordingSummary) -> Result<(
         if !names().any(|name| name == recorded) {
             let advice = armor_robotfile::advise_similar(recorded, names());
             bail!("--map {recorded}={played}: {shown} has no {recorded}{advice}");
+        }
+        let component = played.split('.').next().unwrap_or_default();
+        if component == PLAYBACK || NOT_PLAYED.contains(&component) {
+            bail!("--map {recorded}={played}: the name {component} belongs to the system itself");
+        }
+        let is_renamed = |name: &str| arguments.map.iter().any(|rename| rename.recorded == name);
+        let is_twice = arguments.map.iter().filter(|rename| rename.played == *played).count() > 1;
+        if is_twice || (names().any(|name| name == played) && !is_renamed(played)) {
+            bail!(
+                "--map {recorded}={played}: {played} would be played twice; map that one to another \
+                 name, or leave this out"
+            );
         }
     }
     Ok(())

@@ -10,11 +10,12 @@ use armor_robotfile::{Configuration, Manifests, advise_similar};
 use armor_wire::schema;
 
 use super::arguments::PlayArguments;
+use crate::print::print_notice;
 
 /// The data that the time of a played system follows.
 pub const PLAYBACK_CLOCK: &str = "playback.clock";
 /// Names of recorded processes that a system needs itself, and does not take from a recording.
-const NOT_PLAYED: [&str; 2] = ["configuration", "armor"];
+pub const NOT_PLAYED: [&str; 2] = ["configuration", "armor"];
 /// The kind of a recorded component that no file names.
 const UNKNOWN_KIND: &str = "recorded";
 /// The executive, which is played if everything is.
@@ -90,8 +91,14 @@ impl PlayedRecording {
                 component.name.at
             );
         }
-        let mut components = Vec::new();
+        let mut components: Vec<PlayedComponent> = Vec::new();
         for name in &arguments.replace {
+            if components.iter().any(|component| component.name == *name) {
+                continue;
+            }
+            if !list_components(summary, &arguments.map).any(|recorded| recorded == name) {
+                print_notice(format!("{recording} has nothing of {name}: it publishes nothing"));
+            }
             let known = file.components.iter().map(|component| component.name.value.as_str());
             let Some(component) = file.component(name) else {
                 bail!(
@@ -183,14 +190,14 @@ fn check_output<'a>(
         bail!(
             "{recording} has no {recorded}, which {consumer}.{input} takes{}; --map RECORDED={data} \
              plays another output in its place, and armor bag info shows all",
-            advise_similar(recorded, names())
+            if is_renamed { String::new() } else { advise_similar(recorded, names()) }
         );
     };
     let ports = find_manifest(consumer).into_iter().flat_map(|manifest| &manifest.inputs);
     let port = ports.filter(|port| port.id == input).find(|port| !port.is_any());
     if let Some(port) = port.filter(|port| port.schema != output.schema) {
         bail!(
-            "{consumer}.{input} takes a {}, and {recorded} was recorded with other fields:\n{}",
+            "{consumer}.{input} takes another type ({}), and {recorded} was recorded with other fields:\n{}",
             port.type_name,
             schema::difference((recorded, &output.schema), (consumer, &port.schema))
         );

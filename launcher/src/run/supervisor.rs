@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use armor_inspect::run_control::{AbsentComponent, ComponentHistory};
 use armor_robotfile::model::Restart;
+use armor_wire::control::RunState;
 
 use child::{AfterDeath, Child, ChildState};
 pub use event::{
@@ -81,7 +82,16 @@ impl Supervisor {
             SupervisorEvent::Tick => {}
             SupervisorEvent::SpawnFailed(id, reason) => self.start_failed(id, &reason, now),
             SupervisorEvent::Ready(id) => self.children[id].became_ready(now),
-            SupervisorEvent::Heard(id, state) => self.children[id].record_beat(state, now),
+            SupervisorEvent::Heard(id, state) => {
+                self.children[id].record_beat(state, now);
+                let is_over = state == Some(RunState::Done) && self.children[id].duty.ends_run;
+                if is_over && self.stage == RunStage::Running {
+                    self.stop(RunVerdict::RecordingOver {
+                        is_unfinished: self.has_mission(),
+                        failed: self.failed_components(),
+                    });
+                }
+            }
             SupervisorEvent::Unheard(id) => self.children[id].excuse_silence(now),
             SupervisorEvent::Stuck(id, call) => {
                 let watchdog = self.children[id].duty.watchdog.unwrap_or_default();
@@ -354,8 +364,15 @@ impl Supervisor {
                 return;
             };
             let mut alive = false;
+            // The one that brings the time ends after those who follow it.
+            let others = |child: &Child| child.duty.role == *role && !child.duty.ends_run;
+            let others_live = self.children.iter().any(|child| others(child) && child.is_alive());
             for (id, child) in self.children.iter_mut().enumerate() {
                 if child.duty.role == *role && child.is_alive() {
+                    if child.duty.ends_run && others_live {
+                        alive = true;
+                        continue;
+                    }
                     alive = true;
                     if child.ask_to_end(now) {
                         self.actions.push(SupervisorAction::Terminate(id));

@@ -65,6 +65,14 @@ pub fn prepare_folder(
     Ok(message)
 }
 
+/// Removes what is left of an earlier mission in the folder.
+///
+/// # Errors
+/// If it cannot be removed.
+pub fn forget_mission(out: &Path) -> Result<()> {
+    [JOURNAL, JOURNAL_STATE, VERSIONS].iter().try_for_each(|old| remove_path(&out.join(old)))
+}
+
 fn continue_mission(
     configuration: &Configuration,
     arguments: &RunArguments,

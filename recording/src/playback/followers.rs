@@ -94,13 +94,6 @@ impl Followers {
         self.connections.contains_key(EXECUTIVE)
     }
 
-    /// Whether there is an executive.
-    pub fn has_executive(&mut self) -> bool {
-        self.listed = None;
-        self.list_processes();
-        self.connections.contains_key(EXECUTIVE)
-    }
-
     /// Forgets what was published: time has jumped.
     pub fn forget(&mut self) {
         self.check = DeliveryCheck::default();
@@ -215,6 +208,8 @@ pub(crate) struct DeliveryCheck {
     bases: BTreeMap<(String, String), DeliveredCount>,
     /// What the components have done, at the last look.
     work: Option<u64>,
+    /// And when everything was taken.
+    taken_work: Option<u64>,
     unsteady_looks: u32,
     /// Processes that have taken too long.
     excused: BTreeSet<String>,
@@ -258,9 +253,10 @@ impl DeliveryCheck {
         }
         // Two looks that show the same: nothing is on its way between two components either.
         let work = count_work(statuses);
-        let is_steady = self.work.replace(work) == Some(work);
+        // So does one that shows what was done when everything was taken last.
+        let is_steady = self.work.replace(work) == Some(work) || self.taken_work == Some(work);
         if is_steady || self.unsteady_looks >= MOST_UNSTEADY_LOOKS {
-            (self.work, self.unsteady_looks) = (None, 0);
+            (self.work, self.unsteady_looks, self.taken_work) = (None, 0, Some(work));
             return None;
         }
         self.unsteady_looks += 1;

@@ -1,11 +1,15 @@
 //! How far the time of a recording has come: its speed, pauses, steps. Pure.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::time::Duration;
 
 /// A delay beyond this is not made up for: the rest of the recording is played that much later.
 const MOST_DELAY: Duration = Duration::from_millis(20);
+
+/// The speeds that make sense.
+const SPEEDS: RangeInclusive<f64> = 0.001..=10_000.0;
 
 /// How many times as fast as recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +28,12 @@ impl PlaybackSpeed {
     pub fn of_factor(factor: f64) -> Result<Self, String> {
         match factor {
             0.0 => Ok(Self::Unlimited),
-            _ if factor.is_finite() && factor > 0.0 => Ok(Self::Times(factor)),
-            _ => Err("a speed is a number above 0, or 0 or max for as fast as possible".into()),
+            _ if SPEEDS.contains(&factor) => Ok(Self::Times(factor)),
+            _ => Err(format!(
+                "a speed is a number from {} to {}, or max for as fast as possible",
+                SPEEDS.start(),
+                SPEEDS.end()
+            )),
         }
     }
 

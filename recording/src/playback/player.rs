@@ -43,8 +43,9 @@ const STATE_EVERY: Duration = Duration::from_millis(200);
 /// The first pause between two looks at whether the system has taken what was published, and the
 /// longest one.
 const TAKEN_PAUSES: (Duration, Duration) = (Duration::from_micros(100), Duration::from_millis(5));
-/// A mission that ends with the last messages has ended within this time.
-const MISSION_ENDS_WITHIN: Duration = Duration::from_secs(2);
+/// So long time goes on after the last message, for a mission that ends with it: a component may need
+/// its next tick to report.
+const AFTER_END_S: f64 = 2.0;
 /// So long time waits for one process, until that has nothing left to do.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -146,7 +147,8 @@ fn find_part(options: &PlayerOptions, summary: &RecordingSummary) -> Option<Play
     let begin_s = summary.begin_s()?;
     let (_, end_s) = summary.span_s?;
     let from_s = (begin_s + options.from_s).min(end_s);
-    let to_s = options.to_s.map_or(end_s, |to_s| (begin_s + to_s).min(end_s)).max(from_s);
+    let rest_s = if options.awaits_mission { AFTER_END_S } else { 0.0 };
+    let to_s = options.to_s.map_or(end_s + rest_s, |to_s| (begin_s + to_s).min(end_s)).max(from_s);
     Some(PlayedPart { from_s, to_s })
 }
 
@@ -313,6 +315,8 @@ impl Player {
 
 /// Since when time waits for the system, and what was found last.
 struct TakenWait {
+    since: Instant,
+    /// Since when for the present process.
     begun: Instant,
     pause: Duration,
     pending: String,
@@ -351,10 +355,10 @@ impl PlaybackRun {
                 }
                 PlaybackStep::Over if !is_over => {
                     is_over = true;
-                    self.finish_part(options);
                     self.publish_state(true)?;
                     if !options.stays {
-                        break;
+                        // The launcher ends the others first.
+                        self.player.node.set_done();
                     }
                     ORDER_WITHIN
                 }
@@ -381,19 +385,21 @@ impl PlaybackRun {
     /// Looks whether the system has taken what was published. Returns how long to wait before the next
     /// step.
     fn look_whether_taken(&mut self) -> Duration {
+        let begun = Instant::now();
         let outputs = self.player.outputs();
         let Some(pending) = self.player.find_pending(&outputs, self.schedule.pace().reached_s())
         else {
             self.schedule.set_followed(find_followed(&outputs));
             self.schedule.mark_taken();
-            if let Some(wait) = self.waits.take() {
-                self.player.report.waited_s += wait.begun.elapsed().as_secs_f64();
-            }
+            let wait = self.waits.take();
+            let begun = wait.map_or(begun, |wait| wait.since);
+            self.player.report.waited_s += begun.elapsed().as_secs_f64();
             return Duration::ZERO;
         };
         let (shortest, longest) = TAKEN_PAUSES;
         let wait = self.waits.get_or_insert_with(|| TakenWait {
-            begun: Instant::now(),
+            since: begun,
+            begun,
             pause: shortest,
             pending: String::new(),
         });
@@ -408,26 +414,6 @@ impl PlaybackRun {
         }
         wait.pending = pending.to_string();
         wait.pause
-    }
-
-    /// Waits until the system has taken the last messages, for a while.
-    fn finish_part(&mut self, options: &PlayerOptions) {
-        let begun = Instant::now();
-        while options.is_lossless && begun.elapsed() < PATIENCE {
-            if self.player.node.is_ending() || self.look_whether_taken().is_zero() {
-                break;
-            }
-            std::thread::sleep(TAKEN_PAUSES.0);
-        }
-        // The last messages may be what the mission ends with.
-        let begun = Instant::now();
-        while options.awaits_mission
-            && begun.elapsed() < MISSION_ENDS_WITHIN
-            && !self.player.node.is_ending()
-            && self.player.followers.has_executive()
-        {
-            std::thread::sleep(LOOK_EVERY);
-        }
     }
 
     fn obey_order(&mut self, given: &GivenPlaybackOrder) -> Result<(), Fault> {

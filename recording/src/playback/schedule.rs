@@ -7,12 +7,10 @@ use std::time::Duration;
 use super::pace::{PlaybackPace, PlaybackSpeed};
 use super::queue::{MessageSource, PlaybackQueue, QueuedMessage};
 use crate::reader::ReadError;
+use crate::reports::REPORTS;
 
 /// The longest step of the time: ticks of 100 Hz are kept.
 const CLOCK_STEP_S: f64 = 0.01;
-/// So much time passes at most before the system must have taken what was published: no tick of 20 Hz
-/// is missed by a component that is busy.
-const MOST_AHEAD_S: f64 = 0.05;
 
 /// Times that differ by less are the same.
 const ROUNDING_S: f64 = 1e-6;
@@ -52,9 +50,8 @@ pub(crate) struct Schedule<S> {
     is_lossless: bool,
     /// The outputs that components subscribe to.
     followed: BTreeSet<String>,
-    /// Those of them that have published since the system had taken everything, and when that was.
-    published: BTreeSet<String>,
-    taken_s: f64,
+    /// Nothing that the system must take was published since it had taken everything.
+    is_taken: bool,
 }
 
 impl<S: MessageSource> Schedule<S> {
@@ -78,8 +75,7 @@ impl<S: MessageSource> Schedule<S> {
             clock_s: None,
             is_lossless,
             followed: BTreeSet::new(),
-            published: BTreeSet::new(),
-            taken_s: start_s,
+            is_taken: false,
         })
     }
 
@@ -104,7 +100,8 @@ impl<S: MessageSource> Schedule<S> {
         let next = self.queue.peek()?.map(|queued| (queued.due_s, queued.message.data.clone()));
         let next = next.filter(|(due_s, _)| *due_s <= to_s);
         if next.is_none() && clock_s >= to_s {
-            return Ok(PlaybackStep::Over);
+            let is_over = self.is_taken || !self.is_lossless;
+            return Ok(if is_over { PlaybackStep::Over } else { PlaybackStep::AwaitTaken });
         }
         let due_s = next.as_ref().map_or(to_s, |(due_s, _)| *due_s).max(clock_s);
         let step_s = clock_s + CLOCK_STEP_S;
@@ -115,20 +112,22 @@ impl<S: MessageSource> Schedule<S> {
             left => return Ok(PlaybackStep::Wait(left.unwrap_or(Duration::MAX))),
         }
         let is_message = due_s <= clock_s;
-        let is_second =
-            is_message && next.as_ref().is_some_and(|(_, data)| self.published.contains(data));
-        let is_far = moment_s - self.taken_s > MOST_AHEAD_S + ROUNDING_S && moment_s > clock_s;
-        if self.is_lossless && (is_second || is_far) {
+        // What a component does with a message depends on what it has done before, and on its time.
+        let is_awaited = next.as_ref().is_some_and(|(_, data)| {
+            !is_message || data == REPORTS || self.followed.contains(data)
+        });
+        if self.is_lossless && !self.is_taken && (is_awaited || next.is_none()) {
             return Ok(PlaybackStep::AwaitTaken);
         }
         if !is_message {
-            self.clock_s = Some(moment_s);
+            (self.clock_s, self.is_taken) = (Some(moment_s), false);
             self.pace.reach(moment_s, now);
             return Ok(PlaybackStep::Clock(moment_s));
         }
         let Some(queued) = self.queue.take() else { return Ok(PlaybackStep::Over) };
-        if self.followed.contains(&queued.message.data) {
-            self.published.insert(queued.message.data.clone());
+        let data = &queued.message.data;
+        if data == REPORTS || self.followed.contains(data) {
+            self.is_taken = false;
         }
         Ok(PlaybackStep::Message(Box::new(queued)))
     }
@@ -140,8 +139,7 @@ impl<S: MessageSource> Schedule<S> {
 
     /// Marks that the system has taken everything that was published.
     pub fn mark_taken(&mut self) {
-        self.published.clear();
-        self.taken_s = self.clock_s.unwrap_or(self.start_s);
+        self.is_taken = true;
     }
 
     pub fn pause(&mut self) {

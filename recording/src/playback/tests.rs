@@ -139,11 +139,20 @@ fn time_passes_in_short_steps_and_before_each_message() {
 }
 
 #[test]
-fn the_system_has_taken_a_message_before_the_next_one_of_its_output() {
-    let recorded = [("a.x", 1.0), ("b.x", 1.0), ("b.x", 1.01), ("a.x", 1.02), ("a.z", 1.1)];
+fn the_system_has_taken_everything_before_time_passes_or_the_next_message_comes() {
+    let recorded = [("a.x", 1.0), ("a.x", 1.02), ("a.x", 1.1)];
     let mut schedule = schedule(&recorded, PlaybackSpeed::Unlimited, true);
-    let expected = "@1.00 a.x c.y @1.01 c.y @1.02 . a.x @1.03 @1.04 @1.05 @1.06 @1.07 . @1.08 @1.09 @1.10 \
-                    a.z over";
+    let expected = "@1.00 . a.x . @1.01 . @1.02 . a.x . @1.03 . @1.04 . @1.05 . @1.06 . @1.07 . @1.08 . \
+                    @1.09 . @1.10 . a.x . over";
+    assert_eq!(play(&mut schedule, 0.0), expected);
+}
+
+#[test]
+fn no_time_passes_before_what_follows_from_a_report() {
+    let recorded =
+        [("a.z", 1.0), ("armor.reports", 1.005), ("armor.reports", 1.005), ("a.z", 1.01)];
+    let mut schedule = schedule(&recorded, PlaybackSpeed::Unlimited, true);
+    let expected = "@1.00 a.z . @1.00 . armor.reports . armor.reports . @1.01 a.z . over";
     assert_eq!(play(&mut schedule, 0.0), expected);
 }
 
@@ -267,8 +276,7 @@ fn what_was_published_is_taken_when_it_has_arrived_and_nothing_more_is_done() {
     assert_eq!(look(12, false, |it| it.inputs[0].dropped = 2), "the components work");
     assert_eq!(look(12, false, |it| it.inputs[0].dropped = 2), "", "dropped is not on its way");
     // A frozen component takes nothing.
-    assert_eq!(look(15, true, |it| it.state = RunState::Frozen), "the components work");
-    assert_eq!(look(16, true, |it| it.state = RunState::Frozen), "");
+    assert_eq!(look(16, true, |it| it.state = RunState::Frozen), "", "nothing was done since");
 }
 
 #[test]
@@ -284,7 +292,7 @@ fn a_component_that_takes_too_long_is_excused_until_it_has_finished() {
     assert_eq!(look(false, |_| {}), "slam has an earlier time");
     assert_eq!(look(true, |_| {}), "the components work", "nothing else is pending");
     assert_eq!(look(false, |_| {}), "");
-    assert_eq!(look(false, |it| it.time_s = 6.0), "the components work");
+    assert_eq!(look(false, |it| it.time_s = 6.0), "", "it has finished");
     assert_eq!(look(false, |_| {}), "slam has an earlier time", "it is waited for again");
 }
 
