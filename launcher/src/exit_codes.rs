@@ -8,6 +8,7 @@ const NO_SYSTEM: &str = "no system is found, it does not answer, or has nothing 
 const NO_DATA: &str = "no system is found, no component provides the data or it has ended for good, or \
                        nothing has arrived in N windows";
 const REFUSED: &str = "the order was refused or not answered, or no mission runs";
+const NOT_PLAYED: &str = "it is refused, no system is found, or no recording is played in it";
 const SERVER: &str = "it could not start, or has failed";
 
 /// The exit codes of one command: 0, 1, and those that few have. 2 is the same for all.
@@ -65,6 +66,26 @@ const COMMANDS: &[CommandCodes] = &[
         "data were printed until the number, or until stdout was closed",
         "no system is found, no component provides the data or it has ended for good, or a field does \
          not exist",
+    ),
+    CommandCodes {
+        command: "play",
+        fine: "the recording is over, or the mission has reached its goal",
+        failed: "it cannot be played, or the mission, the player or an essential component failed",
+        others: &[
+            (3, "the recording was over before the mission, or `armor stop --all`"),
+            INTERRUPTED,
+        ],
+    },
+    codes("playback show", "it is printed", NOT_PLAYED),
+    codes("playback pause", "time stands still", NOT_PLAYED),
+    codes("playback resume", "time passes", NOT_PLAYED),
+    codes("playback step", "the step has begun", NOT_PLAYED),
+    codes("playback seek", "it is at that moment", NOT_PLAYED),
+    codes("playback speed", "it has that speed", NOT_PLAYED),
+    codes(
+        "bag convert",
+        "the copy is written",
+        "the file cannot be read, or the copy not be written",
     ),
     codes("hz", "N windows were printed", NO_DATA),
     codes("bw", "N windows were printed", NO_DATA),

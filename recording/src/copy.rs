@@ -27,6 +27,8 @@ pub struct CopyReport {
     pub copied: u64,
     /// Messages of the part that cannot be read, and are missing in the copy.
     pub unreadable: u64,
+    /// Damaged chunks of the files, of which nothing can be read.
+    pub damaged_chunks: u64,
 }
 
 /// Why a copy failed.
@@ -103,6 +105,7 @@ pub fn copy_recordings<W: Write + Seek>(
         writer.write(output, &message.head, payload)?;
         report.copied += 1;
     }
+    report.damaged_chunks = sources.iter().map(|source| source.recording.damaged_chunks()).sum();
     Ok((report, writer.finish()?))
 }
 

@@ -41,6 +41,7 @@ pub struct Recording {
     summary: RecordingSummary,
     index: Option<Summary>,
     stream: MessageStream,
+    damaged_chunks: u64,
 }
 
 /// One message.
@@ -68,6 +69,7 @@ impl Recording {
         let mut recording = Self {
             summary: RecordingSummary::default(),
             stream: MessageStream::begin(&mut file)?,
+            damaged_chunks: 0,
             index,
             file,
         };
@@ -105,15 +107,31 @@ impl Recording {
     }
 
     /// Returns the next message in the order in which they were recorded; `None` at the end, which
-    /// in a file that was not finished is where it can be read no further.
+    /// in a file that was not finished is where it can be read no further. In a finished one a chunk
+    /// that is damaged is left out, and counted.
     ///
     /// # Errors
-    /// If a finished file is damaged.
+    /// If the file cannot be read.
     pub fn next_message(&mut self) -> Result<Option<RecordedMessage>, ReadError> {
-        match self.stream.next_message(&mut self.file) {
-            Err(ReadError::Format(_)) if self.index.is_none() => Ok(None),
-            other => other,
+        loop {
+            match self.stream.next_message(&mut self.file) {
+                Err(ReadError::Format(_)) => {}
+                other => return other,
+            }
+            let Some(index) = &self.index else { return Ok(None) };
+            self.damaged_chunks += 1;
+            let reached = self.file.stream_position()?;
+            let starts = index.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset);
+            let Some(next) = starts.filter(|start| *start >= reached).min() else {
+                return Ok(None);
+            };
+            self.stream = MessageStream::at_chunk(&mut self.file, next, index)?;
         }
+    }
+
+    /// How many damaged chunks were left out so far.
+    pub fn damaged_chunks(&self) -> u64 {
+        self.damaged_chunks
     }
 
     /// Reads a file that was recorded, by its name.

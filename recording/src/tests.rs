@@ -149,7 +149,7 @@ fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
     let (report, copy) =
         copy_recordings(&[&first, &second], &part, sink, Compression::Lz4, RecordingForm::Armor)
             .unwrap();
-    assert_eq!(report, CopyReport { copied: 20, unreadable: 0 });
+    assert_eq!(report, CopyReport { copied: 20, ..CopyReport::default() });
     let path = folder.save("copy.mcap", copy.get_ref());
     let messages = read_file(&path);
     let sequences: Vec<_> = messages.iter().map(|message| message.head.sequence).collect();
@@ -168,7 +168,7 @@ fn a_copy_has_the_part_of_several_files_in_the_order_of_their_stamps() {
         RecordingForm::Armor,
     )
     .unwrap();
-    assert_eq!(report, CopyReport { copied: before, unreadable: 0 });
+    assert_eq!(report, CopyReport { copied: before, ..CopyReport::default() });
     let recovered = Recording::open(&folder.save("recovered.mcap", copy.get_ref())).unwrap();
     assert!(recovered.summary().is_complete);
 }
@@ -218,7 +218,7 @@ fn a_recording_for_ros_has_its_topics_and_is_read_as_one_of_ros() {
     let all = CopiedPart::default();
     let (report, copy) =
         copy_recordings(&[&path], &all, sink, Compression::Zstd, RecordingForm::Ros2).unwrap();
-    assert_eq!(report, CopyReport { copied: 40, unreadable: 0 });
+    assert_eq!(report, CopyReport { copied: 40, ..CopyReport::default() });
     let path = folder.save("ros.mcap", copy.get_ref());
     let recording = Recording::open(&path).unwrap();
     let outputs: Vec<_> = recording.summary().outputs.iter().collect();
@@ -239,4 +239,26 @@ fn a_recording_for_ros_has_its_topics_and_is_read_as_one_of_ros() {
             assert_eq!(*bytes, number(message.head.sequence));
         }
     }
+}
+
+#[test]
+fn a_damaged_chunk_costs_only_what_is_in_it() {
+    let folder = Folder::new();
+    let bytes = record(200, Compression::Lz4);
+    let whole = read_file(&folder.save("whole.mcap", &bytes));
+    let mut lost_some = 0;
+    for at in (bytes.len() / 10..bytes.len() * 6 / 10).step_by(bytes.len() / 20) {
+        let mut damaged = bytes.clone();
+        damaged[at..at + 16].iter_mut().for_each(|byte| *byte ^= 0x5a);
+        let path = folder.save("damaged.mcap", &damaged);
+        let sink = Cursor::new(Vec::new());
+        let all = CopiedPart::default();
+        let copied = copy_recordings(&[&path], &all, sink, Compression::None, RecordingForm::Armor);
+        let Ok((report, copy)) = copied else { continue };
+        let rest = read_file(&folder.save("rest.mcap", copy.get_ref()));
+        assert!(rest.len() >= whole.len() / 4, "at {at}: {}", rest.len());
+        assert!(rest.iter().all(|message| whole.contains(message)), "at {at}");
+        lost_some += usize::from(rest.len() < whole.len() && report.damaged_chunks > 0);
+    }
+    assert!(lost_some >= 3, "{lost_some}");
 }

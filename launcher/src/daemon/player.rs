@@ -99,6 +99,7 @@ fn run_player(arguments: PlayerArguments) -> Result<CommandEnding> {
     let parts = [
         (report.withheld, "of components that were frozen"),
         (report.unreadable, "that cannot be read"),
+        (report.damaged_chunks, "damaged parts of the file"),
         (report.of_other_type, "of another type than their output at the end"),
     ];
     for (count, what) in parts.into_iter().filter(|(count, _)| *count > 0) {

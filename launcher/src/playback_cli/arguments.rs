@@ -17,9 +17,6 @@ use crate::arguments::{KindFolders, parse_duration, parse_name};
 #[derive(Args, Debug)]
 #[command(after_help = "`armor playback` pauses, steps, seeks and changes the speed meanwhile.
 
-Exit codes: 0 the recording is over, or the mission has reached its goal; 1 the run failed; 3 the \
-recording is over before the mission; 130 interrupted.
-
 Examples:
   armor play drive.mcap                                  look at it with all tools
   armor play drive.mcap --speed 10 --from 2min --to 3min

@@ -23,9 +23,7 @@ const REQUEST: u64 = 1;
 
 /// Control a recording that is played: pause, step, seek, speed.
 #[derive(Debug, Subcommand)]
-#[command(after_help = "Exit codes: 0 done; 1 refused, or nothing is played.
-
-Examples:
+#[command(after_help = "Examples:
   armor playback pause
   armor playback step            to the next message
   armor playback step 0.5s

@@ -197,6 +197,19 @@ pub fn find_part(
     Ok(CopiedPart { from_s: from.map(moment), to_s: to.map(moment), outputs })
 }
 
+/// Prints what a copy lacks.
+pub fn print_left_out(unreadable: u64, damaged_chunks: u64) {
+    if unreadable > 0 {
+        print_notice(format!("{unreadable} messages cannot be read, and are left out"));
+    }
+    if damaged_chunks > 0 {
+        print_notice(format!(
+            "{damaged_chunks} parts of the file are damaged, and are left out: up to 1 MB of data \
+             each"
+        ));
+    }
+}
+
 fn copy_part(
     files: &[PathBuf],
     copy: &Path,
@@ -217,9 +230,7 @@ fn copy_part(
     };
     let file = sink.into_inner().context("the copy cannot be written")?;
     file.sync_all().with_context(|| copy.display().to_string())?;
-    if report.unreadable > 0 {
-        print_notice(format!("{} messages cannot be read, and are left out", report.unreadable));
-    }
+    print_left_out(report.unreadable, report.damaged_chunks);
     end_printing(if format == OutputFormat::Json {
         print_line(json!({
             "file": copy, "messages": report.copied, "unreadable": report.unreadable,

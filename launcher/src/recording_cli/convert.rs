@@ -20,7 +20,7 @@ use armor_wire::schema::{self, to_json};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::bag::find_part;
+use super::bag::{find_part, print_left_out};
 use super::record::{RecordCompression, parse_selection};
 use crate::arguments::{OutputFormat, parse_duration};
 use crate::exit::CommandEnding;
@@ -80,7 +80,7 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
     let mut magic = Vec::new();
     let opened = File::open(file).with_context(|| file.display().to_string())?;
     opened.take(MCAP_MAGIC.len() as u64).read_to_end(&mut magic)?;
-    let (messages, unreadable) = if magic == MCAP_MAGIC {
+    let (messages, unreadable, damaged_chunks) = if magic == MCAP_MAGIC {
         let ConvertArguments { from, until, data, .. } = arguments;
         let part = find_part(file, *from, *until, data.clone())?;
         match to {
@@ -98,11 +98,9 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
         }
         let form =
             if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor };
-        (convert_carmen(arguments, form)?, 0)
+        (convert_carmen(arguments, form)?, 0, 0)
     };
-    if unreadable > 0 {
-        print_notice(format!("{unreadable} messages cannot be read, and are left out"));
-    }
+    print_left_out(unreadable, damaged_chunks);
     end_printing(if format == OutputFormat::Json {
         print_line(json!({ "file": copy, "messages": messages, "unreadable": unreadable }))
     } else {
@@ -119,12 +117,12 @@ fn copy_messages(
     arguments: &ConvertArguments,
     part: &CopiedPart,
     form: RecordingForm,
-) -> Result<(u64, u64)> {
+) -> Result<(u64, u64, u64)> {
     let sink = create(&arguments.copy)?;
     let (report, mut sink) =
         copy_recordings(&[&arguments.file], part, sink, arguments.compress.into(), form)?;
     sink.flush()?;
-    Ok((report.copied, report.unreadable))
+    Ok((report.copied, report.unreadable, report.damaged_chunks))
 }
 
 /// A table that is being written.
@@ -134,7 +132,7 @@ struct OpenTable {
 }
 
 /// Writes one file of comma-separated values for each output: into `copy`, if it is one output.
-fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64)> {
+fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64, u64)> {
     let mut recording = Recording::open(file)?;
     let outputs = &recording.summary().outputs;
     let chosen: Vec<_> = outputs.iter().filter(|output| part.outputs.holds(&output.data)).collect();
@@ -186,7 +184,7 @@ fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64
     for open in tables.into_values().flatten() {
         open.file.into_inner().context("a table cannot be written")?.sync_all()?;
     }
-    Ok((written, unreadable))
+    Ok((written, unreadable, recording.damaged_chunks()))
 }
 
 /// Writes scans, odometry and transforms of a log. Returns how many messages there are.

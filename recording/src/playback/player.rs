@@ -111,6 +111,8 @@ pub struct PlayerReport {
     pub withheld: u64,
     /// Messages that cannot be read.
     pub unreadable: u64,
+    /// Damaged parts of the file, of which nothing can be read.
+    pub damaged_chunks: u64,
     /// Messages of another type than their output.
     pub of_other_type: u64,
     /// How long time has waited for the system, in seconds.
@@ -379,6 +381,7 @@ impl PlaybackRun {
         }
         let mut report = self.player.report.clone();
         report.unreadable = self.schedule.unreadable();
+        report.damaged_chunks = self.schedule.damaged_chunks();
         Ok(report)
     }
 

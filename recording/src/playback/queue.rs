@@ -52,12 +52,20 @@ pub(crate) struct QueuedMessage {
 
 /// Where messages come from.
 pub(crate) trait MessageSource {
+    /// Damaged parts that were left out.
+    fn damaged_chunks(&self) -> u64 {
+        0
+    }
     fn next_message(&mut self) -> Result<Option<RecordedMessage>, ReadError>;
     /// Continues at the latest at the first message with this stamp or a later one.
     fn seek(&mut self, stamp_s: f64) -> Result<(), ReadError>;
 }
 
 impl MessageSource for Recording {
+    fn damaged_chunks(&self) -> u64 {
+        Self::damaged_chunks(self)
+    }
+
     fn next_message(&mut self) -> Result<Option<RecordedMessage>, ReadError> {
         Self::next_message(self)
     }
@@ -127,6 +135,11 @@ impl<S: MessageSource> PlaybackQueue<S> {
             has_ended: false,
             unreadable: 0,
         }
+    }
+
+    /// Damaged parts of the file that were left out.
+    pub fn damaged_chunks(&self) -> u64 {
+        self.source.damaged_chunks()
     }
 
     /// Continues at `from_s`, with the values that latched outputs had then, and what the others have

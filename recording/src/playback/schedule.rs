@@ -87,6 +87,10 @@ impl<S: MessageSource> Schedule<S> {
         self.queue.unreadable
     }
 
+    pub fn damaged_chunks(&self) -> u64 {
+        self.queue.damaged_chunks()
+    }
+
     /// Returns what is to be done at the moment `now` of the clock.
     ///
     /// # Errors
