@@ -197,7 +197,9 @@ fn find_exchanged_names<'a>(
     // A single parameter of a place may be meant for another component.
     let lacks = |kind: &Manifest, component: &Component, uses: &ComponentUses| {
         let named = uses.iter().filter(|it| is_named(component, it));
-        let unknown: Vec<_> = named.filter(|it| !has(kind, *it)).collect();
+        // A link in the wrong direction is another mistake.
+        let is_unknown = |it: &(Use, &str)| !has(kind, *it) && !has(kind, reverse(*it));
+        let unknown: Vec<_> = named.filter(is_unknown).collect();
         unknown.len() > 1 || unknown.iter().any(|it| matches!(it.0, Use::Input | Use::Output))
     };
     let is_of_kind = |component: &Component, kind: &Manifest| {
