@@ -1,12 +1,15 @@
 //! The player as a component: a log in, odometry and scans out.
 
+pub mod messages;
+
 use std::io::BufRead;
 use std::path::PathBuf;
 
 use armor_sdk::prelude::*;
 
+use messages::{make_laser_scan, make_odometry};
+
 use crate::log::CarmenLog;
-use crate::messages::{make_laser_scan, make_odometry};
 use crate::playback::{OdometrySource, Playback};
 use crate::record::{Mount, RecordedScan};
 
