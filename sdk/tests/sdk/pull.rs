@@ -68,7 +68,9 @@ fn one_message_is_sent_for_each_call_and_what_is_passed_over_is_counted_as_skipp
         // A message is counted before the component's code has it.
         let last = (20..sink.received).fold(values[19].1, |_, _| data(&probe).1);
         let counted = sink.received + sink.skipped;
-        assert_eq!(counted, last - values[0].1 + 1, "{len} bytes{how}: {sink:#?}");
+        // A first message that comes too late for its pull is passed over, and counted.
+        let from_first = last - values[0].1 + 1;
+        assert!((from_first..=last).contains(&counted), "{len} bytes{how}: {last} {sink:#?}");
     }
 }
 
