@@ -57,7 +57,7 @@ pub struct PublishArguments {
     /// Name of the message type.
     #[arg(value_name = "TYPE")]
     type_name: String,
-    /// Fields, such as linear.x=0.3 or ranges=[1,2], or a JSON object.
+    /// Fields, such as linear.x=0.3, or a JSON object.
     #[arg(value_name = "FIELD=VALUE")]
     fields: Vec<String>,
     /// Publish so many times per second, instead of once.
