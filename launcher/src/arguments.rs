@@ -67,6 +67,12 @@ pub fn parse_data_name(text: &str) -> Result<String, String> {
     }
 }
 
+/// Reads `NAME=VALUE`.
+pub fn parse_pair(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("NAME=VALUE is expected")?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
 /// Reads the name of a component or system.
 pub fn parse_name(text: &str) -> Result<String, String> {
     if is_name(text) {

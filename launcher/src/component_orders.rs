@@ -1,5 +1,6 @@
 //! `armor restart`, `armor stop`, `armor watch` and `armor log`: one component of a running system.
 
+pub mod answer;
 mod log_level;
 mod watch;
 

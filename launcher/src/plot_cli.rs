@@ -34,7 +34,7 @@ const DRAW_EVERY: Duration = Duration::from_millis(100);
 /// Size of a chart that is printed.
 const PRINTED_HEIGHT: u16 = 20;
 const PRINTED_WIDTH: usize = 80;
-/// Most fields of one plot; more cannot be told apart.
+/// Most fields of one plot; more cannot be distinguished.
 const MAX_FIELDS: usize = 8;
 
 /// Plot values of fields over time.

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use armor_socket::random_id;
 use armor_wire::control::{OutputStatus, ReportKind};
-use armor_wire::schema;
 
 use crate::any_message::AnyMessage;
 use crate::call::{Call, Fault, Outcome};
@@ -69,12 +68,7 @@ impl StandIn {
         let participant = Arc::new(participant);
         let mut types = Vec::new();
         for output in outputs {
-            let message_type = MessageType {
-                name: output.type_name.clone(),
-                schema: output.schema.clone(),
-                schema_hash: schema::hash_text(&output.schema),
-                data: format!("{name}.{}", output.id),
-            };
+            let message_type = MessageType::of_schema(&output.type_name, &output.schema);
             participant.ports.add_typed_output(&output.id, &message_type, output.latched)?;
             types.push((output.id.clone(), Arc::new(message_type)));
         }

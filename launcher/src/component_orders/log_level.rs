@@ -1,29 +1,23 @@
 //! `armor log NAME LEVEL`: what a running process logs.
 
 use std::process::ExitCode;
-use std::sync::mpsc;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use armor_inspect::{CONFIGD, CONFIGURATION};
-use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role};
+use armor_sdk::control::Command;
 use clap::Args;
-use serde_json::json;
 
+use super::answer::{ANSWER_WITHIN, REQUEST, send_command};
 use super::watch::check_name;
 use crate::arguments::{OutputFormat, RunningSystem, parse_name};
 use crate::exit::CommandEnding;
 use crate::inspect_cli::absence::list_absent;
 use crate::inspect_cli::select_system;
-use crate::print::{end_printing, print_line, print_notice};
 use crate::verb::Verb;
 
-/// Time within which the process must answer.
-const ANSWER_WITHIN: Duration = Duration::from_secs(3);
 /// Time within which the registry names a process that runs.
 const KNOWN_WITHIN: Duration = Duration::from_millis(300);
-/// Identifies the one request of the connection.
-const REQUEST: u64 = 1;
 
 /// Change what a running component, the executive or configd logs, until its next start.
 #[derive(Args, Debug)]
@@ -88,39 +82,8 @@ fn set_log_filter(arguments: &LogArguments, format: OutputFormat) -> Result<Comm
             observed.directory().find_process(process, ANSWER_WITHIN)?
         }
     };
-    let (sender, answers) = mpsc::channel();
-    let sink = move |event| {
-        let answer = match event {
-            ControlEvent::Answer(Answer::Ordered { request: REQUEST, accepted, text }) => {
-                Ok((accepted, text))
-            }
-            ControlEvent::Closed(reason) => Err(reason),
-            ControlEvent::Answer(_) => return,
-        };
-        // The first answer is the one that is read.
-        let _ = sender.send(answer);
-    };
-    let connection = ControlConnection::connect(&entry, Role::Operator, "armor log", sink)
-        .with_context(|| format!("{component} cannot be reached"))?;
-    connection.send(&Command::SetLogFilter { request: REQUEST, filter: filter.clone() })?;
-    let (accepted, text) = match answers.recv_timeout(ANSWER_WITHIN) {
-        Ok(Ok(answer)) => answer,
-        Ok(Err(reason)) => bail!(
-            "{component} has closed the connection ({reason}); it may have been built with an older \
-             SDK, which cannot change its log"
-        ),
-        Err(_) => bail!("{component} has not answered within {} s", ANSWER_WITHIN.as_secs()),
-    };
-    match format {
-        OutputFormat::Json => {
-            end_printing(print_line(json!({"accepted": accepted, "text": text})))?;
-        }
-        _ if accepted => {
-            end_printing(print_line(format_args!("{component}: {text}")))?;
-        }
-        _ => print_notice(format_args!("refused: {text}")),
-    }
-    Ok(if accepted { CommandEnding::Fine } else { CommandEnding::Failed })
+    let command = Command::SetLogFilter { request: REQUEST, filter: filter.clone() };
+    send_command(&entry, "armor log", &command)?.print(&format!("{component}: "), format)
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use armor_wire::remote_process::HostAddress;
 use clap::Args;
 
 use super::serving::serve_until_signal;
-use crate::arguments::{OutputFormat, default_registry};
+use crate::arguments::{OutputFormat, default_registry, parse_pair};
 use crate::keys_cli::KeysDirectory;
 use crate::run::descriptors;
 use crate::verb::Verb;
@@ -51,11 +51,6 @@ pub struct GateArguments {
     /// The port on loopback by which processes of this host reach the other hosts.
     #[arg(long, value_name = "PORT", default_value_t = 0)]
     pub router: u16,
-}
-
-fn parse_pair(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("NAME=VALUE is expected")?;
-    Ok((name.to_owned(), value.to_owned()))
 }
 
 impl Verb for GateArguments {

@@ -12,7 +12,7 @@ use armor_recording::playback::{
 use clap::Args;
 
 use super::serving::watch_for_signals;
-use crate::arguments::{OutputFormat, default_registry, parse_duration};
+use crate::arguments::{OutputFormat, default_registry, parse_duration, parse_pair};
 use crate::exit::CommandEnding;
 use crate::verb::Verb;
 
@@ -60,11 +60,6 @@ pub struct PlayerArguments {
     /// Play an output under another name.
     #[arg(long, value_name = "RECORDED=PLAYED")]
     pub map: Vec<DataRename>,
-}
-
-fn parse_pair(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("NAME=VALUE is expected")?;
-    Ok((name.to_owned(), value.to_owned()))
 }
 
 impl Verb for PlayerArguments {

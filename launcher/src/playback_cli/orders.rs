@@ -1,25 +1,21 @@
 //! `armor playback`: orders to the player of a recording that runs.
 
 use std::process::ExitCode;
-use std::sync::mpsc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use armor_recording::playback::{PLAYBACK, PlaybackSpeed, PlaybackState};
-use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, PlaybackOrder, Role};
+use armor_sdk::control::{Command, PlaybackOrder};
 use armor_wire::codec;
 use clap::Subcommand;
 use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem, parse_duration};
+use crate::component_orders::answer::{ANSWER_WITHIN, REQUEST, send_command};
 use crate::exit::CommandEnding;
 use crate::inspect_cli::select_system;
-use crate::print::{end_printing, print_line, print_notice};
+use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
-
-/// Within this time the player is found, and answers.
-const ANSWER_WITHIN: Duration = Duration::from_secs(2);
-const REQUEST: u64 = 1;
 
 /// Control a recording that is played: pause, step, seek, speed.
 #[derive(Debug, Subcommand)]
@@ -102,36 +98,8 @@ fn give_order(
         .directory()
         .find_process(PLAYBACK, ANSWER_WITHIN)
         .context("no recording is played in this system (`armor play` plays one)")?;
-    let (sender, answers) = mpsc::channel();
-    let sink = move |event| {
-        let answer = match event {
-            ControlEvent::Answer(Answer::Ordered { request: REQUEST, accepted, text }) => {
-                Ok((accepted, text))
-            }
-            ControlEvent::Closed(reason) => Err(reason),
-            ControlEvent::Answer(_) => return,
-        };
-        // The first answer is the one that is read.
-        let _ = sender.send(answer);
-    };
-    let connection = ControlConnection::connect(&entry, Role::Operator, "armor playback", sink)
-        .context("the player cannot be reached")?;
-    connection.send(&Command::Playback { request: REQUEST, order })?;
-    let (accepted, text) = match answers.recv_timeout(ANSWER_WITHIN) {
-        Ok(Ok(answer)) => answer,
-        Ok(Err(reason)) => bail!("the player has closed the connection: {reason}"),
-        Err(_) => bail!("the player has not answered within {} s", ANSWER_WITHIN.as_secs()),
-    };
-    match format {
-        OutputFormat::Json => {
-            end_printing(print_line(json!({ "accepted": accepted, "text": text })))?;
-        }
-        _ if accepted => {
-            end_printing(print_line(text))?;
-        }
-        _ => print_notice(format_args!("refused: {text}")),
-    }
-    Ok(if accepted { CommandEnding::Fine } else { CommandEnding::Failed })
+    let command = Command::Playback { request: REQUEST, order };
+    send_command(&entry, "armor playback", &command)?.print("", format)
 }
 
 fn show_state(running: &RunningSystem, format: OutputFormat) -> Result<CommandEnding> {

@@ -91,7 +91,7 @@ impl Collector {
         let is_found = polled.is_found.unwrap_or(false);
         let own_host = host_name();
         let mut components = Vec::new();
-        // Without its registry the system has probably ended; what is left of it cannot be told.
+        // Without its registry the system has probably ended; what is left of it is not known.
         let entries = if is_found { polled.entries.as_slice() } else { &[] };
         for entry in entries.iter().filter(|entry| !is_second_name(entry, entries)) {
             components.push(self.describe_process(entry, &own_host, &polled));

@@ -29,6 +29,8 @@ const EXECUTIVE: &str = "executive";
 /// time.
 const TOOL_PREFIX: &str = "tool-";
 const TIME_SUFFIX: &str = ":time";
+/// How the transport of a link in datagrams begins.
+const UDP: &str = "udp";
 
 /// The processes of a system, without the player itself.
 pub(crate) struct Followers {
@@ -240,8 +242,11 @@ impl DeliveryCheck {
         statuses: &BTreeMap<String, Status>,
     ) -> Option<PendingWork> {
         let mut pending = None;
+        // Those of the player, and those between the components.
+        let all: Vec<_> =
+            statuses.values().flat_map(|status| &status.outputs).chain(outputs).collect();
         for status in statuses.values() {
-            let found = self.find_pending_in(status, outputs, clock_s);
+            let found = self.find_pending_in(status, &all, clock_s);
             if found.is_none() {
                 self.excused.remove(&status.name);
             } else if !self.excuses(&status.name) {
@@ -251,9 +256,9 @@ impl DeliveryCheck {
         if pending.is_some() {
             return pending;
         }
-        // Two looks that show the same: nothing is on its way between two components either.
+        // Two looks that show the same: nothing happens between the statuses of two components either.
         let work = count_work(statuses);
-        // So does one that shows what was done when everything was taken last.
+        // One is enough that shows what was done when everything was taken last.
         let is_steady = self.work.replace(work) == Some(work) || self.taken_work == Some(work);
         if is_steady || self.unsteady_looks >= MOST_UNSTEADY_LOOKS {
             (self.work, self.unsteady_looks, self.taken_work) = (None, 0, Some(work));
@@ -266,7 +271,7 @@ impl DeliveryCheck {
     fn find_pending_in(
         &mut self,
         status: &Status,
-        outputs: &[OutputStatus],
+        outputs: &[&OutputStatus],
         clock_s: f64,
     ) -> Option<PendingWork> {
         let name = &status.name;
@@ -296,15 +301,14 @@ impl DeliveryCheck {
         let key = (status.name.clone(), output.data.clone());
         let mut inputs = status.inputs.iter();
         let input = inputs.find(|input| input.data == output.data && input.connected);
-        let is_taking = link.keep != Keep::Pull && !link.paused && status.state == RunState::Active;
+        // A pull takes what it wants, and what a datagram loses does not come.
+        let is_counted = link.keep != Keep::Pull && !link.transport.starts_with(UDP);
+        let is_taking = is_counted && !link.paused && status.state == RunState::Active;
         let Some(input) = input.filter(|_| is_taking) else {
             self.bases.remove(&key);
             return true;
         };
-        let now = DeliveredCount {
-            sent: link.sent,
-            handed_over: input.received + input.dropped + input.lost,
-        };
+        let now = DeliveredCount { sent: link.sent, handed_over: input.received + input.dropped };
         let base = *self.bases.entry(key.clone()).or_insert(now);
         if now.sent < base.sent || now.handed_over < base.handed_over {
             // One of them has been restarted.

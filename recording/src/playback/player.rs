@@ -409,7 +409,7 @@ impl PlaybackRun {
         wait.pause = (2 * wait.pause).min(longest);
         if wait.begun.elapsed() > PATIENCE {
             tracing::warn!(
-                "time has waited for {} s: {pending}; it goes on without",
+                "time has waited for {} s: {pending}; until that is over, time does not wait for it",
                 PATIENCE.as_secs()
             );
             self.player.followers.excuse(&pending.process);

@@ -129,6 +129,19 @@ fn is_of_name(letter: char) -> bool {
     letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_')
 }
 
+/// The components whose kind is known, with what the file uses of them.
+fn list_used<'a, 'b>(
+    system: &'a System,
+    uses: &'b BTreeMap<String, ComponentUses>,
+    kinds: &BTreeMap<&str, &'b Manifest>,
+) -> Vec<(&'a Component, &'b Manifest, &'b ComponentUses)> {
+    let used = system.components.iter().filter_map(|component| {
+        let name = component.name.value.as_str();
+        Some((component, *kinds.get(name)?, uses.get(name)?))
+    });
+    used.collect()
+}
+
 /// Finds the pairs of components of which one has parameters or links that its kind does not know,
 /// and the kind of the other knows all of them, and the same holds in reverse.
 fn find_exchanged_kinds<'a>(
@@ -136,14 +149,7 @@ fn find_exchanged_kinds<'a>(
     uses: &BTreeMap<String, ComponentUses>,
     kinds: &BTreeMap<&str, &Manifest>,
 ) -> Vec<[&'a Component; 2]> {
-    let used: Vec<_> = system
-        .components
-        .iter()
-        .filter_map(|component| {
-            let name = component.name.value.as_str();
-            Some((component, *kinds.get(name)?, uses.get(name)?))
-        })
-        .collect();
+    let used = list_used(system, uses, kinds);
     let mut pairs: Vec<[&Component; 2]> = Vec::new();
     for (one, kind, uses) in used.iter().filter(|(_, kind, uses)| !uses.is_known_to(kind)) {
         // A link in the wrong direction is another mistake.
@@ -179,14 +185,7 @@ fn find_exchanged_names<'a>(
     uses: &BTreeMap<String, ComponentUses>,
     kinds: &BTreeMap<&str, &Manifest>,
 ) -> Vec<[&'a Component; 2]> {
-    let used: Vec<_> = system
-        .components
-        .iter()
-        .filter_map(|component| {
-            let name = component.name.value.as_str();
-            Some((component, *kinds.get(name)?, uses.get(name)?))
-        })
-        .collect();
+    let used = list_used(system, uses, kinds);
     // What the file names outside of the element.
     let is_named = |component: &Component, it: &(Use, &str)| {
         it.0 != Use::Parameter || component.parameter(it.1).is_none()
