@@ -113,7 +113,7 @@ class Connection:
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.socket.settimeout(1.75)
         self.writing, self.closed = threading.Lock(), threading.Event()
-        hello = b"ARMR" + struct.pack("<H", 3) + text(f"subscribe.py {os.getpid()}")
+        hello = b"ARMR" + struct.pack("<H", 4) + text(f"subscribe.py {os.getpid()}")
         self.send(HELLO, hello + struct.pack("<Q", random.getrandbits(64) | 1) + purpose)
         kind, body = self.receive()
         if kind == REFUSAL:

@@ -5,10 +5,11 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use armor_wire::acting::KeyRole;
 use armor_wire::backoff::Backoff;
+use armor_wire::clock::ClockSample;
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::gate::{GateReply, GateRequest};
 use armor_wire::hello::Refusal;
@@ -276,7 +277,7 @@ impl GateClient {
                 Ok((GateSession { host, name, role, registry }, stream))
             }
             GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
-            GateReply::Connected | GateReply::ExecutableWanted => {
+            GateReply::Connected | GateReply::ExecutableWanted | GateReply::Clock { .. } => {
                 Err(self.unreachable("it answers another request"))
             }
         }
@@ -326,20 +327,22 @@ impl GateClient {
         request: GateRequest,
     ) -> Result<(TlsStream<TcpStream>, GateReply), GateError> {
         let (place, mut stream) = self.reach().await?;
-        let exchange = async {
-            // The gate judges the key only now; why it refuses it is in what it sends.
-            let written = write_control(&mut stream, &request).await;
-            match read_control(&mut stream).await {
-                Ok(reply) => Ok((stream, reply)),
-                Err(error) => {
-                    let is_closed = error.kind() == io::ErrorKind::UnexpectedEof;
-                    Err(written.err().filter(|_| is_closed).unwrap_or(error))
-                }
-            }
-        };
-        match time::timeout(LIMIT, exchange).await {
-            Ok(result) => result.map_err(|error| explain_error(&place, &error)),
-            Err(_) => Err(silent(&place, LIMIT)),
+        let reply = exchange(&place, &mut stream, &request).await?;
+        Ok((stream, reply))
+    }
+
+    /// Compares the clock of the gate's host with that of this one.
+    ///
+    /// # Errors
+    /// As [`request`](Self::request), and if it refuses to.
+    pub async fn compare_clocks(&self) -> Result<ClockSample, GateError> {
+        let (place, mut stream) = self.reach().await?;
+        let asked_us = now_us();
+        let reply = exchange(&place, &mut stream, &GateRequest::Clock).await?;
+        match reply {
+            GateReply::Clock { time_us } => Ok(ClockSample::of(asked_us, time_us, now_us())),
+            GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
+            _ => Err(self.unreachable("it answers another request")),
         }
     }
 
@@ -472,4 +475,30 @@ fn load_key(path: &Path) -> Result<LoadedKey, GateError> {
     }
     let config = client_config(&key).map_err(|reason| wrong(&reason))?;
     Ok(LoadedKey { facts: key.facts, config: Arc::new(config) })
+}
+
+/// The time of this host, in microseconds since 1970.
+pub fn now_us() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_micros()).unwrap_or(u64::MAX)
+}
+
+/// Sends a request on a new connection, and reads the reply. `place` is for the error.
+async fn exchange(
+    place: &str,
+    stream: &mut TlsStream<TcpStream>,
+    request: &GateRequest,
+) -> Result<GateReply, GateError> {
+    let exchange = async {
+        // The gate judges the key only now; why it refuses it is in what it sends.
+        let written = write_control(stream, request).await;
+        read_control(stream).await.map_err(|error| {
+            let is_closed = error.kind() == io::ErrorKind::UnexpectedEof;
+            written.err().filter(|_| is_closed).unwrap_or(error)
+        })
+    };
+    match time::timeout(LIMIT, exchange).await {
+        Ok(result) => result.map_err(|error| explain_error(place, &error)),
+        Err(_) => Err(silent(place, LIMIT)),
+    }
 }

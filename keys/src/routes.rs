@@ -185,7 +185,7 @@ impl GateClient {
         let (mut gate, error) = match self.request(request).await {
             Ok((gate, GateReply::Connected)) => (gate, None),
             Ok((gate, GateReply::Refused { refusal })) => (gate, Some(GateError::Refused(refusal))),
-            Ok((_, GateReply::Session { .. } | GateReply::ExecutableWanted)) => return Ok(()),
+            Ok((_, _)) => return Ok(()),
             Err(error) => {
                 let _ = socks::answer(&mut process, SocksAnswer::Unreachable).await;
                 return Err(error);

@@ -151,12 +151,10 @@ impl GateClient {
                 Ok(RunConnection { revoked, reader, writer })
             }
             (_, GateReply::Refused { refusal }) => Err(GateError::Refused(refusal)),
-            (_, GateReply::Session { .. } | GateReply::ExecutableWanted) => {
-                Err(GateError::Unreachable {
-                    gate: self.name_gate(),
-                    reason: "it answers another request".into(),
-                })
-            }
+            _ => Err(GateError::Unreachable {
+                gate: self.name_gate(),
+                reason: "it answers another request".into(),
+            }),
         }
     }
 }

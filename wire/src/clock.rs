@@ -42,6 +42,25 @@ impl Exchange {
     }
 }
 
+/// One measurement of the clock of another host.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockSample {
+    /// Its time minus that of this host, in seconds; the error is at most half the round trip.
+    pub offset_s: f64,
+    /// The time between question and answer, in seconds.
+    pub round_trip_s: f64,
+}
+
+impl ClockSample {
+    /// As NTP computes it, for an answer that is sent as soon as the question has arrived. All times are
+    /// in microseconds since 1970.
+    pub fn of(asked_us: u64, answered_us: u64, heard_us: u64) -> Self {
+        let distance_s = |from: u64, to: u64| (to as f64 - from as f64) * 1e-6;
+        let (there, back) = (distance_s(asked_us, answered_us), distance_s(heard_us, answered_us));
+        Self { offset_s: (there + back) / 2.0, round_trip_s: distance_s(asked_us, heard_us) }
+    }
+}
+
 /// The offset as known now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockEstimate {

@@ -35,6 +35,8 @@ pub enum GateRequest {
         /// Which.
         start: RemoteStart,
     },
+    /// Answer with the time of that host, so that both clocks can be compared.
+    Clock,
 }
 
 /// From the gate to the client.
@@ -62,4 +64,9 @@ pub enum GateReply {
     /// An answer to [`GateRequest::Run`]: the executable must be sent first, as bytes without frames,
     /// as many as were announced. The gate then answers once more.
     ExecutableWanted,
+    /// The time of that host when it answered.
+    Clock {
+        /// In microseconds since 1970.
+        time_us: u64,
+    },
 }

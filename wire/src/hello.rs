@@ -18,7 +18,7 @@ pub const MAGIC: [u8; 4] = *b"ARMR";
 /// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
 pub const MAX_FROM_LEN: usize = 128;
 /// Version of the protocol. Ends of different versions refuse each other.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 
 /// The client's name and purpose.
 #[derive(Clone, Debug, PartialEq, Message)]
@@ -138,8 +138,11 @@ impl Hello {
         }
         let version = u16::from_le_bytes([*low, *high]);
         if version != VERSION {
-            let text =
-                format!("you speak version {version} of the protocol, this is version {VERSION}");
+            let older = if version < VERSION { "yours" } else { "this one" };
+            let text = format!(
+                "you speak version {version} of the protocol, this is version {VERSION}: build the \
+                 older program, {older}, with the release of the other"
+            );
             return Err(Refusal::new(RefusalCode::Version, text).into());
         }
         let hello: Self = codec::decode_control(frame.body)?;
@@ -234,14 +237,21 @@ mod tests {
     fn another_version_is_refused_whatever_follows() {
         let body = [&MAGIC[..], &9_u16.to_le_bytes(), b"anything"].concat();
         let error = read(FrameKind::Hello, &body).expect_err("another version");
-        assert_eq!(error.to_string(), "you speak version 9 of the protocol, this is version 3");
+        assert_eq!(
+            error.to_string(),
+            "you speak version 9 of the protocol, this is version 4: build the older program, this \
+             one, with the release of the other"
+        );
+        let body = [&MAGIC[..], &3_u16.to_le_bytes(), b"anything"].concat();
+        let error = read(FrameKind::Hello, &body).expect_err("another version").to_string();
+        assert!(error.ends_with("build the older program, yours, with the release of the other"));
     }
 
     #[test]
     fn strangers_get_no_answer() {
         assert!(matches!(read(FrameKind::Hello, b"ARMS\x01\0"), Err(HandshakeError::Magic)));
         assert!(matches!(read(FrameKind::Hello, b"ARMR"), Err(HandshakeError::Magic)));
-        assert!(matches!(read(FrameKind::Hello, b"ARMR\x03\0"), Err(HandshakeError::Body(_))));
+        assert!(matches!(read(FrameKind::Hello, b"ARMR\x04\0"), Err(HandshakeError::Body(_))));
         assert!(matches!(read(FrameKind::Control, b""), Err(HandshakeError::Frame(_))));
     }
 

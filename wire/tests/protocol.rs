@@ -7,7 +7,7 @@ use std::fmt::Debug;
 use armor_wire::acting::{KeyRole, Preface};
 use armor_wire::datagram::{DatagramOfferBody, DatagramSwitchBody};
 use armor_wire::frame::{self, DataHeader, Frame, FrameKind, FrameReader};
-use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome};
+use armor_wire::hello::{Hello, LinkRequest, Purpose, Refusal, RefusalCode, VERSION, Welcome};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::registry::{ComponentEntry, DataEntry};
 use armor_wire::shared_memory::{MemoryOfferBody, MemoryUse, SlotEndBody, SlotOfferBody};
@@ -43,6 +43,21 @@ fn check<'a>(kind: &str, expected: impl IntoIterator<Item = (&'a str, String)>) 
 
 fn text<T: WireType>() -> String {
     T::schema().to_string()
+}
+
+/// A schema that changes without a new version would be read wrongly by an older process, which then
+/// only breaks the connection.
+#[test]
+fn the_schemas_belong_to_the_version() {
+    let texts: Vec<String> = blocks("schema").into_values().collect();
+    let hash = format!("{:016x}", schema::hash_text(&texts.join("\n")));
+    let (row, cell) = (format!("| {VERSION} |"), format!("`{hash}`"));
+    let known = DOCUMENT.lines().any(|line| line.starts_with(&row) && line.contains(&cell));
+    assert!(
+        known,
+        "the schemas are not those of version {VERSION}; if it was released, count VERSION up and add \
+         a row to the table in docs/protocol.md, otherwise correct the hash there: {hash}"
+    );
 }
 
 #[test]
@@ -345,7 +360,7 @@ fn the_limits_are_the_constants() {
         ("BEAT", armor_wire::liveness::BEAT.as_millis() as usize),
         ("MISSED_BEATS", armor_wire::liveness::MISSED_BEATS as usize),
         ("SILENCE", armor_wire::liveness::SILENCE.as_millis() as usize),
-        ("VERSION", armor_wire::hello::VERSION.into()),
+        ("VERSION", VERSION.into()),
         ("DEFAULT_PORT", registry::DEFAULT_PORT.into()),
         ("GATE_PORT", gate::GATE_PORT.into()),
     ];

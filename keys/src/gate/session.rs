@@ -21,6 +21,7 @@ use super::RunOrder;
 use super::limits::COPY_LEN;
 use super::sessions::SessionPlace;
 use super::{Client, Gate};
+use crate::connect::now_us;
 use crate::dial::dial_process;
 use crate::frames::{read_frame, write_control};
 use crate::identity::KeyHolder;
@@ -29,10 +30,19 @@ use crate::run_channel::RunChannel;
 use crate::seal::{DatagramSeal, SealEnd};
 use crate::streams::refuse;
 
+/// Answers with the time of this host.
+async fn answer_time(mut client: Client) {
+    // A client that has gone needs no answer.
+    if write_control(&mut client.stream, &GateReply::Clock { time_us: now_us() }).await.is_ok() {
+        let _ = client.stream.shutdown().await;
+    }
+}
+
 impl Gate {
     pub(super) async fn serve_session(&self, mut client: Client, address: SocketAddr) {
         let process = match &client.request {
             GateRequest::Watch => "the gate",
+            GateRequest::Clock => "the clock",
             GateRequest::Connect { address, .. } => address,
             GateRequest::Run { start } => &start.component,
         };
@@ -48,6 +58,7 @@ impl Gate {
                     self.forward(client, place, address, acts_for).await;
                 }
                 GateRequest::Run { start } => self.run(client, place, start, address).await,
+                GateRequest::Clock => answer_time(client).await,
             },
             Err(text) => {
                 self.log_once(address.ip(), &text);
@@ -188,7 +199,7 @@ impl Gate {
                         Ok(DialledTarget::Gate(Box::new(stream), revoked))
                     }
                     Ok((_, GateReply::Refused { refusal })) => Err(refusal),
-                    Ok((_, GateReply::Session { .. } | GateReply::ExecutableWanted)) => {
+                    Ok((_, _)) => {
                         Err(failed(format!("the gate of {host} answers another request")))
                     }
                     Err(error) => {

@@ -2,14 +2,13 @@
 //! `armor run` does, with the key of this host.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_keys::HostKeys;
 use armor_keys::connect::{GateClient, GateError};
 use armor_keys::expiry::{describe_notice, find_notice, now_s};
 use armor_robotfile::model::Host;
-use armor_wire::gate::GateRequest;
+use armor_wire::clock::ClockSample;
 use armor_wire::remote_process::HostAddress;
 
 use super::diagnosis::{Diagnosis, HostCondition};
@@ -19,9 +18,12 @@ use super::diagnosis::{Diagnosis, HostCondition};
 struct DialledHost {
     host: String,
     own: String,
-    /// The answer at each of its addresses.
-    answers: Vec<(String, Result<Duration, GateError>)>,
+    /// The clock found at each of its addresses.
+    answers: Vec<(String, Result<ClockSample, GateError>)>,
 }
+
+/// Clocks that are further apart, in seconds, do not follow the same time service.
+const CLOCK_TOLERANCE_S: f64 = 0.1;
 
 /// Examines the key of this host and each of `hosts`, all at the same time.
 ///
@@ -44,6 +46,7 @@ pub fn examine_hosts(hosts: &[Host], keys: &Path) -> Result<Vec<Diagnosis>> {
         }
         dialled
     });
+    found.extend(dialled.iter().filter_map(judge_clock));
     found.extend(dialled.into_iter().map(judge_host));
     runtime.shutdown_background();
     Ok(found)
@@ -56,11 +59,7 @@ fn dial(host: &Host, keys: &HostKeys) -> impl Future<Output = DialledHost> + Sen
     let dial_one = |address: &String| {
         let gate = HostAddress { host: host.clone(), addresses: vec![address.clone()] };
         let client = GateClient::of_host(&gate, keys.clone());
-        tokio::spawn(async move {
-            let start = Instant::now();
-            // An agent refuses this to a host, after both have proven their keys.
-            client.request(GateRequest::Watch).await.map(|_| start.elapsed())
-        })
+        tokio::spawn(async move { client.compare_clocks().await })
     };
     let dials: Vec<_> = addresses.iter().map(dial_one).collect();
     async move {
@@ -98,6 +97,29 @@ fn judge_key(name: &str, not_after_s: i64, folder: PathBuf) -> Diagnosis {
     Diagnosis { subject: "key", condition, found, remedy }
 }
 
+/// Judges how far the clock of the host is from that of this one, by the quickest answer.
+fn judge_clock(dialled: &DialledHost) -> Option<Diagnosis> {
+    let answers = dialled.answers.iter().filter_map(|(_, answer)| answer.as_ref().ok());
+    let clock = answers.min_by(|a, b| a.round_trip_s.total_cmp(&b.round_trip_s))?;
+    let error_s = clock.round_trip_s / 2.0;
+    let (host, own) = (&dialled.host, &dialled.own);
+    let side = if clock.offset_s < 0.0 { "behind" } else { "ahead of" };
+    let found = format!(
+        "the clock of {host} is {:.3} s {side} that of {own}, within {:.1} ms",
+        clock.offset_s.abs(),
+        error_s * 1e3
+    );
+    let is_apart = clock.offset_s.abs() > CLOCK_TOLERANCE_S + error_s;
+    let (condition, remedy) = if is_apart {
+        let remedy = "let the same time service set both clocks (chrony or systemd-timesyncd): the \
+                      dates in logs and the validity of keys depend on them";
+        (HostCondition::Warning, remedy.to_owned())
+    } else {
+        (HostCondition::Good, String::new())
+    };
+    Some(Diagnosis { subject: "clock", condition, found, remedy })
+}
+
 fn judge_host(dialled: DialledHost) -> Diagnosis {
     let DialledHost { host, own, answers } = dialled;
     let mut good = Vec::new();
@@ -105,8 +127,8 @@ fn judge_host(dialled: DialledHost) -> Diagnosis {
     let mut is_refused = false;
     for (address, answer) in answers {
         match answer {
-            Ok(time) => {
-                good.push(format!("{address} after {:.0} ms", time.as_secs_f64() * 1e3));
+            Ok(clock) => {
+                good.push(format!("{address} after {:.1} ms", clock.round_trip_s * 1e3));
             }
             Err(GateError::Unreachable { reason, .. }) => {
                 failures.push(format!("{address}: {reason}"));
@@ -154,17 +176,37 @@ fn judge_host(dialled: DialledHost) -> Diagnosis {
 mod tests {
     use super::*;
 
-    fn judge(answers: &[Result<Duration, GateError>]) -> Diagnosis {
+    fn dialled(answers: &[Result<ClockSample, GateError>]) -> DialledHost {
         let addresses = ["arm.local:7410", "10.0.0.2:7410"].map(str::to_owned);
         let answers = addresses.into_iter().zip(answers.iter().cloned()).collect();
-        judge_host(DialledHost { host: "arm".into(), own: "robot".into(), answers })
+        DialledHost { host: "arm".into(), own: "robot".into(), answers }
+    }
+
+    fn judge(answers: &[Result<ClockSample, GateError>]) -> Diagnosis {
+        judge_host(dialled(answers))
+    }
+
+    #[test]
+    fn clocks_that_are_apart_by_more_than_the_measurement_explains_are_a_warning() {
+        let at = |offset_s, round_trip_s| Ok(ClockSample { offset_s, round_trip_s });
+        let judge = |answers: &[_]| judge_clock(&dialled(answers)).unwrap();
+        let good = judge(&[at(0.02, 0.004)]);
+        let text = "the clock of arm is 0.020 s ahead of that of robot, within 2.0 ms";
+        assert_eq!((good.condition, good.found.as_str()), (HostCondition::Good, text));
+        assert_eq!(judge(&[at(0.4, 0.8)]).condition, HostCondition::Good);
+        let behind = judge(&[at(0.4, 0.8), at(-1.5, 0.004)]);
+        assert!(behind.found.contains("1.500 s behind that of robot"), "{behind:?}");
+        assert!(behind.condition == HostCondition::Warning && behind.remedy.contains("chrony"));
+        let reason = "no route".to_owned();
+        let gate = "arm.local:7410".to_owned();
+        assert!(judge_clock(&dialled(&[Err(GateError::Unreachable { gate, reason })])).is_none());
     }
 
     #[test]
     fn a_host_that_is_missing_or_has_another_key_is_a_fault_with_its_remedy() {
-        let answer = Ok(Duration::from_millis(3));
+        let answer = Ok(ClockSample { offset_s: 0.0, round_trip_s: 0.003 });
         let good = judge(std::slice::from_ref(&answer));
-        let text = "arm answers at arm.local:7410 after 3 ms; both accept the other's key";
+        let text = "arm answers at arm.local:7410 after 3.0 ms; both accept the other's key";
         assert_eq!((good.condition, good.found.as_str()), (HostCondition::Good, text));
         let gate = || "arm.local:7410".to_owned();
         let missing = Err(GateError::Unreachable { gate: gate(), reason: "no route".into() });
@@ -175,7 +217,7 @@ mod tests {
         assert_eq!(warning.condition, HostCondition::Warning);
         assert_eq!(
             warning.found,
-            "arm answers at 10.0.0.2:7410 after 3 ms; both accept the other's key; not at \
+            "arm answers at 10.0.0.2:7410 after 3.0 ms; both accept the other's key; not at \
              arm.local:7410: no route"
         );
         let fault = judge(&[missing.clone(), missing]);

@@ -7,6 +7,7 @@ use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use armor_keys::connect::now_us;
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::{
     CutOff, OutputStream, ProcessEnd, ProcessResources, REGISTRY_PORT, RemoteEvent, RemoteOrder,
@@ -26,7 +27,6 @@ use crate::guard::{self, GuardedResources};
 use crate::kinds::Origin;
 use crate::run::control_group::ProcessControlGroup;
 use crate::run::environment::select_variables;
-use crate::run::host_states::now_us;
 use crate::run::logs::{LogStream, RunLog};
 use crate::run::output_feed::open_feed;
 use crate::run::own_run::START_VARIABLE;

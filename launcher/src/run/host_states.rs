@@ -3,9 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 use armor_inspect::run_control::{HostLink, HostReport};
+use armor_wire::clock::ClockSample;
 use parking_lot::Mutex;
 
 /// Measurements of a clock that are kept; the one with the shortest round trip counts, since a delay in
@@ -26,31 +27,6 @@ struct KnownHost {
     /// Why it is not connected.
     reason: String,
     samples: VecDeque<ClockSample>,
-}
-
-/// One measurement of the clock of another host.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClockSample {
-    /// Its time minus that of this host, in seconds.
-    offset_s: f64,
-    /// The time between question and answer, in seconds.
-    round_trip_s: f64,
-}
-
-impl ClockSample {
-    /// As NTP computes it, for an answer that is sent as soon as the question has arrived. All times are
-    /// in microseconds since 1970.
-    pub fn of(asked_us: u64, answered_us: u64, heard_us: u64) -> Self {
-        let distance_s = |from: u64, to: u64| (to as f64 - from as f64) * 1e-6;
-        let (there, back) = (distance_s(asked_us, answered_us), distance_s(heard_us, answered_us));
-        Self { offset_s: (there + back) / 2.0, round_trip_s: distance_s(asked_us, heard_us) }
-    }
-}
-
-/// The time of this host, in microseconds since 1970.
-pub fn now_us() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_micros()).unwrap_or(u64::MAX)
 }
 
 impl HostStates {

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use armor_keys::connect::now_us;
 use armor_keys::connect::{GateClient, GateError};
 use armor_keys::run_channel::RunConnection;
 use armor_socket::random_id;
 use armor_wire::backoff::Backoff;
+use armor_wire::clock::ClockSample;
 use armor_wire::hello::RefusalCode;
 use armor_wire::remote_process::{
     CutOff, OutputStream, ProcessEnd, RemoteEvent, RemoteOrder, RemoteStart, Takeover,
@@ -18,7 +20,7 @@ use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, timeout};
 
-use super::host_states::{ClockSample, HostStates, now_us};
+use super::host_states::HostStates;
 use super::logs::{LogStream, RunLog};
 use super::output_feed::{OutputFeed, open_feed};
 use super::own_run::START_VARIABLE;

@@ -109,6 +109,7 @@ fn seeds() -> Vec<Vec<u8>> {
     let address = "127.0.0.1:20001".into();
     add(&mut seeds, FrameKind::Control, &GateRequest::Connect { address, acts_for: Some(preface) });
     add(&mut seeds, FrameKind::Control, &remote_start());
+    add(&mut seeds, FrameKind::Control, &GateRequest::Clock);
     let event = RemoteEvent::Output { stream: OutputStream::Error, bytes: b"line\n".to_vec() };
     add(&mut seeds, FrameKind::Control, &event);
     let header = DataHeader { sequence: 1, stamp_s: 2.0, instance: 3, fresh: true };
