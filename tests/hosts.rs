@@ -112,12 +112,20 @@ impl Hosts {
 
     /// What `armor doctor` finds of the other host, and what it says to do.
     fn examine(&self) -> (String, String) {
+        self.find_diagnosis("host", "arm")
+    }
+
+    /// What `armor doctor` finds of a subject, with `named` in it.
+    fn find_diagnosis(&self, subject: &str, named: &str) -> (String, String) {
         let doctor = ["doctor", "robots.xml", "--keys", "robot", "--format", "json"];
         let (_, out, err) = run_to_end(&mut self.folder.armor(&doctor));
         let found = out.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        let host = found.into_iter().find(|one| one["subject"] == "host");
-        let host = host.unwrap_or_else(|| panic!("no host in {out} {err}"));
-        let text = |key: &str| host[key].as_str().unwrap_or_default().to_owned();
+        let is_asked = |one: &Value| {
+            one["subject"] == subject && one["found"].as_str().is_some_and(|it| it.contains(named))
+        };
+        let one = found.into_iter().find(is_asked);
+        let one = one.unwrap_or_else(|| panic!("no {subject} of {named} in {out} {err}"));
+        let text = |key: &str| one[key].as_str().unwrap_or_default().to_owned();
         (format!("{}: {}", text("condition"), text("found")), text("remedy"))
     }
 
@@ -190,6 +198,9 @@ fn components_of_two_hosts_take_part_in_one_system() {
     wait_for("the doctor to find the agent", || {
         hosts.examine().0.starts_with("ok: arm answers").then_some(())
     });
+    // Both are this computer.
+    let (clock, _) = hosts.find_diagnosis("clock", "the clock of arm");
+    assert!(clock.starts_with("ok: the clock of arm is 0.0"), "{clock}");
     let mut run = hosts.run(&[]);
     let first = hosts.wait_for_far(&run, &[]);
     for data in ["near.presence", "far.presence"] {
