@@ -11,7 +11,7 @@ use crate::call::Fault;
 use crate::calls::is_in_call;
 use crate::link::output::Sent;
 use crate::participant::Participant;
-use crate::port_table::{DeclareError, SendError};
+use crate::port_table::{DeclareError, PortTable, SendError};
 use crate::ports::{InputType, OutputType};
 
 /// How long [`Armor::synchronize`] waits for configd.
@@ -45,7 +45,7 @@ impl Armor {
         self.participant.ports.add_input::<T::Message>(id, T::REQUIRED, T::MANY)
     }
 
-    fn check_declaration(&self, id: &str) -> Result<(), DeclareError> {
+    pub(crate) fn check_declaration(&self, id: &str) -> Result<(), DeclareError> {
         if !name::is_name(id) {
             return Err(DeclareError::Name(id.into()));
         }
@@ -111,6 +111,17 @@ impl Armor {
     /// [`SendError`] if there is no such output, it has another type, or the data is too large; on a
     /// thread of the component's own, [`SendError::NotActive`] while it is frozen or starting.
     pub fn send_data<T: Message>(&self, id: &str, data: &T) -> Result<Sent, SendError> {
+        let any = AnyMessage::find_in(data);
+        let stamp_s = any.map_or_else(|| self.timestamp(), AnyMessage::stamp_s);
+        self.send_with_right(id, |ports| ports.publish(id, data, stamp_s))
+    }
+
+    /// Publishes, if this thread may now.
+    pub(crate) fn send_with_right(
+        &self,
+        id: &str,
+        publish: impl FnOnce(&PortTable) -> Result<Sent, SendError>,
+    ) -> Result<Sent, SendError> {
         let lifecycle = &self.participant.lifecycle;
         let _right = match is_in_call() {
             true => None,
@@ -120,9 +131,7 @@ impl Armor {
                     .ok_or_else(|| SendError::NotActive { id: id.into() })?,
             ),
         };
-        let any = AnyMessage::find_in(data);
-        let stamp_s = any.map_or_else(|| self.timestamp(), AnyMessage::stamp_s);
-        self.participant.ports.publish(id, data, stamp_s).map_err(|error| match error {
+        publish(&self.participant.ports).map_err(|error| match error {
             SendError::UnknownOutput { id, .. } if lifecycle.is_starting() => {
                 SendError::NotYetDeclared { id }
             }

@@ -5,7 +5,7 @@ use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 
 use armor_wire::manifest::{
-    MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortFrame, PortManifest,
+    MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortManifest,
 };
 use armor_wire::schema;
 use thiserror::Error;
@@ -15,11 +15,12 @@ use crate::call::Fault;
 use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::identity::ProcessIdentity;
+use crate::kind_declaration::{CONSTRUCTOR_RULE, KindDeclaration};
 use crate::parameters::ParameterError;
-use crate::participant::{Declarations, Participant};
+use crate::participant::Participant;
 use crate::port_table::{DeclareError, SendError};
 use crate::thread_panics::keep_panics_quiet;
-use crate::user_code::describe_panic;
+use crate::user_code::{UserCode, describe_panic};
 
 /// The manifest of a kind, checked as `armor check` and `armor run` do.
 ///
@@ -27,34 +28,48 @@ use crate::user_code::describe_panic;
 /// If its constructor fails; [`ManifestFaults`] with everything that is wrong with the manifest, or
 /// that the constructor and the constants of the component contradict each other in.
 pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
-    let identity = ProcessIdentity { name: "describe".into(), kind: C::KIND.into(), instance: 1 };
-    let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), true)?);
+    describe_kind(&KindDeclaration::of::<C>(), construct::<C>)
+}
+
+/// Runs the constructor of a Rust component.
+pub(crate) fn construct<C: Component>(armor: Armor) -> Result<Box<dyn UserCode>, Fault> {
+    Ok(Box::new(C::new(armor)?))
+}
+
+/// The manifest of a kind, from its declaration and its constructor.
+///
+/// # Errors
+/// As of [`manifest_of`].
+pub(crate) fn describe_kind(
+    kind: &KindDeclaration,
+    constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+) -> Result<Manifest, Fault> {
+    let name = kind.kind.clone();
+    let identity = ProcessIdentity { name: "describe".into(), kind: name, instance: 1 };
+    let participant = Arc::new(Participant::new(identity, kind.declarations(), true)?);
     let running = participant.calls.begin_call(CalledFunction::New);
-    C::new(Armor { participant: Arc::clone(&participant) }).map_err(explain_constructor)?;
+    let constructed = constructor(Armor { participant: Arc::clone(&participant) });
+    constructed.map_err(|fault| explain_constructor(fault, kind.constructor_rule))?;
     drop(running);
-    let doc = |id: &str| {
-        let found = C::PORTS.iter().find(|(port, _)| *port == id);
-        found.map(|(_, doc)| (*doc).to_owned()).unwrap_or_default()
+    let find = |texts: &[(String, String)], id: &str| {
+        let found = texts.iter().find(|(port, _)| port == id);
+        found.map(|(_, text)| text.clone()).unwrap_or_default()
     };
-    let stale_after = |id: &str| {
-        let stated = C::STALE_AFTER.iter().find(|(input, _)| *input == id);
-        stated.map(|(_, age)| (*age).to_owned()).unwrap_or_default()
-    };
-    let mut faults = list_contradictions::<C>(&participant);
+    let mut faults = list_contradictions(kind, &participant);
     let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| PortManifest {
-        doc: doc(&input.id),
+        doc: find(&kind.ports, &input.id),
         id: input.id.clone(),
-        type_name: input.type_name.into(),
+        type_name: input.type_name.clone(),
         schema: input.schema.clone(),
         schema_hash: schema::hash_text(&input.schema),
         required: input.required,
         many: input.many,
         latched: false,
-        stale_after: stale_after(&input.id),
+        stale_after: find(&kind.stale_after, &input.id),
     });
     let outputs = outputs.iter().map(|output| PortManifest {
-        doc: doc(&output.id),
+        doc: find(&kind.ports, &output.id),
         id: output.id.clone(),
         type_name: output.entry.type_name.clone(),
         schema: output.entry.schema.clone(),
@@ -65,37 +80,25 @@ pub fn manifest_of<C: Component>() -> Result<Manifest, Fault> {
         stale_after: String::new(),
     });
     let (inputs, outputs) = (inputs.collect(), outputs.collect());
-    let needs_one_of =
-        C::NEEDS_ONE_OF.iter().map(|group| group.iter().map(|id| (*id).to_owned()).collect());
-    let value_effects = C::VALUE_EFFECTS.iter().map(|(name, effect)| effect.manifest(name));
-    let frames = C::FRAMES.iter().map(|(port, parameter)| PortFrame {
-        port: (*port).to_owned(),
-        parameter: (*parameter).to_owned(),
-    });
-    let Declarations { parameters, events, reports_done } = list_declarations::<C>();
     let manifest = Manifest {
         armor_manifest: MANIFEST_VERSION,
-        kind: C::KIND.into(),
-        summary: C::SUMMARY.into(),
+        kind: kind.kind.clone(),
+        summary: kind.summary.clone(),
         inputs,
         outputs,
-        parameters,
-        events: Some(events),
-        reports_done,
-        ends_by_itself: C::ENDS_BY_ITSELF,
-        needs_rate: C::NEEDS_RATE,
-        needs_one_of: needs_one_of.collect(),
-        value_effects: value_effects.collect(),
-        frames: frames.collect(),
+        parameters: kind.parameters.clone(),
+        events: Some(kind.events.clone()),
+        reports_done: kind.reports_done,
+        ends_by_itself: kind.ends_by_itself,
+        needs_rate: kind.needs_rate,
+        needs_one_of: kind.needs_one_of.clone(),
+        value_effects: kind.value_effects.clone(),
+        frames: kind.frames.clone(),
         controllable: participant.lifecycle.is_controllable(),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
     if faults.is_empty() { Ok(manifest) } else { Err(ManifestFaults(faults).into()) }
 }
-
-/// What a constructor may not do while nothing is behind it.
-pub(crate) const CONSTRUCTOR_RULE: &str = "`new` runs for --describe too and opens no hardware or \
-                                           files: do that at Call::Started";
 
 /// A panic of a constructor.
 #[derive(Debug, Error)]
@@ -119,17 +122,17 @@ pub(crate) fn catch_panic<T>(constructor: impl FnOnce() -> T) -> Result<T, Panic
 }
 
 /// Adds the rule to a fault of the component's own; those of the SDK state their remedies.
-fn explain_constructor(fault: Fault) -> Fault {
+fn explain_constructor(fault: Fault, rule: &str) -> Fault {
     let is_of_sdk =
         fault.is::<DeclareError>() || fault.is::<SendError>() || fault.is::<ParameterError>();
     if is_of_sdk {
         return fault;
     }
-    format!("its constructor failed: {fault}; {CONSTRUCTOR_RULE}").into()
+    format!("its constructor failed: {fault}; {rule}").into()
 }
 
 /// What the constructor does otherwise than the constants say.
-fn list_contradictions<C: Component>(participant: &Participant) -> Vec<ManifestFault> {
+fn list_contradictions(kind: &KindDeclaration, participant: &Participant) -> Vec<ManifestFault> {
     let parameters = &participant.parameters;
     let asked = parameters.unanswered();
     let unknown = asked.iter().filter(|name| parameters.declaration(name).is_none());
@@ -142,7 +145,7 @@ fn list_contradictions<C: Component>(participant: &Participant) -> Vec<ManifestF
     let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| input.id.as_str());
     let ports: Vec<_> = inputs.chain(outputs.iter().map(|output| output.id.as_str())).collect();
-    let without_port = C::PORTS.iter().filter(|(port, _)| !ports.contains(port));
+    let without_port = kind.ports.iter().filter(|(port, _)| !ports.contains(&port.as_str()));
     let without_port = without_port.map(|(port, _)| ManifestFault {
         subject: format!("the port {port}"),
         member: "doc",
@@ -154,16 +157,17 @@ fn list_contradictions<C: Component>(participant: &Participant) -> Vec<ManifestF
             ports => format!("it declares {}", ports.join(", ")),
         },
     });
-    let documented = C::PORTS.iter().enumerate();
-    let twice = documented.filter(|(n, (port, _))| C::PORTS[..*n].iter().any(|(id, _)| id == port));
+    let documented = kind.ports.iter().enumerate();
+    let twice =
+        documented.filter(|(n, (port, _))| kind.ports[..*n].iter().any(|(id, _)| id == port));
     let twice = twice.map(|(_, (port, _))| ManifestFault {
         subject: format!("the port {port}"),
         member: "doc",
         problem: format!("PORTS has two texts for `{port}`"),
         remedy: "remove one of them".into(),
     });
-    let is_input = |id: &&str| participant.ports.inputs().iter().any(|input| input.id == **id);
-    let aged = C::STALE_AFTER.iter().map(|(input, _)| input);
+    let is_input = |id: &&String| participant.ports.inputs().iter().any(|input| input.id == **id);
+    let aged = kind.stale_after.iter().map(|(input, _)| input);
     let without_input = aged.filter(|id| !is_input(id)).map(|id| ManifestFault {
         subject: format!("the port {id}"),
         member: "stale_after",
@@ -171,15 +175,6 @@ fn list_contradictions<C: Component>(participant: &Participant) -> Vec<ManifestF
         remedy: "name an input".into(),
     });
     unknown.chain(without_port).chain(twice).chain(without_input).collect()
-}
-
-/// What the constants of a kind declare.
-pub(crate) fn list_declarations<C: Component>() -> Declarations {
-    Declarations {
-        parameters: C::PARAMETERS.iter().map(crate::parameter::Parameter::manifest).collect(),
-        events: C::EVENTS.iter().map(crate::event::DeclaredEvent::manifest).collect(),
-        reports_done: C::REPORTS_DONE,
-    }
 }
 
 #[cfg(test)]

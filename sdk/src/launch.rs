@@ -24,9 +24,10 @@ use crate::call::Fault;
 use crate::calls::CalledFunction;
 use crate::component::Component;
 use crate::configuration;
-use crate::describe::{PanickedConstructor, catch_panic, list_declarations, manifest_of};
+use crate::describe::{PanickedConstructor, catch_panic, construct, describe_kind};
 use crate::following;
 use crate::identity::ProcessIdentity;
+use crate::kind_declaration::KindDeclaration;
 use crate::link::input_reader::InputReader;
 use crate::log;
 use crate::node;
@@ -34,6 +35,7 @@ use crate::participant::Participant;
 use crate::runtime::Runtime;
 use crate::stdout_aside::run_with_stdout_aside;
 use crate::thread_panics::report_thread_panics;
+use crate::user_code::UserCode;
 
 /// How long the registry and configd may take at the start.
 const START_LIMIT: Duration = Duration::from_secs(20);
@@ -43,6 +45,11 @@ const LEAVE_LIMIT: Duration = Duration::from_millis(500);
 const LEAVE_PERIOD: Duration = Duration::from_millis(5);
 /// Where the registry is, unless the command line says so.
 const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
+/// Exit codes of a process that has ended in order, of one that could not begin its work, and of one
+/// whose command line is wrong.
+const SUCCEEDED: u8 = 0;
+const FAILED: u8 = 1;
+const MISUSED: u8 = 2;
 /// Exit code after a panic in the component's code, as Rust's own.
 const PANICKED: u8 = 101;
 
@@ -82,38 +89,52 @@ pub fn run<C: Component>() -> ExitCode {
 
 /// As [`run`], with the arguments after the program's name.
 pub fn run_with<C: Component>(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let options = match parse_arguments(C::KIND, arguments) {
+    ExitCode::from(run_kind(&KindDeclaration::of::<C>(), construct::<C>, arguments))
+}
+
+/// As [`run_with`], for a kind that is declared while it runs. Returns the exit code of the process.
+pub(crate) fn run_kind(
+    kind: &KindDeclaration,
+    constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+    arguments: impl IntoIterator<Item = OsString>,
+) -> u8 {
+    let options = match parse_arguments(&kind.kind, arguments) {
         Ok(Some(options)) => options,
         Ok(None) => {
             // A closed stream is no error: the reader has seen enough.
-            let _ = writeln!(std::io::stdout(), "{}: {}\n{USAGE}", C::KIND, C::SUMMARY);
-            return ExitCode::SUCCESS;
+            let _ = writeln!(std::io::stdout(), "{}: {}\n{USAGE}", kind.kind, kind.summary);
+            return SUCCEEDED;
         }
         Err(error) => {
             eprintln!("{error}\n{USAGE}");
-            return ExitCode::from(2);
+            return MISUSED;
         }
     };
     if options.describe {
-        return print_manifest::<C>();
+        return print_manifest(kind, constructor);
     }
     log::init();
-    match run_component::<C>(&options) {
+    match run_component(kind, constructor, &options) {
         Ok(code) => code,
         Err(fault) => {
             tracing::error!("{fault}");
-            ExitCode::FAILURE
+            FAILED
         }
     }
 }
 
-fn print_manifest<C: Component>() -> ExitCode {
-    let manifest = describe_aside::<C>().and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
+fn print_manifest(
+    kind: &KindDeclaration,
+    constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+) -> u8 {
+    let name = &kind.kind;
+    let manifest = describe_aside(kind, constructor);
+    let manifest = manifest.and_then(|m| Ok(serde_json::to_string_pretty(&m)?));
     match manifest.and_then(|text| Ok(writeln!(std::io::stdout(), "{text}")?)) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => SUCCEEDED,
         Err(fault) if fault.is::<PanickedConstructor>() => {
-            eprintln!("{}: {fault}", C::KIND);
-            ExitCode::from(PANICKED)
+            eprintln!("{name}: {fault}");
+            PANICKED
         }
         Err(fault) => {
             if let Some(ManifestFaults(faults)) = fault.downcast_ref()
@@ -121,18 +142,22 @@ fn print_manifest<C: Component>() -> ExitCode {
             {
                 faults.iter().for_each(|fault| eprintln!("  {fault}"));
                 let (count, first) = (faults.len(), &faults[0]);
-                eprintln!("{}: {count} faults, the first: {first}", C::KIND);
+                eprintln!("{name}: {count} faults, the first: {first}");
             } else {
-                eprintln!("{}: {fault}", C::KIND);
+                eprintln!("{name}: {fault}");
             }
-            ExitCode::FAILURE
+            FAILED
         }
     }
 }
 
 /// Returns the manifest of a constructor that prints nothing on stdout.
-fn describe_aside<C: Component>() -> Result<Manifest, Fault> {
-    let (manifest, printed) = run_with_stdout_aside(|| catch_panic(manifest_of::<C>))?;
+fn describe_aside(
+    kind: &KindDeclaration,
+    constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+) -> Result<Manifest, Fault> {
+    let describe = || catch_panic(|| describe_kind(kind, constructor));
+    let (manifest, printed) = run_with_stdout_aside(describe)?;
     let manifest = manifest??;
     match printed.lines().find(|line| !line.trim().is_empty()) {
         None => Ok(manifest),
@@ -242,10 +267,14 @@ fn parse_link(text: &str) -> Result<InputSettings, String> {
     Ok(settings)
 }
 
-fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, Fault> {
-    let (name, kind) = (options.name.clone(), C::KIND.into());
-    let identity = ProcessIdentity { name, kind, instance: random_id() };
-    let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), false)?);
+fn run_component(
+    kind: &KindDeclaration,
+    constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+    options: &ComponentOptions,
+) -> Result<u8, Fault> {
+    let name = options.name.clone();
+    let identity = ProcessIdentity { name, kind: kind.kind.clone(), instance: random_id() };
+    let participant = Arc::new(Participant::new(identity, kind.declarations(), false)?);
     // Threads inherit the mark from the one that starts them: before any is started.
     participant.thread_panics.mark().mark_main_thread();
     participant.thread_panics.include_unmarked();
@@ -255,7 +284,7 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
     if participant.lifecycle.is_ending() {
         tracing::info!("ended before it has begun");
         participant.leave_system();
-        return Ok(ExitCode::SUCCESS);
+        return Ok(SUCCEEDED);
     }
     let settings =
         if options.alone { None } else { Some(configuration::client::start_client(&participant)?) };
@@ -263,7 +292,7 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
         participant.parameters.answer_locally(options.set.clone(), "--set")?;
     }
     let running = participant.calls.begin_call(CalledFunction::New);
-    let user = C::new(Armor { participant: Arc::clone(&participant) })?;
+    let user = constructor(Armor { participant: Arc::clone(&participant) })?;
     drop(running);
     participant.parameters.wait_for_all(START_LIMIT)?;
     for parameter in participant.parameters.list_unrequested() {
@@ -272,7 +301,7 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
             "{} declares the parameter `{name}` but has not requested it: its value reaches the \
              component only when it does; call get_parameter(\"{name}\") in `new`, or remove it \
              from PARAMETERS",
-            C::KIND
+            kind.kind
         );
     }
     let settings = match settings {
@@ -292,12 +321,11 @@ fn run_component<C: Component>(options: &ComponentOptions) -> Result<ExitCode, F
         following::start_following(&participant, data, |_, _| {})?;
     }
     node::provide_outputs(&participant);
-    let runtime =
-        Arc::new(Runtime::new(Box::new(user), Arc::clone(&participant), settings.rate_hz));
+    let runtime = Arc::new(Runtime::new(user, Arc::clone(&participant), settings.rate_hz));
     start_input_readers(&runtime)?;
     let has_crashed = runtime.run_main_loop();
     leave_system(&participant);
-    Ok(if has_crashed { ExitCode::from(PANICKED) } else { ExitCode::SUCCESS })
+    Ok(if has_crashed { PANICKED } else { SUCCEEDED })
 }
 
 fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {

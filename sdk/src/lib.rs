@@ -31,7 +31,8 @@
 //! ```
 //!
 //! Start reading with [`Component`] and [`Armor`]. Tools (the executive, the launcher, the command
-//! line) use [`directory`], [`control`], [`configuration`], [`tap`] and [`node`].
+//! line) use [`directory`], [`control`], [`configuration`], [`tap`] and [`node`]; bindings of other
+//! languages use [`foreign`].
 
 // Derived code names this crate by its public path, also inside the crate itself.
 extern crate self as armor_sdk;
@@ -57,6 +58,7 @@ mod fed_input;
 mod following;
 mod history;
 mod identity;
+mod kind_declaration;
 mod launch;
 mod lifecycle;
 mod link;
@@ -82,6 +84,7 @@ mod wake;
 pub mod configuration;
 pub mod control;
 pub mod directory;
+pub mod foreign;
 pub mod log;
 pub mod messages;
 pub mod node;

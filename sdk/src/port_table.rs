@@ -4,7 +4,7 @@ use std::any::TypeId;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use armor_wire::codec::EncodeError;
+use armor_wire::codec::{Encodable, EncodeError, EncodedPieces};
 use armor_wire::config::InputSettings;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
@@ -128,10 +128,30 @@ impl PortTable {
     /// # Errors
     /// If the name is taken or there are too many outputs.
     pub fn add_output<T: Message>(&self, id: &str, latched: bool) -> Result<(), DeclareError> {
+        self.insert_output(id, |data| OutputPort::new::<T>(id, data, latched))
+    }
+
+    /// Declares an output whose messages are given encoded.
+    ///
+    /// # Errors
+    /// As [`add_output`](Self::add_output).
+    pub fn add_encoded_output(
+        &self,
+        id: &str,
+        message_type: &MessageType,
+        latched: bool,
+    ) -> Result<(), DeclareError> {
+        self.insert_output(id, |data| OutputPort::of_schema(id, data, message_type, latched))
+    }
+
+    fn insert_output(
+        &self,
+        id: &str,
+        create: impl FnOnce(&str) -> OutputPort,
+    ) -> Result<(), DeclareError> {
         let mut outputs = self.outputs.write();
         check_free(id, outputs.iter().map(|output| output.id.as_str()))?;
-        let data = format!("{}.{id}", self.identity.name);
-        let output = OutputPort::new::<T>(id, &data, latched);
+        let output = create(&format!("{}.{id}", self.identity.name));
         if self.is_recording.load(Ordering::Relaxed) {
             output.start_recording();
         }
@@ -169,9 +189,27 @@ impl PortTable {
         required: bool,
         many: bool,
     ) -> Result<(), DeclareError> {
+        self.insert_input(InputPort::new::<T>(id, required, many))
+    }
+
+    /// Declares an input whose messages are taken encoded.
+    ///
+    /// # Errors
+    /// As [`add_input`](Self::add_input).
+    pub fn add_encoded_input(
+        &self,
+        id: &str,
+        message_type: &MessageType,
+        required: bool,
+        many: bool,
+    ) -> Result<(), DeclareError> {
+        self.insert_input(InputPort::of_schema(id, required, many, message_type))
+    }
+
+    fn insert_input(&self, input: InputPort) -> Result<(), DeclareError> {
         let mut inputs = self.inputs.write();
-        check_free(id, inputs.iter().map(|input| input.id.as_str()))?;
-        inputs.push(Arc::new(InputPort::new::<T>(id, required, many)));
+        check_free(&input.id, inputs.iter().map(|input| input.id.as_str()))?;
+        inputs.push(Arc::new(input));
         Ok(())
     }
 
@@ -241,6 +279,38 @@ impl PortTable {
                 given: any.map_or(T::NAME, |any| any.name.as_str()).into(),
             });
         }
+        self.publish_on(output, message, stamp_s)
+    }
+
+    /// Publishes an encoded message, created at `stamp_s`, on output `id`, which takes such.
+    ///
+    /// # Errors
+    /// As [`publish`](Self::publish).
+    pub fn publish_encoded(
+        &self,
+        id: &str,
+        message: EncodedPieces<'_>,
+        stamp_s: f64,
+    ) -> Result<Sent, SendError> {
+        let outputs = self.outputs.read();
+        let output = outputs.iter().find(|output| output.id == id);
+        let output = output.ok_or_else(|| self.unknown_output(id, &outputs))?;
+        if output.message != TypeId::of::<EncodedPieces<'static>>() {
+            return Err(SendError::WrongType {
+                data: output.entry.data.clone(),
+                declared: output.entry.type_name.clone(),
+                given: "message in encoded form".into(),
+            });
+        }
+        self.publish_on(output, &message, stamp_s)
+    }
+
+    fn publish_on<T: Encodable>(
+        &self,
+        output: &OutputPort,
+        message: &T,
+        stamp_s: f64,
+    ) -> Result<Sent, SendError> {
         let origin = PublishContext {
             stamp_s,
             instance: self.identity.instance,

@@ -61,16 +61,19 @@ use crate::armor::Armor;
 use crate::call::{Call, Fault};
 use crate::calls::CalledFunction;
 use crate::component::Component;
-use crate::describe::list_declarations;
+use crate::describe::construct;
 use crate::identity::ProcessIdentity;
+use crate::kind_declaration::KindDeclaration;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
 use crate::link::input::InputPort;
+use crate::link::output::OutputPort;
 use crate::link::payload::Payload;
 use crate::message_type::MessageType;
 use crate::participant::Participant;
 use crate::running_component::RunningComponent;
 use crate::thread_panics::{ThreadMark, report_thread_panics};
 use crate::timeline::ClockReading;
+use crate::user_code::UserCode;
 
 /// System time when a component is built.
 pub const START_S: f64 = 1000.0;
@@ -88,7 +91,7 @@ pub const TESTED_HISTORY: u32 = 100;
 /// A panic of a thread that the component has started is a failure of the component, as in a system;
 /// the next step finds it.
 pub struct TestedComponent {
-    kind: &'static str,
+    kind: String,
     participant: Arc<Participant>,
     component: RunningComponent,
     /// By which the threads that the component starts are its own.
@@ -108,13 +111,27 @@ impl TestedComponent {
     /// If its constructor fails, or a parameter is not declared, malformed, missing, given twice, or
     /// given and never requested.
     pub fn build<C: Component>(parameters: &[(&str, &str)]) -> Result<Self, TestError> {
-        Self::try_build::<C>(parameters)
-            .map_err(|fault| TestError::NotBuilt { kind: C::KIND, fault })
+        Self::build_kind(&KindDeclaration::of::<C>(), construct::<C>, parameters)
     }
 
-    fn try_build<C: Component>(parameters: &[(&str, &str)]) -> Result<Self, Fault> {
-        let identity = ProcessIdentity { name: C::KIND.into(), kind: C::KIND.into(), instance: 1 };
-        let participant = Arc::new(Participant::new(identity, list_declarations::<C>(), false)?);
+    /// As [`build`](Self::build), for a kind that is declared while it runs.
+    pub(crate) fn build_kind(
+        kind: &KindDeclaration,
+        constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+        parameters: &[(&str, &str)],
+    ) -> Result<Self, TestError> {
+        Self::try_build(kind, constructor, parameters)
+            .map_err(|fault| TestError::NotBuilt { kind: kind.kind.clone(), fault })
+    }
+
+    fn try_build(
+        kind: &KindDeclaration,
+        constructor: impl FnOnce(Armor) -> Result<Box<dyn UserCode>, Fault>,
+        parameters: &[(&str, &str)],
+    ) -> Result<Self, Fault> {
+        let name = kind.kind.clone();
+        let identity = ProcessIdentity { name: name.clone(), kind: name, instance: 1 };
+        let participant = Arc::new(Participant::new(identity, kind.declarations(), false)?);
         participant.clock.follow_readings();
         participant.clock.apply_reading(ClockReading { stamp_s: START_S, instance: 1 });
         participant.ports.start_recording();
@@ -130,7 +147,7 @@ impl TestedComponent {
         let mark = participant.thread_panics.mark();
         let marked = mark.mark_thread();
         let running = participant.calls.begin_call(CalledFunction::New);
-        let code = C::new(Armor { participant: Arc::clone(&participant) })?;
+        let code = constructor(Armor { participant: Arc::clone(&participant) })?;
         drop(running);
         participant.parameters.wait_for_all(Duration::ZERO)?;
         let unrequested = participant.parameters.list_unrequested();
@@ -147,12 +164,12 @@ impl TestedComponent {
         for input in &inputs {
             participant.ports.connect_input(&tested_link(&input.id, default_source(&input.id)));
         }
-        let mut component = RunningComponent::new(Box::new(code), Arc::clone(&participant), false);
+        let mut component = RunningComponent::new(code, Arc::clone(&participant), false);
         component.deliver_parameters();
         component.begin_life(false);
         drop(marked);
         let mut tested = Self {
-            kind: C::KIND,
+            kind: kind.kind.clone(),
             participant,
             component,
             mark,
@@ -208,7 +225,9 @@ impl TestedComponent {
         self.take_reports();
         match find_failure(&self.reports[known..]) {
             None => Ok(()),
-            Some(reason) => Err(TestError::Failed { kind: self.kind, reason: reason.into() }),
+            Some(reason) => {
+                Err(TestError::Failed { kind: self.kind.clone(), reason: reason.into() })
+            }
         }
     }
 
@@ -246,7 +265,7 @@ impl TestedComponent {
             return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
         };
         if !port.many {
-            return Err(TestError::OneSource { kind: self.kind, input: input.into() });
+            return Err(TestError::OneSource { kind: self.kind.clone(), input: input.into() });
         }
         let settings = tested_link(input, source.into());
         let place = match inputs.iter().position(|port| port.data() == Some(default_source(input)))
@@ -283,6 +302,12 @@ impl TestedComponent {
         source: &str,
         message: &T,
     ) -> Result<(), TestError> {
+        self.check_input_type::<T>(input, source)?;
+        let bytes = codec::encode(message)?;
+        self.send_payload(input, source, &bytes)
+    }
+
+    fn check_input_type<T: Message>(&self, input: &str, source: &str) -> Result<(), TestError> {
         let inputs = self.participant.ports.inputs();
         let Some(declared) = inputs.iter().find(|port| port.id == input) else {
             return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
@@ -293,8 +318,14 @@ impl TestedComponent {
             let known = known.map_err(|problem| TestError::Refused { problem })?;
             known.map(|message_type| self.participant.ports.give_type(&message_type));
         } else if declared.schema_hash != T::schema_hash() {
-            return Err(other_type::<T>("input", input, declared.type_name));
+            return Err(other_type("input", input, &declared.type_name, T::NAME));
         }
+        Ok(())
+    }
+
+    /// Hands an encoded message, which has the type of the input, to the component.
+    fn send_payload(&mut self, input: &str, source: &str, bytes: &[u8]) -> Result<(), TestError> {
+        let inputs = self.participant.ports.inputs();
         let is_it =
             |port: &Arc<InputPort>| port.id == input && port.data().as_deref() == Some(source);
         let Some(index) = inputs.iter().position(is_it) else {
@@ -306,9 +337,8 @@ impl TestedComponent {
         let sequence = *sent;
         *sent += 1;
         let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
-        let bytes = codec::encode(message)?;
         self.take_step(|component| {
-            component.deliver_data(index, header, 0, Payload::Buffer(&bytes));
+            component.deliver_data(index, header, 0, Payload::Buffer(bytes));
         })
     }
 
@@ -351,16 +381,53 @@ impl TestedComponent {
     /// # Errors
     /// If there is no such output, or it has another type.
     pub fn outputs<T: Message>(&self, output: &str) -> Result<Vec<T>, TestError> {
-        let outputs = self.participant.ports.outputs();
-        let Some(port) = outputs.iter().find(|port| port.id == output) else {
-            let existing = outputs.iter().map(|port| port.id.as_str());
-            return Err(self.no_port("output", output, existing));
-        };
+        let port = self.find_output(output)?;
         if port.schema_hash() != T::schema_hash() {
-            return Err(other_type::<T>("output", output, &port.entry.type_name));
+            return Err(other_type("output", output, &port.entry.type_name, T::NAME));
         }
         let messages = port.recorded();
         Ok(messages.iter().map(|bytes| codec::decode(bytes)).collect::<Result<_, _>>()?)
+    }
+
+    fn find_output(&self, output: &str) -> Result<Arc<OutputPort>, TestError> {
+        let outputs = self.participant.ports.outputs();
+        let found = outputs.iter().find(|port| port.id == output).cloned();
+        found.ok_or_else(|| {
+            let existing = outputs.iter().map(|port| port.id.as_str());
+            self.no_port("output", output, existing)
+        })
+    }
+
+    /// Hands an encoded message of this type, created now, to the component as data of one source of an
+    /// input.
+    ///
+    /// # Errors
+    /// As [`send_from`](Self::send_from).
+    pub(crate) fn send_bytes(
+        &mut self,
+        input: &str,
+        source: Option<&str>,
+        message_type: &MessageType,
+        bytes: &[u8],
+    ) -> Result<(), TestError> {
+        let inputs = self.participant.ports.inputs();
+        let Some(declared) = inputs.iter().find(|port| port.id == input) else {
+            return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
+        };
+        if declared.schema_hash != message_type.schema_hash {
+            return Err(other_type("input", input, &declared.type_name, &message_type.name));
+        }
+        let source = source.map_or_else(|| default_source(input), Into::into);
+        self.send_payload(input, &source, bytes)
+    }
+
+    /// Returns all messages that have been published on `output`, encoded, and their schema.
+    ///
+    /// # Errors
+    /// If there is no such output.
+    pub(crate) fn list_encoded(&self, output: &str) -> Result<(String, Vec<Vec<u8>>), TestError> {
+        let port = self.find_output(output)?;
+        Ok((port.entry.schema.clone(), port.recorded()))
     }
 
     /// Returns the message that was published last on `output`.
@@ -408,7 +475,7 @@ impl TestedComponent {
     }
 
     fn not_active(&self, why: &str) -> TestError {
-        TestError::NotActive { kind: self.kind, why: why.into() }
+        TestError::NotActive { kind: self.kind.clone(), why: why.into() }
     }
 
     fn no_port<'a>(
@@ -418,7 +485,7 @@ impl TestedComponent {
         existing: impl Iterator<Item = &'a str>,
     ) -> TestError {
         let existing = existing.map(str::to_owned).collect();
-        TestError::NoPort { kind: self.kind, noun, id: id.into(), existing }
+        TestError::NoPort { kind: self.kind.clone(), noun, id: id.into(), existing }
     }
 }
 
@@ -441,8 +508,8 @@ fn find_failure(reports: &[ReportKind]) -> Option<&str> {
     })
 }
 
-fn other_type<T: Message>(noun: &'static str, id: &str, declared: &str) -> TestError {
-    TestError::OtherType { noun, id: id.into(), declared: declared.into(), given: T::NAME }
+fn other_type(noun: &'static str, id: &str, declared: &str, given: &str) -> TestError {
+    TestError::OtherType { noun, id: id.into(), declared: declared.into(), given: given.into() }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use bincode::config;
 use bincode::de::read::{BorrowReader, Reader};
 use bincode::de::{Decoder, DecoderImpl};
 use bincode::enc::write::{SizeWriter, Writer};
+use bincode::enc::{Encode, Encoder};
 use thiserror::Error;
 
 pub use crate::limits::{MAX_CONTROL_LEN, MAX_DATA_LEN, MAX_HELLO_LEN, MAX_PREFACE_LEN};
@@ -35,11 +36,38 @@ pub enum EncodeError {
     Refused(bincode::error::EncodeError),
 }
 
+/// What can be written as the payload of a message: a value of a wire type, or one that is encoded
+/// already ([`EncodedPieces`]).
+pub trait Encodable: Encode {
+    /// Checks at compile time that a value of the type can be read again.
+    #[doc(hidden)]
+    const IS_READABLE: () = ();
+}
+
+impl<T: WireType> Encodable for T {
+    const IS_READABLE: () = {
+        let _ = T::MIN_LEN;
+    };
+}
+
+/// An encoded value, in the pieces in which it lies in memory: a bulk array is a piece of its own, so
+/// that it is written from where it is.
+#[derive(Clone, Copy, Debug)]
+pub struct EncodedPieces<'a>(pub &'a [&'a [u8]]);
+
+impl Encode for EncodedPieces<'_> {
+    fn encode<E: Encoder>(&self, encoder: &mut E) -> Result<(), bincode::error::EncodeError> {
+        self.0.iter().try_for_each(|piece| encoder.writer().write(piece))
+    }
+}
+
+impl Encodable for EncodedPieces<'_> {}
+
 /// Appends `value` to `bytes`.
 ///
 /// # Errors
 /// If the value is larger than [`MAX_DATA_LEN`]; `bytes` is then as before.
-pub fn encode_into<T: WireType>(value: &T, bytes: &mut Vec<u8>) -> Result<(), EncodeError> {
+pub fn encode_into<T: Encodable>(value: &T, bytes: &mut Vec<u8>) -> Result<(), EncodeError> {
     let start = bytes.len();
     let most = start.saturating_add(MAX_DATA_LEN);
     write(value, &mut Append { bytes, most }).map_err(|error| {
@@ -52,7 +80,7 @@ pub fn encode_into<T: WireType>(value: &T, bytes: &mut Vec<u8>) -> Result<(), En
 ///
 /// # Errors
 /// As [`encode_into`].
-pub fn encode<T: WireType>(value: &T) -> Result<Vec<u8>, EncodeError> {
+pub fn encode<T: Encodable>(value: &T) -> Result<Vec<u8>, EncodeError> {
     let mut bytes = Vec::new();
     encode_into(value, &mut bytes)?;
     Ok(bytes)
@@ -62,8 +90,8 @@ pub fn encode<T: WireType>(value: &T) -> Result<Vec<u8>, EncodeError> {
 ///
 /// # Errors
 /// What the writer refuses.
-pub fn write<T: WireType, W: Writer>(value: &T, writer: &mut W) -> Result<(), EncodeError> {
-    let _ = const { T::MIN_LEN };
+pub fn write<T: Encodable, W: Writer>(value: &T, writer: &mut W) -> Result<(), EncodeError> {
+    const { T::IS_READABLE };
     bincode::encode_into_writer(value, writer, config::legacy()).map_err(EncodeError::Refused)
 }
 
@@ -71,7 +99,7 @@ pub fn write<T: WireType, W: Writer>(value: &T, writer: &mut W) -> Result<(), En
 ///
 /// # Errors
 /// If the value is larger than [`MAX_DATA_LEN`].
-pub fn encoded_len<T: WireType>(value: &T) -> Result<usize, EncodeError> {
+pub fn encoded_len<T: Encodable>(value: &T) -> Result<usize, EncodeError> {
     let mut size = SizeWriter::default();
     write(value, &mut size)?;
     if size.bytes_written > MAX_DATA_LEN {

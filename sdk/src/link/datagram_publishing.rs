@@ -5,10 +5,10 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use armor_wire::codec::{self, EncodeError};
+use armor_wire::codec::{self, Encodable, EncodeError};
 use armor_wire::datagram::{DatagramSender, DatagramSwitchBody};
 use armor_wire::frame::{self, DataHeader, Frame, FrameKind, PREFIX_LEN};
-use armor_wire::message::{Message, WireType};
+use armor_wire::message::WireType;
 
 use super::datagrams_out::LinkDatagrams;
 use super::publishing::OutputState;
@@ -109,7 +109,7 @@ impl OutgoingLink {
 impl OutputState {
     /// Gives the message to the links whose data go in datagrams; those that cannot carry it take the
     /// stream. Returns whether the service thread must look after them.
-    pub(super) fn publish_in_datagrams<T: Message>(
+    pub(super) fn publish_in_datagrams<T: Encodable>(
         &mut self,
         message: &T,
         header: DataHeader,

@@ -22,7 +22,7 @@ use super::payload::StoredPayload;
 use super::pull::{PullDeadline, PullState, PulledMessage};
 use crate::counter::SingleWriterCounter;
 use crate::declared::DeclaredType;
-use crate::message_type::LearnedType;
+use crate::message_type::{LearnedType, MessageType};
 
 /// Looks in a row without any byte after which a publisher is taken for dead: those of as many
 /// beats as may be missed. The last byte came up to one look before the first of them, so this
@@ -35,7 +35,7 @@ pub(crate) struct InputPort {
     pub required: bool,
     /// Any number of links may feed it: each is a port of its own, of the same id.
     pub many: bool,
-    pub type_name: &'static str,
+    pub type_name: String,
     pub schema: String,
     pub schema_hash: u64,
     /// Of an input that takes any type; shared by all its sources.
@@ -81,17 +81,23 @@ impl InputPort {
         Self::unconnected(id, (required, many), T::NAME, (schema, T::schema_hash()), learned)
     }
 
+    /// An input whose messages are taken encoded, by their schema.
+    pub fn of_schema(id: &str, required: bool, many: bool, message_type: &MessageType) -> Self {
+        let schema = (message_type.schema.clone(), message_type.schema_hash);
+        Self::unconnected(id, (required, many), &message_type.name, schema, None)
+    }
+
     /// The same input for one more source.
     pub fn new_source(&self) -> Self {
         let schema = (self.schema.clone(), self.schema_hash);
         let (nature, learned) = ((self.required, self.many), self.learned.clone());
-        Self::unconnected(&self.id, nature, self.type_name, schema, learned)
+        Self::unconnected(&self.id, nature, &self.type_name, schema, learned)
     }
 
     fn unconnected(
         id: &str,
         (required, many): (bool, bool),
-        type_name: &'static str,
+        type_name: &str,
         (schema, schema_hash): (String, u64),
         learned: Option<Arc<LearnedType>>,
     ) -> Self {
@@ -99,7 +105,7 @@ impl InputPort {
             id: id.into(),
             required,
             many,
-            type_name,
+            type_name: type_name.into(),
             schema,
             schema_hash,
             learned,
@@ -132,7 +138,7 @@ impl InputPort {
         let learned = self.learned.as_ref().and_then(|learned| learned.known());
         let (name, schema_hash) = match learned {
             Some(known) => (known.name.as_str(), known.schema_hash),
-            None => (self.type_name, self.schema_hash),
+            None => (self.type_name.as_str(), self.schema_hash),
         };
         DeclaredType { input: &self.id, name, schema_hash, learned }
     }

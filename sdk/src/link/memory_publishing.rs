@@ -4,10 +4,10 @@
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 use armor_memory::MemoryError;
-use armor_wire::codec::{self, EncodeError};
+use armor_wire::codec::{self, Encodable, EncodeError};
 use armor_wire::frame::{self, DATA_HEADER_LEN, DataHeader, Frame, FrameKind, PREFIX_LEN};
 use armor_wire::keep::Keep;
-use armor_wire::message::{Message, WireType};
+use armor_wire::message::WireType;
 use armor_wire::shared_memory::{
     MemoryOfferBody, MemoryUse, SLOT_HEADER_LEN, SlotEndBody, SlotOfferBody, write_slot_header,
 };
@@ -21,7 +21,7 @@ use super::wire_out::OutgoingLink;
 impl OutputState {
     /// Encodes the message into a slot and gives that to every link with memory. Links that can
     /// have memory get it first, if they have asked for it or the message is large.
-    pub(super) fn publish_in_memory<T: Message>(
+    pub(super) fn publish_in_memory<T: Encodable>(
         &mut self,
         message: &T,
         header: &DataHeader,

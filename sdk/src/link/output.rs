@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_wire::codec::{self, EncodeError, MAX_DATA_LEN};
+use armor_wire::codec::{self, Encodable, EncodeError, EncodedPieces, MAX_DATA_LEN};
 use armor_wire::control::OutputStatus;
 use armor_wire::frame::{DATA_HEADER_LEN, DataHeader};
 use armor_wire::hello::{LinkRequest, Refusal, RefusalCode};
@@ -63,6 +63,18 @@ impl OutputPort {
         let (data, type_name) = (data.into(), T::NAME.into());
         let entry = DataEntry { data, type_name, schema: schema.to_string(), latched };
         Self::of_entry(id, TypeId::of::<T>(), entry, schema.max_len())
+    }
+
+    /// An output whose messages are given encoded, by their schema.
+    pub fn of_schema(id: &str, data: &str, message_type: &MessageType, latched: bool) -> Self {
+        let entry = DataEntry {
+            data: data.into(),
+            type_name: message_type.name.clone(),
+            schema: message_type.schema.clone(),
+            latched,
+        };
+        let most_len = schema::parse(&entry.schema).ok().and_then(|schema| schema.max_len());
+        Self::of_entry(id, TypeId::of::<EncodedPieces<'static>>(), entry, most_len)
     }
 
     fn of_entry(id: &str, message: TypeId, entry: DataEntry, most_len: Option<usize>) -> Self {
@@ -172,7 +184,7 @@ impl OutputPort {
     }
 
     /// Publishes `message`.
-    pub fn publish<T: Message>(
+    pub fn publish<T: Encodable>(
         &self,
         message: &T,
         how: &PublishContext<'_>,

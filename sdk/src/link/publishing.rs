@@ -6,9 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use armor_wire::bincode;
 use armor_wire::bincode::enc::write::Writer;
-use armor_wire::codec::{self, EncodeError};
+use armor_wire::codec::{self, Encodable, EncodeError};
 use armor_wire::frame::{DATA_HEADER_LEN, DataHeader, FLAG_FRESH};
-use armor_wire::message::Message;
 
 use super::kept::KeptFrames;
 use super::memory_out::OutputSlots;
@@ -76,7 +75,7 @@ fn marked_fresh(frame: &[u8]) -> Vec<u8> {
     frame
 }
 
-pub(super) fn encode_frame<T: Message>(
+pub(super) fn encode_frame<T: Encodable>(
     message: &T,
     header: DataHeader,
 ) -> Result<Vec<u8>, EncodeError> {
@@ -104,7 +103,7 @@ impl OutputState {
 
     /// Keeps the message for the subscribers that pull, in the memory of the one before if no link
     /// still writes that.
-    pub(super) fn store_newest<T: Message>(
+    pub(super) fn store_newest<T: Encodable>(
         &mut self,
         message: &T,
         header: DataHeader,
@@ -136,7 +135,7 @@ impl OutputState {
     }
 
     /// Encodes into the output's buffer and offers that. `false` if the message is large.
-    pub(super) fn publish_small<T: Message>(
+    pub(super) fn publish_small<T: Encodable>(
         &mut self,
         message: &T,
         header: DataHeader,
@@ -169,7 +168,7 @@ impl OutputState {
     }
 
     /// Writes directly from the message to every free link; the others queue one shared copy.
-    pub(super) fn publish_large<T: Message>(
+    pub(super) fn publish_large<T: Encodable>(
         &mut self,
         message: &T,
         header: DataHeader,

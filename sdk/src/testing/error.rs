@@ -14,7 +14,7 @@ pub enum TestError {
     #[error("`{kind}` cannot be built: {fault}")]
     NotBuilt {
         /// The kind of component.
-        kind: &'static str,
+        kind: String,
         /// Why.
         fault: Fault,
     },
@@ -22,7 +22,7 @@ pub enum TestError {
     #[error("`{kind}` has no {noun} `{id}`{}", list_ports(existing))]
     NoPort {
         /// The kind of component.
-        kind: &'static str,
+        kind: String,
         /// `input` or `output`.
         noun: &'static str,
         /// The name given.
@@ -40,13 +40,13 @@ pub enum TestError {
         /// The type that it was declared with.
         declared: String,
         /// The type that the test gives or asks for.
-        given: &'static str,
+        given: String,
     },
     /// A second source for an input that takes one.
     #[error("input `{input}` of `{kind}` takes one source; declare it as `Many<…>` for several")]
     OneSource {
         /// The kind of component.
-        kind: &'static str,
+        kind: String,
         /// The input.
         input: String,
     },
@@ -62,7 +62,7 @@ pub enum TestError {
     #[error("`{kind}` gets no calls: {why}")]
     NotActive {
         /// The kind of component.
-        kind: &'static str,
+        kind: String,
         /// Its state, and what led to it.
         why: String,
     },
@@ -70,7 +70,7 @@ pub enum TestError {
     #[error("`{kind}` has failed: {reason}")]
     Failed {
         /// The kind of component.
-        kind: &'static str,
+        kind: String,
         /// Why, as it is reported.
         reason: String,
     },
