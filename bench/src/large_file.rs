@@ -80,6 +80,7 @@ fn make_manifest(kind: String) -> Manifest {
         kind,
         summary: String::new(),
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,

@@ -125,6 +125,7 @@ fn kinds() -> Kinds {
         kind: "block".into(),
         summary: "Takes and gives.".into(),
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,

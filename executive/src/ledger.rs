@@ -238,6 +238,13 @@ impl Ledger {
         self.authority.pause.is_none() || self.plan.place(place).safety
     }
 
+    /// Whether the last activation of the component is over: for a moment nothing needed it. A process
+    /// that still runs belongs to no activation, and starts again if it is needed again.
+    pub(crate) fn is_activation_over(&self, component: ComponentId) -> bool {
+        let is_controlled = self.plan.component(component).is_controlled();
+        is_controlled && !self.activations[component.index()].open
+    }
+
     /// Whether a marked place wants the component to run, now.
     pub(crate) fn runs(&self, component: ComponentId) -> bool {
         let places = &self.plan.component(component).places;

@@ -25,6 +25,7 @@ fn manifests() -> Manifests {
         kind: "power".into(),
         summary: "for the test".into(),
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,

@@ -4,6 +4,7 @@
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 
+use armor_wire::hello::VERSION;
 use armor_wire::manifest::{
     MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortManifest,
 };
@@ -95,6 +96,7 @@ pub(crate) fn describe_kind(
         value_effects: kind.value_effects.clone(),
         frames: kind.frames.clone(),
         controllable: participant.lifecycle.is_controllable(),
+        protocol: Some(VERSION),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));
     if faults.is_empty() { Ok(manifest) } else { Err(ManifestFaults(faults).into()) }

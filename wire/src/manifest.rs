@@ -64,6 +64,14 @@ pub struct Manifest {
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
+    /// The version of the protocol that it speaks, [`VERSION`](crate::hello::VERSION) of its build. Left
+    /// out: unknown.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "deserialize_given"
+    )]
+    pub protocol: Option<u16>,
 }
 
 /// The frame of a port: a file that links the port must place it on the robot.

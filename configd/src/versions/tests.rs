@@ -243,6 +243,7 @@ fn live_manifests() -> Manifests {
         kind: kind.into(),
         summary: String::new(),
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,

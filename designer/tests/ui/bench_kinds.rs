@@ -59,6 +59,7 @@ fn kind(
         parameters,
         events: None,
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,

@@ -79,8 +79,11 @@ impl Commands {
             return;
         }
         let decided = cx.ledger().activation(component).number;
-        if observed.doing == Doing::Active && observed.activation != decided {
-            // It runs for another executive, or for a decision that never reached the journal.
+        let is_another =
+            observed.activation != decided || cx.ledger().is_activation_over(component);
+        if observed.doing == Doing::Active && is_another {
+            // It runs for another executive, for a decision that never reached the journal, or for an
+            // activation that was over before it could be stopped.
             self.want_off(cx, component);
         } else if observed.doing.is_at_rest() && observed.order.is_none() {
             activate_component(cx, component);

@@ -86,6 +86,7 @@ pub(super) fn is_up(cx: &Context, component: ComponentId) -> bool {
     observed.presence == ProcessPresence::Here
         && observed.doing == Doing::Active
         && observed.activation == cx.ledger().activation(component).number
+        && !cx.ledger().is_activation_over(component)
         && observed.order.is_none_or(|order| !order.stop)
 }
 

@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use armor_robotfile::{Code, Finding};
+use armor_wire::hello::VERSION;
 use armor_wire::manifest::{MANIFEST_VERSION, Manifest};
 use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -236,8 +237,33 @@ fn check_exit(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
 
 /// What every version has.
 #[derive(Deserialize)]
-struct ManifestVersion {
+struct ManifestVersions {
     armor_manifest: u32,
+    #[serde(default)]
+    protocol: Option<u16>,
+}
+
+impl ManifestVersions {
+    /// # Errors
+    /// If the component was built for another release than this one.
+    fn compare(&self) -> Result<(), ProbeProblem> {
+        let protocol = self.protocol.unwrap_or(VERSION);
+        let (form, known) = (self.armor_manifest, MANIFEST_VERSION);
+        let (message, is_newer) = if form != known {
+            (format!("its manifest is of version {form}, not {known}"), form > known)
+        } else if protocol != VERSION {
+            let message = format!("it speaks version {protocol} of the protocol, not {VERSION}");
+            (message, protocol > VERSION)
+        } else {
+            return Ok(());
+        };
+        let remedy = if is_newer {
+            "it was built for a newer Armor: update this one"
+        } else {
+            "rebuild it with this version's SDK"
+        };
+        Err(ProbeProblem { code: Code::ManifestVersion, message, remedy })
+    }
 }
 
 fn parse_manifest(bytes: &[u8]) -> Result<Manifest, ProbeProblem> {
@@ -261,18 +287,8 @@ fn parse_manifest(bytes: &[u8]) -> Result<Manifest, ProbeProblem> {
         };
         no_manifest(format!("--describe printed {printed}: {error}"))
     };
-    let ManifestVersion { armor_manifest: version } = serde_json::from_str(text).map_err(wrong)?;
-    if version != MANIFEST_VERSION {
-        return Err(ProbeProblem {
-            code: Code::ManifestVersion,
-            message: format!("its manifest is of version {version}, not {MANIFEST_VERSION}"),
-            remedy: if version > MANIFEST_VERSION {
-                "it was built for a newer Armor: update this one"
-            } else {
-                "rebuild it with this version's SDK"
-            },
-        });
-    }
+    let versions: ManifestVersions = serde_json::from_str(text).map_err(wrong)?;
+    versions.compare()?;
     let manifest: Manifest = serde_json::from_str(text).map_err(wrong)?;
     manifest.validate().map_err(|why| no_manifest(format!("its manifest is wrong: {why}")))?;
     Ok(manifest)

@@ -40,6 +40,7 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
     let there = |name: &str| scratch.path().join("components").join(name);
     script(&there("good"), &describing("arm"));
     let newer = manifest("x").replace("1,", "2,\"colour\":3,");
+    let older = manifest("x").replace("1,", "1,\"protocol\":3,");
     let twice = manifest("x").replace(
         "\"parameters\":[",
         r#""parameters":[{"name":"a","type":"text"},{"name":"a","type":"text"}"#,
@@ -78,6 +79,7 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
         ),
         ("bytes", "#!/bin/sh\nprintf '\\377\\376'", "W0119", "not UTF-8"),
         ("newer", &format!("#!/bin/sh\necho '{newer}'"), "W0127", "version 2"),
+        ("older", &format!("#!/bin/sh\necho '{older}'"), "W0127", "version 3 of the protocol"),
         ("twice", &format!("#!/bin/sh\necho '{twice}'"), "W0119", "a occurs twice"),
         ("alien", "#!/no/such/python\n", "W0119", "missing"),
         ("README", "A text file from a stick without modes.", "W0128", "no program"),

@@ -222,6 +222,7 @@ fn kind(name: &str) -> Manifest {
         kind: name.into(),
         summary: String::new(),
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,

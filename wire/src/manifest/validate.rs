@@ -10,6 +10,7 @@ use super::{
     EffectKind, EventManifest, EventValue, MANIFEST_VERSION, Manifest, ParameterManifest,
     ParameterType, PortManifest,
 };
+use crate::hello::VERSION;
 use crate::name::is_name;
 use crate::quantity::{self, QuantityError, Unit};
 use crate::schema::{self, ANY_NAME, Schema};
@@ -88,6 +89,12 @@ impl Manifest {
             let version = self.armor_manifest;
             let problem = format!("its manifest is of version {version}, not {MANIFEST_VERSION}");
             of_kind.add("armor_manifest", problem, "build it with this version's SDK");
+        }
+        if let Some(protocol) = self.protocol
+            && protocol != VERSION
+        {
+            let problem = format!("it speaks version {protocol} of the protocol, not {VERSION}");
+            of_kind.add("protocol", problem, "build it with the SDK of this release");
         }
         if !is_name(&self.kind) {
             of_kind.add("kind", format!("`{}` is not a name", self.kind), NAMES);

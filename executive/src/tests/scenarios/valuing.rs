@@ -90,6 +90,28 @@ fn a_component_that_continues_with_the_same_value_is_not_disturbed() {
     assert_eq!((bench.wanted(), bench.marked()), (vec![], vec!["again".into()]));
 }
 
+/// The explorer fails in two places: the first is left for a shelter without the driver, which ends the
+/// driver's activation, and the second has no refuge, so at the same moment the mission retreats to a
+/// place in which the driver drives on, with another value.
+#[test]
+fn a_component_that_nothing_needed_for_a_moment_is_stopped_and_started_again() {
+    let mut office = office();
+    let (explorer, driver) = (office.explorer, office.driver);
+    office.plan.place("watch", 1, &[explorer]);
+    let shelter = office.plan.place("shelter", 0, &[]);
+    let aside = office.plan.place("aside", 0, &[driver]);
+    office.plan.places[office.explore.index()].on_failure = Some(shelter);
+    office.plan.safe = Some(aside);
+    let mut bench = Bench::begun(office.giving(aside, driver, "aside"));
+    let before = bench.activation(driver);
+    let failed = ComponentReport::Failed { reason: "no way".into() };
+    bench.reports(explorer, bench.activation(explorer), failed);
+    assert!(bench.wanted().contains(&"freeze driver".to_owned()));
+    bench.obey();
+    assert_eq!(bench.values(driver), ["area=aside"]);
+    assert!(bench.activation(driver) > before && bench.marked() == ["aside"]);
+}
+
 #[test]
 fn a_component_that_comes_back_is_given_its_values_again() {
     let (office, explorer, _) = two_areas(None);

@@ -32,8 +32,9 @@ impl Outlook {
         Self { dice, next, reports: vec![None; plan.watches().len()], restarted: None }
     }
 
-    pub(super) fn executive_starts(&mut self, now: Duration, again: bool) {
-        self.reports.fill(None);
+    pub(super) fn executive_starts(&mut self, watches: usize, now: Duration, again: bool) {
+        self.reports = vec![None; watches];
+        self.next.resize(watches, now);
         self.restarted = again.then_some(now);
         for next in &mut self.next {
             *next = now + self.dice.up_to_ms(3000);

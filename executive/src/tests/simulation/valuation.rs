@@ -69,13 +69,15 @@ impl Play {
                 let process = &self.world.processes[component.index()];
                 let is_only = |place: &PlannedPlace| {
                     place.values.iter().all(|(other, given)| {
-                        other != component || given.parameter != value.parameter || given == value
+                        let is_same = given.terms() == value.terms();
+                        other != component || given.parameter != value.parameter || is_same
                     })
                 };
                 let is_asked = process.active
                     && self.plan.component(*component).is_controlled()
                     && self.plan.places().iter().all(is_only);
-                let has = process.values.contains(value);
+                // The same value may be at another place in another version of the file.
+                let has = process.values.iter().any(|given| given.terms() == value.terms());
                 let name = &self.plan.component(*component).name;
                 assert!(!is_asked || has, "{name} is without {value} in {}", it.place);
             }

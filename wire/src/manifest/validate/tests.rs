@@ -44,6 +44,7 @@ fn manifest() -> Manifest {
         kind: "mapper".into(),
         summary: "Draws.".into(),
         controllable: true,
+        protocol: None,
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,
@@ -74,8 +75,9 @@ fn set_schema(port: &mut PortManifest, schema: &str) {
 #[test]
 fn each_fault_is_named() {
     assert_eq!(manifest().validate(), Ok(()));
-    let faults: [(&str, Fault); 37] = [
+    let faults: [(&str, Fault); 38] = [
         ("version 2", |m| m.armor_manifest = 2),
+        ("speaks version 3 of the protocol", |m| m.protocol = Some(3)),
         ("`9x` is not a name", |m| m.kind = "9x".into()),
         ("summary is not one line", |m| m.summary = "a\u{1b}[2J".into()),
         ("port map occurs twice", |m| m.inputs[0].id = "map".into()),
