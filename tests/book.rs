@@ -11,6 +11,7 @@ mod usage;
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -22,6 +23,9 @@ use scene::{Scene, is_scene, make_folder, scene_names};
 use usage::{Usage, words_of};
 
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// The number of pages that are followed at the same time. Each runs a system or two.
+const READERS: usize = 4;
 
 /// Why commands of the book are not run here.
 const REASONS: [(&str, &str); 7] = [
@@ -37,7 +41,7 @@ const REASONS: [(&str, &str); 7] = [
     ("reader", "it needs a file or program of the reader's"),
 ];
 
-/// Commands that stay until Ctrl-C and print at once, unless they have one of the options.
+/// Commands that stay until Ctrl-C and print immediately, unless they have one of the options.
 const UNENDING: [(&str, &[&str]); 9] = [
     ("armor echo", &["--once", "--count"]),
     ("armor hz", &["--count"]),
@@ -133,10 +137,15 @@ fn every_command_of_the_book_runs_as_it_is_written() {
     let is_run = |block: &Block| matches!(block.treatment, Treatment::Run { .. });
     let pages = read_book().into_iter().filter(|page| !page.is_run_elsewhere());
     let pages: Vec<_> = pages.filter(|page| page.blocks.iter().any(is_run)).collect();
+    let next = Mutex::new(pages.iter().enumerate());
+    let take_next = || next.lock().expect("no reader panics while it takes a page").next();
     thread::scope(|scope| {
-        for (number, page) in pages.iter().enumerate() {
-            let reader = thread::Builder::new().name(page.path.clone());
-            reader.spawn_scoped(scope, move || follow(page, number)).expect("a thread");
+        for _ in 0..READERS {
+            scope.spawn(|| {
+                while let Some((number, page)) = take_next() {
+                    follow(page, number);
+                }
+            });
         }
     });
 }

@@ -17,6 +17,10 @@ const OTHER_PROGRAMS: [&str; 29] = [
 /// Commands that no help lists: `armor` starts them itself.
 const HIDDEN: [&str; 1] = ["group-killer"];
 
+/// Options of cargo that no value follows.
+const NO_VALUE: [&str; 6] =
+    ["--release", "--workspace", "--all-targets", "--lib", "--locked", "--quiet"];
+
 /// The helps of `armor` that were read, and the packages of the repository.
 pub struct Usage {
     folder: Folder,
@@ -162,20 +166,14 @@ impl Usage {
                     return Err(format!("there is no {word}"));
                 }
                 "--test" | "--example" | "--bench" | "--bin" => {
-                    self.check_target(packages.last(), before, word)?
+                    self.check_target(packages.last(), before, word)?;
                 }
                 _ if !word.starts_with('-') && !before.starts_with("--") => {
-                    filters.push(word.clone())
+                    filters.push(word.clone());
                 }
                 _ => {}
             }
-            before = if ["--release", "--workspace", "--all-targets", "--lib"]
-                .contains(&word.as_str())
-            {
-                ""
-            } else {
-                word
-            };
+            before = if NO_VALUE.contains(&word.as_str()) { "" } else { word };
         }
         if let Some(unknown) = packages.iter().find(|name| !self.packages.contains_key(**name)) {
             return Err(format!("there is no package {unknown}"));
@@ -202,7 +200,8 @@ impl Usage {
 
     /// A test, example or bench is named in the manifest of its package, or is a file of that name.
     fn check_target(&self, package: Option<&&str>, option: &str, name: &str) -> Result<(), String> {
-        let folder = &self.packages[*package.unwrap_or(&"armor")];
+        let package = package.copied().unwrap_or("armor");
+        let folder = self.packages.get(package).ok_or(format!("there is no package {package}"))?;
         let kind = option.trim_start_matches("--");
         let below = if kind == "bench" { "benches".into() } else { format!("{kind}s") };
         let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
