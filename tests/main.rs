@@ -1,6 +1,7 @@
 //! Whole-system tests: the real `armor` program and real processes, from outside.
 
 mod board;
+mod book;
 mod changes;
 mod checks;
 mod command;

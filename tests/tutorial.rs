@@ -1,8 +1,8 @@
 //! Follows the tutorial exactly: writes its files, runs its commands, and compares their output
 //! with the page. `docs/tutorial/README.md` states the conventions.
 
-mod page;
-mod terminal;
+pub mod page;
+pub mod terminal;
 
 use std::os::unix::fs::symlink;
 use std::path::Path;

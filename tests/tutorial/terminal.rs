@@ -1,8 +1,8 @@
 //! A reader's terminal. It keeps its current folder between commands; further terminals open there.
 
 use std::fs::File;
-use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -29,6 +29,8 @@ pub struct Terminal<'a> {
     folder: &'a Folder,
     /// Where `armor` and `cargo` are found.
     path: String,
+    /// Whether the folder is the reader's home, too.
+    is_home: bool,
     opened: AtomicUsize,
 }
 
@@ -40,9 +42,19 @@ impl<'a> Terminal<'a> {
         std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_armor"), bin.join("armor")).expect("a link");
         folder.executable(".bin/cargo", CARGO);
         let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap_or_default());
-        let terminal = Self { folder, path, opened: AtomicUsize::new(0) };
+        let terminal = Self { folder, path, is_home: false, opened: AtomicUsize::new(0) };
         std::fs::write(terminal.place(), folder.path().display().to_string()).expect("writable");
         terminal
+    }
+
+    /// A terminal in `folder`, which is also the reader's home.
+    pub fn at_home(folder: &'a Folder) -> Self {
+        Self { is_home: true, ..Self::new(folder) }
+    }
+
+    /// Returns the length of a file in the current folder, 0 if there is none.
+    pub fn len_of(&self, file: &Path) -> u64 {
+        std::fs::metadata(self.here().join(file)).map_or(0, |metadata| metadata.len())
     }
 
     /// Where the name of the current folder is kept.
@@ -61,6 +73,12 @@ impl<'a> Terminal<'a> {
         command.env("REAL_CARGO", env!("CARGO")).env("CARGO_NET_OFFLINE", "true");
         command.env("XDG_RUNTIME_DIR", self.folder.path().join("run"));
         let others = ["ARMOR_REGISTRY", "ARMOR_COMPONENTS", "ARMOR_OUT", "ARMOR_LOG"];
+        if self.is_home {
+            command.env("HOME", self.folder.path());
+            for variable in ["XDG_CONFIG_HOME", "XDG_DATA_HOME", "ARMOR_KEYS"] {
+                command.env_remove(variable);
+            }
+        }
         for variable in others.into_iter().chain(["CARGO_TARGET_DIR"]) {
             command.env_remove(variable);
         }
@@ -125,16 +143,48 @@ impl Program {
         !crate::fixture::is_alive(pid)
     }
 
+    /// Returns whether it handles Ctrl-C, as a program does that has begun its work.
+    pub fn catches_interrupt(&self) -> bool {
+        let status = format!("/proc/{}/status", self.child.id());
+        let status = std::fs::read_to_string(status).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        let caught = caught.and_then(|set| u64::from_str_radix(set.trim(), 16).ok()).unwrap_or(0);
+        caught & (1 << (Signal::INT.as_raw() - 1)) != 0
+    }
+
+    /// Waits for its end, which must be a success.
+    pub fn wait_for_success(mut self, at: &str) {
+        let status = wait_for(at, || self.child.try_wait().expect("it is ours"));
+        assert!(status.success(), "{at}: {status}\n{}", self.output());
+    }
+
     /// Sends Ctrl-C unless the program has already ended; returns all of its output.
     pub fn interrupt(mut self, at: &str) -> String {
-        if !self.has_ended() {
-            self.signal(Signal::INT);
-        }
-        let status =
-            wait_for("the end after Ctrl-C", || self.child.try_wait().expect("it is ours"));
+        let status = self.press_control_c();
         let output = self.output();
         assert!(matches!(status.code(), Some(0 | 130)), "{at}: {status}\n{output}");
         output
+    }
+
+    /// As [`Self::interrupt`], of a program that has nothing to do at its end: the signal ends it.
+    pub fn interrupt_reader(mut self, at: &str) {
+        let status = self.press_control_c();
+        let is_interrupted = status.signal() == Some(Signal::INT.as_raw());
+        let is_fine = is_interrupted || matches!(status.code(), Some(0 | 130));
+        assert!(is_fine, "{at}: {status}\n{}", self.output());
+    }
+
+    fn press_control_c(&mut self) -> ExitStatus {
+        if !self.has_ended() {
+            self.signal(Signal::INT);
+        }
+        wait_for("the end after Ctrl-C", || self.child.try_wait().expect("it is ours"))
+    }
+
+    /// Returns whether it is the program itself, no more the shell, and waits for something.
+    pub fn waits_as(&self, name: &str) -> bool {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id()));
+        stat.unwrap_or_default().contains(&format!("({name}) S"))
     }
 
     fn signal(&self, signal: Signal) {

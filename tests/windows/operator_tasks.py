@@ -9,7 +9,7 @@ from pathlib import Path
 from driver import TaskFailed, Window, await_that, mean_brightness, run
 from tasks import Stage, TaskList
 
-OPERATOR = TaskList("operator", Path(__file__).parents[2] / "docs" / "operator.md")
+OPERATOR = TaskList("operator", Path(__file__).parents[2] / "docs" / "screen.md")
 task = OPERATOR.task
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Does the tasks of docs/designer.md and docs/operator.md in the real windows, under a display of
+"""Does the tasks of docs/designer.md and docs/screen.md in the real windows, under a display of
 their own, and takes a picture of each.
 
   tests/windows/run.py [FOLDER] [--only designer|operator]

@@ -132,7 +132,7 @@ impl Preface {
                 ),
                 None => format!(
                     "{what} is only for processes on the hosts of the system, not for the key of \
-                     {name}; through ssh it is possible (docs/operator.md)"
+                     {name}; through ssh it is possible (docs/keys.md)"
                 ),
             },
         };

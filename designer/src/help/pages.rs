@@ -43,8 +43,9 @@ macro_rules! documents {
 pub const DOCUMENTS: &[HelpDocument] = documents! {
     "designer.md" "tutorial/1-run.md" "tutorial/2-component.md" "tutorial/3-inputs.md"
     "tutorial/4-system.md" "tutorial/5-mission.md" "tutorial/6-when-it-stands-still.md"
-    "tutorial/7-replay.md" "file-format.md" "semantics.md" "missions.md" "units.md" "links.md"
-    "frames.md" "blackboard.md" "manifest.md" "command-line.md" "operator.md" "hosts.md"
+    "tutorial/7-replay.md" "robot.md" "component.md" "mission.md" "watch.md" "missions.md"
+    "file-format.md" "semantics.md" "units.md" "links.md" "frames.md" "blackboard.md" "manifest.md"
+    "command-line.md" "operator.md" "screen.md" "web.md" "hosts.md" "keys.md" "security.md"
     "journal.md" "recordings.md"
 };
 

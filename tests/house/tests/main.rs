@@ -2,5 +2,6 @@
 // A test may panic where a program may not.
 #![allow(clippy::unwrap_used)]
 
+mod book;
 mod limits;
 mod reader;

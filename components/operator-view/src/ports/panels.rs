@@ -47,11 +47,11 @@ mod tests {
     fn every_panel_has_its_own_name_and_a_row_in_the_documentation() {
         let names: Vec<_> = make_panels().iter().map(|panel| panel.name()).collect();
         assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{names:?}");
-        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/operator.md");
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/screen.md");
         let page = std::fs::read_to_string(page).unwrap();
         for name in names {
             let row = format!("| `{name}` |");
-            assert!(page.lines().any(|line| line.starts_with(&row)), "docs/operator.md: {row}");
+            assert!(page.lines().any(|line| line.starts_with(&row)), "docs/screen.md: {row}");
         }
     }
 }
