@@ -85,6 +85,33 @@ def resident_kb():
     return int(pathlib.Path("/proc/self/status").read_text().split("VmRSS:")[1].split()[0])
 
 
+FIRST = """
+import armor, time, os
+from armor.messages import Flag
+class First(armor.Component):
+    'Ends after its first message.'
+    def __init__(self): self.provide("out", Flag)
+    def exec(self, call):
+        self.send_data("out", Flag(data=True))
+        os._exit(0)
+armor.run(First)
+"""
+
+
+def measure_first():
+    """From the start of a process until it has published, without a bare interpreter's time."""
+    arguments = ["--alone", "--registry", REGISTRY]
+
+    def seconds(code):
+        begun = time.perf_counter()
+        command = [sys.executable, "-c", code, *arguments]
+        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+        return time.perf_counter() - begun
+
+    pairs = [(seconds("import os; os._exit(0)"), seconds(FIRST)) for _ in range(21)]
+    return statistics.median(first - bare for bare, first in pairs) * 1e3
+
+
 def measure_start():
     """What the import adds to the interpreter: time of whole processes, and resident memory."""
 
@@ -93,10 +120,12 @@ def measure_start():
         subprocess.run([sys.executable, "-c", code], check=True)
         return time.perf_counter() - begun
 
-    added = "import armor, armor.messages"
-    pairs = [(seconds("pass"), seconds(added)) for _ in range(21)]
+    end = "; import os; os._exit(0)"
+    added = "import armor, armor.messages" + end
+    pairs = [(seconds("pass" + end), seconds(added)) for _ in range(21)]
     took = statistics.median(with_armor - bare for bare, with_armor in pairs)
     print(f"import of armor and its messages: {took * 1e3:.1f} ms beyond the interpreter's start")
+    print(f"start to the first message: {measure_first():.1f} ms beyond the interpreter's start")
     code = "import {}; print([l for l in open('/proc/self/status') if 'VmRSS' in l][0].split()[1])"
     for before in ("sys", "numpy"):
         values = [
@@ -289,8 +318,6 @@ def main():
         library, role, seconds, size, core = options.role.split()
         os.sched_setaffinity(0, {int(core)})
         return RUN[library](role, float(seconds), int(size))
-    if options.start:
-        return measure_start()
     if options.memory:
         os.environ["PEERS_MEMORY"] = str(options.memory)
         options.libraries, options.only, options.rounds, options.seconds = ["armor"], "flood 100 B", 1, 600
@@ -300,6 +327,8 @@ def main():
     registry = subprocess.Popen([options.armor, "registry", "--listen", REGISTRY], stderr=subprocess.DEVNULL)
     time.sleep(0.5)
     try:
+        if options.start:
+            return measure_start()
         for name in [options.only] if options.only else JOBS:
             roles, size, keys, unit = JOBS[name]
             found = {library: [] for library in options.libraries}
