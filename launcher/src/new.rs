@@ -1,9 +1,10 @@
 //! `armor new NAME`: the project of a component that builds and runs.
 
+mod script;
 pub mod sdk;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
@@ -97,7 +98,8 @@ const UNBUILDABLE: &[&str] = &[
 #[command(after_help = "Examples:
   armor new blinker                       uses the SDK next to this program, or Armor's sources
   armor new blinker --vendor              with a copy of the SDK inside the project
-  armor new blinker --path parts/blinker --sdk ~/armor/sdk")]
+  armor new blinker --path parts/blinker --sdk ~/armor/sdk
+  armor new blinker --python              a script in Python, with its test")]
 pub struct NewArguments {
     /// Name of the component: its kind, its folder and its package.
     pub name: String,
@@ -111,6 +113,9 @@ pub struct NewArguments {
     /// Copy armor-sdk into the project, which then needs no other folder.
     #[arg(long)]
     pub vendor: bool,
+    /// Write a component in Python: a script, which needs the package `armor` (docs/python.md).
+    #[arg(long, conflicts_with_all = ["sdk", "vendor"])]
+    pub python: bool,
 }
 
 impl Verb for NewArguments {
@@ -138,11 +143,14 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
         };
         bail!("a component cannot be named {name}: {why}; for example: armor new {stem}-component");
     }
-    let source = SdkSource::find(arguments.sdk.as_deref())?;
     let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
     if folder.exists() {
         bail!("{} exists already; remove it or give another --path", folder.display());
     }
+    if arguments.python {
+        return create_script(name, &folder);
+    }
+    let source = SdkSource::find(arguments.sdk.as_deref())?;
     // A copy next to the program would move with it, so the project gets its own.
     let is_copied =
         arguments.vendor || (arguments.sdk.is_none() && matches!(source, SdkSource::Copy(_)));
@@ -167,6 +175,24 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
     end_printing(print_line(format_args!(
         "{at} is created; armor-sdk is {origin}. Next:\n  cd {at} && cargo test && cargo run -- --describe\nand read its \
          README.md."
+    )))
+}
+
+/// Writes the project of a component in Python.
+fn create_script(name: &str, folder: &Path) -> Result<CommandEnding> {
+    if script::is_taken(name) {
+        bail!(
+            "a component in Python cannot be named {name}: Python has a module or a word of that \
+             name; for example: armor new {name}-component --python"
+        );
+    }
+    let at = folder.display();
+    let written = script::write_files(folder, name, &type_name(name));
+    written.with_context(|| format!("{at} cannot be written"))?;
+    let module = script::module_name(name);
+    end_printing(print_line(format_args!(
+        "{at} is created. With the package `armor` in your Python, next:\n  cd {at} && python3 -m \
+         unittest && ./{module}.py --describe\nand read its README.md."
     )))
 }
 
@@ -208,6 +234,7 @@ mod tests {
             path: Some(path),
             sdk: None,
             vendor: false,
+            python: false,
         })
     }
 
@@ -231,7 +258,7 @@ mod tests {
         let scratch = ScratchFolder::new("new-vendored");
         let folder = scratch.path().join("imu");
         let (name, path) = ("imu".into(), Some(folder.clone()));
-        let arguments = NewArguments { name, path, sdk: None, vendor: true };
+        let arguments = NewArguments { name, path, sdk: None, vendor: true, python: false };
         create_project(&arguments).expect("written");
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).expect("it exists");
         assert!(manifest.contains("path = \"vendor/armor/sdk\""), "{manifest}");

@@ -52,6 +52,7 @@ pub(crate) fn describe_kind(
     let constructed = constructor(Armor { participant: Arc::clone(&participant) });
     constructed.map_err(|fault| explain_constructor(fault, kind.constructor_rule))?;
     drop(running);
+    let docs = [kind.ports.clone(), participant.ports.list_docs()].concat();
     let find = |texts: &[(String, String)], id: &str| {
         let found = texts.iter().find(|(port, _)| port == id);
         found.map(|(_, text)| text.clone()).unwrap_or_default()
@@ -59,7 +60,7 @@ pub(crate) fn describe_kind(
     let mut faults = list_contradictions(kind, &participant);
     let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| PortManifest {
-        doc: find(&kind.ports, &input.id),
+        doc: find(&docs, &input.id),
         id: input.id.clone(),
         type_name: input.type_name.clone(),
         schema: input.schema.clone(),
@@ -70,7 +71,7 @@ pub(crate) fn describe_kind(
         stale_after: find(&kind.stale_after, &input.id),
     });
     let outputs = outputs.iter().map(|output| PortManifest {
-        doc: find(&kind.ports, &output.id),
+        doc: find(&docs, &output.id),
         id: output.id.clone(),
         type_name: output.entry.type_name.clone(),
         schema: output.entry.schema.clone(),

@@ -54,7 +54,7 @@ use armor_wire::name::is_name;
 use armor_wire::schema::{self, Schema};
 use thiserror::Error;
 
-pub use crate::kind_declaration::KindDeclaration;
+pub use crate::kind_declaration::{KindDeclaration, ThreadScope};
 
 use crate::armor::Armor;
 use crate::call::{Call, Fault, Outcome};
@@ -191,6 +191,12 @@ impl ForeignArmor {
         self.0.participant.ports.add_encoded_input(id, &of.message_type, required, many)
     }
 
+    /// Explains what a port carries, in one line, for `armor describe` and the designer; as
+    /// [`KindDeclaration::ports`]. Only in the constructor.
+    pub fn document_port(&self, id: &str, doc: &str) {
+        self.0.participant.ports.document_port(id, doc);
+    }
+
     /// As [`Armor::provided_data`].
     pub fn provided_data(&self, id: &str) -> Option<String> {
         self.0.provided_data(id)
@@ -235,6 +241,12 @@ impl ForeignArmor {
         self.0.send_with_right(id, |ports| ports.publish_encoded(id, message, stamp_s))
     }
 
+    /// Reports that a thread which the component has started itself has failed: a failure of the
+    /// component, as a panic of such a thread is in Rust.
+    pub fn report_thread_failure(&self, reason: String) {
+        self.0.participant.thread_panics.add_panic(reason);
+    }
+
     /// As [`Armor::timestamp`].
     pub fn timestamp(&self) -> f64 {
         self.0.timestamp()
@@ -249,6 +261,13 @@ impl ForeignArmor {
 /// A received message that is kept beyond the call, by [`Data::keep`]. The clones share it.
 #[derive(Clone, Debug)]
 pub struct KeptMessage(Arc<StoredPayload>);
+
+impl KeptMessage {
+    /// A copy of these bytes, for a message that has not come over a link.
+    pub fn copy_of(bytes: &[u8]) -> Self {
+        Self(Arc::new(StoredPayload::Copied(bytes.to_vec())))
+    }
+}
 
 impl Deref for KeptMessage {
     type Target = [u8];

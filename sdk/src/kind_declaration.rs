@@ -12,6 +12,9 @@ use crate::participant::Declarations;
 pub(crate) const CONSTRUCTOR_RULE: &str = "`new` runs for --describe too and opens no hardware or \
                                            files: do that at Call::Started";
 
+/// See [`KindDeclaration::thread_scope`].
+pub type ThreadScope = fn(work: &mut (dyn FnMut() + Send));
+
 /// What a kind of component declares next to its ports; as the constants of
 /// [`Component`](crate::Component), which explains each of them.
 #[derive(Clone, Debug)]
@@ -40,6 +43,9 @@ pub struct KindDeclaration {
     pub value_effects: Vec<ValueEffect>,
     /// Ports whose data are taken in a frame of the robot.
     pub frames: Vec<PortFrame>,
+    /// Runs what each thread that brings data does: a runtime that has to know the thread
+    /// may do it once here, not at each call. `|work| work()` if there is nothing to do.
+    pub thread_scope: ThreadScope,
     /// What its constructor may not do, in the words of its language: the remedy where it fails for
     /// `--describe`.
     pub constructor_rule: &'static str,
@@ -61,6 +67,7 @@ impl KindDeclaration {
             stale_after: Vec::new(),
             value_effects: Vec::new(),
             frames: Vec::new(),
+            thread_scope: |work| work(),
             constructor_rule: CONSTRUCTOR_RULE,
         }
     }
@@ -83,6 +90,7 @@ impl KindDeclaration {
             stale_after: C::STALE_AFTER.iter().map(own).collect(),
             value_effects: C::VALUE_EFFECTS.iter().map(|(name, it)| it.manifest(name)).collect(),
             frames: frames.map(|(port, parameter)| PortFrame { port, parameter }).collect(),
+            thread_scope: |work| work(),
             constructor_rule: CONSTRUCTOR_RULE,
         }
     }

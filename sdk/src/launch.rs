@@ -27,7 +27,7 @@ use crate::configuration;
 use crate::describe::{PanickedConstructor, catch_panic, construct, describe_kind};
 use crate::following;
 use crate::identity::ProcessIdentity;
-use crate::kind_declaration::KindDeclaration;
+use crate::kind_declaration::{KindDeclaration, ThreadScope};
 use crate::link::input_reader::InputReader;
 use crate::log;
 use crate::node;
@@ -322,17 +322,19 @@ fn run_component(
     }
     node::provide_outputs(&participant);
     let runtime = Arc::new(Runtime::new(user, Arc::clone(&participant), settings.rate_hz));
-    start_input_readers(&runtime)?;
+    start_input_readers(&runtime, kind.thread_scope)?;
     let has_crashed = runtime.run_main_loop();
     leave_system(&participant);
     Ok(if has_crashed { PANICKED } else { SUCCEEDED })
 }
 
-fn start_input_readers(runtime: &Arc<Runtime>) -> std::io::Result<()> {
+fn start_input_readers(runtime: &Arc<Runtime>, scope: ThreadScope) -> std::io::Result<()> {
     for (index, input) in runtime.participant.ports.inputs().into_iter().enumerate() {
         let name = format!("in {}", input.id);
         if let Some(reader) = InputReader::new(input, index, Arc::clone(runtime)) {
-            std::thread::Builder::new().name(name).spawn(move || reader.read_links())?;
+            let mut reader = Some(reader);
+            let mut read = move || reader.take().into_iter().for_each(InputReader::read_links);
+            std::thread::Builder::new().name(name).spawn(move || scope(&mut read))?;
         }
     }
     Ok(())

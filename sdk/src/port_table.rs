@@ -8,7 +8,7 @@ use armor_wire::codec::{Encodable, EncodeError, EncodedPieces};
 use armor_wire::config::InputSettings;
 use armor_wire::message::Message;
 use armor_wire::registry::DataEntry;
-use parking_lot::RwLock;
+use parking_lot::{Mutex, RwLock};
 use thiserror::Error;
 
 use crate::any_message::AnyMessage;
@@ -104,6 +104,8 @@ pub(crate) struct PortTable {
     identity: Arc<ProcessIdentity>,
     outputs: RwLock<Vec<Arc<OutputPort>>>,
     inputs: RwLock<Vec<Arc<InputPort>>>,
+    /// What ports carry, as their component explains when it declares them.
+    docs: Mutex<Vec<(String, String)>>,
     /// Links hold small frames that are to be written together when the call of user code ends.
     gathering: AtomicBool,
     /// Outputs record what they publish: the component is under test.
@@ -117,6 +119,7 @@ impl PortTable {
             identity,
             outputs: RwLock::default(),
             inputs: RwLock::default(),
+            docs: Mutex::default(),
             gathering: AtomicBool::new(false),
             is_recording: AtomicBool::new(false),
             wakers,
@@ -246,6 +249,16 @@ impl PortTable {
         }
         inputs[place].connect(settings.clone());
         Some(place)
+    }
+
+    /// Explains what a port carries, in one line.
+    pub fn document_port(&self, id: &str, doc: &str) {
+        self.docs.lock().push((id.into(), doc.into()));
+    }
+
+    /// The ports that were explained, and the texts.
+    pub fn list_docs(&self) -> Vec<(String, String)> {
+        self.docs.lock().clone()
     }
 
     pub fn outputs(&self) -> Vec<Arc<OutputPort>> {

@@ -92,7 +92,7 @@ impl ThreadPanics {
 
     /// Keeps a panic for the main loop and wakes it. Logs nothing: the thread that panics may hold
     /// any other lock.
-    fn add_panic(&self, reason: String) {
+    pub fn add_panic(&self, reason: String) {
         let mut waiting = self.waiting.lock();
         if waiting.len() < MAX_WAITING {
             waiting.push(reason);

@@ -15,7 +15,7 @@ use armor_wire::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use tracing::debug;
 
-use super::probe::ProbeProblem;
+use super::probe::{ProbeProblem, find_interpreter};
 
 /// Set to anything, nothing is remembered.
 const OFF: &str = "ARMOR_NO_CACHE";
@@ -38,6 +38,9 @@ pub struct Identity {
     /// time of modification.
     modified_ns: i128,
     changed_ns: i128,
+    /// Of a script, what runs it now: another Python may lack what it imports.
+    #[serde(default)]
+    interpreter: Option<String>,
 }
 
 impl Identity {
@@ -51,6 +54,7 @@ impl Identity {
             inode: metadata.ino(),
             modified_ns: ns(metadata.mtime(), metadata.mtime_nsec()),
             changed_ns: ns(metadata.ctime(), metadata.ctime_nsec()),
+            interpreter: find_interpreter(path),
         })
     }
 

@@ -22,6 +22,8 @@ const WITHIN: Duration = Duration::from_secs(5);
 const MAX_LEN: u64 = 1 << 20;
 /// What is kept of the complaints of one that fails, in bytes.
 const MAX_COMPLAINT_LEN: u64 = 4 << 10;
+/// Longest #! line that is read, in bytes; the kernel reads fewer.
+const MAX_SHEBANG_LEN: u64 = 512;
 /// Longest wait for the rest of stderr after its end. The text is already in the pipe; only the
 /// thread that reads it may be late.
 const COMPLAINT_WITHIN: Duration = Duration::from_secs(2);
@@ -78,7 +80,7 @@ fn no_manifest(message: impl Into<String>) -> ProbeProblem {
 pub fn ask_description(path: &Path) -> Result<Manifest, ProbeProblem> {
     let deadline = Instant::now() + WITHIN;
     let mut child = start_executable(path, deadline).map_err(|error| cannot_start(path, &error))?;
-    let answer = read_answer(&mut child, deadline);
+    let answer = read_answer(path, &mut child, deadline);
     // It is over, or it hangs, or what it started does.
     if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
         let _ = kill_process_group(group, Signal::KILL);
@@ -141,7 +143,7 @@ fn cannot_start(path: &Path, error: &io::Error) -> ProbeProblem {
     no_manifest(format!("it cannot be started: {error}"))
 }
 
-fn read_answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, ProbeProblem> {
+fn read_answer(path: &Path, child: &mut Child, deadline: Instant) -> Result<Vec<u8>, ProbeProblem> {
     let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
         return Err(no_manifest("it has no output"));
     };
@@ -166,9 +168,49 @@ fn read_answer(child: &mut Child, deadline: Instant) -> Result<Vec<u8>, ProbePro
         let message = format!("it does not know --describe, and ended with {how}: {line:?}");
         return Err(knows_no_describe(message));
     }
-    let last_words = Some(find_last_words(&complaint)).filter(|line| !line.is_empty());
+    let last_words = find_last_words(&complaint);
+    if let Some(module) = find_missing_module(&last_words) {
+        return Err(lacks_module(path, module, &how));
+    }
+    let last_words = Some(last_words).filter(|line| !line.is_empty());
     let last_words = last_words.map(|line| format!(": {line}")).unwrap_or_default();
     Err(no_manifest(format!("--describe ended with {how}{last_words}")))
+}
+
+/// The name of the module that a script of Python could not import.
+fn find_missing_module(last_words: &str) -> Option<&str> {
+    let named = last_words.strip_prefix("ModuleNotFoundError: No module named '")?;
+    named.split_once('\'').map(|(module, _)| module)
+}
+
+/// A script whose Python lacks a module, such as the package `armor`.
+fn lacks_module(path: &Path, module: &str, how: &str) -> ProbeProblem {
+    let interpreter = find_interpreter(path).unwrap_or_else(|| "the one of its #! line".into());
+    ProbeProblem {
+        code: Code::BrokenExecutable,
+        message: format!(
+            "--describe ended with {how}: its Python, {interpreter}, has no module `{module}`"
+        ),
+        remedy: "activate the environment that has it before `armor` is started (`. \
+                 .venv/bin/activate`), or install it there with pip; docs/python.md shows how the \
+                 package `armor` is installed",
+    }
+}
+
+/// The interpreter that the #! line of a script leads to: of `/usr/bin/env NAME` the first one in PATH.
+pub fn find_interpreter(path: &Path) -> Option<String> {
+    let mut head = Vec::new();
+    std::fs::File::open(path).ok()?.take(MAX_SHEBANG_LEN).read_to_end(&mut head).ok()?;
+    let head = String::from_utf8_lossy(&head);
+    let mut words = head.lines().next()?.strip_prefix("#!")?.split_whitespace();
+    let program = words.next()?;
+    if !program.ends_with("/env") {
+        return Some(program.into());
+    }
+    let name = words.find(|word| !word.starts_with('-'))?;
+    let folders = std::env::var_os("PATH")?;
+    let found = std::env::split_paths(&folders).map(|folder| folder.join(name));
+    found.into_iter().find(|file| file.is_file()).map(|file| file.display().to_string())
 }
 
 /// Reads in the background: the other end may be kept open for ever.

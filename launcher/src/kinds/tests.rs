@@ -52,6 +52,13 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
             "W0119",
             "code 3: gone wrong",
         ),
+        (
+            "script",
+            "#!/bin/sh\necho 'Traceback' >&2\n\
+             echo \"ModuleNotFoundError: No module named 'armor'\" >&2; exit 1",
+            "W0119",
+            "code 1: its Python, /bin/sh, has no module `armor`",
+        ),
         ("nothing", "#!/bin/sh", "W0119", "ended before it printed its manifest"),
         ("hanging", "#!/bin/sh\nsleep 600 & sleep 600", "W0126", "within"),
         ("detached", "#!/bin/sh\nsetsid sleep 3 & exit 1", "W0119", "code 1"),

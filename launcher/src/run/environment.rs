@@ -5,9 +5,10 @@
 use std::ffi::{OsStr, OsString};
 
 /// Variables that every process gets. docs/file-format.md lists them.
-const KEPT: [&str; 15] = [
+const KEPT: [&str; 16] = [
     "PATH",
     "LD_LIBRARY_PATH",
+    "VIRTUAL_ENV",
     "HOME",
     "USER",
     "LOGNAME",
@@ -23,8 +24,10 @@ const KEPT: [&str; 15] = [
     "XAUTHORITY",
 ];
 /// What the names of further ones begin with: locale, desktop, Armor, Rust, and graphics drivers.
-const KEPT_PREFIXES: [&str; 10] =
-    ["LC_", "XDG_", "ARMOR_", "RUST_", "LIBGL_", "MESA_", "GALLIUM_", "VK_", "WGPU_", "WINIT_"];
+const KEPT_PREFIXES: [&str; 12] = [
+    "LC_", "XDG_", "ARMOR_", "RUST_", "PYTHON", "CONDA_", "LIBGL_", "MESA_", "GALLIUM_", "VK_",
+    "WGPU_", "WINIT_",
+];
 
 /// Returns the variables among `all` that a process gets, with those that the file names for it.
 pub fn select_variables(

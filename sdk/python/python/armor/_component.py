@@ -1,0 +1,395 @@
+"""What a component's class consists of, and how it becomes a process."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from typing import Any, Dict, Generic, List, NoReturn, Optional, Tuple, Type, TypeVar, Union
+
+from armor import _armor
+from armor._armor import Call, Header, Outcome
+from armor._message import layout_of
+
+T = TypeVar("T")
+C = TypeVar("C", bound="Component")
+
+#: Nothing to report; as `None`.
+CARRY_ON: Outcome = Outcome.carry_on()
+#: The task is over; no more calls in this activation, except `Call.STOPPING`.
+DONE: Outcome = Outcome.done()
+
+
+def failed(reason: str) -> Outcome:
+    """The task cannot be done, and why; no more calls in this activation, except `Call.STOPPING`."""
+    return Outcome.failed(reason)
+
+
+def event(name: str, value: float = 1.0) -> Outcome:
+    """Something happened that the mission may wait for: `on="component.name"`."""
+    return Outcome.event(name, value)
+
+
+class DeclaredEvent:
+    """An event that a component reports; in the list `events` of its class.
+
+    `value`: `float` or `int` if its value has a meaning, with its `unit`. `named_by`: the words of
+    that text parameter are the names of such events.
+    """
+
+    __slots__ = ("doc", "name", "named_by", "unit", "value")
+
+    def __init__(
+        self,
+        name: str,
+        doc: str = "",
+        *,
+        value: Optional[Type[Union[int, float]]] = None,
+        unit: str = "",
+        named_by: str = "",
+    ) -> None:
+        words = {None: None, float: "number", int: "integer"}
+        if value not in words:
+            raise TypeError(f"event `{name}`: its value is float or int, not {value!r}")
+        self.name, self.doc, self.unit, self.named_by = name, doc, unit, named_by
+        self.value = words[value] or ("number" if unit else None)
+
+
+class _Missing:
+    """The default of a parameter that the file must assign."""
+
+
+MISSING = _Missing()
+
+
+class Parameter(Generic[T]):
+    """A parameter as its class declares it; see `armor.parameter`."""
+
+    def __init__(self, kind: str, value: Union[T, _Missing], options: Dict[str, Any]) -> None:
+        self.kind = kind
+        self.value = value
+        self.name = ""
+        self.unit: str = options["unit"]
+        bounds: Tuple[Optional[float], Optional[float]] = options["range"] or (None, None)
+        self.minimum, self.maximum = bounds
+        self.choices: List[str] = list(options["choices"])
+        self.format: Optional[str] = options["format"]
+        self.doc: str = options["doc"]
+        self.live: bool = options["live"]
+        self.written: bool = options["written"]
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: object, owner: Optional[type] = None) -> T:
+        if instance is None:
+            return self  # type: ignore[return-value]
+        if isinstance(self.value, _Missing):
+            raise AttributeError(f"parameter `{self.name}` has no default and no value yet")
+        return self.value
+
+    @property
+    def default(self) -> Optional[str]:
+        """The default, written as in a file."""
+        return None if isinstance(self.value, _Missing) else self.write(self.value)
+
+    def write(self, value: object) -> str:
+        """A value, written as in a file: a text as it is, a number with the unit."""
+        if isinstance(value, str):
+            return value
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        if isinstance(value, (int, float)):
+            return f"{value!r}{self.unit}"
+        if isinstance(value, (list, tuple)):
+            items = (",".join(map(repr, it)) if isinstance(it, tuple) else str(it) for it in value)
+            return " ".join(items)
+        return os.fspath(value)  # type: ignore[call-overload, no-any-return]
+
+
+def parameter(
+    default: Union[T, _Missing] = MISSING,
+    *,
+    type: Optional[Type[T]] = None,
+    unit: str = "",
+    range: Optional[Tuple[Optional[float], Optional[float]]] = None,
+    choices: Tuple[str, ...] = (),
+    format: Optional[str] = None,
+    live: bool = False,
+    written: bool = False,
+    colour: bool = False,
+    doc: str = "",
+) -> T:
+    """A parameter of a component: an attribute of its class, whose value is the file's.
+
+    Its type is that of the default, or `type` if it has none and the file must assign it: `float` (a
+    number, in SI if it has a unit), `int`, `bool`, `str` or `pathlib.Path`. `range`: the smallest and
+    the largest value, in SI. `choices`: the texts of which it is one. `format`: the form of a text
+    (`points`, `numbers`, `names`, `address`, `frame`) or what a path leads to (`file`, `folder`).
+    `live`: a change in the file reaches the running component. `written`: the component writes to the
+    path. `colour`: the text is a colour, `#rrggbb`.
+    """
+    of: type_ = type if type is not None else default.__class__
+    kind = _kind_of(of, unit, bool(choices), colour, format)
+    options = {
+        "unit": unit,
+        "range": range,
+        "choices": choices,
+        "format": format,
+        "doc": doc,
+        "live": live,
+        "written": written,
+    }
+    return Parameter(kind, default, options)  # type: ignore[return-value]
+
+
+type_ = type
+
+
+def _kind_of(of: type_, unit: str, is_choice: bool, is_colour: bool, form: Optional[str]) -> str:
+    if is_choice:
+        return "choice"
+    if is_colour:
+        return "colour"
+    if form in ("file", "folder") or hasattr(of, "__fspath__"):
+        return "path"
+    if issubclass(of, bool):
+        return "flag"
+    if issubclass(of, int) and not unit:
+        return "integer"
+    if issubclass(of, (int, float)):
+        return "number"
+    if issubclass(of, (str, list, tuple)):
+        return "text"
+    if issubclass(of, _Missing):
+        raise TypeError("a parameter has a default or a type: armor.parameter(type=float)")
+    raise TypeError(f"a parameter is a float, int, bool, str or pathlib.Path, not {of.__name__}")
+
+
+class Component:
+    """One task, in one process.
+
+    `exec`, `data_received` and `parameter_received` never run at the same time: no locks are needed.
+    A frozen component gets no calls at all. An exception is a failure of the component, which its
+    report names; the traceback goes to the log.
+
+    `__init__` declares the ports. It runs for `--describe` too, so it opens no hardware or files: `exec`
+    does, at `Call.STARTED`. The parameters have their values in it already.
+    """
+
+    #: Name of this kind of component; if empty, the name of the class, as `wall-follower`.
+    kind: str = ""
+    #: What it does, in one line; if empty, the first line of the class's docstring.
+    summary: str = ""
+    #: The events that it reports.
+    events: List[DeclaredEvent] = []
+    #: Whether it ever reports `armor.DONE`.
+    reports_done: bool = True
+    #: Whether its task comes to an end by itself.
+    ends_by_itself: bool = False
+    #: Whether it does nothing without a rate.
+    needs_rate: bool = False
+    #: Groups of inputs and parameters of which one must be fed or given.
+    needs_one_of: List[List[str]] = []
+    #: Inputs, and the age from which on it takes their data for missing: `{"velocity": "0.5s"}`.
+    stale_after: Dict[str, str] = {}
+    #: Ports whose data are taken in a frame, and the parameter that names it.
+    frames: Dict[str, str] = {}
+
+    _handle: _armor.Handle
+
+    def provide(self, id: str, message: type_, *, latched: bool = False, doc: str = "") -> None:
+        """Declares an output; only in `__init__`. `latched`: a late subscriber gets the last message."""
+        self._handle.provide(id, layout_of(message), latched, doc)
+
+    def subscribe(
+        self,
+        id: str,
+        message: type_,
+        *,
+        optional: bool = False,
+        many: bool = False,
+        doc: str = "",
+    ) -> None:
+        """Declares an input; only in `__init__`. `many`: any number of links may feed it."""
+        self._handle.subscribe(id, layout_of(message), not optional, many, doc)
+
+    def provided_data(self, id: str) -> Optional[str]:
+        """The system-wide name of what an output publishes, `component.output`."""
+        return self._handle.provided_data(id)
+
+    def subscribed_data(self, id: str) -> Optional[str]:
+        """The system-wide name of what feeds an input, from the first call of `exec` on."""
+        return self._handle.subscribed_data(id)
+
+    def get_parameter(self, name: str) -> None:
+        """Requests a parameter; those of the class are requested before `__init__`."""
+        self._handle.get_parameter(name)
+
+    def synchronize(self) -> None:
+        """Waits until every requested parameter has arrived."""
+        self._handle.synchronize()
+
+    def send_data(self, id: str, data: object) -> None:
+        """Publishes a message: it is on its way to every subscriber when this returns.
+
+        Waits only for subscribers with `keep="all"`. Arrays are sent from where they are: no other
+        thread may write to them meanwhile.
+        """
+        self._handle.send_data(id, data)
+
+    def timestamp(self) -> float:
+        """The current time of the whole system, in seconds since the Unix epoch."""
+        return self._handle.timestamp()
+
+    def set_non_controllable(self) -> None:
+        """Forbids the executive to freeze this component; only in `__init__`."""
+        self._handle.set_non_controllable()
+
+    def exec(self, call: Call) -> Optional[Outcome]:
+        """One step of the component's work; returns what the executive should know."""
+        return None
+
+    def data_received(self, header: Header, data: Any) -> None:
+        """Data of an input have arrived: `data` is an instance of its message class."""
+
+    def parameter_received(self, name: str, value: Any) -> None:
+        """A parameter has its value, which the attribute of its name has already."""
+
+    def _take_parameter(self, name: str, value: Any) -> None:
+        setattr(self, name, value)
+        self.parameter_received(name, value)
+
+
+class _Declaration:
+    """What a class declares, for the native part."""
+
+    def __init__(self, of: Type[Component]) -> None:
+        if not (isinstance(of, type) and issubclass(of, Component)):
+            name = getattr(of, "__name__", "Name")
+            raise TypeError(f"{of!r} is not a class of components: class {name}(armor.Component)")
+        self.kind = of.kind or _kind_name(of.__name__)
+        self.summary = of.summary or _first_line(of.__doc__ if of.__doc__ != Component.__doc__ else "")
+        self.parameters = _list_parameters(of)
+        self.events = list(of.events)
+        self.reports_done = of.reports_done
+        self.ends_by_itself = of.ends_by_itself
+        self.needs_rate = of.needs_rate
+        self.needs_one_of = [list(group) for group in of.needs_one_of]
+        self.stale_after = list(of.stale_after.items())
+        self.frames = list(of.frames.items())
+
+
+def _kind_name(name: str) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "-", name).lower()
+
+
+def _first_line(text: Optional[str]) -> str:
+    return (text or "").strip().split("\n")[0].strip()
+
+
+def _list_parameters(of: Type[Component]) -> List[Parameter[Any]]:
+    found: Dict[str, Parameter[Any]] = {}
+    for cls in reversed(of.__mro__):
+        for name, value in vars(cls).items():
+            if isinstance(value, Parameter):
+                found[name] = value
+            else:
+                found.pop(name, None)
+    return list(found.values())
+
+
+class _Constructor(Generic[C]):
+    """Makes the instance, whose functions work in `__init__` already."""
+
+    def __init__(self, of: Type[C]) -> None:
+        self.of = of
+        self.instance: Optional[C] = None
+
+    def __call__(self, handle: _armor.Handle, values: Dict[str, Any]) -> C:
+        instance = self.of.__new__(self.of)
+        instance._handle = handle
+        for name, value in values.items():
+            setattr(instance, name, value)
+        instance.__init__()  # type: ignore[misc]
+        self.instance = instance
+        return instance
+
+
+def describe(of: Type[Component]) -> str:
+    """The manifest of a class of components, as JSON: what `--describe` prints."""
+    return _armor.manifest(_Declaration(of), _Constructor(of))
+
+
+def run(of: Type[Component]) -> NoReturn:
+    """Runs a component as this process, by its command line. Does not return."""
+    declaration, constructor = _Declaration(of), _Constructor(of)
+    _prepare_process(constructor)
+    code = _armor.run(declaration, constructor, sys.argv[1:])
+    _end_process(code)
+
+
+def _prepare_process(constructor: _Constructor[Any]) -> None:
+    import faulthandler
+    import signal
+
+    # Both end the component in order; a KeyboardInterrupt in its last call would not.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
+    # A crash in an extension names the lines of Python that led there.
+    if sys.stderr is not None and not faulthandler.is_enabled():
+        faulthandler.enable()
+    # What is printed reaches the log line by line.
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(line_buffering=True)
+    _report_threads(constructor)
+    if "logging" in sys.modules:
+        _forward_logging()
+
+
+def _report_threads(constructor: _Constructor[Any]) -> None:
+    import threading
+
+    previous = threading.excepthook
+
+    def report(args: Any) -> None:
+        previous(args)
+        instance = constructor.instance
+        if instance is not None and not issubclass(args.exc_type, SystemExit):
+            name = args.thread.name if args.thread is not None else "?"
+            why = f"{args.exc_type.__name__}: {args.exc_value}"
+            instance._handle.report_thread_failure(f"the thread `{name}` has raised {why}")
+
+    threading.excepthook = report
+
+
+def _forward_logging() -> None:
+    import logging
+
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            name = "" if record.name == "root" else f"{record.name}: "
+            _armor.log(record.levelno, name + self.format(record))
+
+    root = logging.getLogger()
+    if not root.handlers:
+        root.addHandler(Handler())
+        # `armor log NAME debug` decides what is written.
+        root.setLevel(logging.DEBUG)
+
+
+def _end_process(code: int) -> NoReturn:
+    """Ends the process as `sys.exit` does, without waiting for threads: some of them may be in a call
+    that does not return, and those of links may not enter the interpreter any more."""
+    import atexit
+
+    try:
+        atexit._run_exitfuncs()
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            try:
+                stream.flush()
+            except (OSError, ValueError, AttributeError):
+                pass
+        os._exit(code)

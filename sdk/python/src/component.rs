@@ -1,0 +1,166 @@
+//! A component whose three functions are methods of a Python object.
+
+use std::ffi::OsString;
+
+use armor_sdk::foreign::{self, ForeignArmor, ForeignComponent, KindDeclaration};
+use armor_sdk::wire::manifest::ParameterManifest;
+use armor_sdk::{Data, Fault, Value};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::declaration::{ClassDeclaration, declared_reports};
+use crate::decode::MessageReader;
+use crate::fault::{ArmorError, explain_exception, in_python_words};
+use crate::handle::Handle;
+use crate::header::HeaderNames;
+use crate::outcome::{DeclaredReports, PythonCall};
+use crate::values::{default_value, value_in_python};
+
+/// See the module.
+pub struct PythonComponent {
+    handle: Py<Handle>,
+    data_received: Py<PyAny>,
+    parameter_received: Py<PyAny>,
+    exec: Py<PyAny>,
+    parameters: Vec<ParameterManifest>,
+    reports: DeclaredReports,
+    names: HeaderNames,
+}
+
+impl PythonComponent {
+    /// Requests the parameters, then calls `constructor` with the handle and their values; it returns
+    /// the component's instance.
+    ///
+    /// # Errors
+    /// What the constructor raises, or a parameter without a value.
+    pub fn construct(
+        py: Python<'_>,
+        kind: &KindDeclaration,
+        constructor: &Py<PyAny>,
+        armor: ForeignArmor,
+    ) -> Result<Self, Fault> {
+        for parameter in &kind.parameters {
+            armor.get_parameter(&parameter.name)?;
+        }
+        py.detach(|| armor.synchronize())?;
+        let values = PyDict::new(py);
+        for parameter in &kind.parameters {
+            let arrived = armor.find_arrived(&parameter.name);
+            if let Some(value) = arrived.or_else(|| default_value(parameter)) {
+                // Refused again, and reported, in `parameter_received`.
+                let Ok(value) = value_in_python(py, parameter, &value) else { continue };
+                values.set_item(&parameter.name, value)?;
+            }
+        }
+        let handle = Py::new(py, Handle::new(armor))?;
+        let construct = || -> PyResult<_> {
+            let instance = constructor.bind(py).call1((&handle, values))?;
+            // For --describe, what is printed must not come after the manifest.
+            PyModule::import(py, "sys")?.getattr("stdout")?.call_method0("flush")?;
+            let method = |name: &str| instance.getattr(name).map(Bound::unbind);
+            Ok((method("data_received")?, method("_take_parameter")?, method("exec")?))
+        };
+        let (data_received, parameter_received, exec) =
+            construct().map_err(|error| explain_exception(py, &error))?;
+        Ok(Self {
+            handle,
+            data_received,
+            parameter_received,
+            exec,
+            parameters: kind.parameters.clone(),
+            reports: declared_reports(kind),
+            names: HeaderNames::default(),
+        })
+    }
+
+    /// Its handle.
+    pub fn handle(&self) -> &Py<Handle> {
+        &self.handle
+    }
+}
+
+impl ForeignComponent for PythonComponent {
+    fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
+        Python::attach(|py| {
+            let declared = self.parameters.iter().find(|parameter| parameter.name == name);
+            let declared = declared.ok_or_else(|| format!("there is no parameter `{name}`"))?;
+            let value = value_in_python(py, declared, value)?;
+            let taken = self.parameter_received.bind(py).call1((name, value));
+            taken.map(|_| ()).map_err(|error| explain_exception(py, &error))
+        })
+    }
+
+    fn data_received(
+        &mut self,
+        header: &armor_sdk::Header<'_>,
+        data: &Data<'_>,
+    ) -> Result<(), Fault> {
+        Python::attach(|py| {
+            let mut receive = || -> PyResult<()> {
+                let layout = self.handle.get().find_input(py, header.id());
+                let layout = layout.ok_or_else(|| ArmorError::new_err("an unknown input"))?;
+                let keep = || data.keep();
+                let message = MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?;
+                let header = self.names.wrap(py, header)?;
+                self.data_received.bind(py).call1((header, message))?;
+                Ok(())
+            };
+            receive().map_err(|error| explain_exception(py, &error))
+        })
+    }
+
+    fn exec(&mut self, call: armor_sdk::Call) -> Result<armor_sdk::Outcome, Fault> {
+        Python::attach(|py| {
+            let returned = self.exec.bind(py).call1((PythonCall::from(call),));
+            let outcome = returned.and_then(|returned| self.reports.read_outcome(&returned));
+            outcome.map_err(|error| explain_exception(py, &error))
+        })
+    }
+}
+
+/// Runs a component as this process. Returns the exit code of the process.
+#[pyfunction]
+pub fn run(
+    py: Python<'_>,
+    declaration: ClassDeclaration,
+    constructor: Py<PyAny>,
+    arguments: Vec<OsString>,
+) -> PyResult<u8> {
+    let kind = declaration.into_kind()?;
+    Ok(py.detach(|| {
+        foreign::run(&kind, arguments, |armor| {
+            Python::attach(|py| {
+                let component = PythonComponent::construct(py, &kind, &constructor, armor)?;
+                Ok(Box::new(component) as Box<dyn ForeignComponent>)
+            })
+        })
+    }))
+}
+
+/// The manifest of a component, as JSON.
+#[pyfunction]
+pub fn manifest(
+    py: Python<'_>,
+    declaration: ClassDeclaration,
+    constructor: Py<PyAny>,
+) -> PyResult<String> {
+    let kind = declaration.into_kind()?;
+    let manifest = foreign::manifest_of(&kind, |armor| {
+        let component = PythonComponent::construct(py, &kind, &constructor, armor)?;
+        Ok(Box::new(component))
+    });
+    let text = manifest.and_then(|manifest| Ok(serde_json::to_string_pretty(&manifest)?));
+    text.map_err(|fault| ArmorError::new_err(in_python_words(&fault.to_string())))
+}
+
+/// Writes a line to the log of the process; `level` as in `logging`.
+#[pyfunction]
+pub fn log(level: u32, text: &str) {
+    match level {
+        40.. => tracing::error!(target: "python", "{text}"),
+        30..40 => tracing::warn!(target: "python", "{text}"),
+        20..30 => tracing::info!(target: "python", "{text}"),
+        10..20 => tracing::debug!(target: "python", "{text}"),
+        _ => tracing::trace!(target: "python", "{text}"),
+    }
+}

@@ -1,0 +1,134 @@
+//! Nine of the twelve functions, for a component's instance.
+
+use std::sync::Mutex;
+
+use armor_sdk::foreign::ForeignArmor;
+use armor_sdk::{DeclareError as RefusedPort, SendError as RefusedData};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::encode::EncodedMessage;
+use crate::fault::{ArmorError, DeclareError, SendError, in_python_words};
+use crate::layout::Layout;
+
+/// The handle of one component.
+#[pyclass(module = "armor._armor", frozen)]
+pub struct Handle {
+    armor: ForeignArmor,
+    outputs: Mutex<Vec<(String, Py<Layout>)>>,
+    inputs: Mutex<Vec<(String, Py<Layout>)>>,
+}
+
+impl Handle {
+    /// The handle of a component that declares its ports next.
+    pub fn new(armor: ForeignArmor) -> Self {
+        Self { armor, outputs: Mutex::default(), inputs: Mutex::default() }
+    }
+
+    /// The layout of what an input receives.
+    pub fn find_input(&self, py: Python<'_>, id: &str) -> Option<Py<Layout>> {
+        find_layout(&self.inputs, py, id)
+    }
+
+    /// The layout of what an output publishes.
+    pub fn find_output(&self, py: Python<'_>, id: &str) -> Option<Py<Layout>> {
+        find_layout(&self.outputs, py, id)
+    }
+
+    fn send_nothing(&self, id: &str) -> PyErr {
+        let refused = self.armor.send_data(id, &[]);
+        refused_data(refused.map(|_| ()).expect_err("the output does not exist"))
+    }
+}
+
+fn find_layout(
+    ports: &Mutex<Vec<(String, Py<Layout>)>>,
+    py: Python<'_>,
+    id: &str,
+) -> Option<Py<Layout>> {
+    let ports = ports.lock().expect("no panic while it is locked");
+    ports.iter().find(|(port, _)| port == id).map(|(_, layout)| layout.clone_ref(py))
+}
+
+fn refused_port(error: RefusedPort) -> PyErr {
+    DeclareError::new_err(in_python_words(&error.to_string()))
+}
+
+fn refused_data(error: RefusedData) -> PyErr {
+    SendError::new_err(in_python_words(&error.to_string()))
+}
+
+#[pymethods]
+impl Handle {
+    fn provide(&self, id: String, layout: Py<Layout>, latched: bool, doc: &str) -> PyResult<()> {
+        self.armor.provide(&id, &layout.get().port_type, latched).map_err(refused_port)?;
+        if !doc.is_empty() {
+            self.armor.document_port(&id, doc);
+        }
+        self.outputs.lock().expect("no panic while it is locked").push((id, layout));
+        Ok(())
+    }
+
+    fn subscribe(
+        &self,
+        id: String,
+        layout: Py<Layout>,
+        required: bool,
+        many: bool,
+        doc: &str,
+    ) -> PyResult<()> {
+        let declared = self.armor.subscribe(&id, &layout.get().port_type, required, many);
+        declared.map_err(refused_port)?;
+        if !doc.is_empty() {
+            self.armor.document_port(&id, doc);
+        }
+        self.inputs.lock().expect("no panic while it is locked").push((id, layout));
+        Ok(())
+    }
+
+    fn provided_data(&self, id: &str) -> Option<String> {
+        self.armor.provided_data(id)
+    }
+
+    fn subscribed_data(&self, id: &str) -> Option<String> {
+        self.armor.subscribed_data(id)
+    }
+
+    fn get_parameter(&self, name: &str) -> PyResult<()> {
+        self.armor.get_parameter(name).map_err(|fault| ArmorError::new_err(fault.to_string()))
+    }
+
+    fn synchronize(&self, py: Python<'_>) -> PyResult<()> {
+        let synchronized = py.detach(|| self.armor.synchronize());
+        synchronized.map_err(|fault| ArmorError::new_err(fault.to_string()))
+    }
+
+    fn send_data(&self, py: Python<'_>, id: &str, message: &Bound<'_, PyAny>) -> PyResult<()> {
+        let Some(layout) = self.find_output(py, id) else { return Err(self.send_nothing(id)) };
+        let layout = layout.get();
+        let class = layout.class.bind(py);
+        if !message.get_type().is(class) && !message.is_instance(class)? {
+            let (declared, given) = (layout.port_type.name(), message.get_type().name()?);
+            return Err(PyTypeError::new_err(format!(
+                "`{id}` is declared as {declared}, but a {given} is sent: send a {declared}, or \
+                 declare it with `self.provide(\"{id}\", {given})` in `__init__`"
+            )));
+        }
+        let encoded = EncodedMessage::of(layout, message)?;
+        let pieces = encoded.pieces();
+        let sent = py.detach(|| self.armor.send_data(id, &pieces));
+        sent.map(|_| ()).map_err(refused_data)
+    }
+
+    fn timestamp(&self) -> f64 {
+        self.armor.timestamp()
+    }
+
+    fn set_non_controllable(&self) {
+        self.armor.set_non_controllable();
+    }
+
+    fn report_thread_failure(&self, reason: String) {
+        self.armor.report_thread_failure(reason);
+    }
+}

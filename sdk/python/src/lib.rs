@@ -1,0 +1,35 @@
+//! The native part of the Python package `armor`: components, their messages, and components under
+//! test. `python/armor` is what users see; this module is `armor._armor`.
+
+mod array;
+mod component;
+mod declaration;
+mod decode;
+mod encode;
+mod fault;
+mod handle;
+mod header;
+mod layout;
+mod outcome;
+mod tested;
+mod values;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _armor {
+    #[pymodule_export]
+    use crate::component::{log, manifest, run};
+    #[pymodule_export]
+    use crate::fault::{ArmorError, DeclareError, MessageError, SendError, TestError};
+    #[pymodule_export]
+    use crate::handle::Handle;
+    #[pymodule_export]
+    use crate::header::PythonHeader;
+    #[pymodule_export]
+    use crate::layout::{Layout, decode, encode};
+    #[pymodule_export]
+    use crate::outcome::{PythonCall, PythonOutcome};
+    #[pymodule_export]
+    use crate::tested::Tested;
+}

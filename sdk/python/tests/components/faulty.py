@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+"""Does what no component should: it raises, hangs, dies or floods its log."""
+
+import os
+import pathlib
+import sys
+import threading
+
+import armor
+from armor.messages import Count
+
+
+class Faulty(armor.Component):
+    """Goes wrong in one way."""
+
+    way = armor.parameter("raise", choices=("raise", "hang", "abort", "print", "thread", "exit"))
+    mark = armor.parameter(pathlib.Path("mark"), written=True)
+
+    def __init__(self) -> None:
+        self.provide("count", Count)
+        self.count = 0
+
+    def exec(self, call: armor.Call) -> None:
+        self.count += 1
+        self.send_data("count", Count(count=self.count))
+        if self.count == 5:
+            getattr(self, f"do_{self.way}")()
+
+    def do_raise(self) -> None:
+        raise RuntimeError("on purpose")
+
+    def do_hang(self) -> None:
+        while True:
+            pass
+
+    def do_abort(self) -> None:
+        # The first time only: it is started again.
+        if not self.mark.exists():
+            self.mark.touch()
+            os.abort()
+
+    def do_print(self) -> None:
+        line = "x" * 99
+        for _ in range(1_000_000):
+            print(line)
+
+    def do_thread(self) -> None:
+        def work() -> None:
+            raise RuntimeError("in a thread")
+
+        threading.Thread(target=work, name="worker").start()
+
+    def do_exit(self) -> None:
+        sys.exit(3)
+
+
+if __name__ == "__main__":
+    armor.run(Faulty)

@@ -1,0 +1,276 @@
+"""Components under test: the twelve functions, faults, parameters and events."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import pathlib
+import threading
+import unittest
+from typing import Any, List, Optional
+
+import numpy as np
+
+import armor
+from armor.messages import Count, Image, Number, Text
+from armor.testing import START_S, Report, TestedComponent
+
+
+class Doubler(armor.Component):
+    """Doubles numbers.
+
+    More lines are not part of the summary.
+    """
+
+    factor = armor.parameter(2.0, range=(0.0, 10.0), live=True, doc="what is multiplied")
+    limit = armor.parameter(1, range=(1, 5))
+    speed = armor.parameter(0.5, unit="m/s")
+    name = armor.parameter("x")
+    side = armor.parameter("left", choices=("left", "right"))
+    loud = armor.parameter(False)
+    route = armor.parameter("1,2 3,4", format="points")
+    log = armor.parameter(pathlib.Path("log.txt"), written=True)
+    events = [armor.DeclaredEvent("large", "the number is large", value=float, unit="m")]
+
+    def __init__(self) -> None:
+        self.provide("whole", Number, doc="twice the half")
+        self.subscribe("half", Number)
+        self.subscribe("more", Image, optional=True)
+        self.at_start = self.factor
+        self.calls: List[armor.Call] = []
+        self.taken: List[str] = []
+        self.images: List[Any] = []
+        self.outcome: Any = None
+
+    def data_received(self, header: armor.Header, data: Any) -> None:
+        if header.id == "more":
+            self.images.append(data)
+            return
+        self.header = header
+        if data.data < 0:
+            raise ValueError("no negative numbers")
+        self.send_data("whole", Number(data=self.factor * data.data))
+
+    def parameter_received(self, name: str, value: Any) -> None:
+        if name == "factor" and value == 7.0:
+            raise ValueError("not seven")
+        self.taken.append(name)
+
+    def exec(self, call: armor.Call) -> Optional[armor.Outcome]:
+        self.calls.append(call)
+        return self.outcome if call is armor.Call.TICK or call == armor.Call.TICK else None
+
+
+def started(**parameters: Any) -> TestedComponent[Doubler]:
+    tested = TestedComponent(Doubler, **parameters)
+    tested.start()
+    return tested
+
+
+def quiet() -> Any:
+    return contextlib.redirect_stderr(io.StringIO())
+
+
+class TestFunctions(unittest.TestCase):
+    def test_data_go_in_and_out(self) -> None:
+        tested = started()
+        tested.send("half", Number(data=1.5))
+        tested.pass_time(2.5)
+        tested.send("half", Number(data=4.0))
+        self.assertEqual(tested.outputs("whole"), [Number(data=3.0), Number(data=8.0)])
+        header = tested.component.header
+        self.assertEqual((header.id, header.data, header.sequence), ("half", "test.half", 1))
+        self.assertEqual((header.stamp_s, header.lost), (START_S + 2.5, 0))
+        self.assertEqual(tested.timestamp(), START_S + 2.5)
+        component = tested.component
+        self.assertEqual(component.timestamp(), START_S + 2.5)
+        self.assertEqual(component.provided_data("whole"), "doubler.whole")
+        self.assertEqual(component.subscribed_data("half"), "test.half")
+        self.assertIsNone(component.provided_data("other"))
+
+    def test_calls_and_states(self) -> None:
+        tested = TestedComponent(Doubler)
+        self.assertEqual(tested.state, "frozen")
+        tested.start()
+        tested.tick()
+        tested.execute_on_data()
+        tested.send("half", Number(data=1.0))
+        tested.stop()
+        calls = [armor.Call.STARTED, armor.Call.TICK, armor.Call.DATA, armor.Call.STOPPING]
+        self.assertEqual(tested.component.calls, calls)
+        self.assertEqual((tested.state, tested.reports), ("frozen", []))
+        with self.assertRaisesRegex(armor.TestError, "it is frozen; start it first"):
+            tested.tick()
+
+    def test_parameters_have_their_values_in_the_constructor(self) -> None:
+        component = started(factor=3.0, limit=4, speed="36km/h", side="right", loud=True).component
+        self.assertEqual((component.at_start, component.limit), (3.0, 4))
+        self.assertEqual((component.speed, component.side, component.loud), (10.0, "right", True))
+        self.assertEqual(component.route, [(1.0, 2.0), (3.0, 4.0)])
+        self.assertIsInstance(component.log, pathlib.Path)
+        self.assertEqual(len(component.taken), 8)
+        for wrong, why in [
+            ({"factor": 11.0}, "out of range, 0 to 10"),
+            ({"limit": 1.5}, "not a whole number"),
+            ({"side": "up"}, "none of left, right"),
+            ({"volume": 1}, "volume"),
+        ]:
+            with self.assertRaisesRegex(armor.TestError, why):
+                TestedComponent(Doubler, **wrong)
+
+    def test_a_live_parameter_changes_and_a_refused_value_leaves_the_last_one(self) -> None:
+        tested = started()
+        tested.set_parameter("factor", 5.0)
+        self.assertEqual(tested.component.factor, 5.0)
+        with quiet(), self.assertRaisesRegex(armor.TestError, "ValueError: not seven"):
+            tested.set_parameter("factor", 7.0)
+        self.assertEqual((tested.component.factor, tested.state), (5.0, "active"))
+        with self.assertRaisesRegex(armor.TestError, "not live"):
+            tested.set_parameter("limit", 2)
+
+    def test_an_exception_is_a_failure_with_its_line_and_its_traceback(self) -> None:
+        tested = started()
+        log = io.StringIO()
+        with contextlib.redirect_stderr(log), self.assertRaises(armor.TestError) as raised:
+            tested.send("half", Number(data=-1.0))
+        text = str(raised.exception)
+        self.assertRegex(
+            text,
+            r"`doubler` has failed: ValueError: no negative numbers \(test_components.py, line \d+, "
+            r"in data_received\)",
+        )
+        self.assertIn("Traceback (most recent call last)", log.getvalue())
+        self.assertEqual((tested.state, tested.reports[0].kind), ("failed", "failed"))
+        with self.assertRaisesRegex(armor.TestError, "it has failed: ValueError"):
+            tested.tick()
+
+    def test_outcomes(self) -> None:
+        tested = started()
+        tested.component.outcome = armor.event("large", 7.5)
+        tested.tick()
+        self.assertEqual(tested.reports, [Report("event", "large", 7.5)])
+        tested.component.outcome = armor.CARRY_ON
+        tested.tick()
+        self.assertEqual(len(tested.reports), 1)
+        tested.component.outcome = armor.DONE
+        tested.tick()
+        self.assertEqual((tested.reports[-1], tested.state), (Report("done"), "done"))
+        for outcome, why in [
+            (armor.failed("no way"), "no way"),
+            (armor.event("small"), "`small` is not declared, only: large; add armor.DeclaredEvent"),
+            (7, "exec returned a value of type int"),
+        ]:
+            tested = started()
+            tested.component.outcome = outcome
+            with quiet(), self.assertRaisesRegex(armor.TestError, why):
+                tested.tick()
+
+    def test_sending_what_is_not_declared_is_an_error_with_the_remedy(self) -> None:
+        component = started().component
+        handle = component
+        with self.assertRaisesRegex(TypeError, "declared as Number, but a Text is sent"):
+            handle.send_data("whole", Text(data="x"))
+        with self.assertRaises(armor.MessageError):
+            handle.send_data("whole", Number(data="x"))  # type: ignore[arg-type]
+        tested = started()
+        tested.component.exec = lambda call: tested.component.send_data("hole", Number())  # type: ignore
+        with self.assertRaisesRegex(armor.SendError, "no output `hole`, only: whole; correct"):
+            tested.component.send_data("hole", Number())
+        with self.assertRaisesRegex(armor.DeclareError, "declare all ports in `__init__`"):
+            component.provide("late", Number)
+
+    def test_received_arrays_are_kept_without_a_copy(self) -> None:
+        tested = started()
+        for value in (1, 2):
+            tested.send("more", Image(data=np.full(100_000, value, np.uint8)))
+        first, second = tested.component.images
+        self.assertEqual((first.data.max(), second.data.min()), (1, 2))
+        self.assertFalse(first.data.flags.writeable or first.data.flags.owndata)
+
+    def test_a_thread_that_raises_is_a_failure(self) -> None:
+        tested = started()
+        component = tested.component
+        component._handle.report_thread_failure("the thread `x` has raised ValueError: y")
+        with self.assertRaisesRegex(armor.TestError, "the thread `x` has raised"):
+            tested.tick()
+
+    def test_only_the_thread_of_a_call_may_publish_while_frozen(self) -> None:
+        tested = TestedComponent(Doubler)
+        refused: List[BaseException] = []
+
+        def publish() -> None:
+            try:
+                tested.component.send_data("whole", Number())
+            except armor.SendError as error:
+                refused.append(error)
+
+        thread = threading.Thread(target=publish)
+        thread.start()
+        thread.join()
+        self.assertIn("not active", str(refused[0]))
+
+
+class TestManifest(unittest.TestCase):
+    def test_it_has_all_that_is_declared(self) -> None:
+        manifest = json.loads(armor.describe(Doubler))
+        self.assertEqual((manifest["kind"], manifest["summary"]), ("doubler", "Doubles numbers."))
+        whole = manifest["outputs"][0]
+        self.assertEqual((whole["id"], whole["type"], whole["doc"]), ("whole", "Number", "twice the half"))
+        self.assertEqual([it["required"] for it in manifest["inputs"]], [True, False])
+        types = {it["name"]: (it["type"], it["default"]) for it in manifest["parameters"]}
+        self.assertEqual(
+            types,
+            {
+                "factor": ("number", "2.0"),
+                "limit": ("integer", "1"),
+                "speed": ("number", "0.5m/s"),
+                "name": ("text", "x"),
+                "side": ("choice", "left"),
+                "loud": ("flag", "false"),
+                "route": ("text", "1,2 3,4"),
+                "log": ("path", "log.txt"),
+            },
+        )
+        self.assertEqual(manifest["events"][0]["unit"], "m")
+
+    def test_the_name_of_a_class_is_that_of_its_kind(self) -> None:
+        class WallFollower2D(armor.Component):
+            """x"""
+
+        self.assertEqual(json.loads(armor.describe(WallFollower2D))["kind"], "wall-follower2-d")
+
+    def test_faults_of_a_class_are_named_with_the_remedy(self) -> None:
+        class Twice(armor.Component):
+            """x"""
+
+            def __init__(self) -> None:
+                self.provide("light", Count)
+                self.provide("light", Count)
+
+        class Eager(armor.Component):
+            """x"""
+
+            def __init__(self) -> None:
+                open("/no/such/device")
+
+        class Odd(armor.Component):
+            """x"""
+
+            speed = armor.parameter(0.5, unit="furlong")
+
+        for cls, why in [
+            (Twice, "the port `light` is declared twice"),
+            (Eager, "FileNotFoundError.*`__init__` runs for --describe too and opens no hardware"),
+            (Odd, "no unit called `furlong`"),
+        ]:
+            with quiet(), self.assertRaisesRegex(armor.ArmorError, why):
+                armor.describe(cls)
+        with self.assertRaisesRegex(TypeError, "is not a class of components"):
+            armor.describe(int)  # type: ignore[type-var]
+        with self.assertRaisesRegex(TypeError, "a parameter has a default or a type"):
+            armor.parameter()
+
+
+if __name__ == "__main__":
+    unittest.main()

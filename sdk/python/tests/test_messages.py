@@ -1,0 +1,193 @@
+"""Messages: their schemas, and their bytes in both directions."""
+
+from __future__ import annotations
+
+import enum
+import math
+import pickle
+import unittest
+from pathlib import Path
+from typing import List, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+from typing import Annotated
+
+import armor
+from armor import messages
+from armor.messages import Image, LaserScan, Odometry, PowerSupplyStatus, Quaternion, Twist, Vector3
+
+SCHEMAS = Path(__file__).parents[2] / "tests" / "sdk" / "standard_messages.txt"
+
+
+class Side(enum.Enum):
+    Left = "l"
+    Right = "r"
+
+
+@armor.message
+class Spot:
+    x: Annotated[float, armor.unit("m")]
+    side: Side = Side.Left
+
+
+@armor.message
+class Everything:
+    flag: bool
+    whole: int
+    small: armor.u8
+    number: float
+    single: armor.f32
+    text: str
+    raw: bytes
+    spots: List[Spot]
+    array: NDArray[np.int16]
+    three: Annotated[List[float], armor.fixed(3)]
+    maybe: Optional[Spot] = None
+    from_: str = "here"
+
+
+def everything() -> Everything:
+    return Everything(
+        flag=True,
+        whole=-7,
+        small=255,
+        number=math.pi,
+        single=0.5,
+        text="größe",
+        raw=b"\x00\xff",
+        spots=[Spot(1.0), Spot(2.0, Side.Right)],
+        array=np.array([1, -2], np.int16),
+        three=[1.0, 2.0, 3.0],
+        maybe=Spot(4.0),
+    )
+
+
+class TestSchemas(unittest.TestCase):
+    def test_the_standard_messages_have_the_schemas_of_rust(self) -> None:
+        expected = SCHEMAS.read_text().split()
+        names = [schema.split("{")[0].split("<")[0] for schema in expected]
+        given = [armor.schema_of(getattr(messages, name)) for name in names]
+        self.assertEqual(given, expected)
+
+    def test_annotations_are_the_schema(self) -> None:
+        spot = "Spot{x:f64(m),side:Side<Left,Right>}"
+        self.assertEqual(armor.schema_of(Spot), spot)
+        self.assertEqual(
+            armor.schema_of(Everything),
+            f"Everything{{flag:bool,whole:i64,small:u8,number:f64,single:f32,text:string,raw:[u8],"
+            f"spots:[{spot}],array:[i16],three:[f64;3],maybe:?{spot},from:string}}",
+        )
+
+    def test_what_has_no_schema_is_refused_with_its_name(self) -> None:
+        for annotation, why in [
+            (dict, "has no schema"),
+            (np.ndarray, "NDArray[numpy.float32]"),
+            (tuple, "has no schema"),
+            (Component, "is not a message: decorate it"),
+        ]:
+            cls = type("Wrong", (), {"__annotations__": {"field": annotation}})
+            with self.assertRaises(armor.MessageError) as raised:
+                armor.message(cls)
+            self.assertIn("Wrong.field: ", str(raised.exception))
+            self.assertIn(why, str(raised.exception))
+
+
+class Component:
+    """No message."""
+
+
+class TestBytes(unittest.TestCase):
+    def test_a_message_comes_back_as_it_was(self) -> None:
+        data = everything()
+        back = armor.decode(Everything, armor.encode(data))
+        self.assertEqual(back, data)
+        data.maybe = None
+        back = armor.decode(Everything, armor.encode(data))
+        self.assertIsNone(back.maybe)
+        self.assertNotEqual(back, everything())
+
+    def test_the_bytes_are_those_of_the_protocol(self) -> None:
+        self.assertEqual(armor.encode(Spot(1.0, Side.Right)), b"\0\0\0\0\0\0\xf0\x3f\1\0\0\0")
+        scan = LaserScan(ranges=[1.0])
+        self.assertEqual(armor.encode(scan)[-12:], b"\1\0\0\0\0\0\0\0\0\0\x80\x3f")
+
+    def test_arrays_are_views_on_the_received_bytes(self) -> None:
+        image = armor.decode(Image, armor.encode(Image(data=np.arange(200, dtype=np.uint8))))
+        self.assertEqual(image.data.sum(), sum(range(200)))
+        self.assertFalse(image.data.flags.writeable)
+        self.assertFalse(image.data.flags.owndata)
+        with self.assertRaises(ValueError):
+            image.data[0] = 1
+        kept = image.data[100:]
+        del image
+        self.assertEqual(kept[0], 100)
+
+    def test_any_array_of_the_numbers_can_be_sent(self) -> None:
+        square = np.arange(12, dtype=np.uint8).reshape(3, 4)
+        for data, expected in [
+            (square, list(range(12))),
+            (square.T, list(square.T.reshape(-1))),
+            (square[::2], [0, 1, 2, 3, 8, 9, 10, 11]),
+            (b"\1\2", [1, 2]),
+            (bytearray(b"\1\2"), [1, 2]),
+            ([1, 2], [1, 2]),
+            (np.zeros(0, np.uint8), []),
+            (np.array([True]), [1]),
+            (np.arange(9000, dtype=np.uint8), [n % 256 for n in range(9000)]),
+        ]:
+            image = Image()
+            image.data = data  # type: ignore[assignment]
+            self.assertEqual(list(armor.decode(Image, armor.encode(image)).data), expected)
+        wide = LaserScan()
+        wide.ranges = np.array([0.5, 1.5])  # type: ignore[assignment]
+        self.assertEqual(list(armor.decode(LaserScan, armor.encode(wide)).ranges), [0.5, 1.5])
+        for wrong in (np.array([300]), np.array([0.5]), "text", None, 7):
+            image.data = wrong  # type: ignore[assignment]
+            with self.assertRaises(armor.MessageError, msg=repr(wrong)) as raised:
+                armor.encode(image)
+            self.assertTrue(str(raised.exception).startswith("Image.data: "), raised.exception)
+
+    def test_a_wrong_value_is_named_by_its_path(self) -> None:
+        data = everything()
+        for change, expected in [
+            (lambda it: setattr(it, "whole", 1.5), "Everything.whole: a value of type int"),
+            (lambda it: setattr(it, "small", 256), "Everything.small: 256 is out of range for u8"),
+            (lambda it: setattr(it, "flag", 1), "Everything.flag: a value of type bool is needed"),
+            (lambda it: setattr(it, "text", b"x"), "Everything.text: a value of type str is needed"),
+            (lambda it: setattr(it.spots[1], "x", "1"), "Everything.spots[1].x: a value of type float"),
+            (lambda it: setattr(it, "three", [1.0]), "Everything.three: it has 1 values; 3 are needed"),
+            (lambda it: setattr(it.maybe, "side", 0), "Everything.maybe.side: a value of type Side"),
+            (lambda it: delattr(it, "number"), "Everything.number: "),
+        ]:
+            data = everything()
+            change(data)
+            with self.assertRaises(armor.MessageError) as raised:
+                armor.encode(data)
+            self.assertIn(expected, str(raised.exception))
+
+    def test_bytes_that_are_no_message_are_refused(self) -> None:
+        good = armor.encode(everything())
+        for cut in range(len(good)):
+            with self.assertRaises(armor.MessageError):
+                armor.decode(Everything, good[:cut])
+        with self.assertRaises(armor.MessageError):
+            armor.decode(Everything, good + b"\0")
+        huge = (2**63).to_bytes(8, "little")
+        with self.assertRaises(armor.MessageError):
+            armor.decode(messages.Text, huge)
+
+    def test_standard_messages_have_defaults_and_can_be_compared_and_pickled(self) -> None:
+        self.assertEqual(Twist(), Twist(Vector3(), Vector3()))
+        self.assertNotEqual(Twist(), Twist(Vector3(x=1.0)))
+        self.assertEqual(Quaternion().w, 1.0)
+        self.assertAlmostEqual(Quaternion.from_yaw(1.0).yaw_rad(), 1.0)
+        self.assertEqual(len(Odometry().pose.covariance), 36)
+        self.assertEqual(messages.BatteryState().power_supply_status, PowerSupplyStatus.Unknown)
+        scan = LaserScan(ranges=[1.0, 2.0], frame="laser")
+        self.assertEqual(pickle.loads(pickle.dumps(scan)), scan)
+        self.assertIn("frame='laser'", repr(scan))
+
+
+if __name__ == "__main__":
+    unittest.main()
