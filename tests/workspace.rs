@@ -23,6 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-petri", &[]),
     ("armor-sdk-derive", &["armor-wire"]),
     ("armor-sdk", &["armor-memory", "armor-sdk-derive", "armor-socket", "armor-wire"]),
+    ("armor-c", &["armor-sdk"]),
     ("armor-marking", &["armor-wire"]),
     ("armor-plan", &["armor-petri", "armor-robotfile"]),
     ("armor-proof", &["armor-petri", "armor-plan", "armor-robotfile"]),

@@ -1,9 +1,10 @@
 //! `armor new NAME`: the project of a component that builds and runs.
 
+mod cmake;
 pub mod sdk;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
@@ -17,6 +18,7 @@ use crate::exit::CommandEnding;
 use crate::kinds::stock::STOCK;
 use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
+use cmake::CmakeLanguage;
 use sdk::{SdkSource, VENDORED};
 
 const MAIN: &str = include_str!("new/main.rs.txt");
@@ -97,7 +99,8 @@ const UNBUILDABLE: &[&str] = &[
 #[command(after_help = "Examples:
   armor new blinker                       uses the SDK next to this program, or Armor's sources
   armor new blinker --vendor              with a copy of the SDK inside the project
-  armor new blinker --path parts/blinker --sdk ~/armor/sdk")]
+  armor new blinker --path parts/blinker --sdk ~/armor/sdk
+  armor new blinker --c                   in C, for CMake and the package Armor; or --cpp")]
 pub struct NewArguments {
     /// Name of the component: its kind, its folder and its package.
     pub name: String,
@@ -111,6 +114,12 @@ pub struct NewArguments {
     /// Copy armor-sdk into the project, which then needs no other folder.
     #[arg(long)]
     pub vendor: bool,
+    /// A component in C, which CMake builds with the package Armor (sdk/c/install.sh).
+    #[arg(long, conflicts_with_all = ["cpp", "sdk", "vendor"])]
+    pub c: bool,
+    /// A component in C++, likewise.
+    #[arg(long, conflicts_with_all = ["sdk", "vendor"])]
+    pub cpp: bool,
 }
 
 impl Verb for NewArguments {
@@ -138,11 +147,43 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
         };
         bail!("a component cannot be named {name}: {why}; for example: armor new {stem}-component");
     }
-    let source = SdkSource::find(arguments.sdk.as_deref())?;
     let folder = arguments.path.clone().unwrap_or_else(|| PathBuf::from(name));
     if folder.exists() {
         bail!("{} exists already; remove it or give another --path", folder.display());
     }
+    match (arguments.c, arguments.cpp) {
+        (true, _) => create_cmake_project(name, &folder, CmakeLanguage::C),
+        (_, true) => create_cmake_project(name, &folder, CmakeLanguage::Cpp),
+        _ => create_rust_project(arguments, &folder),
+    }
+}
+
+fn create_cmake_project(
+    name: &str,
+    folder: &Path,
+    language: CmakeLanguage,
+) -> Result<CommandEnding> {
+    for (file, text) in language.fill_files(name) {
+        write_file(folder, file, &text)?;
+    }
+    let at = folder.display();
+    end_printing(print_line(format_args!(
+        "{at} is created. Next, with PREFIX where sdk/c/install.sh has installed the package Armor:\n  \
+         cd {at} && cmake -B build -DCMAKE_PREFIX_PATH=PREFIX && cmake --build build && ctest --test-dir \
+         build\nand read its README.md."
+    )))
+}
+
+fn write_file(folder: &Path, file: &str, text: &str) -> Result<()> {
+    let path = folder.join(file);
+    let written =
+        fs::create_dir_all(path.parent().unwrap_or(folder)).and_then(|()| fs::write(&path, text));
+    written.with_context(|| format!("{} cannot be written", path.display()))
+}
+
+fn create_rust_project(arguments: &NewArguments, folder: &Path) -> Result<CommandEnding> {
+    let name = &arguments.name;
+    let source = SdkSource::find(arguments.sdk.as_deref())?;
     // A copy next to the program would move with it, so the project gets its own.
     let is_copied =
         arguments.vendor || (arguments.sdk.is_none() && matches!(source, SdkSource::Copy(_)));
@@ -152,10 +193,7 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
             .replace("{{name}}", name)
             .replace("{{Type}}", &type_name(name))
             .replace("{{sdk}}", &sdk.display().to_string());
-        let path = folder.join(file);
-        let written = fs::create_dir_all(path.parent().unwrap_or(&folder))
-            .and_then(|()| fs::write(&path, text));
-        written.with_context(|| format!("{} cannot be written", path.display()))?;
+        write_file(folder, file, &text)?;
     }
     let at = folder.display();
     let origin = if is_copied {
@@ -191,9 +229,14 @@ fn explain_taken(name: &str) -> Option<&'static str> {
 /// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something
 /// else in the file.
 fn type_name(name: &str) -> String {
+    type_name_in(MAIN, name)
+}
+
+/// The name of a type that is no other word of this source file.
+fn type_name_in(source: &str, name: &str) -> String {
     let words = name.split(['-', '_']).filter(|word| !word.is_empty());
     let name: String = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
-    let is_taken = MAIN.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
+    let is_taken = source.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
     if is_taken { name + "Component" } else { name }
 }
 
@@ -208,6 +251,8 @@ mod tests {
             path: Some(path),
             sdk: None,
             vendor: false,
+            c: false,
+            cpp: false,
         })
     }
 
@@ -231,7 +276,7 @@ mod tests {
         let scratch = ScratchFolder::new("new-vendored");
         let folder = scratch.path().join("imu");
         let (name, path) = ("imu".into(), Some(folder.clone()));
-        let arguments = NewArguments { name, path, sdk: None, vendor: true };
+        let arguments = NewArguments { name, path, sdk: None, vendor: true, c: false, cpp: false };
         create_project(&arguments).expect("written");
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).expect("it exists");
         assert!(manifest.contains("path = \"vendor/armor/sdk\""), "{manifest}");
