@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks the package for C and C++: installs it into a fresh prefix, builds with nothing else the projects
-# that `armor new` writes, its own tests with both sanitizers, the joystick, and runs a small system of
+# that `armor new` writes, its own tests with both sanitizers, the joystick and the filter, and runs a small system of
 # components in C, C++ and Rust, of which one crashes and one throws.
 #   sdk/c/check.sh [PATH OF THE PROGRAM armor]
 set -euo pipefail
@@ -43,8 +43,10 @@ done
 
 build sdk/c/tests/native sanitized -DSANITIZE=ON
 test_built sanitized
-build components/joystick joystick
-test_built joystick
+for component in joystick pose-filter; do
+  build "components/$component" "$component"
+  test_built "$component"
+done
 
 # Without CMake: a C compiler and pkg-config.
 if command -v pkg-config >/dev/null; then
@@ -82,8 +84,10 @@ quietly cmake -S sdk/c/tests/native -B "$out/native" -DCMAKE_PREFIX_PATH="$out/p
 quietly cmake --build "$out/native" --target relay crasher thrower
 mkdir "$out/components"
 cp "$out"/native/{relay,crasher,thrower} "$out/c/c-counter" "$out/cpp/cpp-counter" \
-  "$out/joystick/joystick" "$out/components/"
-quietly "$armor" check components/joystick/joystick.xml --components "$out/components"
+  "$out/joystick/joystick" "$out/pose-filter/pose-filter" "$out/components/"
+for component in joystick pose-filter; do
+  quietly "$armor" check "components/$component/$component.xml" --components "$out/components"
+done
 "$armor" run sdk/c/tests/native/system.xml --components "$out/components" --headless --out "$out/run" \
   --system native-check >"$out/run.log" 2>&1 &
 run=$!
