@@ -367,11 +367,13 @@ extern "C" {
 #endif // __cplusplus
 
 // Runs a component as this process, by its command line, and returns the exit code of the process:
-// `return armor_run(argc, argv, &component);`. It handles SIGINT and SIGTERM.
+// `return armor_run(argc, argv, &component);`. It handles SIGINT and SIGTERM, and takes SIGPIPE away.
 //
 // Contract:
 // `argv` has `argc` texts. `component` and all that it leads to are valid until the process ends.
-int armor_run(int argc, char *const *argv, const struct armor_component *component);
+int armor_run(int argc,
+              char *const *argv,
+              const struct armor_component *component);
 
 // Returns the meaning of an error code. The text is never freed.
 const char *armor_error_text(int error);

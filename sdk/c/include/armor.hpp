@@ -507,11 +507,12 @@ class Runner {
   armor_component table_{};
 };
 
-// Runs a component as this process, by its command line; returns the exit code of the process.
+// Runs a component as this process, by its command line; returns the exit code of the process. The
+// process ends without the component's destructor: what must be released is at Call::Stopping.
 template <class C>
 int run(int argc, char **argv) {
-  static Runner runner([] { return std::make_unique<C>(); });
-  return armor_run(argc, argv, runner.table());
+  static Runner *const runner = new Runner([] { return std::make_unique<C>(); });
+  return armor_run(argc, argv, runner->table());
 }
 
 }  // namespace armor

@@ -10,6 +10,8 @@
 
 #![allow(unsafe_code)]
 
+mod handles;
+mod process;
 mod read;
 mod testing;
 
@@ -19,16 +21,20 @@ use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 
+use armor_sdk::Fault;
 use armor_sdk::foreign::{ForeignArmor, KeptMessage, PortType, run};
-use armor_sdk::{Data, Fault, Outcome, Value};
 
+pub use handles::*;
+pub(crate) use process::flush_printed;
+use process::survive_broken_pipes;
 pub use testing::*;
 
 use crate::codec::{Arena, EncodedMessage, KeptBytes, decode_struct};
 use crate::component::{CComponent, ComponentParts, DeclaredPort, UsedType, check_type};
-use crate::declaration::{ArmorComponent, ArmorOutcome, ArmorOutcomeKind, ArmorPiece, ArmorType};
+use crate::declaration::{ArmorOutcomeKind, ArmorPiece, ArmorType};
 use crate::failure::{ArmorError, Failure, keep_last_error, to_c_text, with_last_error};
 use crate::layout::Layout;
+pub(crate) use read::read_outcome;
 use read::{MessageMemory, read_kind, read_pointer, read_slice, read_text, read_type};
 
 /// An output keeps its last message for late subscribers.
@@ -37,104 +43,6 @@ pub const ARMOR_LATCHED: u32 = 1;
 pub const ARMOR_OPTIONAL: u32 = 2;
 /// Any number of links may feed an input.
 pub const ARMOR_MANY: u32 = 4;
-
-/// The handle of a component: valid from `create` to the end of the component; its threads may share
-/// it.
-pub struct ArmorHandle(pub(crate) ComponentParts);
-
-/// Received data; valid during the call of `data_received`.
-pub struct ArmorData<'a> {
-    handle: &'a ArmorHandle,
-    input: &'a str,
-    data: &'a Data<'a>,
-    arena: RefCell<Arena>,
-}
-
-/// The value of a parameter; valid during the call of `parameter_received`.
-pub struct ArmorValue<'a> {
-    value: &'a Value,
-    text: RefCell<CString>,
-}
-
-/// A received message that is kept; valid until it is freed.
-pub struct ArmorKept {
-    bytes: RefCell<KeptBytes>,
-    port: Option<Arc<DeclaredPort>>,
-    input: String,
-}
-
-impl<'a> ArmorData<'a> {
-    pub(crate) fn new(handle: &'a ArmorHandle, input: &'a str, data: &'a Data<'a>) -> Self {
-        Self { handle, input, data, arena: RefCell::default() }
-    }
-}
-
-impl<'a> ArmorValue<'a> {
-    pub(crate) fn new(value: &'a Value) -> Self {
-        Self { value, text: RefCell::default() }
-    }
-}
-
-/// The functions of a component, and what they are given.
-#[derive(Clone, Copy)]
-pub(crate) struct CFunctions(ArmorComponent);
-
-// The functions are called on the threads of the SDK, one at a time, as `armor_component` states.
-unsafe impl Send for CFunctions {}
-
-impl CFunctions {
-    pub fn user(&self) -> *mut c_void {
-        self.0.user
-    }
-
-    pub fn create(&self) -> Option<extern "C" fn(*const ArmorHandle, *mut c_void) -> c_int> {
-        self.0.create
-    }
-
-    pub fn parameter_received(
-        &self,
-    ) -> Option<extern "C" fn(*mut c_void, *const c_char, *const ArmorValue<'_>) -> c_int> {
-        self.0.parameter_received
-    }
-
-    pub fn data_received(
-        &self,
-    ) -> Option<
-        extern "C" fn(
-            *mut c_void,
-            *const crate::declaration::ArmorHeader,
-            *const ArmorData<'_>,
-        ) -> c_int,
-    > {
-        self.0.data_received
-    }
-
-    pub fn exec(&self) -> Option<extern "C" fn(*mut c_void, c_int) -> ArmorOutcome> {
-        self.0.exec
-    }
-}
-
-/// Reads what `exec` has returned; `explain` has the text of a failure.
-pub(crate) fn read_outcome(
-    outcome: &ArmorOutcome,
-    explain: impl FnOnce() -> String,
-) -> Result<Outcome, Failure> {
-    use ArmorOutcomeKind as Kind;
-    match outcome.kind {
-        kind if kind == Kind::CarryOn as c_int => Ok(Outcome::CarryOn),
-        kind if kind == Kind::Done as c_int => Ok(Outcome::Done),
-        kind if kind == Kind::Failed as c_int => Ok(Outcome::Failed(explain())),
-        kind if kind == Kind::Event as c_int => {
-            // `exec` promises a text that is valid when it returns.
-            let name = unsafe { read_text(outcome.event, "the name of an event") }?;
-            Ok(Outcome::event(name, outcome.value))
-        }
-        other => {
-            let why = format!("`exec` has returned {other}, which is no armor_outcome_kind");
-            Err(Failure::new(ArmorError::Failed, why))
-        }
-    }
-}
 
 /// Runs the body of a function: its failure, or a panic, is an error code and a text.
 fn guard(body: impl FnOnce() -> Result<(), Failure>) -> c_int {
@@ -162,7 +70,7 @@ fn guard_value<T>(otherwise: T, body: impl FnOnce() -> Result<T, Failure>) -> T 
 }
 
 /// Runs a component as this process, by its command line, and returns the exit code of the process:
-/// `return armor_run(argc, argv, &component);`. It handles SIGINT and SIGTERM.
+/// `return armor_run(argc, argv, &component);`. It handles SIGINT and SIGTERM, and takes SIGPIPE away.
 ///
 /// # Safety
 /// `argv` has `argc` texts. `component` and all that it leads to are valid until the process ends.
@@ -187,6 +95,7 @@ pub unsafe extern "C" fn armor_run(
         let component = unsafe { read_pointer(component, "component") }?;
         let kind = unsafe { read_kind(component) }?;
         let functions = CFunctions(*component);
+        survive_broken_pipes()?;
         Ok(Some(c_int::from(run(&kind, arguments, |armor| {
             Ok(Box::new(create_component(functions, armor)?.0))
         }))))
@@ -256,16 +165,17 @@ pub unsafe extern "C" fn armor_log_text(level: c_int, text: *const c_char) {
     });
 }
 
-/// Finds the type with this table.
+/// Uses the type with this table.
 ///
 /// # Safety
 /// `table` is NULL, or it and all that it leads to are valid and never change.
-unsafe fn find_type(
+unsafe fn with_type<T>(
     handle: &ArmorHandle,
     table: *const ArmorType,
-) -> Result<Arc<UsedType>, Failure> {
+    work: impl FnOnce(&UsedType) -> Result<T, Failure>,
+) -> Result<T, Failure> {
     let read = || Layout::of_table(&unsafe { read_type(table, 0) }?);
-    handle.0.find_type(table.addr(), read)
+    handle.0.with_type(table.addr(), read, work)
 }
 
 /// Declares an output. Only in `create`. `flags`: 0 or `ARMOR_LATCHED`: a late subscriber immediately
@@ -282,8 +192,8 @@ pub unsafe extern "C" fn armor_provide(
 ) -> c_int {
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
-        let of = find_type(handle, table)?;
-        handle.0.provide(read_text(id, "id")?, &of.of, flags & ARMOR_LATCHED != 0)
+        let id = read_text(id, "id")?;
+        with_type(handle, table, |used| handle.0.provide(id, &used.of, flags & ARMOR_LATCHED != 0))
     })
 }
 
@@ -319,8 +229,8 @@ pub unsafe extern "C" fn armor_subscribe(
 ) -> c_int {
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
-        let of = find_type(handle, table)?;
-        subscribe(handle, read_text(id, "id")?, &of.of, flags)
+        let id = read_text(id, "id")?;
+        with_type(handle, table, |used| subscribe(handle, id, &used.of, flags))
     })
 }
 
@@ -439,13 +349,14 @@ pub unsafe extern "C" fn armor_send_data(
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
         let id = read_text(id, "id")?;
-        let used = find_type(handle, table)?;
-        handle.0.check_output(id, &used.of)?;
-        let content = read_slice(message.cast::<u8>(), used.layout.size, "message")?;
-        let memory = MessageMemory::of_message();
-        let message = EncodedMessage::of_struct(&used.layout, content, &memory)?;
-        handle.0.armor.send_data(id, &message.pieces())?;
-        Ok(())
+        with_type(handle, table, |used| {
+            handle.0.check_output(id, &used.of)?;
+            let content = read_slice(message.cast::<u8>(), used.layout.size, "message")?;
+            let memory = MessageMemory::of_message();
+            let message = EncodedMessage::of_struct(&used.layout, content, &memory)?;
+            message.with_pieces(|pieces| handle.0.armor.send_data(id, pieces))?;
+            Ok(())
+        })
     })
 }
 
@@ -466,8 +377,15 @@ pub unsafe extern "C" fn armor_send_bytes(
         let id = read_text(id, "id")?;
         let pieces = read_slice(pieces, count, "pieces")?;
         let bytes = |piece: &ArmorPiece| read_slice(piece.data.cast(), piece.len, "a piece");
-        let pieces = pieces.iter().map(bytes).collect::<Result<Vec<_>, _>>()?;
-        handle.0.armor.send_data(id, &pieces)?;
+        // Most messages have one piece, or three with an array.
+        if let [one] = pieces {
+            handle.0.armor.send_data(id, &[bytes(one)?])?;
+        } else if let [head, array, tail] = pieces {
+            handle.0.armor.send_data(id, &[bytes(head)?, bytes(array)?, bytes(tail)?])?;
+        } else {
+            let pieces = pieces.iter().map(bytes).collect::<Result<Vec<_>, _>>()?;
+            handle.0.armor.send_data(id, &pieces)?;
+        }
         Ok(())
     })
 }

@@ -1,6 +1,8 @@
 //! Structs of C to bytes and back, by the steps of their layout. A bulk array is not copied: it is sent
 //! from where it is, and received where it has arrived, unless it is not aligned there.
 
+use std::cell::Cell;
+
 use armor_sdk::foreign::KeptMessage;
 
 use crate::failure::{ArmorError, Failure};
@@ -8,6 +10,8 @@ use crate::layout::{Layout, Step, WORD};
 
 /// Lists of numbers from this length in bytes on are pieces of their own.
 const PIECE_LEN: usize = 1024;
+/// A larger buffer is not kept for the next message.
+const MAX_KEPT_LEN: usize = 64 << 10;
 /// More memory than a message takes on the wire, times this, is no message.
 const MAX_LISTS: usize = 1 << 30;
 
@@ -17,8 +21,12 @@ pub(crate) trait ForeignMemory<'a> {
     fn bytes(&self, address: usize, len: usize) -> &'a [u8];
 }
 
+thread_local! {
+    /// The buffer of the last message of this thread.
+    static BUFFER: Cell<Vec<u8>> = const { Cell::new(Vec::new()) };
+}
+
 /// An encoded message: parts of its own buffer, and arrays where they are.
-#[derive(Default)]
 pub(crate) struct EncodedMessage<'a> {
     own: Vec<u8>,
     /// Arrays, each with the length that the own buffer had.
@@ -31,22 +39,29 @@ impl<'a> EncodedMessage<'a> {
         content: &'a [u8],
         memory: &M,
     ) -> Result<Self, Failure> {
-        let mut message = Self { own: Vec::with_capacity(content.len()), arrays: Vec::new() };
+        let mut message = Self { own: BUFFER.take(), arrays: Vec::new() };
+        message.own.clear();
         message.append_steps(&layout.steps, content, memory)?;
         Ok(message)
     }
 
-    /// Its bytes, in pieces.
-    pub fn pieces(&self) -> Vec<&[u8]> {
-        let mut pieces = Vec::with_capacity(2 * self.arrays.len() + 1);
-        let mut begin = 0;
-        for (end, array) in &self.arrays {
-            pieces.push(&self.own[begin..*end]);
-            pieces.push(*array);
-            begin = *end;
+    /// Uses its bytes, in pieces.
+    pub fn with_pieces<T>(&self, work: impl FnOnce(&[&[u8]]) -> T) -> T {
+        match self.arrays.as_slice() {
+            [] => work(&[&self.own]),
+            [(end, array)] => work(&[&self.own[..*end], array, &self.own[*end..]]),
+            arrays => {
+                let mut pieces = Vec::with_capacity(2 * arrays.len() + 1);
+                let mut begin = 0;
+                for (end, array) in arrays {
+                    pieces.push(&self.own[begin..*end]);
+                    pieces.push(*array);
+                    begin = *end;
+                }
+                pieces.push(&self.own[begin..]);
+                work(&pieces)
+            }
         }
-        pieces.push(&self.own[begin..]);
-        pieces
     }
 
     fn append_steps<M: ForeignMemory<'a>>(
@@ -123,6 +138,14 @@ impl<'a> EncodedMessage<'a> {
             }
         }
         Ok(())
+    }
+}
+
+impl Drop for EncodedMessage<'_> {
+    fn drop(&mut self) {
+        if self.own.capacity() <= MAX_KEPT_LEN {
+            BUFFER.set(std::mem::take(&mut self.own));
+        }
     }
 }
 

@@ -1,15 +1,16 @@
 //! A component of C as the SDK calls it.
 
-use std::collections::{BTreeMap, HashMap};
 use std::ffi::{CString, c_char, c_int};
 use std::sync::Arc;
 
 use armor_sdk::foreign::{ForeignArmor, ForeignComponent, PortType};
 use armor_sdk::wire::schema;
 use armor_sdk::{Call, Data, Fault, Header, Outcome, Value};
-use parking_lot::{Mutex, RwLock};
+use parking_lot::RwLock;
 
-use crate::boundary::{ArmorData, ArmorHandle, ArmorValue, CFunctions, read_outcome};
+use crate::boundary::{
+    ArmorData, ArmorHandle, ArmorValue, CFunctions, flush_printed, read_outcome,
+};
 use crate::declaration::{ArmorCall, ArmorHeader};
 use crate::failure::{ArmorError, Failure, keep_last_error, to_c_text, with_last_error};
 use crate::layout::Layout;
@@ -23,10 +24,11 @@ pub(crate) struct DeclaredPort {
 /// What the functions of C need of a component; its threads share it.
 pub(crate) struct ComponentParts {
     pub armor: ForeignArmor,
-    outputs: RwLock<BTreeMap<String, Arc<DeclaredPort>>>,
-    inputs: RwLock<BTreeMap<String, Arc<DeclaredPort>>>,
+    // Searched for each message: a few short lists are faster than maps.
+    outputs: RwLock<Vec<(String, Arc<DeclaredPort>)>>,
+    inputs: RwLock<Vec<(String, Arc<DeclaredPort>)>>,
     /// The types that have been used, by the address of their table.
-    types: Mutex<HashMap<usize, Arc<UsedType>>>,
+    types: RwLock<Vec<(usize, UsedType)>>,
 }
 
 /// A type with a table.
@@ -42,29 +44,33 @@ impl ComponentParts {
             armor,
             outputs: RwLock::default(),
             inputs: RwLock::default(),
-            types: Mutex::default(),
+            types: RwLock::default(),
         }
     }
 
-    /// Returns the type with this table; `read` reads it the first time.
-    pub fn find_type(
+    /// Uses the type with this table; `read` reads it the first time.
+    pub fn with_type<T>(
         &self,
         address: usize,
         read: impl FnOnce() -> Result<Layout, Failure>,
-    ) -> Result<Arc<UsedType>, Failure> {
-        if let Some(known) = self.types.lock().get(&address) {
-            return Ok(Arc::clone(known));
+        work: impl FnOnce(&UsedType) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let is_it = |(known, _): &&(usize, UsedType)| *known == address;
+        // `work` may wait for a subscriber: a thread that waits to add a type must not stop the others.
+        if let Some((_, used)) = self.types.read_recursive().iter().find(is_it) {
+            return work(used);
         }
         let layout = read()?;
         let of = PortType::of_schema(layout.schema.clone())?;
-        let used = Arc::new(UsedType { layout, of });
-        self.types.lock().insert(address, Arc::clone(&used));
-        Ok(used)
+        let used = UsedType { layout, of };
+        let result = work(&used);
+        self.types.write().push((address, used));
+        result
     }
 
     pub fn provide(&self, id: &str, of: &PortType, latched: bool) -> Result<(), Failure> {
         self.armor.provide(id, of, latched)?;
-        self.outputs.write().insert(id.into(), Arc::new(DeclaredPort { of: of.clone() }));
+        self.outputs.write().push((id.into(), Arc::new(DeclaredPort { of: of.clone() })));
         Ok(())
     }
 
@@ -76,20 +82,29 @@ impl ComponentParts {
         many: bool,
     ) -> Result<(), Failure> {
         self.armor.subscribe(id, of, required, many)?;
-        self.inputs.write().insert(id.into(), Arc::new(DeclaredPort { of: of.clone() }));
+        self.inputs.write().push((id.into(), Arc::new(DeclaredPort { of: of.clone() })));
         Ok(())
     }
 
     /// Checks the type of an output. One that does not exist is left to `send_data`, which explains it.
     pub fn check_output(&self, id: &str, of: &PortType) -> Result<(), Failure> {
-        match self.outputs.read().get(id) {
-            Some(port) => check_type("output", id, port, of),
+        match self.outputs.read().iter().find(|(output, _)| output == id) {
+            Some((_, port)) => check_type("output", id, port, of),
             None => Ok(()),
         }
     }
 
     pub fn find_input(&self, id: &str) -> Option<Arc<DeclaredPort>> {
-        self.inputs.read().get(id).cloned()
+        let inputs = self.inputs.read();
+        inputs.iter().find(|(input, _)| input == id).map(|(_, port)| Arc::clone(port))
+    }
+
+    /// Checks the type of an input.
+    pub fn check_input(&self, id: &str, of: &PortType) -> Result<(), Failure> {
+        match self.inputs.read().iter().find(|(input, _)| input == id) {
+            Some((_, port)) => check_type("input", id, port, of),
+            None => Ok(()),
+        }
     }
 }
 
@@ -118,22 +133,29 @@ pub(crate) struct CComponent {
     functions: CFunctions,
     handle: Arc<ArmorHandle>,
     /// Names of inputs, data and parameters, as C reads them.
-    names: HashMap<String, CString>,
+    names: Vec<(String, CString)>,
 }
 
 impl CComponent {
     /// Lets C declare its ports.
     pub fn create(functions: CFunctions, handle: Arc<ArmorHandle>) -> Result<Self, Fault> {
         let create = functions.create().ok_or_else(|| Failure::null("create"))?;
-        check_returned(|| create(Arc::as_ptr(&handle), functions.user()))?;
-        Ok(Self { functions, handle, names: HashMap::new() })
+        let created = check_returned(|| create(Arc::as_ptr(&handle), functions.user()));
+        flush_printed();
+        created?;
+        Ok(Self { functions, handle, names: Vec::new() })
     }
 
-    fn name(names: &mut HashMap<String, CString>, name: &str) -> *const c_char {
-        if !names.contains_key(name) {
-            names.insert(name.into(), to_c_text(name));
-        }
-        names[name].as_ptr()
+    /// A name as C reads it; valid as long as the component.
+    fn name(names: &mut Vec<(String, CString)>, name: &str) -> *const c_char {
+        let place = match names.iter().position(|(known, _)| known == name) {
+            Some(place) => place,
+            None => {
+                names.push((name.into(), to_c_text(name)));
+                names.len() - 1
+            }
+        };
+        names[place].1.as_ptr()
     }
 }
 

@@ -1,9 +1,7 @@
-//! The structs that C fills in: a component, its parameters and events, and the tables of messages.
+//! The structs that C fills in: parameters, events, and the tables of messages; and small ones that it gets.
 //! Numbers that C gives are plain integers, checked where they are read.
 
 use std::ffi::{c_char, c_int, c_void};
-
-use crate::boundary::{ArmorData, ArmorHandle, ArmorValue};
 
 /// The type of a field of a struct.
 #[repr(C)]
@@ -244,60 +242,6 @@ pub struct ArmorHeader {
     pub instance: u64,
     /// How many messages were lost immediately before it.
     pub lost: u64,
-}
-
-/// A component: what its manifest has, and its functions. `create` declares the ports and requests
-/// the parameters; it runs for `--describe` too, so it opens no hardware or files: `exec` does, at
-/// `ARMOR_CALL_STARTED`.
-///
-/// The functions never run at the same time, but on different threads. Each gets `user`. Those that
-/// return an `int` return `ARMOR_ERROR_NONE`, or the error of a function that has failed, or that of
-/// `armor_fail`, which are failures of the component. A C++ exception or a `longjmp` must not leave
-/// them.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct ArmorComponent {
-    /// Name of this kind of component, as the file has it.
-    pub kind: *const c_char,
-    /// What it does, in one line.
-    pub summary: *const c_char,
-    /// What can be set in the file.
-    pub parameters: *const ArmorParameter,
-    /// How many.
-    pub parameter_count: usize,
-    /// What the ports carry.
-    pub ports: *const ArmorPortText,
-    /// How many.
-    pub port_count: usize,
-    /// The events that it reports.
-    pub events: *const ArmorEvent,
-    /// How many.
-    pub event_count: usize,
-    /// Whether it works until it is frozen, and never reports that it is done.
-    pub never_done: bool,
-    /// Whether its task comes to an end by itself.
-    pub ends_by_itself: bool,
-    /// Whether it does nothing without a rate.
-    pub needs_rate: bool,
-    /// Given to each function.
-    pub user: *mut c_void,
-    /// Declares the ports and requests the parameters.
-    pub create: Option<extern "C" fn(handle: *const ArmorHandle, user: *mut c_void) -> c_int>,
-    /// A parameter that was requested has arrived, or a live one has changed. NULL if the component
-    /// requests none.
-    pub parameter_received: Option<
-        extern "C" fn(user: *mut c_void, name: *const c_char, value: *const ArmorValue) -> c_int,
-    >,
-    /// Data of an input have arrived. Both pointers are valid during the call. May be NULL.
-    pub data_received: Option<
-        extern "C" fn(
-            user: *mut c_void,
-            header: *const ArmorHeader,
-            data: *const ArmorData,
-        ) -> c_int,
-    >,
-    /// One step of the component's work; `call` is one of `armor_call`. May be NULL.
-    pub exec: Option<extern "C" fn(user: *mut c_void, call: c_int) -> ArmorOutcome>,
 }
 
 /// A parameter's value for a component under test, as in a file.

@@ -1,7 +1,7 @@
 //! Components in C and C++: the twelve functions as C functions, messages as C structs that tables
 //! describe, and components under test.
 //!
-//! [`boundary`] is what C calls, and the one file with `unsafe`; [`declaration`] has the structs that
+//! [`boundary`] is what C calls, and the one module with `unsafe`; [`declaration`] has the structs that
 //! C fills in. [`layout`] turns the table of a struct into a schema and a list of steps, by which
 //! [`codec`] encodes and decodes. The header `include/armor.h` is generated from these files
 //! (`tests/header.rs`); `armor.hpp` is C++ over it.

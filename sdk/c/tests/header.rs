@@ -3,9 +3,10 @@
 use std::path::Path;
 
 /// The files that declare what C sees.
-const SOURCES: [&str; 5] = [
+const SOURCES: [&str; 6] = [
     "src/failure.rs",
     "src/declaration.rs",
+    "src/boundary/handles.rs",
     "src/boundary.rs",
     "src/boundary/received.rs",
     "src/boundary/testing.rs",

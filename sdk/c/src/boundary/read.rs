@@ -5,14 +5,16 @@ use std::ffi::{CStr, c_char, c_int};
 use std::marker::PhantomData;
 use std::slice;
 
+use armor_sdk::Outcome;
 use armor_sdk::foreign::KindDeclaration;
 use armor_sdk::wire::manifest::{EventManifest, EventValue, ParameterManifest, ParameterType};
 use armor_sdk::wire::text_format::TextFormat;
 
+use super::handles::ArmorComponent;
 use crate::codec::ForeignMemory;
 use crate::declaration::{
-    ArmorComponent, ArmorEvent, ArmorField, ArmorFieldForm, ArmorFieldKind, ArmorParameter,
-    ArmorType,
+    ArmorEvent, ArmorField, ArmorFieldForm, ArmorFieldKind, ArmorOutcome, ArmorOutcomeKind,
+    ArmorParameter, ArmorType,
 };
 use crate::failure::{ArmorError, Failure};
 use crate::layout::{FieldTable, MAX_DEPTH, TypeContent, TypeTable};
@@ -246,5 +248,27 @@ unsafe fn read_event(event: &ArmorEvent) -> Result<EventManifest, Failure> {
             unit: read_optional_text(event.unit, "unit")?.into(),
             named_by: String::new(),
         })
+    }
+}
+
+/// Reads what `exec` has returned; `explain` has the text of a failure.
+pub(crate) fn read_outcome(
+    outcome: &ArmorOutcome,
+    explain: impl FnOnce() -> String,
+) -> Result<Outcome, Failure> {
+    use ArmorOutcomeKind as Kind;
+    match outcome.kind {
+        kind if kind == Kind::CarryOn as c_int => Ok(Outcome::CarryOn),
+        kind if kind == Kind::Done as c_int => Ok(Outcome::Done),
+        kind if kind == Kind::Failed as c_int => Ok(Outcome::Failed(explain())),
+        kind if kind == Kind::Event as c_int => {
+            // `exec` promises a text that is valid when it returns.
+            let name = unsafe { read_text(outcome.event, "the name of an event") }?;
+            Ok(Outcome::event(name, outcome.value))
+        }
+        other => {
+            let why = format!("`exec` has returned {other}, which is no armor_outcome_kind");
+            Err(Failure::new(ArmorError::Failed, why))
+        }
     }
 }

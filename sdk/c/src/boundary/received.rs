@@ -48,12 +48,11 @@ pub unsafe extern "C" fn armor_decode(
 ) -> c_int {
     guard(|| unsafe {
         let data = read_pointer(data, "data")?;
-        let used = find_type(data.handle, table)?;
-        if let Some(port) = data.handle.0.find_input(data.input) {
-            check_type("input", data.input, &port, &used.of)?;
-        }
-        let arena = &mut data.arena.borrow_mut();
-        decode_into(&used.layout, data.data.bytes(), message, arena)
+        with_type(data.handle, table, |used| {
+            data.handle.0.check_input(data.input, &used.of)?;
+            let arena = &mut data.arena.borrow_mut();
+            decode_into(&used.layout, data.data.bytes(), message, arena)
+        })
     })
 }
 

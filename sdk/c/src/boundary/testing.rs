@@ -199,12 +199,14 @@ pub unsafe extern "C" fn armor_test_send(
     unsafe {
         take_step(test, |test| {
             let input = read_text(input, "input")?;
-            let used = find_type(&test.handle, table)?;
-            let content = read_slice(message.cast::<u8>(), used.layout.size, "message")?;
-            let memory = MessageMemory::of_message();
-            let message = EncodedMessage::of_struct(&used.layout, content, &memory)?;
-            let bytes = message.pieces().concat();
-            Ok(test.tested.send_encoded(input, None, &used.of, &bytes)?)
+            let (of, bytes) = with_type(&test.handle, table, |used| {
+                let content = read_slice(message.cast::<u8>(), used.layout.size, "message")?;
+                let memory = MessageMemory::of_message();
+                let message = EncodedMessage::of_struct(&used.layout, content, &memory)?;
+                Ok((used.of.clone(), message.with_pieces(|pieces| pieces.concat())))
+            })?;
+            // Not within the use of the type: the component uses its types, too.
+            Ok(test.tested.send_encoded(input, None, &of, &bytes)?)
         })
     }
 }
@@ -275,11 +277,14 @@ pub unsafe extern "C" fn armor_test_output(
         take_step(test, |test| {
             let id = read_text(output, "output")?;
             let (schema, bytes) = find_output(test, id, index)?;
-            let used = find_type(&test.handle, table)?;
-            check_type("output", id, &DeclaredPort { of: PortType::parse(&schema)? }, &used.of)?;
-            test.outputs.push(bytes);
-            let bytes = test.outputs.last().map(Vec::as_slice).unwrap_or_default();
-            decode_into(&used.layout, bytes, message, &mut test.arena)
+            let port = DeclaredPort { of: PortType::parse(&schema)? };
+            let ArmorTest { handle, outputs, arena, .. } = test;
+            outputs.push(bytes);
+            let bytes = outputs.last().map(Vec::as_slice).unwrap_or_default();
+            with_type(handle, table, |used| {
+                check_type("output", id, &port, &used.of)?;
+                decode_into(&used.layout, bytes, message, arena)
+            })
         })
     }
 }
