@@ -1,5 +1,6 @@
 //! `armor new NAME`: the project of a component that builds and runs.
 
+mod cmake;
 mod script;
 pub mod sdk;
 
@@ -18,6 +19,7 @@ use crate::exit::CommandEnding;
 use crate::kinds::stock::STOCK;
 use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
+use cmake::CmakeLanguage;
 use sdk::{SdkSource, VENDORED};
 
 const MAIN: &str = include_str!("new/main.rs.txt");
@@ -99,7 +101,8 @@ const UNBUILDABLE: &[&str] = &[
   armor new blinker                       uses the SDK next to this program, or Armor's sources
   armor new blinker --vendor              with a copy of the SDK inside the project
   armor new blinker --path parts/blinker --sdk ~/armor/sdk
-  armor new blinker --python              a script in Python, with its test")]
+  armor new blinker --python              a script in Python, with its test
+  armor new blinker --c                   in C, for CMake and the package Armor; or --cpp")]
 pub struct NewArguments {
     /// Name of the component: its kind, its folder and its package.
     pub name: String,
@@ -114,8 +117,14 @@ pub struct NewArguments {
     #[arg(long)]
     pub vendor: bool,
     /// Write a component in Python: a script, which needs the package `armor` (docs/python.md).
-    #[arg(long, conflicts_with_all = ["sdk", "vendor"])]
+    #[arg(long, conflicts_with_all = ["c", "cpp", "sdk", "vendor"])]
     pub python: bool,
+    /// A component in C, which CMake builds with the package Armor (sdk/c/install.sh).
+    #[arg(long, conflicts_with_all = ["cpp", "sdk", "vendor"])]
+    pub c: bool,
+    /// A component in C++, likewise.
+    #[arg(long, conflicts_with_all = ["sdk", "vendor"])]
+    pub cpp: bool,
 }
 
 impl Verb for NewArguments {
@@ -150,6 +159,38 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
     if arguments.python {
         return create_script(name, &folder);
     }
+    match (arguments.c, arguments.cpp) {
+        (true, _) => create_cmake_project(name, &folder, CmakeLanguage::C),
+        (_, true) => create_cmake_project(name, &folder, CmakeLanguage::Cpp),
+        _ => create_rust_project(arguments, &folder),
+    }
+}
+
+fn create_cmake_project(
+    name: &str,
+    folder: &Path,
+    language: CmakeLanguage,
+) -> Result<CommandEnding> {
+    for (file, text) in language.fill_files(name) {
+        write_file(folder, file, &text)?;
+    }
+    let at = folder.display();
+    end_printing(print_line(format_args!(
+        "{at} is created. Next, with PREFIX where sdk/c/install.sh has installed the package Armor:\n  \
+         cd {at} && cmake -B build -DCMAKE_PREFIX_PATH=PREFIX && cmake --build build && ctest --test-dir \
+         build\nand read its README.md."
+    )))
+}
+
+fn write_file(folder: &Path, file: &str, text: &str) -> Result<()> {
+    let path = folder.join(file);
+    let written =
+        fs::create_dir_all(path.parent().unwrap_or(folder)).and_then(|()| fs::write(&path, text));
+    written.with_context(|| format!("{} cannot be written", path.display()))
+}
+
+fn create_rust_project(arguments: &NewArguments, folder: &Path) -> Result<CommandEnding> {
+    let name = &arguments.name;
     let source = SdkSource::find(arguments.sdk.as_deref())?;
     // A copy next to the program would move with it, so the project gets its own.
     let is_copied =
@@ -160,10 +201,7 @@ fn create_project(arguments: &NewArguments) -> Result<CommandEnding> {
             .replace("{{name}}", name)
             .replace("{{Type}}", &type_name(name))
             .replace("{{sdk}}", &sdk.display().to_string());
-        let path = folder.join(file);
-        let written = fs::create_dir_all(path.parent().unwrap_or(&folder))
-            .and_then(|()| fs::write(&path, text));
-        written.with_context(|| format!("{} cannot be written", path.display()))?;
+        write_file(folder, file, &text)?;
     }
     let at = folder.display();
     let origin = if is_copied {
@@ -217,9 +255,14 @@ fn explain_taken(name: &str) -> Option<&'static str> {
 /// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something
 /// else in the file.
 fn type_name(name: &str) -> String {
+    type_name_in(MAIN, name)
+}
+
+/// The name of a type that is no other word of this source file.
+fn type_name_in(source: &str, name: &str) -> String {
     let words = name.split(['-', '_']).filter(|word| !word.is_empty());
     let name: String = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
-    let is_taken = MAIN.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
+    let is_taken = source.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
     if is_taken { name + "Component" } else { name }
 }
 
@@ -235,6 +278,8 @@ mod tests {
             sdk: None,
             vendor: false,
             python: false,
+            c: false,
+            cpp: false,
         })
     }
 
@@ -258,7 +303,15 @@ mod tests {
         let scratch = ScratchFolder::new("new-vendored");
         let folder = scratch.path().join("imu");
         let (name, path) = ("imu".into(), Some(folder.clone()));
-        let arguments = NewArguments { name, path, sdk: None, vendor: true, python: false };
+        let arguments = NewArguments {
+            name,
+            path,
+            sdk: None,
+            vendor: true,
+            python: false,
+            c: false,
+            cpp: false,
+        };
         create_project(&arguments).expect("written");
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).expect("it exists");
         assert!(manifest.contains("path = \"vendor/armor/sdk\""), "{manifest}");

@@ -4,11 +4,11 @@
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 
-use armor_wire::hello::VERSION;
 use armor_wire::manifest::{
     MANIFEST_VERSION, Manifest, ManifestFault, ManifestFaults, PortManifest,
 };
 use armor_wire::schema;
+use armor_wire::version::VERSION;
 use thiserror::Error;
 
 use crate::armor::Armor;

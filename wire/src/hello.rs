@@ -17,8 +17,7 @@ use crate::shared_memory::MemoryUse;
 pub const MAGIC: [u8; 4] = *b"ARMR";
 /// Longest name that a hello may be from, in bytes: a component's, or a tool's with its process id.
 pub const MAX_FROM_LEN: usize = 128;
-/// Version of the protocol. Ends of different versions refuse each other.
-pub const VERSION: u16 = 4;
+pub use crate::version::VERSION;
 
 /// The client's name and purpose.
 #[derive(Clone, Debug, PartialEq, Message)]

@@ -33,6 +33,7 @@ pub mod schema;
 pub mod shared_memory;
 pub mod text_format;
 pub mod transport;
+pub mod version;
 
 pub use armor_quantity as quantity;
 pub use armor_wire_derive::Message;

@@ -64,7 +64,7 @@ pub struct Manifest {
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
-    /// The version of the protocol that it speaks, [`VERSION`](crate::hello::VERSION) of its build. Left
+    /// The version of the protocol that it speaks, [`VERSION`](crate::version::VERSION) of its build. Left
     /// out: unknown.
     #[serde(
         default,

@@ -10,8 +10,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use armor_robotfile::{Code, Finding};
-use armor_wire::hello::VERSION;
 use armor_wire::manifest::{MANIFEST_VERSION, Manifest};
+use armor_wire::version::VERSION;
 use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process_group};
 use serde::Deserialize;

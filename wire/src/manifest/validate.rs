@@ -10,10 +10,10 @@ use super::{
     EffectKind, EventManifest, EventValue, MANIFEST_VERSION, Manifest, ParameterManifest,
     ParameterType, PortManifest,
 };
-use crate::hello::VERSION;
 use crate::name::is_name;
 use crate::quantity::{self, QuantityError, Unit};
 use crate::schema::{self, ANY_NAME, Schema};
+use crate::version::VERSION;
 
 /// Names that reports have: no event may have them.
 pub const RESERVED_EVENTS: [&str; 2] = ["done", "failed"];

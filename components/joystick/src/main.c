@@ -1,0 +1,3 @@
+#include "component.h"
+
+int main(int argc, char **argv) { return armor_run(argc, argv, &component); }

@@ -1,0 +1,5 @@
+// The component, for main.c and the tests.
+
+#include <armor.h>
+
+extern const armor_component component;

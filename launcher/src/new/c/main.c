@@ -1,0 +1,5 @@
+#include "component.h"
+
+int main(int argc, char **argv) {
+  return armor_run(argc, argv, &component);
+}

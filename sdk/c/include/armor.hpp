@@ -1,0 +1,520 @@
+// Components in C++17: over armor.h, header only. docs/cpp.md is the guide.
+//
+//   #include <armor.hpp>
+//   #include <armor_messages.hpp>
+//
+//   class Blinker : public armor::Component {
+//    public:
+//     Blinker() : Component("blinker", "Switches a light on and off.") {
+//       provide<armor::messages::Flag>("light");
+//     }
+//     armor::Outcome exec(armor::Call) override {
+//       on_ = !on_;
+//       send_data("light", armor::messages::Flag{on_});
+//       return armor::carry_on();
+//     }
+//
+//    private:
+//     bool on_ = false;
+//   };
+//
+//   int main(int argc, char **argv) { return armor::run<Blinker>(argc, argv); }
+//
+// An exception of a component is a report of its failure with what(); none crosses to C.
+
+#ifndef ARMOR_HPP
+#define ARMOR_HPP
+
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "armor.h"
+#include "armor_codec.hpp"
+
+namespace armor {
+
+// Why `exec` is called.
+enum class Call {
+  // The component has been activated.
+  Started = ARMOR_CALL_STARTED,
+  // Its period is over.
+  Tick = ARMOR_CALL_TICK,
+  // It has received data, and the file gives it no rate.
+  Data = ARMOR_CALL_DATA,
+  // The last call before it is frozen or ended: bring actuators to rest.
+  Stopping = ARMOR_CALL_STOPPING,
+};
+
+// What `exec` returns.
+struct Outcome {
+  armor_outcome_kind kind = ARMOR_OUTCOME_KIND_CARRY_ON;
+  // The name of an event, or the reason of a failure.
+  std::string text;
+  double value = 0.0;
+};
+
+// Nothing to report.
+inline Outcome carry_on() { return {}; }
+// The task is over; no more calls in this activation, except Call::Stopping.
+inline Outcome done() { return {ARMOR_OUTCOME_KIND_DONE, {}, 0.0}; }
+// The task cannot be done, and why.
+inline Outcome failed(std::string why) { return {ARMOR_OUTCOME_KIND_FAILED, std::move(why), 0.0}; }
+// Something happened that the mission may wait for.
+inline Outcome event(std::string name, double value = 0.0) {
+  return {ARMOR_OUTCOME_KIND_EVENT, std::move(name), value};
+}
+
+// A line in the component's log.
+inline void log_debug(const std::string &text) { armor_log_text(10, text.c_str()); }
+inline void log_info(const std::string &text) { armor_log_text(20, text.c_str()); }
+inline void log_warning(const std::string &text) { armor_log_text(30, text.c_str()); }
+inline void log_error(const std::string &text) { armor_log_text(40, text.c_str()); }
+
+// A received message that is kept: large ones stay in shared memory. Views into it are valid as long as
+// it, or a copy of it, exists.
+class Kept {
+ public:
+  Kept() = default;
+  explicit Kept(armor_kept *kept) : kept_(kept, armor_kept_free), arena_(new Arena) {}
+
+  template <class T>
+  T decode() const {
+    std::size_t len = 0;
+    const std::uint8_t *bytes = armor_kept_bytes(kept_.get(), &len);
+    return decode_message<T>(bytes, len, *arena_);
+  }
+
+ private:
+  std::shared_ptr<armor_kept> kept_;
+  std::shared_ptr<Arena> arena_;
+};
+
+// Where data comes from, when it was created, and what is missing before it.
+struct Header {
+  // Local name of the input.
+  std::string_view id;
+  // System-wide name of the data, `component.output`.
+  std::string_view data;
+  std::uint64_t sequence;
+  // System time in seconds.
+  double stamp_s;
+  std::uint64_t instance;
+  // How many messages were lost immediately before it.
+  std::uint64_t lost;
+};
+
+// The content of received data.
+class Data {
+ public:
+  Data(const armor_data *data, std::string_view input, std::string_view schema)
+      : data_(data), input_(input), schema_(schema) {}
+
+  // Reads the message. Spans and string_views in it are valid during the call of `data_received`.
+  template <class T>
+  T decode() const {
+    check_schema<T>();
+    std::size_t len = 0;
+    const std::uint8_t *bytes = armor_data_bytes(data_, &len);
+    return decode_message<T>(bytes, len, arena_);
+  }
+
+  // Keeps the message beyond the call.
+  template <class T>
+  Kept keep() const {
+    check_schema<T>();
+    return Kept(armor_keep(data_));
+  }
+
+ private:
+  template <class T>
+  void check_schema() const {
+    const std::string &used = schema_of<T>();
+    if (used.data() != schema_.data() && used != schema_) {
+      throw Error(ARMOR_ERROR_OTHER_TYPE, "input `" + std::string(input_) + "` is declared as " +
+                                              std::string(schema_) + ", but was decoded as " + used);
+    }
+  }
+
+  const armor_data *data_;
+  std::string_view input_;
+  std::string_view schema_;
+  mutable Arena arena_;
+};
+
+class Component;
+
+// What is declared of a parameter; `docs/manifest.md` explains it.
+class ParameterOptions {
+ public:
+  ParameterOptions(armor_parameter_type type, std::string name) : type_(type), name_(std::move(name)) {}
+
+  // Its value if the file assigns none, written as in a file: "0.3m/s".
+  ParameterOptions &default_value(std::string text) { return set(default_, has_default_, std::move(text)); }
+  // The unit of a number.
+  ParameterOptions &unit(std::string unit) { return unit_ = std::move(unit), *this; }
+  // Its smallest and largest value, in SI; infinite for none.
+  ParameterOptions &range(double low, double high) { return low_ = low, high_ = high, *this; }
+  // The choices, with spaces between them.
+  ParameterOptions &choices(std::string choices) { return choices_ = std::move(choices), *this; }
+  // The form of a text or path, such as "frame".
+  ParameterOptions &format(std::string format) { return format_ = std::move(format), *this; }
+  // What it does, in one line.
+  ParameterOptions &doc(std::string doc) { return doc_ = std::move(doc), *this; }
+  // A change in the file reaches the running component.
+  ParameterOptions &live() { return live_ = true, *this; }
+  // Of a path: the component writes there.
+  ParameterOptions &written() { return written_ = true, *this; }
+
+  const std::string &name() const { return name_; }
+  armor_parameter_type type() const { return type_; }
+
+  armor_parameter table() const {
+    armor_parameter table{};
+    table.name = name_.c_str();
+    table.kind = type_;
+    table.unit = unit_.c_str();
+    table.default_value = has_default_ ? default_.c_str() : nullptr;
+    table.minimum = low_;
+    table.maximum = high_;
+    table.choices = choices_.c_str();
+    table.format = format_.c_str();
+    table.doc = doc_.c_str();
+    table.live = live_;
+    table.written = written_;
+    return table;
+  }
+
+ private:
+  ParameterOptions &set(std::string &member, bool &flag, std::string text) {
+    member = std::move(text);
+    flag = true;
+    return *this;
+  }
+
+  armor_parameter_type type_;
+  std::string name_, unit_, default_, choices_, format_, doc_;
+  bool has_default_ = false, live_ = false, written_ = false;
+  double low_ = 0.0, high_ = 0.0;
+};
+
+// A number; the component gets SI.
+inline ParameterOptions number(std::string name, std::string unit = "") {
+  return ParameterOptions(ARMOR_PARAMETER_TYPE_NUMBER, std::move(name)).unit(std::move(unit));
+}
+inline ParameterOptions integer(std::string name) {
+  return {ARMOR_PARAMETER_TYPE_INTEGER, std::move(name)};
+}
+inline ParameterOptions text(std::string name) { return {ARMOR_PARAMETER_TYPE_TEXT, std::move(name)}; }
+// One of the choices, which have spaces between them.
+inline ParameterOptions choice(std::string name, std::string choices) {
+  return ParameterOptions(ARMOR_PARAMETER_TYPE_CHOICE, std::move(name)).choices(std::move(choices));
+}
+// A file or folder; the component gets it resolved.
+inline ParameterOptions path(std::string name) { return {ARMOR_PARAMETER_TYPE_PATH, std::move(name)}; }
+inline ParameterOptions flag(std::string name) { return {ARMOR_PARAMETER_TYPE_FLAG, std::move(name)}; }
+inline ParameterOptions colour(std::string name) {
+  return {ARMOR_PARAMETER_TYPE_COLOUR, std::move(name)};
+}
+
+// A parameter as a member of a component: declared and requested in its constructor, set before the
+// first call of `exec`. T: double, int64_t, bool or std::string.
+template <class T>
+class Parameter {
+ public:
+  Parameter(Component *component, ParameterOptions options);
+  Parameter(const Parameter &) = delete;
+  Parameter &operator=(const Parameter &) = delete;
+
+  const T &get() const { return value_; }
+  operator const T &() const { return value_; }
+
+ private:
+  void read(const armor_value *value, armor_parameter_type type) {
+    if constexpr (std::is_same_v<T, double>) {
+      check(armor_value_number(value, &value_));
+    } else if constexpr (std::is_same_v<T, std::int64_t>) {
+      check(armor_value_integer(value, &value_));
+    } else if constexpr (std::is_same_v<T, bool>) {
+      check(armor_value_flag(value, &value_));
+    } else {
+      static_assert(std::is_same_v<T, std::string>, "T is double, int64_t, bool or std::string");
+      const bool is_path = type == ARMOR_PARAMETER_TYPE_PATH;
+      const char *text = is_path ? armor_value_path(value) : armor_value_text(value);
+      if (text == nullptr) throw Error(ARMOR_ERROR_PARAMETER, armor_last_error());
+      value_ = text;
+    }
+  }
+
+  T value_{};
+};
+
+// One task, in one process. The constructor declares the ports; parameters are members. It runs for
+// `--describe` too, so it opens no hardware or files: `exec` does, at Call::Started.
+//
+// `exec`, `data_received` and `parameter_received` never run at the same time.
+class Component {
+ public:
+  Component(std::string kind, std::string summary)
+      : kind_(std::move(kind)), summary_(std::move(summary)) {}
+  Component(const Component &) = delete;
+  Component &operator=(const Component &) = delete;
+  virtual ~Component() = default;
+
+  // A parameter has arrived, or a live one has changed: the member has the new value. An exception
+  // refuses it.
+  virtual void parameter_received(std::string_view) {}
+  // Data of an input have arrived.
+  virtual void data_received(const Header &, const Data &) {}
+  // One step of the component's work.
+  virtual Outcome exec(Call) { return carry_on(); }
+
+  const std::string &kind() const { return kind_; }
+
+ protected:
+  // Declares an output. `flags`: 0 or ARMOR_LATCHED.
+  template <class T>
+  void provide(const std::string &id, const std::string &doc = "", std::uint32_t flags = 0) {
+    ports_.push_back({id, doc, "", &schema_of<T>(), flags, true});
+  }
+  // Declares an input. `flags`: ARMOR_OPTIONAL, ARMOR_MANY. `stale_after`: the age from which on its
+  // data are taken for missing.
+  template <class T>
+  void subscribe(const std::string &id, const std::string &doc = "", std::uint32_t flags = 0,
+                 const std::string &stale_after = "") {
+    ports_.push_back({id, doc, stale_after, &schema_of<T>(), flags, false});
+  }
+  // Declares an event that `exec` reports.
+  void declare_event(const std::string &name, const std::string &doc = "", bool has_value = false,
+                     const std::string &unit = "") {
+    events_.push_back({name, doc, unit, has_value});
+  }
+  // It works until it is frozen, and never reports that it is done.
+  void set_never_done() { never_done_ = true; }
+  // Its task comes to an end by itself.
+  void set_ends_by_itself() { ends_by_itself_ = true; }
+  // It does nothing without a rate.
+  void set_needs_rate() { needs_rate_ = true; }
+  // Forbids the executive to freeze this component.
+  void set_non_controllable() { non_controllable_ = true; }
+
+  // Publishes a message: encoded once, arrays sent from where they are. Threads of the component may
+  // publish while it is active.
+  template <class T>
+  void send_data(const char *id, const T &message) const {
+    const std::string *declared = find_schema(id, true);
+    const std::string &used = schema_of<T>();
+    if (declared != nullptr && declared != &used && *declared != used) {
+      throw Error(ARMOR_ERROR_OTHER_TYPE, "output `" + std::string(id) + "` is declared as " +
+                                              *declared + ", but " + used + " is sent");
+    }
+    const EncodedMessage<T> encoded(message);
+    check(armor_send_bytes(handle(), id, encoded.pieces(), encoded.piece_count()));
+  }
+  // The current time of the whole system in seconds since the Unix epoch.
+  double timestamp() const { return armor_timestamp(handle()); }
+  // The system-wide name of what an output publishes; empty if there is no such output.
+  std::string provided_data(const char *id) const { return own(armor_provided_data(handle(), id)); }
+  // The system-wide names of what feeds an input; empty if nothing does.
+  std::string subscribed_data(const char *id) const {
+    return own(armor_subscribed_data(handle(), id));
+  }
+
+ private:
+  template <class T>
+  friend class Parameter;
+  friend class Runner;
+
+  struct Port {
+    std::string id, doc, stale_after;
+    const std::string *schema;
+    std::uint32_t flags;
+    bool is_output;
+  };
+  struct DeclaredEvent {
+    std::string name, doc, unit;
+    bool has_value;
+  };
+  struct DeclaredParameter {
+    ParameterOptions options;
+    std::function<void(const armor_value *)> read;
+  };
+
+  static std::string own(const char *text) { return text == nullptr ? "" : text; }
+
+  const armor_handle *handle() const {
+    if (handle_ == nullptr) {
+      throw Error(ARMOR_ERROR_NOT_ACTIVE, "the constructor only declares: send from `exec` on");
+    }
+    return handle_;
+  }
+
+  const std::string *find_schema(std::string_view id, bool is_output) const {
+    for (const Port &port : ports_) {
+      if (port.is_output == is_output && port.id == id) return port.schema;
+    }
+    return nullptr;
+  }
+
+  std::string kind_, summary_;
+  std::deque<Port> ports_;
+  std::deque<DeclaredEvent> events_;
+  std::deque<DeclaredParameter> parameters_;
+  bool never_done_ = false, ends_by_itself_ = false, needs_rate_ = false, non_controllable_ = false;
+  const armor_handle *handle_ = nullptr;
+  std::string reported_;
+};
+
+template <class T>
+Parameter<T>::Parameter(Component *component, ParameterOptions options) {
+  const armor_parameter_type type = options.type();
+  component->parameters_.push_back(
+      {std::move(options), [this, type](const armor_value *value) { read(value, type); }});
+}
+
+// A component as C sees it.
+class Runner {
+ public:
+  // `build` may throw: that is a failure of the constructor.
+  explicit Runner(const std::function<std::unique_ptr<Component>()> &build) {
+    table_.kind = "component";
+    table_.summary = "A component whose constructor has failed.";
+    table_.user = this;
+    table_.create = &Runner::create;
+    table_.parameter_received = &Runner::parameter_received;
+    table_.data_received = &Runner::data_received;
+    table_.exec = &Runner::exec;
+    try {
+      component_ = build();
+    } catch (const std::exception &error) {
+      failure_ = error.what();
+    } catch (...) {
+      failure_ = UNKNOWN;
+    }
+    if (component_ != nullptr) declare();
+  }
+  Runner(const Runner &) = delete;
+  Runner &operator=(const Runner &) = delete;
+
+  const armor_component *table() const { return &table_; }
+  Component *component() const { return component_.get(); }
+
+ private:
+  static constexpr const char *UNKNOWN = "an exception that is no std::exception";
+
+  void declare() {
+    const Component &component = *component_;
+    for (const auto &parameter : component.parameters_) {
+      parameters_.push_back(parameter.options.table());
+    }
+    for (const auto &port : component.ports_) {
+      const char *age = port.stale_after.empty() ? nullptr : port.stale_after.c_str();
+      if (!port.doc.empty() || age != nullptr) ports_.push_back({port.id.c_str(), port.doc.c_str(), age});
+    }
+    for (const auto &event : component.events_) {
+      events_.push_back({event.name.c_str(), event.doc.c_str(), event.has_value, event.unit.c_str()});
+    }
+    table_.kind = component.kind_.c_str();
+    table_.summary = component.summary_.c_str();
+    table_.parameters = parameters_.data();
+    table_.parameter_count = parameters_.size();
+    table_.ports = ports_.data();
+    table_.port_count = ports_.size();
+    table_.events = events_.data();
+    table_.event_count = events_.size();
+    table_.never_done = component.never_done_;
+    table_.ends_by_itself = component.ends_by_itself_;
+    table_.needs_rate = component.needs_rate_;
+  }
+
+  // Runs code of the component: its exception is an error.
+  template <class F>
+  static int guard(F &&body) noexcept {
+    try {
+      body();
+      return ARMOR_ERROR_NONE;
+    } catch (const std::exception &error) {
+      return armor_fail_with(error.what());
+    } catch (...) {
+      return armor_fail_with(UNKNOWN);
+    }
+  }
+
+  static int create(const armor_handle *handle, void *user) {
+    auto &runner = *static_cast<Runner *>(user);
+    return guard([&] {
+      if (runner.component_ == nullptr) throw std::runtime_error(runner.failure_);
+      Component &component = *runner.component_;
+      component.handle_ = handle;
+      for (const auto &port : component.ports_) {
+        const auto declare = port.is_output ? armor_provide_schema : armor_subscribe_schema;
+        check(declare(handle, port.id.c_str(), port.schema->c_str(), port.flags));
+      }
+      for (const auto &parameter : component.parameters_) {
+        check(armor_get_parameter(handle, parameter.options.name().c_str()));
+      }
+      if (component.non_controllable_) check(armor_set_non_controllable(handle));
+    });
+  }
+
+  static int parameter_received(void *user, const char *name, const armor_value *value) {
+    return guard([&] {
+      Component &component = *static_cast<Runner *>(user)->component_;
+      for (const auto &parameter : component.parameters_) {
+        if (parameter.options.name() == name) parameter.read(value);
+      }
+      component.parameter_received(name);
+    });
+  }
+
+  static int data_received(void *user, const armor_header *header, const armor_data *data) {
+    return guard([&] {
+      Component &component = *static_cast<Runner *>(user)->component_;
+      const Header given{header->id,      header->data,     header->sequence,
+                         header->stamp_s, header->instance, header->lost};
+      const std::string *schema = component.find_schema(given.id, false);
+      component.data_received(given, Data(data, given.id, schema == nullptr ? std::string_view() : *schema));
+    });
+  }
+
+  static armor_outcome exec(void *user, int call) {
+    armor_outcome result{ARMOR_OUTCOME_KIND_FAILED, nullptr, 0.0};
+    guard([&] {
+      Component &component = *static_cast<Runner *>(user)->component_;
+      Outcome outcome = component.exec(static_cast<Call>(call));
+      component.reported_ = std::move(outcome.text);
+      const char *text = component.reported_.c_str();
+      if (outcome.kind == ARMOR_OUTCOME_KIND_FAILED) armor_fail_with(text);
+      result = {outcome.kind, text, outcome.value};
+    });
+    return result;
+  }
+
+  std::unique_ptr<Component> component_;
+  std::string failure_;
+  std::vector<armor_parameter> parameters_;
+  std::vector<armor_port_text> ports_;
+  std::vector<armor_event> events_;
+  armor_component table_{};
+};
+
+// Runs a component as this process, by its command line; returns the exit code of the process. The
+// process ends without the component's destructor: what must be released is at Call::Stopping.
+template <class C>
+int run(int argc, char **argv) {
+  static Runner *const runner = new Runner([] { return std::make_unique<C>(); });
+  return armor_run(argc, argv, runner->table());
+}
+
+}  // namespace armor
+
+#endif  // ARMOR_HPP

@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# Measures links between two components in C, in C++ and in Rust, alternately in one run:
+#   sdk/c/measure.sh [ROUNDS]
+# Prints each figure of each round; docs/languages-c.md has the medians.
+
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+rounds="${1:-5}"
+out="$(mktemp -d)"
+run=
+trap '[ -z "$run" ] || kill -INT "$run" 2>/dev/null; wait; rm -rf "$out"' EXIT
+
+sdk/c/install.sh "$out/prefix" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
+cargo build --release --locked -p armor -p armor-c --example rust_peer --bin armor >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
+cmake -S sdk/c/tests/peers -B "$out/build" -DCMAKE_PREFIX_PATH="$out/prefix" >"$out/log"
+cmake --build "$out/build" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
+mkdir "$out/components"
+cp "$out/build/c_peer" "$out/build/cpp_peer" target/release/examples/rust_peer "$out/components/"
+
+measure() { # LANGUAGE FIRST-ROLE SECOND-ROLE LAST-LINE
+  cat >"$out/system.xml" <<XML
+<armor version="1">
+  <system name="peers">
+    <component name="first" kind="$1-peer" rate="20Hz"><parameter name="role" value="$2"/></component>
+    <component name="second" kind="$1-peer" rate="20Hz"><parameter name="role" value="$3"/></component>
+    <link from="first.small-out" to="second.small-in" keep="all"/>
+    <link from="first.image-out" to="second.image-in"/>
+    <link from="second.small-out" to="first.small-in" keep="all"/>
+    <link from="second.image-out" to="first.image-in"/>
+  </system>
+</armor>
+XML
+  rm -rf "$out/run"
+  target/release/armor run "$out/system.xml" --components "$out/components" --headless --out "$out/run" \
+    --system peers-measure >"$out/run.log" 2>&1 &
+  run=$!
+  for _ in $(seq 600); do
+    if grep -q "$4" "$out/run.log"; then break; fi
+    kill -0 "$run" 2>/dev/null || { cat "$out/run.log"; exit 1; }
+    sleep 0.1
+  done
+  kill -INT "$run"
+  wait "$run" || true
+  run=
+  sed -n "s/.*measured: \(.* B: .*\|.*answer: .*\)/$1 | \1/p" "$out/run.log"
+}
+for _ in $(seq "$rounds"); do
+  for language in rust c cpp; do
+    measure "$language" ask answer "measured: end"
+    measure "$language" flood count "measured: flood"
+  done
+done

@@ -1,0 +1,135 @@
+// The peer of measure.sh in C.
+
+#define _POSIX_C_SOURCE 200809L
+#include <armor_messages.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { ROUND_TRIPS = 20000, IMAGE_TRIPS = 200, FLOOD = 2000000, IMAGE_LEN = 8 << 20 };
+
+// 100 bytes on the wire.
+typedef struct small {
+  uint64_t number;
+  uint8_t payload[92];
+} small;
+ARMOR_STRUCT(small, "Small", ARMOR_FIELD(small, number, ""), ARMOR_ARRAY(small, payload, ""));
+
+static const armor_handle *armor;
+static char role[16];
+static uint64_t count;
+static double sent_s, times_us[ROUND_TRIPS];
+static size_t time_count;
+static uint8_t *pixels;
+
+static double now_s(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
+}
+
+static bool is_role(const char *name) { return strcmp(role, name) == 0; }
+
+static int create(const armor_handle *handle, void *user) {
+  (void)user;
+  armor = handle;
+  ARMOR_TRY(ARMOR_SUBSCRIBE(handle, "small-in", small, ARMOR_OPTIONAL));
+  ARMOR_TRY(ARMOR_PROVIDE(handle, "small-out", small, 0));
+  ARMOR_TRY(ARMOR_SUBSCRIBE(handle, "image-in", armor_image, ARMOR_OPTIONAL));
+  ARMOR_TRY(ARMOR_PROVIDE(handle, "image-out", armor_image, 0));
+  return armor_get_parameter(handle, "role");
+}
+
+static int parameter_received(void *user, const char *name, const armor_value *value) {
+  (void)user, (void)name;
+  snprintf(role, sizeof role, "%s", armor_value_text(value));
+  return ARMOR_ERROR_NONE;
+}
+
+static int send_small(uint64_t number) {
+  small message = {.number = number};
+  if (is_role("ask")) sent_s = now_s();
+  return ARMOR_SEND(armor, "small-out", small, &message);
+}
+
+static int send_image(uint32_t number) {
+  armor_image image = {.width = number, .height = 1};
+  image.data.data = pixels, image.data.len = IMAGE_LEN;
+  sent_s = now_s();
+  return ARMOR_SEND(armor, "image-out", armor_image, &image);
+}
+
+static void take_time(void) { times_us[time_count++] = (now_s() - sent_s) * 1e6; }
+
+static int compare(const void *a, const void *b) {
+  const double left = *(const double *)a, right = *(const double *)b;
+  return (left > right) - (left < right);
+}
+
+static void log_times(const char *what) {
+  qsort(times_us, time_count, sizeof times_us[0], compare);
+  armor_write_log(20, "measured: %s: %.1f us p50, %.1f us p99", what, times_us[time_count / 2],
+                  times_us[time_count * 99 / 100]);
+  time_count = 0;
+}
+
+static int take_image(const armor_data *data) {
+  armor_image view;
+  ARMOR_TRY(ARMOR_DECODE(data, armor_image, &view));
+  if (is_role("answer")) {
+    const uint32_t sum = view.data.data[0] + view.data.data[view.data.len - 1];
+    armor_image image = {.width = view.width, .height = sum};
+    return ARMOR_SEND(armor, "image-out", armor_image, &image);
+  }
+  take_time();
+  if (view.width + 1 < IMAGE_TRIPS) return send_image(view.width + 1);
+  log_times("8 MiB image and answer");
+  armor_write_log(20, "measured: end");
+  return ARMOR_ERROR_NONE;
+}
+
+static int data_received(void *user, const armor_header *header, const armor_data *data) {
+  (void)user;
+  if (strcmp(header->id, "image-in") == 0) return take_image(data);
+  small message;
+  ARMOR_TRY(ARMOR_DECODE(data, small, &message));
+  if (is_role("answer")) return ARMOR_SEND(armor, "small-out", small, &message);
+  if (is_role("ask")) {
+    take_time();
+    if (message.number + 1 < ROUND_TRIPS) return send_small(message.number + 1);
+    log_times("round trip 100 B");
+    pixels = malloc(IMAGE_LEN);
+    memset(pixels, 7, IMAGE_LEN);
+    return send_image(0);
+  }
+  if (count++ == 0) sent_s = now_s();
+  if (count == FLOOD) {
+    armor_write_log(20, "measured: flood 100 B: %.3f M msg/s", FLOOD / (now_s() - sent_s) / 1e6);
+  }
+  return ARMOR_ERROR_NONE;
+}
+
+static armor_outcome execute(void *user, int call) {
+  (void)user;
+  if (call != ARMOR_CALL_TICK || count != 0) return armor_carry_on();
+  const uint64_t messages = is_role("ask") ? 1 : is_role("flood") ? FLOOD : 0;
+  for (uint64_t number = 0; number < messages; ++number) {
+    count = 1;
+    if (send_small(number) != ARMOR_ERROR_NONE) return armor_failed_with_last_error();
+  }
+  return armor_carry_on();
+}
+
+static const armor_parameter parameters[] = {{.name = "role",
+                                              .kind = ARMOR_PARAMETER_TYPE_TEXT,
+                                              .default_value = "answer",
+                                              .doc = "ask, answer, flood or count"}};
+static const armor_component component = {.kind = "c-peer",
+                                          .summary = "Measures links.",
+                                          .parameters = parameters,
+                                          .parameter_count = ARMOR_COUNT(parameters),
+                                          .create = create,
+                                          .parameter_received = parameter_received,
+                                          .data_received = data_received,
+                                          .exec = execute};
+
+int main(int argc, char **argv) { return armor_run(argc, argv, &component); }

@@ -1,0 +1,105 @@
+// The peer of measure.sh in C++.
+
+#include <algorithm>
+#include <armor_messages.hpp>
+#include <chrono>
+
+using armor::messages::ImageView;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint64_t ROUND_TRIPS = 20'000, IMAGE_TRIPS = 200, FLOOD = 2'000'000;
+constexpr std::size_t IMAGE_LEN = 8U << 20U;
+
+// 100 bytes on the wire.
+struct Small {
+  std::uint64_t number = 0;
+  std::array<std::uint8_t, 92> payload{};
+};
+ARMOR_MESSAGE(Small, number, payload)
+
+class Peer : public armor::Component {
+ public:
+  Peer() : Component("cpp-peer", "Measures links.") {
+    subscribe<Small>("small-in", "", ARMOR_OPTIONAL);
+    provide<Small>("small-out");
+    subscribe<ImageView>("image-in", "", ARMOR_OPTIONAL);
+    provide<ImageView>("image-out");
+  }
+
+  void data_received(const armor::Header &header, const armor::Data &data) override {
+    if (header.id == "image-in") return take_image(data.decode<ImageView>());
+    const auto small = data.decode<Small>();
+    if (role_.get() == "answer") return send_data("small-out", small);
+    if (role_.get() == "ask") {
+      take_time();
+      if (small.number + 1 < ROUND_TRIPS) return send_small(small.number + 1);
+      log_times("round trip 100 B");
+      pixels_.assign(IMAGE_LEN, 7);
+      return send_image(0);
+    }
+    if (count_++ == 0) sent_ = Clock::now();
+    if (count_ == FLOOD) {
+      const double rate = static_cast<double>(FLOOD) / seconds() / 1e6;
+      armor::log_info("measured: flood 100 B: " + std::to_string(rate) + " M msg/s");
+    }
+  }
+
+  armor::Outcome exec(armor::Call call) override {
+    if (call != armor::Call::Tick || count_ != 0) return armor::carry_on();
+    const std::uint64_t messages = role_.get() == "ask" ? 1 : role_.get() == "flood" ? FLOOD : 0;
+    for (std::uint64_t number = 0; number < messages; ++number) {
+      count_ = 1;
+      send_small(number);
+    }
+    return armor::carry_on();
+  }
+
+ private:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - sent_).count(); }
+
+  void send_small(std::uint64_t number) {
+    if (role_.get() == "ask") sent_ = Clock::now();
+    send_data("small-out", Small{number, {}});
+  }
+
+  void send_image(std::uint32_t number) {
+    ImageView image;
+    image.width = number;
+    image.height = 1;
+    image.data = armor::span<const std::uint8_t>(pixels_);
+    sent_ = Clock::now();
+    send_data("image-out", image);
+  }
+
+  void take_image(const ImageView &view) {
+    if (role_.get() == "answer") {
+      ImageView image;
+      image.width = view.width;
+      image.height = static_cast<std::uint32_t>(view.data[0]) + view.data[view.data.size() - 1];
+      return send_data("image-out", image);
+    }
+    take_time();
+    if (view.width + 1 < IMAGE_TRIPS) return send_image(view.width + 1);
+    log_times("8 MiB image and answer");
+    armor::log_info("measured: end");
+  }
+
+  void take_time() { times_us_.push_back(seconds() * 1e6); }
+
+  void log_times(const std::string &what) {
+    std::sort(times_us_.begin(), times_us_.end());
+    const double p50 = times_us_[times_us_.size() / 2], p99 = times_us_[times_us_.size() * 99 / 100];
+    armor::log_info("measured: " + what + ": " + std::to_string(p50) + " us p50, " + std::to_string(p99) +
+                    " us p99");
+    times_us_.clear();
+  }
+
+  armor::Parameter<std::string> role_{
+      this, armor::text("role").default_value("answer").doc("ask, answer, flood or count")};
+  std::uint64_t count_ = 0;
+  Clock::time_point sent_;
+  std::vector<double> times_us_;
+  std::vector<std::uint8_t> pixels_;
+};
+
+int main(int argc, char **argv) { return armor::run<Peer>(argc, argv); }
