@@ -56,6 +56,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-proof",
             "armor-robotfile",
             "armor-picture",
+            "armor-recording",
             "armor-sdk",
             "armor-wire",
         ],

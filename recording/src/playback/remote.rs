@@ -51,12 +51,18 @@ impl PlayerLook {
         self.state.as_ref().map(|(state, _)| state)
     }
 
+    /// Whether its time passes.
+    pub fn is_moving(&self) -> bool {
+        let moves =
+            |state: &PlaybackState| !state.paused && !state.over && state.waits_for.is_empty();
+        self.problem.is_empty() && self.state().is_some_and(moves)
+    }
+
     /// How much has been played since the beginning, in seconds, estimated between two states.
     pub fn at_s(&self) -> Option<f64> {
         let (state, arrived) = self.state.as_ref()?;
-        let runs = !state.paused && !state.over && state.waits_for.is_empty();
         let since_s = arrived.elapsed().min(ESTIMATED_FOR).as_secs_f64();
-        let passed_s = if runs && self.problem.is_empty() { since_s * state.speed } else { 0.0 };
+        let passed_s = if self.is_moving() { since_s * state.speed } else { 0.0 };
         Some((state.at + passed_s).min(state.to - state.from))
     }
 }
