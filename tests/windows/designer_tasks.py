@@ -51,7 +51,7 @@ class DesignerStage(Stage):
 def begin(stage):
     stage.open_window()
     stage.window.wait_for("Open the example Office")
-    stage.window.wait_for("12 component kinds")
+    stage.window.wait_for("* component kinds")
     stage.shoot()
     stage.window.click("Start a new robot")
     stage.window.wait_for("drawing of the system")
@@ -357,6 +357,9 @@ def play_a_recording(stage):
     stage.open_window(recording)
     window = stage.window
     window.wait_for("marks: Firings 1")
+    if window.find("Discard"):
+        # What the crash before has left.
+        window.click("Discard")
     window.wait_for("place look: marked")
     window.click("component mapper*")
     window.click("output mapper.map of type OccupancyGrid")
@@ -368,8 +371,10 @@ def play_a_recording(stage):
     window.press("Home", "Right", "Right", "Right", "Right", "Right", "Right", "space")
     window.wait_for("paused")
     stage.shoot()
-    # The firing that ends the mission.
+    # The firing that ends the mission, at the moment at which it begins to fire.
     window.click("firing seen at *")
+    window.wait_for("transition seen: fires")
+    window.press("space")
     window.wait_for("place over: marked")
     window.press("Home")
     window.wait_for("place look: marked")

@@ -237,8 +237,8 @@ impl Session {
             arguments: ["--stay", "--headless", "--quiet"].map(Into::into).into(),
         };
         self.begin_log(playback.name());
-        (self.playback, self.play_folder) = (Some(playback), Some(folder));
         self.run = Some(ChildRun::start(&plan, self.log.clone(), self.wake())?);
+        (self.playback, self.play_folder) = (Some(playback), Some(folder));
         Ok(())
     }
 

@@ -84,7 +84,7 @@ impl MarkKind {
 pub struct TimeMark {
     /// When it was, in system time.
     pub at_s: f64,
-    /// The moment at which its consequence is shown.
+    /// The moment at which it is shown: the next marking after a firing.
     pub seek_s: f64,
     /// What it stands for.
     pub kind: MarkKind,
