@@ -69,7 +69,7 @@ impl Messages {
     }
 
     /// Adds a message. The same one again is counted; of those that something was done, only the
-    /// newest is shown, since each later one means that the user has gone on.
+    /// newest is shown, since it replaces what was done before.
     fn push(&mut self, kind: MessageKind, text: String) {
         self.current();
         let same = self.list.iter().position(|old| old.text == text && old.kind == kind);

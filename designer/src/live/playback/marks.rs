@@ -23,7 +23,7 @@ use parking_lot::Mutex;
 const MARKING: &str = "executive.marking";
 /// The key of the version that has recorded.
 const VERSION_KEY: &str = "armor";
-/// Most marks that are shown; more could not be told apart on a screen.
+/// Most marks that are shown; more could not be distinguished on a screen.
 const MAX_MARKS: usize = 50_000;
 /// Pause between two times at which new marks are shown.
 const SHOW_EVERY: Duration = Duration::from_millis(200);

@@ -117,7 +117,7 @@ impl TimeLine {
         if button(ui, name, Some(icon), doc) {
             asked.push(PlaybackWish::PlayOrPause);
         }
-        if button(ui, "Step", None, "Goes on to the next message, and pauses (F10)") {
+        if button(ui, "Step", None, "Plays the next message, and pauses (F10)") {
             asked.push(PlaybackWish::Step);
         }
         if button(ui, "End", None, "Goes to the end (End)") {

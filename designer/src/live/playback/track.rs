@@ -64,7 +64,7 @@ pub fn draw_sign(painter: &Painter, at: Pos2, kind: MarkKind, colour: Color32) {
     }
 }
 
-/// The row of a kind: firings above, reports and failures below them, losses undermost.
+/// The row of a kind: firings above, reports and failures below them, losses at the bottom.
 fn lane(kind: MarkKind) -> f32 {
     match kind {
         MarkKind::Firing => 0.0,
