@@ -58,6 +58,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-proof",
             "armor-robotfile",
             "armor-picture",
+            "armor-recording",
             "armor-sdk",
             "armor-wire",
         ],

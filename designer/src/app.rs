@@ -19,7 +19,7 @@ use eframe::egui;
 
 use crate::disk::Keeper;
 use crate::kinds::{Kinds, KindsWatch};
-use crate::live::{LiveView, Session};
+use crate::live::{LiveView, Session, is_recording};
 use crate::messages::Messages;
 use crate::mission::MissionView;
 use crate::pane::Pane;
@@ -94,7 +94,11 @@ impl Designer {
         ctx.set_theme(settings.theme);
         let given = Arc::new(start.kinds.clone().unwrap_or_default());
         let mut messages = Messages::default();
-        let opened = start.file.as_ref().map(|file| Project::open(file, Arc::clone(&given)));
+        let (recording, file) = match start.file {
+            Some(file) if is_recording(&file) => (Some(file), None),
+            file => (None, file),
+        };
+        let opened = file.as_ref().map(|file| Project::open(file, Arc::clone(&given)));
         let project = match opened {
             Some(Ok(project)) => project,
             Some(Err(error)) => {
@@ -146,6 +150,9 @@ impl Designer {
         designer.receive_results();
         if let Some(registry) = start.attach {
             designer.attach_to_system(registry.as_deref());
+        }
+        if let Some(recording) = recording {
+            designer.start_playback(&recording);
         }
         designer
     }
@@ -216,7 +223,10 @@ impl Designer {
 
     fn set_title(&mut self, ctx: &egui::Context) {
         let star = if self.is_unsaved() { "*" } else { "" };
-        let title = format!("{}{star} - Armor designer", self.workspace.project.name());
+        let title = match self.workspace.live.playback().filter(|_| self.view == View::Live) {
+            Some(playback) => format!("{} - Armor designer", playback.name()),
+            None => format!("{}{star} - Armor designer", self.workspace.project.name()),
+        };
         if title != self.title {
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;

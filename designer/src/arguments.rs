@@ -12,6 +12,7 @@ pub const HELP: &str = "\
 Draws a robot as blocks and its mission as a net, and watches both run.
 
 Usage: armor-designer [OPTIONS] [FILE]
+       armor-designer [OPTIONS] RECORDING.mcap
        armor-designer --check FILE...
        armor-designer --screenshot OUT.png [--view VIEW] [--size WxH] [--theme THEME] FILE
        armor-designer --export OUT.svg [--view VIEW] FILE

@@ -13,6 +13,7 @@ pub use table::COMMANDS;
 pub enum Command {
     New,
     Open,
+    OpenRecording,
     Save,
     SaveAs,
     SaveDraft,

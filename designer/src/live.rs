@@ -18,6 +18,8 @@ mod moves;
 mod net;
 mod orders;
 mod parameters;
+mod play_folder;
+mod playback;
 mod plots;
 mod presence;
 mod preview;
@@ -32,6 +34,9 @@ mod view;
 mod watched;
 mod words;
 
+pub use playback::keys::TIME_LINE_KEYS;
+pub use playback::marks::{FoundMarks, MarkKind, TimeMark};
+pub use playback::{Playback, is_recording};
 pub use session::{Session, Standing, running};
 pub use systems::attach;
 pub use tone::Tone;

@@ -14,6 +14,7 @@ mod links;
 mod live;
 mod mission;
 mod model;
+mod playback;
 mod properties;
 mod refused;
 mod typing;

@@ -1,4 +1,4 @@
-//! `armor run FILE` as a child process: starts it, reads its output, stops it in order. It ends
+//! `armor run FILE` or `armor play FILE` as a child process: starts it, reads its output, stops it in order. It ends
 //! when this process ends, whatever the reason.
 
 use std::io::{self, BufRead, BufReader, Read};
@@ -28,14 +28,26 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 pub struct LaunchPlan {
     /// The `armor` program.
     pub program: PathBuf,
-    /// The system or mission file.
+    /// What it does with the file.
+    pub verb: LaunchVerb,
+    /// The system or mission file, or the recording.
     pub file: PathBuf,
     /// The folder for what the run produces; by default `out/NAME` in the current one.
     pub out: Option<PathBuf>,
     /// Component directories.
     pub components: Vec<PathBuf>,
-    /// Further arguments of `armor run`.
+    /// Further arguments.
     pub arguments: Vec<String>,
+}
+
+/// What `armor` does with a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LaunchVerb {
+    /// It runs a system.
+    #[default]
+    Run,
+    /// It plays a recording.
+    Play,
 }
 
 /// Why a run could not be started.
@@ -286,7 +298,11 @@ fn record_of(pid: u32) -> Option<RunRecord> {
 fn guarded_command(plan: &LaunchPlan) -> Command {
     let mut command = Command::new(&plan.program);
     command.args(["guard", &std::process::id().to_string(), "--"]).arg(&plan.program);
-    command.args(["run", "--format", "json"]).args(&plan.arguments);
+    let verb = match plan.verb {
+        LaunchVerb::Run => "run",
+        LaunchVerb::Play => "play",
+    };
+    command.args([verb, "--format", "json"]).args(&plan.arguments);
     for directory in &plan.components {
         command.arg("--components").arg(directory);
     }

@@ -82,6 +82,7 @@ const COMMANDS: &[CommandCodes] = &[
     codes("playback step", "the step has begun", NOT_PLAYED),
     codes("playback seek", "it is at that moment", NOT_PLAYED),
     codes("playback speed", "it has that speed", NOT_PLAYED),
+    codes("playback loop", "it does so at the end", NOT_PLAYED),
     codes(
         "bag convert",
         "the copy is written",

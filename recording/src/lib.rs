@@ -6,6 +6,7 @@
 
 mod copy;
 mod head;
+mod marks;
 pub mod playback;
 mod reader;
 mod reports;
@@ -19,6 +20,7 @@ mod writer;
 
 pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};
 pub use head::MessageHead;
+pub use marks::{MarkReader, RecordedMark};
 pub use reader::{ReadError, RecordedMessage, Recording};
 pub use reports::{REPORTS, RecordedReport};
 pub use summary::{BEGIN_KEY, RecordedFile, RecordedOutput, RecordingSummary};

@@ -1,6 +1,6 @@
 //! Reads a recording: what is in it, and its messages from any moment on.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -13,6 +13,7 @@ use mcap::{MAGIC, McapError, Summary};
 use thiserror::Error;
 
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
+use crate::marks::MarkReader;
 use crate::ros::{RosMessage, find_standard_type};
 use crate::summary::{RecordedFile, RecordedOutput, RecordingSummary, widen};
 use crate::writer::{OutputType, to_nanoseconds};
@@ -22,7 +23,7 @@ use crate::{ABOUT, CDR, LATCHED_KEY, OUTPUTS, ROS_QOS, SCHEMA_KEY, TYPE_KEY};
 const ROS_COMPONENT: &str = "ros";
 
 /// Longest record that is read: the longest message, and a chunk around it.
-const MAX_RECORD_LEN: usize = 160 << 20;
+pub(crate) const MAX_RECORD_LEN: usize = 160 << 20;
 
 /// Why a recording cannot be read.
 #[derive(Debug, Error)]
@@ -132,6 +133,21 @@ impl Recording {
     /// How many damaged chunks were left out so far.
     pub fn damaged_chunks(&self) -> u64 {
         self.damaged_chunks
+    }
+
+    /// Reads it no further as a whole, but for its marks. `wanted` are outputs whose messages are
+    /// marks, too.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn into_marks(mut self, wanted: &[&str]) -> Result<MarkReader, ReadError> {
+        let stream = match &self.index {
+            // The channels are known from the index; chunks are read one by one.
+            Some(index) => MessageStream::at_chunk(&mut self.file, 0, index)?,
+            None => MessageStream::begin(&mut self.file)?,
+        };
+        let len = self.file.metadata()?.len();
+        Ok(MarkReader::new(self.file, len, &self.summary, self.index.as_ref(), stream, wanted))
     }
 
     /// Reads a file that was recorded, by its name.
@@ -341,19 +357,21 @@ fn read_type(metadata: &BTreeMap<String, String>) -> OutputType {
 }
 
 /// What comes next in a file.
-enum StreamEvent {
+pub(crate) enum StreamEvent {
     Message(RecordedMessage),
     About(BTreeMap<String, String>),
     File { name: String, media_type: String, bytes: Vec<u8> },
 }
 
 /// Reads a file from a place on.
-struct MessageStream {
+pub(crate) struct MessageStream {
     reader: LinearReader,
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, StreamChannel>,
     heads: HeadCodec,
     head: Option<RecordedHead>,
+    /// The outputs whose messages are decoded; all of them if there are none.
+    decoded: Option<BTreeSet<String>>,
 }
 
 struct StreamChannel {
@@ -397,7 +415,13 @@ impl MessageStream {
             channels: HashMap::new(),
             heads: HeadCodec::new(),
             head: None,
+            decoded: None,
         }
+    }
+
+    /// Decodes the messages of these outputs only. Others come without their bytes.
+    pub(crate) fn decode_only(&mut self, outputs: BTreeSet<String>) {
+        self.decoded = Some(outputs);
     }
 
     fn ros_type(&self, topic: &str) -> String {
@@ -430,7 +454,7 @@ impl MessageStream {
         Ok(None)
     }
 
-    fn next_event(&mut self, file: &mut File) -> Result<Option<StreamEvent>, ReadError> {
+    pub(crate) fn next_event(&mut self, file: &mut File) -> Result<Option<StreamEvent>, ReadError> {
         loop {
             let Some(event) = self.reader.next_event() else { return Ok(None) };
             let record = match event? {
@@ -447,37 +471,42 @@ impl MessageStream {
                     mcap::parse_record(opcode, data)?.into_owned()
                 }
             };
-            match record {
-                Record::Schema { header, .. } => {
-                    self.schemas.insert(header.id, header.name);
-                }
-                Record::Channel(channel) => {
-                    let ros_type = self.schemas.get(&channel.schema_id).cloned();
-                    self.add_channel(
-                        channel.id,
-                        &channel.topic,
-                        ros_type.unwrap_or_default(),
-                        &channel.message_encoding,
-                        &channel.metadata,
-                    );
-                }
-                Record::Metadata(metadata) if metadata.name == ABOUT => {
-                    return Ok(Some(StreamEvent::About(metadata.metadata)));
-                }
-                Record::Attachment { header, data, .. } => {
-                    return Ok(Some(StreamEvent::File {
-                        name: header.name,
-                        media_type: header.media_type,
-                        bytes: data.into_owned(),
-                    }));
-                }
-                Record::Message { header, data } => {
-                    if let Some(message) = self.read_message(header, &data) {
-                        return Ok(Some(StreamEvent::Message(message)));
-                    }
-                }
-                _ => {}
+            if let Some(event) = self.take_record(record) {
+                return Ok(Some(event));
             }
+        }
+    }
+
+    /// Takes the next record of the file; returns what it is, unless it only describes what follows.
+    pub(crate) fn take_record(&mut self, record: Record<'_>) -> Option<StreamEvent> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+                None
+            }
+            Record::Channel(channel) => {
+                let ros_type = self.schemas.get(&channel.schema_id).cloned();
+                self.add_channel(
+                    channel.id,
+                    &channel.topic,
+                    ros_type.unwrap_or_default(),
+                    &channel.message_encoding,
+                    &channel.metadata,
+                );
+                None
+            }
+            Record::Metadata(metadata) if metadata.name == ABOUT => {
+                Some(StreamEvent::About(metadata.metadata))
+            }
+            Record::Attachment { header, data, .. } => Some(StreamEvent::File {
+                name: header.name,
+                media_type: header.media_type,
+                bytes: data.into_owned(),
+            }),
+            Record::Message { header, data } => {
+                self.read_message(header, &data).map(StreamEvent::Message)
+            }
+            _ => None,
         }
     }
 
@@ -495,7 +524,9 @@ impl MessageStream {
         // One that another program has put in between has no head.
         let head = self.head.take().filter(|head| head.channel == header.channel_id);
         let stamps_s = head.as_ref().map_or(&[] as &[f64], |head| &head.stamps);
+        let is_decoded = self.decoded.as_ref().is_none_or(|it| it.contains(&channel.data));
         let payload = match &channel.message {
+            _ if !is_decoded => Err("it was not asked for".into()),
             Some(message) => message.decode(bytes, stamps_s).map_err(|error| error.to_string()),
             None => Err("another program has written it, and it has no type of Armor".into()),
         };

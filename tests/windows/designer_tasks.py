@@ -51,7 +51,7 @@ class DesignerStage(Stage):
 def begin(stage):
     stage.open_window()
     stage.window.wait_for("Open the example Office")
-    stage.window.wait_for("12 component kinds")
+    stage.window.wait_for("* component kinds")
     stage.shoot()
     stage.window.click("Start a new robot")
     stage.window.wait_for("drawing of the system")
@@ -346,3 +346,42 @@ def export(stage):
     if "mapper" not in drawing.read_text():
         raise TaskFailed("the drawing does not name its blocks")
     stage.desk.end(stage.window.child)
+
+
+@task("Play a recording", "recording")
+def play_a_recording(stage):
+    recording = stage.folder / "rooms.mcap"
+    recorder = stage.desk.start(stage.armor, "record", "--wait", "--output", recording)
+    run(stage.armor, "run", stage.file, "--headless", "--quiet", "--out", stage.folder / "recorded")
+    recorder.wait(timeout=30)
+    stage.open_window(recording)
+    window = stage.window
+    window.wait_for("marks: Firings 1")
+    if window.find("Discard"):
+        # What the crash before has left.
+        window.click("Discard")
+    window.wait_for("place look: marked")
+    window.click("component mapper*")
+    window.click("output mapper.map of type OccupancyGrid")
+    window.wait_for("preview of mapper.map*")
+    window.click("live: Marks")
+    window.press("f")
+    # Near the end, so that there is a map.
+    window.click("time line")
+    window.press("Home", "Right", "Right", "Right", "Right", "Right", "Right", "space")
+    window.wait_for("paused")
+    stage.shoot()
+    # The firing that ends the mission, at the moment at which it begins to fire.
+    window.click("firing seen at *")
+    window.wait_for("transition seen: fires")
+    window.press("space")
+    window.wait_for("place over: marked")
+    window.press("Home")
+    window.wait_for("place look: marked")
+    played = stage.folder / "no-recording.mcap"
+    played.write_text("this is no recording")
+    window.press("ctrl+shift+o")
+    window.type(str(played))
+    window.press("Return")
+    window.wait_for("*cannot be read as a recording*")
+    stage.desk.end(window.child)

@@ -207,13 +207,15 @@ def acknowledge_an_alert(stage):
     window.press("Escape")
 
 
-@task("See a mission that is paused", "paused")
+@task("See a mission that is paused, and resume it", "paused")
 def see_a_pause(stage):
     run(stage.armor, "mission", "pause", "--as", "ruth")
     stage.window.wait_for("PAUSED")
     stage.window.wait_for("by ruth*")
     stage.shoot()
-    run(stage.armor, "mission", "resume")
+    # A new button takes no click for half a second.
+    time.sleep(0.7)
+    stage.window.click("Resume")
     stage.window.wait_until_gone("PAUSED")
 
 

@@ -52,6 +52,8 @@ pub enum OperatorOrder {
     Release,
     /// A button of the mission: sent to the mission, not to the robot.
     Press(String),
+    /// Let the paused mission continue.
+    Resume,
     /// Answer a question of the mission.
     Answer {
         /// The transition that asks.
@@ -80,6 +82,8 @@ pub enum RobotCommand {
     },
     /// Whether it must stand.
     Stop(bool),
+    /// To the executive: the pause ends.
+    Resume,
     /// To the executive: the answer to a question of the mission.
     Answer {
         /// The transition that asks.
@@ -96,7 +100,7 @@ impl RobotCommand {
             Self::Goal { .. } => Some("goal"),
             Self::Velocity { .. } => Some("velocity"),
             Self::Stop(_) => Some("stop"),
-            Self::Answer { .. } => None,
+            Self::Answer { .. } | Self::Resume => None,
         }
     }
 }
@@ -290,6 +294,7 @@ impl OperatorOrders {
                 self.pressed = Some((name, now_s));
                 Vec::new()
             }
+            OperatorOrder::Resume => vec![RobotCommand::Resume],
             OperatorOrder::Answer { transition, is_confirmed } => {
                 vec![RobotCommand::Answer { transition, is_confirmed }]
             }

@@ -337,10 +337,12 @@ impl OperatorView {
             console: Arc::clone(&self.console),
             panels: make_panels(),
             send: Box::new(move |command| {
-                if let (RobotCommand::Answer { transition, is_confirmed }, Some(answers)) =
-                    (command, &answers)
-                {
-                    answers.give_answer(transition, *is_confirmed);
+                match (command, &answers) {
+                    (RobotCommand::Answer { transition, is_confirmed }, Some(answers)) => {
+                        answers.give_answer(transition, *is_confirmed);
+                    }
+                    (RobotCommand::Resume, Some(answers)) => answers.resume_mission(),
+                    _ => {}
                 }
                 let mut stop = stop.lock();
                 let to = send_command(&armor, command).unwrap_or_else(|fault| {

@@ -12,11 +12,14 @@ mod new_buttons;
 mod notices;
 pub(crate) mod open_parts;
 mod panel;
+mod questions;
 mod strip;
 mod tiles;
 
 use armor_picture::theme::ThemeColours;
-use eframe::egui::{CentralPanel, Frame, Panel as EdgePanel, Ui};
+use eframe::egui::{
+    CentralPanel, Frame, Panel as EdgePanel, Ui, UserAttentionType, ViewportCommand,
+};
 
 use crate::console::Console;
 use crate::links::{ClockTimes, Freshness, InputLink};
@@ -30,6 +33,8 @@ pub(crate) use panel::{SidePanel, show_rows};
 const COLUMN_WIDTH: f32 = 288.0;
 /// A narrower map has the switches of its layers behind a button, in points.
 const SMALL_WIDTH: f32 = 480.0;
+/// The name of the button that resumes the mission, among the new ones; no transition is called that.
+const RESUME: &str = "resume the mission";
 /// Period at which ages are updated while steady data are missing, in seconds.
 const AGEING_S: f32 = 0.5;
 
@@ -64,13 +69,19 @@ impl Screen {
         let mut orders = keys::read_keys(ui);
         let questions = console.mission.iter().flat_map(|mission| &mission.questions);
         let asked = questions.map(|question| question.transition.clone());
-        self.new_buttons.begin_frame(ui, asked, now.host_s);
+        let paused = console.mission.iter().filter(|mission| !mission.paused_by.is_empty());
+        let shown = asked.chain(paused.map(|_| RESUME.to_owned()));
+        if self.new_buttons.begin_frame(ui, shown, now.host_s) {
+            // The window may be behind another one.
+            let attention = UserAttentionType::Informational;
+            ui.ctx().send_viewport_cmd(ViewportCommand::RequestUserAttention(attention));
+        }
         // First, so that STOP has one place, whatever is opened or wrapped.
         EdgePanel::right("robot").resizable(false).exact_size(COLUMN_WIDTH).show(ui, |ui| {
             self.panels.show_column(ui, console, now, &mut orders);
         });
         EdgePanel::top("strip").show(ui, |ui| {
-            strip::show_strip(ui, console, now, &self.new_buttons, &mut orders);
+            strip::show_strip(ui, console, now);
         });
         EdgePanel::top("layers").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
@@ -89,7 +100,8 @@ impl Screen {
         CentralPanel::default()
             .frame(Frame::NONE.fill(ThemeColours::of_theme(console.is_light).unknown))
             .show(ui, |ui| {
-                self.area.show_map(ui, console, &self.shown, now, &mut orders);
+                let buttons = &self.new_buttons;
+                self.area.show_map(ui, console, &self.shown, buttons, now, &mut orders);
             });
         let hand = keys::read_held_direction(ui).or(self.panels.held_direction());
         orders.push(match hand {

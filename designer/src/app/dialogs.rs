@@ -15,6 +15,8 @@ use crate::project::{Project, SaveRefused};
 pub(super) enum Dialog {
     /// Which file to open.
     Open(PathChoice),
+    /// Which recording to play.
+    OpenRecording(PathChoice),
     /// Where to save.
     SaveAs(PathChoice),
     /// Whether to overwrite a file.
@@ -27,6 +29,8 @@ pub(super) enum Dialog {
     Unsaved(Then),
     /// Whether to stop what runs and leave.
     Running,
+    /// Whether to stop what runs and play this recording.
+    StopAndPlay(PathBuf),
     /// The version, and the programs in use.
     About,
     /// A page of the documentation.
@@ -55,6 +59,10 @@ impl Dialog {
         Self::Open(PathChoice::new(&project.folder(), "", "xml", false))
     }
 
+    pub(super) fn open_recording(project: &Project) -> Self {
+        Self::OpenRecording(PathChoice::new(&project.folder(), "", "mcap", false))
+    }
+
     pub(super) fn save_as(project: &Project) -> Self {
         let name = if project.path().is_some() { project.name() } else { "robot.xml".into() };
         Self::SaveAs(PathChoice::new(&project.folder(), &name, "xml", true))
@@ -69,12 +77,14 @@ impl Designer {
             ui.set_width(460.0);
             match dialog {
                 Dialog::Open(choice) => self.ask_open(ui, choice),
+                Dialog::OpenRecording(choice) => self.ask_recording(ui, choice),
                 Dialog::SaveAs(choice) => self.ask_save(ui, choice),
                 Dialog::Overwrite(path) => self.ask_overwrite(ui, path),
                 Dialog::Export(choice) => self.ask_export(ui, choice),
                 Dialog::OverwritePicture(path) => self.ask_overwrite_picture(ui, path),
                 Dialog::Unsaved(then) => self.ask_unsaved(ui, then),
                 Dialog::Running => self.ask_running(ui),
+                Dialog::StopAndPlay(recording) => self.ask_stop_and_play(ui, recording),
                 Dialog::About => self.show_about(ui),
                 Dialog::Page(page) => self.show_page(ui, page),
                 Dialog::Elsewhere(elsewhere) => self.ask_elsewhere(ui, elsewhere),
@@ -91,6 +101,16 @@ impl Designer {
             Chosen::Open => self.dialog = Some(Dialog::Open(choice)),
             Chosen::Left => {}
             Chosen::File(path) => self.open(&path),
+        }
+    }
+
+    fn ask_recording(&mut self, ui: &mut egui::Ui, mut choice: PathChoice) {
+        ui.heading("Open a recording");
+        ui.weak("What `armor record` has written, or another MCAP file.");
+        match choice.show(ui, "Open") {
+            Chosen::Open => self.dialog = Some(Dialog::OpenRecording(choice)),
+            Chosen::Left => {}
+            Chosen::File(path) => self.ask_to_play(path),
         }
     }
 
@@ -160,6 +180,20 @@ impl Designer {
                 self.close(&ui.ctx().clone());
             } else if !ui.button("Stay").clicked() && !pressed_escape(ui) {
                 self.dialog = Some(Dialog::Running);
+            }
+        });
+    }
+
+    fn ask_stop_and_play(&mut self, ui: &mut egui::Ui, recording: PathBuf) {
+        ui.heading("The robot is running");
+        ui.label("It was started from this window, which shows one system at a time.");
+        ui.horizontal(|ui| {
+            let name = recording.file_name().unwrap_or_default().to_string_lossy();
+            let name = crate::text::paintable(ui.ctx(), &name);
+            if ui.button(format!("Stop it and play {name}")).clicked() {
+                self.start_playback(&recording);
+            } else if !ui.button("Let it run").clicked() && !pressed_escape(ui) {
+                self.dialog = Some(Dialog::StopAndPlay(recording));
             }
         });
     }
@@ -250,7 +284,7 @@ impl Designer {
         }
         if is_dirty {
             self.dialog = Some(Dialog::Unsaved(Then::Quit));
-        } else if self.workspace.live.run().is_some() {
+        } else if self.runs_robot() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
             self.dialog = Some(Dialog::Running);
         }

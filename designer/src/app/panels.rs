@@ -183,15 +183,18 @@ impl Designer {
         let area = Area::new(Id::unique("messages")).order(Order::Foreground);
         let area = area.fixed_pos(middle.center_bottom() - Vec2::new(0.0, 14.0));
         area.pivot(Align2::CENTER_BOTTOM).show(ctx, |ui| {
-            for (n, (_, tone, text)) in shown.iter().enumerate() {
-                let colour = match tone {
+            for (n, message) in shown.iter().enumerate() {
+                let colour = match message.kind {
                     MessageKind::Done => ui.visuals().widgets.noninteractive.bg_stroke.color,
                     MessageKind::Refused => ui.visuals().warn_fg_color,
                 };
                 let frame = Frame::popup(ui.style()).stroke(Stroke::new(1.0, colour));
                 let response = frame.show(ui, |ui| {
                     ui.set_max_width(560.0);
-                    let text = crate::text::paintable(ctx, text).into_owned();
+                    let mut text = crate::text::paintable(ctx, &message.text).into_owned();
+                    if message.count > 1 {
+                        text += &format!(" ({} times)", message.count);
+                    }
                     ui.add(egui::Label::new(text).wrap().sense(egui::Sense::click()))
                 });
                 if response.inner.on_hover_text("Click to dismiss").clicked() {

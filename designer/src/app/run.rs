@@ -9,6 +9,7 @@ use crate::app::dialogs::{Dialog, Then};
 use crate::app::lists::{AllCommands, FindList};
 use crate::commands::Command;
 use crate::item::Item;
+use crate::live::is_recording;
 use crate::project::{Project, SaveRefused};
 use crate::view::View;
 
@@ -76,6 +77,9 @@ impl Designer {
         match command {
             Command::New => self.leave_project(Then::New, ctx),
             Command::Open => self.leave_project(Then::Open, ctx),
+            Command::OpenRecording => {
+                self.dialog = Some(Dialog::open_recording(&self.workspace.project));
+            }
             Command::Quit => self.leave_project(Then::Quit, ctx),
             Command::Save => match self.workspace.project.save() {
                 Ok(()) => {}
@@ -203,7 +207,7 @@ impl Designer {
             Then::Open => self.dialog = Some(Dialog::open(&self.workspace.project)),
             Then::OpenThis(path) => self.open(&path),
             Then::Run => self.start_run(),
-            Then::Quit if self.workspace.live.run().is_some() => {
+            Then::Quit if self.runs_robot() => {
                 self.dialog = Some(Dialog::Running);
             }
             Then::Quit => self.close(ctx),
@@ -218,11 +222,18 @@ impl Designer {
 
     /// Opens a file, after the user has agreed to close the open ones.
     pub fn ask_to_open(&mut self, path: std::path::PathBuf, ctx: &egui::Context) {
+        if is_recording(&path) {
+            // It is shown next to the open files, which stay.
+            return self.ask_to_play(path);
+        }
         self.leave_project(Then::OpenThis(path), ctx);
     }
 
     /// Opens a file; the open ones are closed without a question.
     pub fn open(&mut self, path: &std::path::Path) {
+        if is_recording(path) {
+            return self.ask_to_play(path.into());
+        }
         let kinds = std::sync::Arc::clone(self.workspace.project.kinds());
         match Project::open(path, kinds) {
             Ok(project) => {
@@ -250,6 +261,7 @@ fn is_own(command: Command) -> bool {
         command,
         C::New
             | C::Open
+            | C::OpenRecording
             | C::Save
             | C::SaveAs
             | C::SaveDraft

@@ -1,4 +1,6 @@
-//! Running the open file, and watching what runs already.
+//! Running the open file, playing a recording, and watching what runs already.
+
+use std::path::{Path, PathBuf};
 
 use armor_inspect::systems::RunRecord;
 
@@ -30,6 +32,30 @@ impl Designer {
         if let Err(error) = self.workspace.live.start(&path) {
             self.workspace.messages.warn(error.to_string());
         }
+    }
+
+    /// Plays a recording in the live view, after the user has agreed to stop what runs.
+    pub(super) fn ask_to_play(&mut self, recording: PathBuf) {
+        if self.runs_robot() {
+            self.dialog = Some(Dialog::StopAndPlay(recording));
+        } else {
+            self.start_playback(&recording);
+        }
+    }
+
+    /// Plays a recording in place of what is watched.
+    pub(super) fn start_playback(&mut self, recording: &Path) {
+        self.view = View::Live;
+        self.first_page = false;
+        match self.workspace.live.play(recording) {
+            Ok(()) => self.keeper.remember_file(recording),
+            Err(error) => self.workspace.messages.warn(error.to_string()),
+        }
+    }
+
+    /// Whether a robot runs that this window has started: it stops with the window.
+    pub(super) fn runs_robot(&self) -> bool {
+        self.workspace.live.run().is_some() && !self.workspace.live.is_playing()
     }
 
     /// Watches the system whose registry listens at `registry`, or the only one of this host; the

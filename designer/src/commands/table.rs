@@ -32,6 +32,13 @@ pub const COMMANDS: &[About] = {
     &[
         entry(C::New, File, "New", "Creates an empty robot.", Some((CTRL, Key::N))),
         entry(C::Open, File, "Open…", "Opens a robot or mission file.", Some((CTRL, Key::O))),
+        entry(
+            C::OpenRecording,
+            File,
+            "Open recording…",
+            "Plays a recording (.mcap) in the live view, with a time line.",
+            Some((CTRL_SHIFT, Key::O)),
+        ),
         entry(C::Save, File, "Save", "Saves the file if it has no errors.", Some((CTRL, Key::S))),
         entry(
             C::SaveAs,
@@ -349,14 +356,14 @@ pub const COMMANDS: &[About] = {
             C::SimulationRun,
             Simulation,
             "Play or pause",
-            "Runs or pauses the simulation.",
+            "Runs or pauses the simulation; in the live view the recording.",
             Some((NONE, Key::F9)),
         ),
         entry(
             C::SimulationStep,
             Simulation,
             "Step",
-            "Runs one step of the simulation.",
+            "Runs one step of the simulation; in the live view the next message of the recording.",
             Some((NONE, Key::F10)),
         ),
         entry(
@@ -370,7 +377,7 @@ pub const COMMANDS: &[About] = {
             C::SimulationRestart,
             Simulation,
             "Restart",
-            "Restarts the simulation.",
+            "Restarts the simulation; in the live view the recording.",
             Some((SHIFT, Key::F5)),
         ),
     ]

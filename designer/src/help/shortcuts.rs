@@ -3,6 +3,7 @@
 use eframe::egui::{self, Grid, Id, Key, Modal, Modifiers, RichText, ScrollArea, Ui};
 
 use crate::commands::{COMMANDS, Menu};
+use crate::live::TIME_LINE_KEYS;
 
 /// What the mouse does in a drawing.
 const MOUSE: &[(&str, &str)] = &[
@@ -57,12 +58,18 @@ fn commands(ui: &mut Ui, menu: Menu) {
 }
 
 fn mouse(ui: &mut Ui) {
-    ui.label(RichText::new("Mouse").strong());
-    Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
-        for (what, does) in MOUSE {
+    list(ui, "Mouse", MOUSE);
+    list(ui, "On the time line of a recording", &TIME_LINE_KEYS);
+}
+
+fn list(ui: &mut Ui, title: &str, lines: &[(&str, &str)]) {
+    ui.label(RichText::new(title).strong());
+    Grid::new(title).num_columns(2).striped(true).show(ui, |ui| {
+        for (what, does) in lines {
             ui.add(egui::Label::new(*what).wrap());
             ui.add(egui::Label::new(*does).wrap());
             ui.end_row();
         }
     });
+    ui.add_space(armor_picture::theme::GAP);
 }

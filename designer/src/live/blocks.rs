@@ -16,13 +16,15 @@ use armor_picture::theme::ThemeColours;
 pub type FilePlaces = BTreeMap<String, String>;
 
 /// Updates the drawing with the observed state; `base` is the drawing without it, of the same
-/// blocks. A system of several hosts has `places`, or a launcher that reports on them.
+/// blocks. A system of several hosts has `places`, or a launcher that reports on them. In a system that
+/// `is_recorded` nothing is linked: its links are drawn as the file has them.
 pub fn show(
     diagram: &mut Diagram<Item>,
     base: &Diagram<Item>,
     picture: &SystemPicture,
     places: &FilePlaces,
     presences: &Presences,
+    is_recorded: bool,
     colours: &ThemeColours,
 ) {
     let has_hosts = !places.is_empty() || !picture.hosts.is_empty();
@@ -69,7 +71,10 @@ pub fn show(
     }
     for (wire, plain) in diagram.wires.iter_mut().zip(&base.wires) {
         let Item::Link { from, to } = &plain.item else { continue };
-        if !picture.has_ended() {
+        if is_recorded {
+            wire.clone_from(plain);
+            wire.label = format!("{}: recorded", plain.label);
+        } else if !picture.has_ended() {
             let edge = picture.links.iter().find(|edge| *from == edge.from && *to == edge.to);
             carry(wire, plain, edge, colours);
         }

@@ -82,6 +82,12 @@ pub fn draw_both(
 ) -> BothDrawings {
     let text = &workspace.project;
     let Some(texts) = running else {
+        if workspace.live.is_playing() {
+            // The open file is another one.
+            let comparison = Comparison::default();
+            let (system, net) = (Diagram::default(), Diagram::default());
+            return BothDrawings { system, net, comparison, running: None, played: None };
+        }
         return BothDrawings {
             system: draw(text).diagram,
             net: net(text, colours),
@@ -122,6 +128,21 @@ pub fn draw_both(
     BothDrawings { system, net, comparison, running: Some(running), played }
 }
 
+/// What is drawn of a recording, in a line.
+fn describe_recorded(workspace: &Workspace) -> String {
+    let Some(playback) = workspace.live.playback() else {
+        return "what was recorded".into();
+    };
+    let found = playback.found();
+    match found.files.first() {
+        Some((file, _)) => format!("{}, as {} has it", file.display(), playback.name()),
+        None if found.is_complete => {
+            format!("{} has no system file: its components are listed at the left", playback.name())
+        }
+        None => format!("{} is being opened", playback.name()),
+    }
+}
+
 impl Comparison {
     /// What runs, or ran until the end, in a line; and whether it differs from what is on the screen.
     fn line(&self, has_ended: bool) -> Option<(String, bool)> {
@@ -151,6 +172,10 @@ impl Comparison {
             ("the version that runs is not known here; drawn is the open file".into(), false)
         });
         Panel::top("live version").show(ui, |ui| {
+            if watched.is_recorded() || workspace.live.is_playing() {
+                ui.weak(RichText::new(describe_recorded(workspace)).strong());
+                return;
+            }
             ui.horizontal_wrapped(|ui| {
                 let colour = if differs { colours.warning } else { colours.weak };
                 let label = ui.colored_label(colour, RichText::new(&line).strong());

@@ -21,7 +21,7 @@ impl<'a> Giving<'a> {
     /// For the mission that stands so.
     pub fn to(watched: &'a Watched, marking: &Marking, author: &'a str) -> Self {
         let over = is_over(marking.stage).then_some("The mission is over.");
-        Self { client: &watched.orders, author, closed: watched.silence().or(over) }
+        Self { client: &watched.orders, author, closed: watched.refuses_orders().or(over) }
     }
 
     /// Gives an order.

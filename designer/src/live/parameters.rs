@@ -117,8 +117,8 @@ impl Panel {
                 show_unit(ui, parameter);
                 return false;
             }
-            show_set_button(ui, &name, watched.silence())
-                || (entered && watched.silence().is_none())
+            let why_not = watched.refuses_values(&parameter.component);
+            show_set_button(ui, &name, why_not) || (entered && why_not.is_none())
         });
         if row.inner {
             watched.parameters.set(&parameter.component, &parameter.name, Some(&text));

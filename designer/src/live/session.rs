@@ -4,15 +4,19 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use armor_inspect::launch::{ChildRun, LaunchError, LaunchPlan, RunStage};
+use armor_configd::KeptVersion;
+use armor_inspect::launch::{ChildRun, LaunchError, LaunchPlan, LaunchVerb, RunStage};
 use armor_inspect::log::{LogLine, RunLog, Tail};
 use armor_inspect::systems::{self, RunRecord};
 use armor_inspect::{
     MissionLook, MissionWatch, ParameterClient, SystemPicture, SystemWatch, WakeCallback, this_user,
 };
+use armor_recording::playback::{PlaybackState, PlayerRemote};
 use armor_sdk::control::Order;
 use eframe::egui;
 
+use super::play_folder::PlayFolder;
+use super::playback::{Playback, PlaybackWish};
 use super::version::RunningVersions;
 use super::watched::{self, Watched};
 use super::words;
@@ -69,6 +73,10 @@ pub struct Session {
     components: Vec<PathBuf>,
     watched: Option<Watched>,
     run: Option<ChildRun>,
+    /// The recording that is played.
+    playback: Option<Playback>,
+    /// The folder of what this window plays. After the run, which writes into it.
+    play_folder: Option<PlayFolder>,
     /// How the last run ended, and whether that was well.
     ended: Option<(String, bool)>,
     ctx: Option<egui::Context>,
@@ -83,7 +91,8 @@ impl Session {
     /// Whether a command about what runs can be run now.
     pub fn may(&self, command: Command) -> bool {
         let heard = || self.watched.as_ref().filter(|watched| watched.silence().is_none());
-        let marking = || heard()?.mission.look().marking;
+        let orderable = || heard().filter(|watched| !watched.is_recorded());
+        let marking = || orderable()?.mission.look().marking;
         match command {
             Command::Run => self.run.is_none(),
             Command::Stop => self.run.is_some(),
@@ -123,6 +132,35 @@ impl Session {
         self.watched.as_ref()
     }
 
+    /// The recording that is played, if one is.
+    pub fn playback(&self) -> Option<&Playback> {
+        self.playback.as_ref()
+    }
+
+    /// Whether this window plays a recording, or has played it until its end.
+    pub fn is_playing(&self) -> bool {
+        self.playback.as_ref().is_some_and(|playback| playback.is_own)
+    }
+
+    /// The player of the system that is watched.
+    pub fn player(&self) -> Option<&PlayerRemote> {
+        self.watched.as_ref()?.player.as_ref()
+    }
+
+    /// Whether the player can be given orders.
+    pub fn may_order_player(&self) -> bool {
+        let heard = self.watched.as_ref().filter(|watched| watched.silence().is_none());
+        let player = heard.and_then(|watched| watched.player.as_ref());
+        player.is_some_and(|player| player.look().state().is_some())
+    }
+
+    /// Gives the player the orders for what the user wants.
+    pub fn order_player(&self, wish: PlaybackWish) {
+        let Some(player) = self.player().filter(|_| self.may_order_player()) else { return };
+        let found = self.playback.as_ref().map(Playback::found).unwrap_or_default();
+        wish.orders(&player.look(), &found).into_iter().for_each(|order| player.order(order));
+    }
+
     /// The run that this window started, if it has not ended.
     pub fn run(&self) -> Option<&ChildRun> {
         self.run.as_ref()
@@ -135,6 +173,10 @@ impl Session {
 
     /// Where the results of what has ended lie, if that is known here.
     pub fn results(&self) -> Option<&Path> {
+        if self.is_playing() {
+            // Nothing but the log, which is shown.
+            return None;
+        }
         let watched = self.watched.as_ref().filter(|watched| watched.silence().is_some())?;
         Some(&watched.record.as_ref()?.out)
     }
@@ -173,6 +215,30 @@ impl Session {
         let now_s = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
         self.begin_log(format!("{name}, started {}", words::time_of_day(now_s)));
         self.run = Some(ChildRun::start(&plan, self.log.clone(), self.wake())?);
+        Ok(())
+    }
+
+    /// Plays a recording; the system watched before is no longer watched.
+    ///
+    /// # Errors
+    /// If `armor` is not found or does not start.
+    pub fn play(&mut self, recording: &Path) -> Result<(), LaunchError> {
+        self.leave();
+        let program = find_armor().ok_or(LaunchError::NoProgram)?;
+        let failed = |error| LaunchError::Start { program: program.clone(), error };
+        let playback = Playback::begin(recording, true, self.wake()).map_err(failed)?;
+        let folder = PlayFolder::create().map_err(failed)?;
+        let plan = LaunchPlan {
+            program: program.clone(),
+            verb: LaunchVerb::Play,
+            file: recording.into(),
+            out: Some(folder.path().into()),
+            components: self.components.clone(),
+            arguments: ["--stay", "--headless", "--quiet"].map(Into::into).into(),
+        };
+        self.begin_log(playback.name());
+        self.run = Some(ChildRun::start(&plan, self.log.clone(), self.wake())?);
+        (self.playback, self.play_folder) = (Some(playback), Some(folder));
         Ok(())
     }
 
@@ -233,11 +299,21 @@ impl Session {
         }
     }
 
+    /// The same system, played from a recording: for tests.
+    pub fn show_playback(&mut self, playback: Playback, state: PlaybackState) {
+        self.playback = Some(playback);
+        if let Some(watched) = &mut self.watched {
+            watched.player = Some(PlayerRemote::still(state));
+        }
+    }
+
     /// Lets go of what is watched, which continues; a run that this window started is stopped.
     pub fn leave(&mut self) {
         self.ended = None;
         self.watched = None;
         self.run = None;
+        self.playback = None;
+        self.play_folder = None;
     }
 
     /// Requests that the run stops in order. A second request kills the processes that still run.
@@ -261,6 +337,39 @@ impl Session {
             }
         }
         self.follow_address();
+        self.follow_playback();
+    }
+
+    /// Reads the recording that the watched system plays.
+    fn follow_playback(&mut self) {
+        if self.is_playing() {
+            let texts = self.playback.as_ref().map(|playback| playback.found().files);
+            let is_drawn = |watched: &&mut Watched| watched.is_recording_drawn;
+            let watched = self.watched.as_mut().filter(|watched| !is_drawn(watched));
+            if let (Some(watched), Some(texts)) = (watched, texts)
+                && !texts.is_empty()
+            {
+                // What was recorded is what is shown, also where it cannot run.
+                let version = KeptVersion { number: 1, files: texts.to_vec() };
+                watched.versions = Some(RunningVersions::still(version, None));
+                watched.is_recording_drawn = true;
+            }
+            return;
+        }
+        let look = self.player().map(PlayerRemote::look);
+        let state = look.as_ref().and_then(|look| look.state());
+        let Some(path) = state.map(|state| PathBuf::from(&state.recording)) else { return };
+        let is_read = self.playback.as_ref().is_some_and(|playback| playback.path() == path);
+        // On another host the path leads nowhere, or to another file.
+        if is_read || self.watched.as_ref().is_none_or(|watched| watched.record.is_none()) {
+            return;
+        }
+        match Playback::begin(&path, false, self.wake()) {
+            Ok(playback) => self.playback = Some(playback),
+            Err(error) => {
+                self.log.push(LogLine::own_line(watched::TOOL, "ERROR", error.to_string()));
+            }
+        }
     }
 
     /// Watches the run that has taken the address of the watched one. A registry that was only

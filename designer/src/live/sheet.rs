@@ -1,6 +1,6 @@
 //! A drawing of the files, with the state of the running system in it.
 
-use eframe::egui;
+use eframe::egui::{self, Vec2};
 
 use crate::canvas::{Canvas, CanvasOutput, Diagram, JoinRules, PortAt};
 use crate::item::Item;
@@ -24,6 +24,17 @@ impl JoinRules for Fixed {
     }
 }
 
+/// Moves the ports of nodes to their edges: the handles from which arcs are drawn stand off from the
+/// bars, and are not shown here, so that arcs would end in the void.
+fn put_ports_at_edges(diagram: &mut Diagram<Item>) {
+    for node in &mut diagram.nodes {
+        let size = node.rect.size();
+        for port in &mut node.ports {
+            port.at = port.at.clamp(Vec2::ZERO, size);
+        }
+    }
+}
+
 impl Sheet {
     /// A drawing that screen readers call `name`.
     pub fn new(name: &'static str) -> Self {
@@ -33,7 +44,8 @@ impl Sheet {
     }
 
     /// Draws other files.
-    pub fn set(&mut self, base: Diagram<Item>) {
+    pub fn set(&mut self, mut base: Diagram<Item>) {
+        put_ports_at_edges(&mut base);
         self.diagram.clone_from(&base);
         self.base = base;
         self.canvas.drawing_changed(&self.diagram);
@@ -56,5 +68,36 @@ impl Sheet {
     /// Selects nothing.
     pub fn select_none(&mut self) {
         self.canvas.selection.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::mission::net;
+    use crate::project::Project;
+    use armor_picture::theme::ThemeColours;
+
+    #[test]
+    fn arcs_touch_their_bars() {
+        let text = r#"<armor version="1"><system name="s"/>
+          <mission name="m" goal="over"><place name="look" initial="true"/><place name="over"/>
+          <transition name="seen" from="look" to="over" timeout="1s"/></mission></armor>"#;
+        let project = Project::still(&[("a.xml".into(), text.into())], Arc::default());
+        let base = net(&project, ThemeColours::of_theme(true));
+        let ends_outside = |diagram: &Diagram<Item>| {
+            let nodes = diagram.nodes.iter();
+            let outside = |node: &crate::canvas::DiagramNode<Item>| {
+                let size = node.rect.size();
+                node.ports.iter().any(|port| port.at != port.at.clamp(Vec2::ZERO, size))
+            };
+            nodes.filter(|node| outside(node)).count()
+        };
+        assert!(ends_outside(&base) > 0, "where they are drawn, a bar has handles next to it");
+        let mut sheet = Sheet::new("net");
+        sheet.set(base);
+        assert_eq!(ends_outside(&sheet.diagram), 0);
     }
 }

@@ -122,10 +122,18 @@ pub fn attach(workspace: &mut Workspace, registry: &str, record: Option<RunRecor
 fn show_standing(ui: &mut egui::Ui, workspace: &mut Workspace) {
     let colours = ThemeColours::of(ui.visuals());
     let is_own = workspace.live.run().is_some();
+    let plays = workspace.live.is_playing();
     let (word, colour) = match workspace.live.standing() {
         Standing::Idle => ("not watching", colours.weak),
         Standing::Starting => ("starting", colours.accent),
-        Standing::Watching => (if is_own { "running" } else { "watching" }, colours.good),
+        Standing::Watching => {
+            let word = match (plays, is_own) {
+                (true, _) => "playing a recording",
+                (false, true) => "running",
+                (false, false) => "watching",
+            };
+            (word, colours.good)
+        }
         Standing::Lost => ("ended, or unreachable", colours.warning),
         Standing::Stopping => ("stopping", colours.warning),
         Standing::Over => ("ended; showing the last known state", colours.weak),
@@ -184,6 +192,11 @@ fn show_owner(ui: &mut egui::Ui, session: &Session, open: Option<&std::path::Pat
     ui.weak(format!("registry {}", watched.registry));
     let Some(record) = &watched.record else { return };
     ui.weak(format!("started {}", words::time_of_day(record.started_s)));
+    if let Some(playback) = session.playback() {
+        let path = crate::text::path(playback.path());
+        ui.weak(format!("recording {}", playback.name())).on_hover_text(path);
+        return;
+    }
     let file = record.resolve(&record.file);
     if open.is_none_or(|open| !record.runs(open)) {
         let colours = ThemeColours::of(ui.visuals());

@@ -6,6 +6,10 @@ use std::time::Duration;
 use eframe::egui;
 
 use super::comparison::{self, Comparison, RunningTexts};
+use super::playback::PlaybackWish;
+use super::playback::list as mark_list;
+use super::playback::marks::MarkKind;
+use super::playback::time_line::{TimeLine, TimeLineRequest};
 use super::sheet::Sheet;
 use super::systems::component_of;
 use super::{
@@ -95,6 +99,8 @@ pub struct LiveView {
     log: log::Panel,
     plots: plots::Plots,
     parameters: parameters::Panel,
+    /// Beneath all, while a recording is played.
+    time_line: TimeLine,
     /// The places of the mission, its sub-missions put in.
     places: Vec<String>,
     /// The hosts on which the file places components.
@@ -123,6 +129,7 @@ impl LiveView {
             log: log::Panel::default(),
             plots: plots::Plots::default(),
             parameters: parameters::Panel::default(),
+            time_line: TimeLine::default(),
             places: Vec::new(),
             hosts: blocks::FilePlaces::new(),
         }
@@ -162,7 +169,8 @@ impl LiveView {
         let Sheet { diagram, base, .. } = &mut self.system;
         let presences = &self.comparison.presences;
         let picture = watched.watch.picture();
-        blocks::show(diagram, base, &picture, &self.hosts, presences, colours);
+        let hosts = &self.hosts;
+        blocks::show(diagram, base, &picture, hosts, presences, watched.is_recorded(), colours);
         let look = watched.mission.look();
         let Sheet { diagram, base, .. } = &mut self.net;
         match &look.marking {
@@ -224,13 +232,63 @@ impl LiveView {
         self.process = None;
     }
 
+    /// Shows the time line, and does what it asks for.
+    fn show_time_line(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        if workspace.live.playback().is_none() && workspace.live.player().is_none() {
+            return;
+        }
+        let panel = egui::Panel::bottom("time line").resizable(false);
+        let asked = panel.show(ui, |ui| {
+            ui.add_space(armor_picture::theme::NEAR);
+            let asked = self.time_line.show(ui, &workspace.live);
+            ui.add_space(armor_picture::theme::NEAR);
+            asked
+        });
+        for request in asked.inner {
+            match request {
+                TimeLineRequest::Wish(wish) => workspace.live.order_player(wish),
+                TimeLineRequest::PlayAgain => {
+                    let playback = workspace.live.playback();
+                    workspace.opened = playback.map(|playback| playback.path().into());
+                }
+            }
+        }
+        let runs = workspace.live.player().is_some_and(|player| player.look().is_moving());
+        if runs {
+            ui.ctx().request_repaint_after(CLOCKS_EVERY);
+        }
+    }
+
+    /// Lists the marks of the recording; one that is chosen is gone to, and its transition selected.
+    fn show_marks(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
+        let Some(playback) = workspace.live.playback() else { return };
+        let found = playback.found();
+        let look = workspace.live.player().map(|player| player.look());
+        let state = look.as_ref().and_then(|look| look.state());
+        let from_s = state.map(|state| state.from).or(found.span_s.map(|span_s| span_s.0));
+        let from_s = from_s.unwrap_or_default();
+        let at_s = from_s + look.as_ref().and_then(|look| look.at_s()).unwrap_or_default();
+        let chosen = mark_list::show(ui, &found, &self.time_line.hidden, from_s, at_s);
+        if let Some(mark) = chosen {
+            workspace.live.order_player(PlaybackWish::GoTo(mark.seek_s - from_s));
+            self.time_line.has_been_focused = false;
+            let item = Item::transition(&mark.text);
+            if mark.kind == MarkKind::Firing && self.net.base.holds(item) {
+                self.select_none();
+                self.net.canvas.selection.insert(item);
+            }
+        }
+    }
+
     fn show_bottom_panel(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
         // Otherwise the height of the panel would change with the tab.
         ui.expand_to_include_rect(ui.max_rect());
         ui.horizontal(|ui| {
             for tab in Tab::ALL {
-                let label = ui.selectable_label(self.tab == tab, tab.name());
-                if label.accessible_name(format!("live: {}", tab.name())).clicked() {
+                let is_marks = tab == Tab::Fired && workspace.live.playback().is_some();
+                let name = if is_marks { "Marks" } else { tab.name() };
+                let label = ui.selectable_label(self.tab == tab, name);
+                if label.accessible_name(format!("live: {name}")).clicked() {
                     self.tab = tab;
                 }
             }
@@ -245,6 +303,9 @@ impl LiveView {
         });
         match (self.tab, workspace.live.watched()) {
             (Tab::Log, _) => self.log.show(ui, &workspace.live),
+            (Tab::Fired, _) if workspace.live.playback().is_some() => {
+                self.show_marks(ui, workspace);
+            }
             (Tab::Plots, Some(watched)) => self.plots.show(ui, &watched.values),
             (Tab::Fired, Some(watched)) => firings::fired(ui, watched),
             (Tab::Orders, Some(watched)) => firings::ordered(ui, watched),
@@ -329,6 +390,7 @@ impl Pane for LiveView {
     }
 
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
+        self.show_time_line(ui, workspace);
         let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(240.0);
         panel.min_size(70.0).show(ui, |ui| self.show_bottom_panel(ui, workspace));
         self.update_drawings(workspace, ui.visuals().dark_mode);
@@ -346,16 +408,28 @@ impl Pane for LiveView {
         }
     }
 
-    fn can_run(&self, command: Command, _: &Workspace) -> Option<bool> {
+    fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
         use Command as C;
         Some(match command {
             C::ZoomIn | C::ZoomOut | C::ZoomActual | C::ZoomFit | C::SelectNone => true,
             C::ZoomSelected => self.selected().is_some(),
+            C::SimulationRun | C::SimulationStep | C::SimulationRestart => {
+                workspace.live.may_order_player()
+            }
             _ => return None,
         })
     }
 
-    fn run_command(&mut self, command: Command, _: &egui::Context, _: &mut Workspace) {
+    fn run_command(&mut self, command: Command, _: &egui::Context, workspace: &mut Workspace) {
+        let wish = match command {
+            Command::SimulationRun => Some(PlaybackWish::PlayOrPause),
+            Command::SimulationStep => Some(PlaybackWish::Step),
+            Command::SimulationRestart => Some(PlaybackWish::GoTo(0.0)),
+            _ => None,
+        };
+        if let Some(wish) = wish {
+            return workspace.live.order_player(wish);
+        }
         for sheet in [&mut self.system, &mut self.net] {
             if let Some(action) = view_action_of(command) {
                 sheet.canvas.perform_action(action, &sheet.base);

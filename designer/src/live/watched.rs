@@ -11,10 +11,14 @@ use armor_inspect::{
     WakeCallback, WatchedValues,
 };
 
+use armor_recording::playback::{PLAYBACK, PlayerRemote};
+
 use super::version::RunningVersions;
 
 /// The name by which the window observes a system.
 pub const TOOL: &str = "designer";
+/// The name of the process that plays missions.
+const EXECUTIVE: &str = "executive";
 
 /// A system that is watched.
 pub struct Watched {
@@ -32,8 +36,12 @@ pub struct Watched {
     pub orders: OrderSender,
     /// Where parameters are requested and set.
     pub parameters: ParameterClient,
+    /// The player, if it plays a recording.
+    pub player: Option<PlayerRemote>,
     /// The texts that it runs; none if they are not on this host.
     pub versions: Option<RunningVersions>,
+    /// Whether the versions are those in the recording that this window plays.
+    pub is_recording_drawn: bool,
     /// Another run may listen at its address now: its registry was found again.
     pub may_be_another: bool,
     /// The last seen number of times that its registry was found.
@@ -47,6 +55,7 @@ pub struct Watched {
     /// Observation has ended.
     is_at_rest: bool,
     _tail: Option<Tail>,
+    wake: WakeCallback,
 }
 
 impl Watched {
@@ -97,7 +106,9 @@ impl Watched {
             orders: OrderSender::open(directory, "armor-designer", Arc::clone(wake))?,
             parameters: ParameterClient::open(directory, TOOL, Arc::clone(wake))?,
             watch,
+            player: None,
             versions: None,
+            is_recording_drawn: false,
             may_be_another: false,
             found_count: 0,
             seen: BTreeMap::new(),
@@ -105,6 +116,7 @@ impl Watched {
             is_over: false,
             is_at_rest: false,
             _tail: None,
+            wake: Arc::clone(wake),
         })
     }
 
@@ -115,7 +127,35 @@ impl Watched {
 
     /// System time now, or when something was received last, in seconds.
     fn time_s(&self) -> f64 {
-        self.silent_since_s.unwrap_or_else(|| self.watch.timestamp())
+        let played = || {
+            let look = self.player.as_ref()?.look();
+            Some(look.state()?.from + look.at_s()?)
+        };
+        self.silent_since_s.or_else(played).unwrap_or_else(|| self.watch.timestamp())
+    }
+
+    /// Returns whether all of it is a recording: its mission takes no orders.
+    pub fn is_recorded(&self) -> bool {
+        self.plays(EXECUTIVE)
+    }
+
+    /// Whether a component is played from a recording.
+    fn plays(&self, component: &str) -> bool {
+        let look = self.player.as_ref().map(PlayerRemote::look);
+        let state = look.as_ref().and_then(|look| look.state());
+        state.is_some_and(|state| state.components.iter().any(|played| played == component))
+    }
+
+    /// Returns why its mission cannot receive orders; none if it can.
+    pub fn refuses_orders(&self) -> Option<&'static str> {
+        let played = self.is_recorded().then_some("This is a recording: orders have no effect.");
+        self.silence().or(played)
+    }
+
+    /// Returns why a parameter of a component cannot be set; none if it can.
+    pub fn refuses_values(&self, component: &str) -> Option<&'static str> {
+        let text = "It is played from a recording: its parameters have no effect.";
+        self.silence().or(self.plays(component).then_some(text))
     }
 
     /// Returns why it cannot receive requests; none if it can.
@@ -134,6 +174,10 @@ impl Watched {
             return;
         }
         let picture = self.watch.picture();
+        if self.player.is_none() && picture.processes.contains_key(PLAYBACK) {
+            // Without a thread it is tried again with the next frame.
+            self.player = self.follow_player().ok();
+        }
         self.may_be_another |= self.found_count > 0 && picture.found_count > self.found_count;
         self.found_count = picture.found_count;
         let has_ended = picture.has_ended();
@@ -150,6 +194,10 @@ impl Watched {
             self.mission.rest();
             self.values.rest();
         }
+    }
+
+    fn follow_player(&self) -> io::Result<PlayerRemote> {
+        PlayerRemote::begin(self.watch.directory(), "armor-designer", Arc::clone(&self.wake))
     }
 
     /// Ends the observation, since its launcher has ended: nothing of it comes back, and another

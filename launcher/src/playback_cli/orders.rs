@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use armor_recording::playback::{PLAYBACK, PlaybackSpeed, PlaybackState};
 use armor_sdk::control::{Command, PlaybackOrder};
 use armor_wire::codec;
-use clap::Subcommand;
+use clap::{Subcommand, ValueEnum};
 use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem, parse_duration};
@@ -17,7 +17,7 @@ use crate::inspect_cli::select_system;
 use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 
-/// Control a recording that is played: pause, step, seek, speed.
+/// Control a recording that is played: pause, step, seek, speed, loop.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:
   armor playback pause
@@ -65,6 +65,21 @@ pub enum PlaybackCommand {
         #[command(flatten)]
         running: RunningSystem,
     },
+    /// Begin again at the end, or not.
+    Loop {
+        /// Whether it does.
+        #[arg(value_enum)]
+        switch: LoopSwitch,
+        #[command(flatten)]
+        running: RunningSystem,
+    },
+}
+
+/// Whether what is played begins again at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LoopSwitch {
+    On,
+    Off,
 }
 
 impl Verb for PlaybackCommand {
@@ -82,6 +97,10 @@ impl Verb for PlaybackCommand {
             }
             Self::Speed { times, running } => {
                 give_order(&running, PlaybackOrder::Speed { factor: times.factor() }, format)?
+            }
+            Self::Loop { switch, running } => {
+                let on = switch == LoopSwitch::On;
+                give_order(&running, PlaybackOrder::Loop { on }, format)?
             }
         };
         Ok(ending.into())
@@ -114,7 +133,9 @@ fn show_state(running: &RunningSystem, format: OutputFormat) -> Result<CommandEn
     end_printing(if format == OutputFormat::Json {
         print_line(json!({
             "at_s": state.at, "from_s": state.from, "to_s": state.to, "speed": state.speed,
-            "paused": state.paused, "over": state.over, "waits_for": state.waits_for,
+            "paused": state.paused, "over": state.over, "loops": state.loops,
+            "waits_for": state.waits_for, "recording": state.recording,
+            "components": state.components,
         }))
     } else {
         print_line(format_state(&state))

@@ -140,7 +140,17 @@ pub fn play_recording(options: &PlayerOptions, stop: &AtomicBool) -> Result<Play
     let pace = PlaybackPace::new(part.from_s, options.speed, options.is_paused, Duration::ZERO);
     let mut schedule = Schedule::new(queue, part, pace, options.is_lossless)?;
     schedule.set_followed(find_followed(&player.outputs()));
-    let run = PlaybackRun { player, schedule, begun, part, waits: None, stated: None };
+    let run = PlaybackRun {
+        player,
+        schedule,
+        begun,
+        part,
+        waits: None,
+        stated: None,
+        loops: options.loops,
+        recording: name,
+        components: options.components.iter().map(|it| it.name.clone()).collect(),
+    };
     run.play(options, stop)
 }
 
@@ -332,6 +342,11 @@ struct PlaybackRun {
     waits: Option<TakenWait>,
     /// When the state was published last.
     stated: Option<Instant>,
+    /// Whether it begins again at the end.
+    loops: bool,
+    /// The path of the recording, and the components that are played.
+    recording: String,
+    components: Vec<String>,
 }
 
 impl PlaybackRun {
@@ -350,7 +365,7 @@ impl PlaybackRun {
                 }
                 PlaybackStep::AwaitTaken => self.look_whether_taken(),
                 PlaybackStep::Wait(left) => left.min(ORDER_WITHIN),
-                PlaybackStep::Over if options.loops => {
+                PlaybackStep::Over if self.loops => {
                     self.schedule.seek(self.part.from_s, now)?;
                     self.player.followers.forget();
                     Duration::ZERO
@@ -448,6 +463,10 @@ impl PlaybackRun {
                 Ok(format!("it is at {reached_s:.3} s"))
             }
             PlaybackOrder::Seek { .. } => Err("the moment is not a number".into()),
+            PlaybackOrder::Loop { on } => {
+                self.loops = on;
+                Ok(if on { "it begins again at the end" } else { "it ends at the end" }.into())
+            }
         };
         let (accepted, text) = match answer {
             Ok(text) => (true, text),
@@ -469,7 +488,10 @@ impl PlaybackRun {
             speed: pace.speed().factor(),
             paused: pace.is_paused(),
             over: is_over,
+            loops: self.loops,
             waits_for: waits.map(|wait| wait.pending.clone()).unwrap_or_default(),
+            recording: self.recording.clone(),
+            components: self.components.clone(),
         };
         self.player.node.publish_at(STATE, &state, state.stamp)?;
         Ok(())

@@ -23,6 +23,12 @@ pub struct PlaybackState {
     pub paused: bool,
     /// Whether everything has been played.
     pub over: bool,
+    /// Whether it begins again at the end.
+    pub loops: bool,
     /// What time waits for, in words; empty if it does not wait.
     pub waits_for: String,
+    /// The path of the recording on the player's host.
+    pub recording: String,
+    /// The components that are played; others run.
+    pub components: Vec<String>,
 }

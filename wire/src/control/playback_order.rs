@@ -25,4 +25,9 @@ pub enum PlaybackOrder {
         /// In seconds from the beginning of the recording.
         at_s: f64,
     },
+    /// Begin again at the end, or not.
+    Loop {
+        /// Whether it does.
+        on: bool,
+    },
 }

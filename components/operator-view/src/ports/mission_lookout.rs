@@ -20,11 +20,16 @@ pub(super) struct MissionLookout {
     reported: usize,
 }
 
-/// Answers questions of the mission.
+/// Answers questions of the mission, and ends its pauses.
 #[derive(Clone)]
 pub(super) struct AnswerSender(Arc<OrderSender>);
 
 impl AnswerSender {
+    /// Ends a pause of the mission.
+    pub(super) fn resume_mission(&self) {
+        self.0.give(&this_user(), false, Order::Resume);
+    }
+
     /// Answers the question of a transition.
     pub(super) fn give_answer(&self, transition: &str, is_confirmed: bool) {
         let transition = transition.to_owned();

@@ -354,6 +354,12 @@ impl RelayReader {
                 }
                 return;
             }
+            ToComponent::Resume => {
+                if let Some(answers) = &self.answers {
+                    answers.resume_mission();
+                }
+                return;
+            }
             ToComponent::Answer { transition, is_confirmed } => {
                 if let Some(answers) = &self.answers {
                     answers.give_answer(&transition, is_confirmed);

@@ -18,7 +18,7 @@ pub(super) fn send_command(armor: &Armor, command: &RobotCommand) -> Result<usiz
             armor.send_data("velocity", &Twist::planar(forward_mps, turn_radps))?
         }
         &RobotCommand::Stop(stop) => armor.send_data("stop", &Flag { data: stop })?,
-        RobotCommand::Answer { .. } => return Ok(0),
+        RobotCommand::Answer { .. } | RobotCommand::Resume => return Ok(0),
     };
     Ok(sent.to)
 }

@@ -229,6 +229,7 @@ impl Station {
                 ToComponent::Velocity { forward_mps, turn_radps }
             }
             &RobotCommand::Stop(is_on) => ToComponent::Stop { is_on },
+            RobotCommand::Resume => ToComponent::Resume,
             RobotCommand::Answer { transition, is_confirmed } => {
                 ToComponent::Answer { transition: transition.clone(), is_confirmed: *is_confirmed }
             }

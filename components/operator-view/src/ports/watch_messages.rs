@@ -227,6 +227,8 @@ pub(super) enum ToComponent {
         /// Its name.
         name: String,
     },
+    /// End a pause of the mission.
+    Resume,
     /// Answer a question of the mission.
     Answer {
         /// The transition that asks.

@@ -15,6 +15,7 @@ use super::colours::colours_of;
 use super::layers::{Layer, Layers};
 use super::map_viewport::{MapViewport, pose_of};
 use super::marks;
+use super::new_buttons::NewButtons;
 use super::notices;
 use super::open_parts::{self, OpenPart};
 use super::tiles::Tiles;
@@ -28,6 +29,9 @@ const STROKE: f32 = 12.0;
 const WHEEL: f32 = 0.004;
 /// Length of the scale bar at most, in points.
 const BAR: f32 = 120.0;
+
+/// Least width that notices need next to the camera image, in points.
+const NOTICE_WIDTH: f32 = 360.0;
 
 /// What keys and pointer do.
 const HELP: [&str; 5] = [
@@ -124,6 +128,7 @@ impl Area {
         ui: &mut Ui,
         console: &Console,
         layers: &Layers,
+        new_buttons: &NewButtons,
         now: ClockTimes,
         orders: &mut Vec<OperatorOrder>,
     ) {
@@ -155,7 +160,9 @@ impl Area {
             self.camera.paint_image(&painter, colours_of(ui), place, console);
         }
         self.scale_bar(&painter, colours_of(ui), response.hover_pos());
-        self.covered = notices::show_notices(ui, &self.look, console, now, orders);
+        let room = leave_out(rect, camera);
+        self.covered =
+            notices::show_notices(ui, &self.look, room, console, now, new_buttons, orders);
     }
 
     /// Shows the heading of the goal that is being drawn, in degrees.
@@ -283,6 +290,20 @@ fn press_place(event: &Event) -> Option<Pos2> {
             Some(*pos)
         }
         _ => None,
+    }
+}
+
+/// The part of the map where notices lie: next to the camera image, which they would cover. On a small
+/// map, and next to a large image, there is no room for them.
+fn leave_out(map: Rect, camera: Option<Rect>) -> Rect {
+    let Some(camera) = camera else { return map };
+    let (left, right) = (camera.left() - map.left(), map.right() - camera.right());
+    match () {
+        // Below the notices, as far as they reach.
+        () if camera.top() > map.center().y => map,
+        () if left >= right && left >= NOTICE_WIDTH => map.with_max_x(camera.left()),
+        () if right >= NOTICE_WIDTH => map.with_min_x(camera.right()),
+        () => map,
     }
 }
 

@@ -17,20 +17,28 @@ pub(super) struct NewButtons {
 }
 
 impl NewButtons {
-    /// Takes what the pointer does in this frame, and which buttons are shown.
+    /// Takes what the pointer does in this frame, and which buttons are shown. Returns whether one is
+    /// new.
     pub(super) fn begin_frame(
         &mut self,
         ui: &Ui,
         shown: impl IntoIterator<Item = String>,
         now_s: f64,
-    ) {
+    ) -> bool {
         let is_primary = |event: &Event, wanted| {
             matches!(event, Event::PointerButton { button: PointerButton::Primary, pressed, .. }
                 if *pressed == wanted)
         };
         let happens =
             |wanted| ui.input(|input| input.events.iter().any(|event| is_primary(event, wanted)));
+        let before = self.shown_s.clone();
         self.take_frame(shown, happens(true), happens(false), now_s);
+        self.shown_s.keys().any(|name| !before.contains_key(name))
+    }
+
+    /// Returns for how long a button is shown, in seconds.
+    pub(super) fn shown_for_s(&self, name: &str, now_s: f64) -> Option<f64> {
+        self.shown_s.get(name).map(|since_s| now_s - since_s)
     }
 
     fn take_frame(

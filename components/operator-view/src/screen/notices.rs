@@ -9,8 +9,11 @@ use eframe::egui::{
 };
 use std::sync::Arc;
 
+use super::RESUME;
 use super::map_viewport::MapViewport;
+use super::new_buttons::NewButtons;
 use super::open_parts::{self, OpenPart};
+use super::questions::show_questions;
 use super::strip;
 use crate::connection::{CUT, SystemConnection};
 use crate::console::Console;
@@ -25,12 +28,14 @@ const FRAME_CHANGED: &str = "The map has a new origin: goal, path and tracks are
 /// Over a picture of the past.
 const VEIL: f32 = 0.45;
 
-/// Shows all notices; returns the places that they cover, which a click at the map does not reach.
+/// Shows all notices, those with something to click in this part of the map; returns the places that they cover, which a click at the map does not reach.
 pub(super) fn show_notices(
     ui: &mut Ui,
     look: &MapViewport,
+    room: Rect,
     console: &Console,
     now: ClockTimes,
+    new_buttons: &NewButtons,
     orders: &mut Vec<OperatorOrder>,
 ) -> Vec<Rect> {
     let colours = colours_of(ui);
@@ -43,7 +48,7 @@ pub(super) fn show_notices(
     }
     paint_middle(ui, colours, look, console);
     paint_goal_notices(ui, colours, look, console, now);
-    let at = look.rect.shrink2(vec2(16.0, 10.0));
+    let at = room.shrink2(vec2(16.0, 10.0));
     let mut column = ui.new_child(UiBuilder::new().max_rect(at).id_salt("notices"));
     let mut covered = Vec::new();
     covered.extend(show_connection(&mut column, colours, console, now));
@@ -55,8 +60,13 @@ pub(super) fn show_notices(
         && let Some(mission) = &console.mission
         && !mission.paused_by.is_empty()
     {
-        covered.push(show_pause(&mut column, colours, mission));
+        let (rect, is_resumed) = show_pause(&mut column, colours, mission);
+        covered.push(rect);
+        if is_resumed && new_buttons.accepts(RESUME, now.host_s) {
+            orders.push(OperatorOrder::Resume);
+        }
     }
+    covered.extend(show_questions(&mut column, colours, console, now, new_buttons, orders));
     if console.orders.is_frame_new() {
         covered.push(show_frame_change(&mut column, orders));
     }
@@ -154,10 +164,13 @@ fn show_stopped(
     .0
 }
 
-/// A pause, with what it freezes and what it does not.
-fn show_pause(ui: &mut Ui, colours: &ThemeColours, mission: &MissionState) -> Rect {
+/// A pause, with what it freezes and what it does not; and whether it is to end.
+fn show_pause(ui: &mut Ui, colours: &ThemeColours, mission: &MissionState) -> (Rect, bool) {
     show_banner(ui, colours.panel, |ui| {
         ui.label(RichText::new("PAUSED").size(theme::LARGE).strong().color(colours.warning));
+        let button = Button::new(RichText::new("Resume").size(theme::HEADING).strong());
+        let button = ui.add(button.min_size(vec2(120.0, TOUCH)));
+        let button = button.on_hover_text("the mission and its components continue");
         let frozen = match mission.frozen.as_slice() {
             [] => "none is frozen".to_owned(),
             names => names.join(", "),
@@ -168,8 +181,8 @@ fn show_pause(ui: &mut Ui, colours: &ThemeColours, mission: &MissionState) -> Re
             mission.paused_by
         );
         ui.label(RichText::new(text).size(theme::HEADING));
+        button.clicked()
     })
-    .0
 }
 
 /// The map frame has changed, until the operator acknowledges.

@@ -1,4 +1,4 @@
-//! The strip at the top: robot, connection, mission and its questions, battery, alerts, theme; and the
+//! The strip at the top: robot, connection, mission, battery, alerts, theme; and the
 //! list of alerts, which it opens over the map.
 
 use super::colours::colours_of;
@@ -9,7 +9,6 @@ use eframe::egui::{
     Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
 };
 
-use super::new_buttons::NewButtons;
 use super::open_parts::{self, OpenPart};
 use crate::connection::SystemConnection;
 use crate::console::Console;
@@ -25,13 +24,7 @@ const GAUGE: [f32; 2] = [74.0, 22.0];
 const NAMED_WIDTH: f32 = 480.0;
 
 /// Shows the strip. What comes and goes is last, so that it moves nothing else.
-pub(super) fn show_strip(
-    ui: &mut Ui,
-    console: &mut Console,
-    now: ClockTimes,
-    new_buttons: &NewButtons,
-    orders: &mut Vec<OperatorOrder>,
-) {
+pub(super) fn show_strip(ui: &mut Ui, console: &mut Console, now: ClockTimes) {
     let colours = colours_of(ui);
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
@@ -74,16 +67,6 @@ pub(super) fn show_strip(
             ui.separator();
             let run_time = console.run_time(now);
             show_mission(ui, mission, run_time);
-            let questions = mission.questions.iter().filter(|_| !console.connection.is_old());
-            for question in questions {
-                let answer = show_question(ui, colours, mission, question, now);
-                if let Some(is_confirmed) = answer
-                    && new_buttons.accepts(&question.transition, now.host_s)
-                {
-                    let transition = question.transition.clone();
-                    orders.push(OperatorOrder::Answer { transition, is_confirmed });
-                }
-            }
         }
     });
     ui.add_space(3.0);
@@ -107,30 +90,6 @@ fn show_mission(ui: &mut Ui, mission: &MissionState, now: ClockTimes) {
     let stage = if mission.stage == "playing" { "" } else { mission.stage.as_str() };
     let clock = format_clock(mission.now_at_s(now));
     ui.weak(format!("{} {clock} {stage}", mission.name));
-}
-
-/// Shows a question; returns the answer if one is clicked.
-fn show_question(
-    ui: &mut Ui,
-    colours: &ThemeColours,
-    mission: &MissionState,
-    question: &crate::mission::MissionQuestion,
-    now: ClockTimes,
-) -> Option<bool> {
-    let left = question.answer_by_at_s.map(|by_s| {
-        let left_s = (by_s - mission.now_at_s(now)).max(0.0);
-        format!(" ({} in {left_s:.0} s)", question.unanswered)
-    });
-    let text = format!("{}?{}", question.transition, left.unwrap_or_default());
-    ui.colored_label(colours.warning, RichText::new(text).strong());
-    let mut answer = None;
-    let confirm = theme::main_button(colours, "Confirm");
-    for (button, is_confirmed) in [(confirm, true), (Button::new("Decline"), false)] {
-        if ui.add(button).on_hover_text("answers the mission's question").clicked() {
-            answer = Some(is_confirmed);
-        }
-    }
-    answer
 }
 
 /// A gauge: its length is the charge, and the number is in it.

@@ -769,10 +769,43 @@ fn a_pause_is_shown_with_what_still_moves() {
         frozen: vec!["explorer".into(), "homing".into()],
         ..MissionState::default()
     });
-    let window = window_of(shown, SIZE);
+    let mut window = window_of(shown, SIZE);
     assert!(shows(&window, "PAUSED"));
     assert!(shows(&window, "by ruth: the mission and its components (explorer, homing)"));
     assert!(shows(&window, "driving by hand, still move the robot"));
+    window.get_by_label("Resume").click();
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window), [], "it has only just appeared");
+    wait(&mut window, 0.6);
+    window.get_by_label("Resume").click();
+    window.run_steps(2);
+    assert_eq!(take_commands(&mut window), [RobotCommand::Resume]);
+}
+
+#[test]
+fn a_question_lies_over_the_map_and_not_over_the_camera_image() {
+    use crate::mission::{MissionQuestion, MissionState};
+
+    let question = MissionQuestion {
+        transition: "turn-back".into(),
+        answer_by_at_s: None,
+        unanswered: "decline".into(),
+    };
+    let mut shown = test_screen();
+    shown.console.mission = Some(MissionState {
+        questions: vec![question],
+        paused_by: "ruth".into(),
+        ..MissionState::default()
+    });
+    let mut window = window_of(shown, SIZE);
+    window.run_steps(2);
+    let image = window.get_by_role(Role::Image).rect();
+    for label in ["The mission asks:", "turn-back?", "Confirm", "Decline", "Resume", "PAUSED"] {
+        let rect = window.get_by_label(label).rect();
+        assert!(!rect.intersects(image), "{label} at {rect:?} covers the image at {image:?}");
+    }
+    let text = window.get_by_label("turn-back?").rect();
+    assert!(text.height() > 25.0, "it can be read from some distance: {text:?}");
 }
 
 #[test]

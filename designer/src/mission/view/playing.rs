@@ -216,11 +216,17 @@ fn show_status(ui: &mut egui::Ui, simulator: &MissionSimulator, colours: &ThemeC
     } else if play.stands_still() {
         ui.label(RichText::new("x deadlock: nothing can fire").color(colours.error));
     }
-    let active = stage.active(play.marking());
-    let active = if active.is_empty() { "no component".to_owned() } else { active.join(", ") };
-    ui.weak(format!("active: {active}"));
+    ui.weak(describe_active(&stage.active(play.marking())));
     if !simulator.status.is_empty() {
         ui.label(&simulator.status);
+    }
+}
+
+/// The components that the mission has activated. Those that no mission controls run all the time.
+fn describe_active(active: &[&str]) -> String {
+    match active {
+        [] => "the marked places activate no component".to_owned(),
+        active => format!("activated by the mission: {}", active.join(", ")),
     }
 }
 
