@@ -9,18 +9,31 @@ messages of the component; and how long the robot moves on when a viewer that dr
 import argparse
 import json
 import os
+import pathlib
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+
+from PIL import Image
 
 from run import ROOT, Robot, drive_for, resident_mb, speed_seen, watch_rest
 from viewer import Viewer
 
 WATCHED = ["camera.image", "simulator.scan", "simulator.odometry", "mapper.pose", "driver.velocity"]
-CAMERA = ["--set", "simulator.camera_width=640", "--set", "simulator.camera_height=480",
-          "--set", "simulator.camera_rate=30Hz", "--set", "simulator.camera_field_of_view=60deg"]
+
+
+def make_pictures():
+    """A folder with pictures of 640 x 480 as JPEG, with noise, so that they are long."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="armor-foxglove-pictures-"))
+    for number in range(30):
+        noise = Image.effect_noise((160, 120), 60 + number).resize((640, 480)).convert("RGB")
+        noise.save(folder / f"{number:02}.jpg", quality=92)
+    sizes = [file.stat().st_size for file in folder.iterdir()]
+    print(f"pictures of {sum(sizes) / len(sizes) / 1e3:.0f} kB")
+    return folder
 
 
 def measure_rates(robot, seconds):
@@ -87,7 +100,7 @@ def main():
     options = parser.parse_args()
     if options.role:
         return {"reader": read_everything, "driver": drive}[options.role](options.url)
-    with Robot(options.armor, options.system, *CAMERA, camera_rate="30Hz") as robot:
+    with Robot(options.armor, options.system, pictures=make_pictures()) as robot:
         probe = robot.viewer()
         probe.receive_for(3)
         print(f"{len(probe.channels)} outputs")
@@ -98,10 +111,15 @@ def main():
             time.sleep(5)
             show("a viewer that reads", robot, options.seconds)
             os.kill(viewers[0].pid, signal.SIGSTOP)
+            stopped = time.monotonic()
             show("the viewer stopped", robot, min(options.seconds, 15))
             time.sleep(10)
             show("the viewer stopped for longer", robot, options.seconds)
-            print(f"    log: {[line for line in robot.read_log().splitlines() if 'has left' in line][-1]}")
+            end = time.monotonic() + 90
+            while "viewer 2 has left" not in robot.read_log() and time.monotonic() < end:
+                time.sleep(0.5)
+            left = [line for line in robot.read_log().splitlines() if "viewer 2 has left" in line]
+            print(f"    {time.monotonic() - stopped:.0f} s after it was stopped: {left[0].split('INFO')[1]}")
             watcher = robot.viewer()
             watcher.subscribe("simulator.odometry", "foxglove.velocity")
             viewers.append(start_viewer("driver", robot.url))

@@ -33,6 +33,7 @@ PANELS = {
     "mapper.pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
     "mapper.transforms": "tf2_msgs/msg/TFMessage",
     "simulator.transforms": "tf2_msgs/msg/TFMessage",
+    "foxglove.transforms": "tf2_msgs/msg/TFMessage",
     "simulator.odometry": "nav_msgs/msg/Odometry",
     "simulator.battery": "sensor_msgs/msg/BatteryState",
     "simulator.imu": "sensor_msgs/msg/Imu",
@@ -49,7 +50,7 @@ def free_port():
 class Robot:
     """A run of the mission, which ends with it."""
 
-    def __init__(self, program, system, *options, camera_rate="10Hz"):
+    def __init__(self, program, system, *options, pictures=None):
         self.program, self.system = program, system
         self.out = tempfile.mkdtemp(prefix="armor-foxglove-")
         port = free_port()
@@ -58,9 +59,12 @@ class Robot:
         # A copy: the test sets parameters, which changes the file.
         text = pathlib.Path(ROOT, "missions/foxglove.xml").read_text()
         worlds = f'value="{ROOT}/missions/worlds/'
-        camera = 'kind="camera" rate="{}"'
-        assert camera.format("10Hz") in text
-        text = text.replace(camera.format("10Hz"), camera.format(camera_rate))
+        if pictures:
+            link = '<link from="simulator.camera" to="camera.raw"/>'
+            camera = 'kind="camera" rate="10Hz"'
+            assert link in text and camera in text
+            text = text.replace(link, "").replace(camera, camera.replace("10Hz", "30Hz"))
+            options = [*options, "--set", f"camera.files={pictures}"]
         self.file.write_text(text.replace('value="worlds/', worlds))
         self.log = open(f"{self.out}/log", "w")
         arguments = ["run", self.file, "--system", system, "--headless", "--quiet",
@@ -132,9 +136,9 @@ def check_data(robot):
     image = viewer.last("camera.image")
     assert image.format == "jpeg" and bytes(image.data[:2]) == b"\xff\xd8"
     frames = {(it.header.frame_id, it.child_frame_id)
-              for topic in ("mapper.transforms", "simulator.transforms")
+              for topic in ("mapper.transforms", "simulator.transforms", "foxglove.transforms")
               for it in viewer.last(topic).transforms}
-    assert {("map", "odom"), ("odom", "base_link")} <= frames, frames
+    assert {("map", "odom"), ("odom", "base_link"), ("base_link", "laser")} <= frames, frames
     assert viewer.last("planner.path").header.frame_id == "map"
     return f"{count} messages of {len(viewer.messages)} topics decoded; transforms {sorted(frames)}"
 

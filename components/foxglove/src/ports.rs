@@ -5,6 +5,7 @@ mod bridge;
 mod channel;
 mod channel_table;
 mod commander;
+mod fixed_frames;
 mod mission_services;
 mod parameter_desk;
 mod published_message;
@@ -27,6 +28,7 @@ use armor_wire::acting::KeyRole;
 
 use bridge::Bridge;
 use commander::{Commander, CommanderSettings, ViewerEvent};
+use fixed_frames::make_transforms;
 use viewer_messages::ViewerClients;
 use viewer_server::ViewerServer;
 
@@ -62,6 +64,9 @@ struct FoxgloveParameters {
         )
     )]
     role: KeyRole,
+    /// the frames of the file, which viewers place scans and images with
+    #[parameter(default = "", format = "frames", live)]
+    frames: Vec<FixedFrame>,
     /// fastest speed by hand
     #[parameter(unit = "m/s", default = "0.4m/s", range = 0.01..=5.0, live)]
     speed_mps: f64,
@@ -81,6 +86,8 @@ pub struct Foxglove {
     served: Option<(Arc<Bridge>, ViewerServer)>,
     tried: Option<Instant>,
     described: Option<Instant>,
+    /// The frames of the file are published.
+    has_frames: bool,
 }
 
 /// Runs the component, as the program does.
@@ -99,6 +106,7 @@ impl Component for Foxglove {
         ("velocity", "driving by hand: while a viewer publishes /cmd_vel, then once zero"),
         ("stop", "true: the robot must stand, whatever else is ordered; until false"),
         ("goal", "a viewer's goal, again at every tick until the robot is there"),
+        ("transforms", "where the fixed frames of the file are"),
         ("clients", "the viewers that are connected, and what was dropped for each"),
     ];
     const EVENTS: &'static [DeclaredEvent] = ViewerEvent::DECLARED;
@@ -108,16 +116,19 @@ impl Component for Foxglove {
         armor.provide::<Twist>("velocity")?;
         armor.provide::<Latched<Flag>>("stop")?;
         armor.provide::<PoseStamped>("goal")?;
+        armor.provide::<Latched<FrameTransforms>>("transforms")?;
         armor.provide::<Latched<ViewerClients>>("clients")?;
         let parameters = FoxgloveParameters::request(&armor)?;
         // People need the view whatever the mission does.
         armor.set_non_controllable();
         let commander = Arc::new(Commander::new(armor.clone(), parameters.settings()));
-        Ok(Self { armor, parameters, commander, served: None, tried: None, described: None })
+        let (served, tried, described) = Default::default();
+        Ok(Self { armor, parameters, commander, served, tried, described, has_frames: false })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
         self.parameters.set(name, value)?;
+        self.has_frames &= name != "frames";
         self.commander.set(self.parameters.settings());
         Ok(())
     }
@@ -132,6 +143,10 @@ impl Component for Foxglove {
         if call == Call::Stopping {
             self.served = None;
             return Ok(Outcome::CarryOn);
+        }
+        if !std::mem::replace(&mut self.has_frames, true) {
+            let transforms = make_transforms(&self.parameters.frames, self.armor.timestamp());
+            self.armor.send_data("transforms", &transforms)?;
         }
         self.serve_viewers()?;
         self.commander.repeat_goal();

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -103,8 +103,11 @@ impl Scene {
         std::thread::spawn(move || armor_sdk::run_with::<Robot>(arguments));
         let mut command = Command::new(PROGRAM);
         command.args(["--alone", "--name", "view", "--registry", &at, "--rate", "20Hz"]);
-        command.args(["--set", "listen=127.0.0.1:0"]).stderr(Stdio::piped());
-        settings.iter().for_each(|setting| drop(command.args(["--set", setting])));
+        let listen = format!("listen=127.0.0.1:{}", free_port());
+        command.args(["--set", &listen]).stderr(Stdio::piped());
+        for setting in settings {
+            command.args(["--set", setting]);
+        }
         let mut child = command.env_remove("ARMOR_LOG").spawn().unwrap();
         let log = Arc::<Mutex<String>>::default();
         let (heard, stderr) = (Arc::clone(&log), child.stderr.take().unwrap());
@@ -149,6 +152,11 @@ impl Drop for Scene {
         let log = self.log.lock();
         assert!(!log.contains("panicked"), "{log}");
     }
+}
+
+/// A port that is free now; if another program takes it meanwhile, the component waits for it.
+fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
 #[track_caller]
