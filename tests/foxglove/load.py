@@ -67,7 +67,8 @@ def show(name, robot, seconds):
     about = "; ".join(f"sent {it['sent']}, dropped {it['dropped']}, waiting "
                       f"{it['waiting_bytes'] / 1e6:.1f} MB" for it in clients) or "no viewer"
     print(f"{name}: " + ", ".join(f"{data} {rate:.2f} Hz" for data, rate in rates.items()))
-    print(f"    load {os.getloadavg()[0]:.1f}; {resident_mb(pid):.1f} MB resident, {used * 100:.1f} % of a core; {about}", flush=True)
+    print(f"    load {os.getloadavg()[0]:.1f}; {resident_mb(pid):.1f} MB resident, "
+          f"{used * 100:.1f} % of a core; {about}", flush=True)
 
 
 def read_everything(url):

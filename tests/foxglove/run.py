@@ -50,15 +50,18 @@ def free_port():
 class Robot:
     """A run of the mission, which ends with it."""
 
-    def __init__(self, program, system, *options, pictures=None):
+    def __init__(self, program, system, *options, pictures=None, mission="foxglove.xml"):
         self.program, self.system = program, system
         self.out = tempfile.mkdtemp(prefix="armor-foxglove-")
         port = free_port()
         self.url = f"ws://127.0.0.1:{port}"
         self.file = pathlib.Path(self.out, "foxglove.xml")
         # A copy: the test sets parameters, which changes the file.
-        text = pathlib.Path(ROOT, "missions/foxglove.xml").read_text()
+        text = pathlib.Path(ROOT, "missions", mission).read_text()
         worlds = f'value="{ROOT}/missions/worlds/'
+        if 'kind="foxglove"' not in text:
+            ours = '<component name="foxglove" kind="foxglove" rate="10Hz" controllable="false"/>'
+            text = text.replace('<component name="writer"', f'{ours}<component name="writer"', 1)
         if pictures:
             link = '<link from="simulator.camera" to="camera.raw"/>'
             camera = 'kind="camera" rate="10Hz"'
@@ -154,6 +157,23 @@ def check_time(robot):
     assert 0 <= age_s < 5, age_s
     assert abs(viewer.times[-1] / 1e9 - time.time()) < 5, "the system's time is the host's here"
     return f"{len(viewer.times)} times, the newest data {age_s * 1e3:.0f} ms old"
+
+
+def check_simulated_time(robot):
+    """The same in a mission whose time is simulated, four times as fast."""
+    with Robot(robot.program, f"{robot.system}-simulated", mission="explore-and-map.xml") as other:
+        viewer = other.viewer()
+        viewer.subscribe("simulator.odometry")
+        viewer.wait_for(lambda: len(viewer.messages.get("simulator.odometry", [])) > 20, "odometry")
+        begin, begun_ns = time.monotonic(), viewer.times[-1]
+        viewer.receive_for(4)
+        speed = (viewer.times[-1] - begun_ns) / 1e9 / (time.monotonic() - begin)
+        stamp_ns, payload = viewer.messages["simulator.odometry"][-1]
+        stamp = viewer.decode("simulator.odometry", payload).header.stamp
+    assert viewer.times == sorted(viewer.times) and speed > 1.5, speed
+    age_s = stamp_ns / 1e9 - (stamp.sec + stamp.nanosec / 1e9)
+    assert 0 <= age_s < 1 and 0 <= viewer.times[-1] - stamp_ns < 1e9, (age_s, viewer.times[-1], stamp_ns)
+    return f"time passes {speed:.1f} times as fast as the host's, odometry is {age_s * 1e3:.0f} ms old"
 
 
 def check_late_viewer(robot):
@@ -389,8 +409,9 @@ def resident_mb(pid):
     return int(line.split()[1]) / 1024
 
 
-CHECKS = [check_data, check_time, check_late_viewer, check_parameters, check_graph, check_strangers,
-          check_services, check_driving, check_stop, check_goal, check_damage]
+CHECKS = [check_data, check_time, check_simulated_time, check_late_viewer, check_parameters,
+          check_graph, check_strangers, check_services, check_driving, check_stop, check_goal,
+          check_damage]
 
 
 def main():

@@ -24,7 +24,7 @@ const MAX_ANSWER_BYTES: usize = 16 << 20;
 /// A message of the robot, encoded once for all clients.
 #[derive(Debug, PartialEq)]
 pub(crate) struct ViewerSample {
-    /// System time at which it was published.
+    /// System time at which it arrived here.
     pub(crate) stamp_ns: u64,
     /// Its bytes in CDR.
     pub(crate) payload: Vec<u8>,
@@ -127,7 +127,7 @@ impl ViewerOutbox {
         }
     }
 
-    /// Returns the next message, and the time of publication if it is data; waits for one. `None`:
+    /// Returns the next message, and the time of its arrival if it is data; waits for one. `None`:
     /// the client must be disconnected, since it takes no answers.
     pub(crate) async fn take(&self) -> Option<(OutgoingMessage, Option<u64>)> {
         loop {

@@ -16,7 +16,7 @@ use parking_lot::Mutex;
 use serde_json::{Value, json};
 use tokio::sync::Semaphore;
 
-use super::channel::{ChannelReader, ViewerChannel};
+use super::channel::{ChannelReader, ChannelSource, ViewerChannel};
 use super::channel_table::ChannelTable;
 use super::commander::Commander;
 use super::mission_services::MissionService;
@@ -149,7 +149,8 @@ impl Bridge {
         interests.subscriptions.insert(subscription, Arc::clone(channel));
         let outbox = Arc::clone(&client.outbox);
         let reader = ChannelReader { client: client.id, subscription, outbox };
-        channel.add_reader(self.directory(), reader);
+        let (directory, commander) = (self.directory().clone(), Arc::clone(&self.commander));
+        channel.add_reader(&ChannelSource { directory, commander }, reader);
         Ok(())
     }
 

@@ -14,6 +14,7 @@ use armor_wire::registry::DataEntry;
 use armor_wire::schema;
 use parking_lot::Mutex;
 
+use super::commander::Commander;
 use crate::outbox::{ViewerOutbox, ViewerSample};
 use crate::viewer_protocol::AnnouncedChannel;
 
@@ -49,6 +50,13 @@ struct ChannelReaders {
     last: Option<(u64, u64)>,
 }
 
+/// Where data come from, and the clock by which they arrive.
+#[derive(Clone)]
+pub(super) struct ChannelSource {
+    pub(super) directory: Directory,
+    pub(super) commander: Arc<Commander>,
+}
+
 /// A subscription of a client.
 pub(super) struct ChannelReader {
     pub(super) client: u64,
@@ -80,7 +88,7 @@ impl ViewerChannel {
 
     /// Adds a reader; the first one makes the link. A later one gets the last value of a latched
     /// output immediately.
-    pub(super) fn add_reader(self: &Arc<Self>, directory: &Directory, reader: ChannelReader) {
+    pub(super) fn add_reader(self: &Arc<Self>, source: &ChannelSource, reader: ChannelReader) {
         let mut readers = self.readers.lock();
         if let Some(newest) = &readers.newest {
             reader.outbox.push_sample(reader.subscription, true, newest);
@@ -89,7 +97,7 @@ impl ViewerChannel {
         if readers.is_followed {
             return;
         }
-        let link = ChannelLink { directory: directory.clone(), channel: Arc::clone(self) };
+        let link = ChannelLink { source: source.clone(), channel: Arc::clone(self) };
         let started = thread::Builder::new()
             .name("foxglove-data".into())
             .stack_size(STACK_LEN)
@@ -115,7 +123,8 @@ impl ViewerChannel {
         self.lost.load(Ordering::Relaxed)
     }
 
-    fn distribute(&self, data: &TapData) {
+    /// Gives a message that has arrived at system time `now_s` to all readers.
+    fn distribute(&self, data: &TapData, now_s: f64) {
         let mut readers = self.readers.lock();
         let (instance, sequence) = (data.header.instance, data.header.sequence);
         // A latched value is sent again at the start of each link.
@@ -133,7 +142,8 @@ impl ViewerChannel {
                 return;
             }
         };
-        let stamp_ns = to_nanoseconds(data.header.stamp_s);
+        // The stamp of the component that brings the system's time is the host's.
+        let stamp_ns = to_nanoseconds(now_s);
         let sample = Arc::new(ViewerSample { stamp_ns, payload: encoded.bytes });
         for reader in &readers.readers {
             reader.outbox.push_sample(reader.subscription, self.entry.latched, &sample);
@@ -152,7 +162,7 @@ pub(super) fn to_nanoseconds(time_s: f64) -> u64 {
 
 /// The thread that reads one output.
 struct ChannelLink {
-    directory: Directory,
+    source: ChannelSource,
     channel: Arc<ViewerChannel>,
 }
 
@@ -160,7 +170,8 @@ impl ChannelLink {
     fn follow_output(self) {
         let mut left = None;
         while !self.is_over(&mut left) {
-            match Tap::open(&self.directory, &self.channel.entry.data, KEEP, PROVIDER_WITHIN) {
+            match Tap::open(&self.source.directory, &self.channel.entry.data, KEEP, PROVIDER_WITHIN)
+            {
                 Ok(tap) => {
                     // Whatever ends it, the next attempt finds whether there is a provider again.
                     let _ = self.read_tap(tap, &mut left);
@@ -179,7 +190,7 @@ impl ChannelLink {
         }
         while !self.is_over(left) {
             if let Some(data) = tap.next(LOOK_EVERY)? {
-                self.channel.distribute(&data);
+                self.channel.distribute(&data, self.source.commander.timestamp());
             }
         }
         Ok(())
