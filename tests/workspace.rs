@@ -43,6 +43,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-recording", &["armor-sdk", "armor-wire"]),
     ("armor-web", &["armor-inspect", "armor-marking", "armor-sdk", "armor-socket", "armor-wire"]),
     ("armor-web-view", &["armor-inspect", "armor-sdk", "armor-web"]),
+    (
+        "armor-foxglove",
+        &["armor-inspect", "armor-recording", "armor-sdk", "armor-socket", "armor-wire"],
+    ),
     ("armor-inspect", &["armor-files", "armor-marking", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
     ("armor-convert", &["armor-frames", "armor-grid", "armor-sdk"]),

@@ -3,9 +3,10 @@
 //! [`ObservedSystem`] reads the system once; [`SystemWatch`] keeps observing and maintains a
 //! [`SystemPicture`]; [`WatchedValues`] shows data on outputs and [`MissionWatch`] the state of the
 //! mission; [`OrderSender`] and [`ParameterClient`] send an operator's orders and an engineer's
-//! changes. [`launch`] runs a file. Start with `observation.rs`.
+//! changes; [`DriveLimits`] is for driving by hand. [`launch`] runs a file. Start with `observation.rs`.
 
 mod following;
+mod hand_driving;
 mod hosts;
 pub mod launch;
 mod links;
@@ -25,6 +26,7 @@ mod watch;
 pub mod words;
 
 pub use following::{FollowError, FollowingTap, ProviderWatcher};
+pub use hand_driving::{DEAD_MAN, DriveLimits};
 pub use hosts::ObservedHost;
 pub use links::{Looks, ObservedLink, combine_links, pair_reports};
 pub use message_draft::{FieldFault, MessageDraft};

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use armor_inspect::DEAD_MAN;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{RawQuery, State};
 use axum::http::StatusCode;
@@ -22,8 +23,6 @@ use crate::live::WEB_SOCKET_LIMIT;
 use crate::query::Query;
 use crate::web_state::WebState;
 
-/// Time without a message after which the robot is stopped: less than the driver's own timeout.
-pub(crate) const DEAD_MAN: Duration = Duration::from_millis(400);
 /// Time without a message after which control is free again; the page sends one every second.
 const SILENCE: Duration = Duration::from_secs(5);
 /// Longest time that an answer may take: a client that reads nothing must not delay the dead man.

@@ -34,6 +34,7 @@ mod web_state;
 #[cfg(test)]
 mod tests;
 
-pub use commands::{DriveLimits, RobotCommands};
+pub use armor_inspect::DriveLimits;
+pub use commands::RobotCommands;
 pub use server::{WebServer, WebStartError};
 pub use web_options::{DEFAULT_LISTEN, WebOptions};

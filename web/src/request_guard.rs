@@ -8,6 +8,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use armor_socket::is_loopback_name;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
@@ -18,8 +19,6 @@ use crate::web_state::WebState;
 
 /// Longest time until a response begins: longer than every wait of a handler.
 const RESPONSE_WITHIN: Duration = Duration::from_secs(15);
-/// The names of this host that no stranger can give an address.
-const LOOPBACK_NAMES: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 /// What the page may load: only what this server serves, under either name of this host.
 const PAGE_POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; \
                            frame-src http://localhost:* http://127.0.0.1:*; \
@@ -67,7 +66,7 @@ fn check_origin(method: &Method, path: &str, headers: &HeaderMap) -> Result<(), 
         if values.next().is_some() { Some("\u{fffd}") } else { first }
     };
     let host = text(header::HOST).unwrap_or_default();
-    if !is_loopback_host(host) {
+    if !is_loopback_name(host) {
         return Err(WebFailure::new(
             StatusCode::MISDIRECTED_REQUEST,
             format!("this server is not `{}`", host.escape_default()),
@@ -97,15 +96,6 @@ fn check_origin(method: &Method, path: &str, headers: &HeaderMap) -> Result<(), 
         Some(_) if is_page => Ok(()),
         Some(site) => refuse("Sec-Fetch-Site", site),
     }
-}
-
-fn is_loopback_host(host: &str) -> bool {
-    LOOPBACK_NAMES.iter().any(|name| {
-        host.strip_prefix(name).is_some_and(|rest| {
-            let port = rest.strip_prefix(':');
-            rest.is_empty() || port.is_some_and(|port| port.parse::<u16>().is_ok())
-        })
-    })
 }
 
 /// Gives a failure of the framework, such as an unknown route, the form of all failures.

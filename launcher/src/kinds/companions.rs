@@ -1,10 +1,11 @@
-//! Our kinds that open a window: separate programs in the folder of this one, so that a robot does
-//! not need to carry them.
+//! Our kinds that are separate programs in the folder of this one, since they open a window or serve
+//! another program, so that a robot does not need to carry them.
 
 use std::path::{Path, PathBuf};
 
 /// Each kind, and the program (and package) that runs it.
-const PROGRAMS: &[(&str, &str)] = &[("operator-view", "armor-operator-view")];
+const PROGRAMS: &[(&str, &str)] =
+    &[("foxglove", "armor-foxglove"), ("operator-view", "armor-operator-view")];
 
 /// Returns the folder of this program.
 pub fn own_folder() -> Option<PathBuf> {
