@@ -17,11 +17,12 @@ cmake --build "$out/build" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
 mkdir "$out/components"
 cp "$out/build/c_peer" "$out/build/cpp_peer" target/release/examples/rust_peer "$out/components/"
 
+# The first tick is after a second, when the links are up: it begins the measurement.
 measure() { # LANGUAGE FIRST-ROLE SECOND-ROLE LAST-LINE
   cat >"$out/system.xml" <<XML
 <armor version="1">
   <system name="peers">
-    <component name="first" kind="$1-peer" rate="20Hz"><parameter name="role" value="$2"/></component>
+    <component name="first" kind="$1-peer" rate="1Hz"><parameter name="role" value="$2"/></component>
     <component name="second" kind="$1-peer" rate="20Hz"><parameter name="role" value="$3"/></component>
     <link from="first.small-out" to="second.small-in" keep="all"/>
     <link from="first.image-out" to="second.image-in"/>
