@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measures links between two components in C, in C++ and in Rust, alternately in one run:
 #   sdk/c/measure.sh [ROUNDS]
-# Prints each figure of each round; docs/languages-c.md has the medians.
+# Prints each figure of each round.
 
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -17,7 +17,7 @@ cmake --build "$out/build" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
 mkdir "$out/components"
 cp "$out/build/c_peer" "$out/build/cpp_peer" target/release/examples/rust_peer "$out/components/"
 
-# The first tick is after a second, when the links are up: it begins the measurement.
+# The second tick, after a second, begins the measurement: the links are up.
 measure() { # LANGUAGE FIRST-ROLE SECOND-ROLE LAST-LINE
   cat >"$out/system.xml" <<XML
 <armor version="1">
