@@ -66,7 +66,8 @@ listing() { awk -v n="$2" '/^```(c|cpp)$/ { count++; inside = count == n; next }
   listing c.md 3
   echo '}'
 } >"$out/listing.c"
-cc -std=c11 -Wall -Wextra -Werror -Wno-unused-function -I "$out/prefix/include/armor" -fsyntax-only "$out/listing.c"
+cc -std=c11 -Wall -Wextra -Werror -Wno-unused-function -Wno-unused-parameter \
+  -I "$out/prefix/include/armor" -fsyntax-only "$out/listing.c"
 {
   listing cpp.md 1 | sed 's/int main(int argc/int run(int argc/'
   listing cpp.md 2

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measures links between two components in C, in C++ and in Rust, alternately in one run:
 #   sdk/c/measure.sh [ROUNDS]
-# Prints each figure of each round; docs/languages-c.md has the medians.
+# Prints each figure of each round.
 
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -17,11 +17,12 @@ cmake --build "$out/build" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
 mkdir "$out/components"
 cp "$out/build/c_peer" "$out/build/cpp_peer" target/release/examples/rust_peer "$out/components/"
 
+# The second tick, after a second, begins the measurement: the links are up.
 measure() { # LANGUAGE FIRST-ROLE SECOND-ROLE LAST-LINE
   cat >"$out/system.xml" <<XML
 <armor version="1">
   <system name="peers">
-    <component name="first" kind="$1-peer" rate="20Hz"><parameter name="role" value="$2"/></component>
+    <component name="first" kind="$1-peer" rate="1Hz"><parameter name="role" value="$2"/></component>
     <component name="second" kind="$1-peer" rate="20Hz"><parameter name="role" value="$3"/></component>
     <link from="first.small-out" to="second.small-in" keep="all"/>
     <link from="first.image-out" to="second.image-in"/>

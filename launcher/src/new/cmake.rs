@@ -12,20 +12,20 @@ pub enum CmakeLanguage {
 const README: &str = include_str!("cmake_readme.md");
 const IGNORED: &str = "/build\n";
 const C_FILES: [(&str, &str); 7] = [
-    ("CMakeLists.txt", include_str!("c/CMakeLists.txt")),
-    ("src/component.h", include_str!("c/component.h")),
-    ("src/component.c", include_str!("c/component.c")),
-    ("src/main.c", include_str!("c/main.c")),
-    ("tests/component_test.c", include_str!("c/component_test.c")),
+    ("CMakeLists.txt", include_str!("c_project/CMakeLists.txt")),
+    ("src/component.h", include_str!("c_project/component.h")),
+    ("src/component.c", include_str!("c_project/component.c")),
+    ("src/main.c", include_str!("c_project/main.c")),
+    ("tests/component_test.c", include_str!("c_project/component_test.c")),
     ("README.md", README),
     (".gitignore", IGNORED),
 ];
-const CPP_COMPONENT: &str = include_str!("cpp/component.hpp");
+const CPP_COMPONENT: &str = include_str!("cpp_project/component.hpp");
 const CPP_FILES: [(&str, &str); 6] = [
-    ("CMakeLists.txt", include_str!("cpp/CMakeLists.txt")),
+    ("CMakeLists.txt", include_str!("cpp_project/CMakeLists.txt")),
     ("src/component.hpp", CPP_COMPONENT),
-    ("src/main.cpp", include_str!("cpp/main.cpp")),
-    ("tests/component_test.cpp", include_str!("cpp/component_test.cpp")),
+    ("src/main.cpp", include_str!("cpp_project/main.cpp")),
+    ("tests/component_test.cpp", include_str!("cpp_project/component_test.cpp")),
     ("README.md", README),
     (".gitignore", IGNORED),
 ];
@@ -57,7 +57,8 @@ mod tests {
             let files: Vec<_> = language.fill_files("laser-scanner").collect();
             assert!(files.iter().any(|(file, _)| *file == "CMakeLists.txt"));
             for (file, text) in files {
-                assert!(!text.contains("{{"), "{language:?}, {file}: {text}");
+                let is_left = ["{{name}}", "{{Type}}"].iter().any(|blank| text.contains(blank));
+                assert!(!is_left, "{language:?}, {file}: {text}");
             }
         }
         let mut files = CmakeLanguage::Cpp.fill_files("component");

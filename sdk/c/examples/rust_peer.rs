@@ -86,15 +86,17 @@ impl Component for Peer {
     }
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
-        if call == Call::Tick && self.count == 0 {
-            if self.parameters.role == "ask" {
-                self.count = 1;
-                self.send_small(0)?;
-            } else if self.parameters.role == "flood" {
-                self.count = 1;
-                for number in 0..FLOOD {
-                    self.send_small(number)?;
-                }
+        let is_first = matches!(self.parameters.role.as_str(), "ask" | "flood");
+        if call == Call::Tick && is_first && self.count < 2 {
+            self.count += 1;
+            // At the second tick the links are up.
+            let messages = match (self.count, self.parameters.role.as_str()) {
+                (1, _) => 0,
+                (_, "ask") => 1,
+                _ => FLOOD,
+            };
+            for number in 0..messages {
+                self.send_small(number)?;
             }
         }
         Ok(Outcome::CarryOn)

@@ -110,10 +110,11 @@ static int data_received(void *user, const armor_header *header, const armor_dat
 
 static armor_outcome execute(void *user, int call) {
   (void)user;
-  if (call != ARMOR_CALL_TICK || count != 0) return armor_carry_on();
-  const uint64_t messages = is_role("ask") ? 1 : is_role("flood") ? FLOOD : 0;
+  const bool is_first = is_role("ask") || is_role("flood");
+  // At the second tick the links are up.
+  if (call != ARMOR_CALL_TICK || !is_first || ++count != 2) return armor_carry_on();
+  const uint64_t messages = is_role("ask") ? 1 : FLOOD;
   for (uint64_t number = 0; number < messages; ++number) {
-    count = 1;
     if (send_small(number) != ARMOR_ERROR_NONE) return armor_failed_with_last_error();
   }
   return armor_carry_on();

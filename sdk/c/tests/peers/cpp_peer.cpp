@@ -45,12 +45,11 @@ class Peer : public armor::Component {
   }
 
   armor::Outcome exec(armor::Call call) override {
-    if (call != armor::Call::Tick || count_ != 0) return armor::carry_on();
-    const std::uint64_t messages = role_.get() == "ask" ? 1 : role_.get() == "flood" ? FLOOD : 0;
-    for (std::uint64_t number = 0; number < messages; ++number) {
-      count_ = 1;
-      send_small(number);
-    }
+    const bool is_first = role_.get() == "ask" || role_.get() == "flood";
+    // At the second tick the links are up.
+    if (call != armor::Call::Tick || !is_first || ++count_ != 2) return armor::carry_on();
+    const std::uint64_t messages = role_.get() == "ask" ? 1 : FLOOD;
+    for (std::uint64_t number = 0; number < messages; ++number) send_small(number);
     return armor::carry_on();
   }
 
