@@ -1,9 +1,10 @@
 //! Recordings of a running system as MCAP files, which the viewers that people have open too:
 //! writing them, reading them back to the byte, copying parts of them, and playing them.
 //!
-//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages; [`playback`] plays
-//! a recording into a system. The format is in docs/recordings.md.
+//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages; [`capture`]
+//! records a system, and [`playback`] plays a recording into one. The format is in docs/recordings.md.
 
+pub mod capture;
 mod copy;
 mod head;
 pub mod playback;
@@ -15,6 +16,7 @@ mod summary;
 mod taps;
 #[cfg(test)]
 mod tests;
+pub mod trail;
 mod writer;
 
 pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};

@@ -1,6 +1,6 @@
 //! Reads a recording: what is in it, and its messages from any moment on.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -41,6 +41,8 @@ pub struct Recording {
     summary: RecordingSummary,
     index: Option<Summary>,
     stream: MessageStream,
+    /// The outputs whose messages are passed over.
+    left_out: HashSet<String>,
     damaged_chunks: u64,
 }
 
@@ -63,12 +65,21 @@ impl Recording {
     /// # Errors
     /// If it cannot be read or is no MCAP file. One that ends too early is read as far as it goes.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let mut file = File::open(path)?;
+        Self::read(File::open(path)?)
+    }
+
+    /// Reads an open file, which may have no name.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn read(mut file: File) -> Result<Self, ReadError> {
+        file.seek(SeekFrom::Start(0))?;
         check_magic(&mut file)?;
         let index = read_index(&mut file).ok().flatten();
         let mut recording = Self {
             summary: RecordingSummary::default(),
             stream: MessageStream::begin(&mut file)?,
+            left_out: HashSet::new(),
             damaged_chunks: 0,
             index,
             file,
@@ -79,6 +90,14 @@ impl Recording {
         };
         recording.seek(f64::NEG_INFINITY)?;
         Ok(recording)
+    }
+
+    /// Returns only messages of the outputs for which this is true, from now on. The others are not
+    /// decoded.
+    pub fn select(&mut self, is_selected: impl Fn(&str) -> bool) {
+        let names = self.summary.outputs.iter().map(|output| &output.data);
+        self.left_out = names.filter(|name| !is_selected(name)).cloned().collect();
+        self.stream.left_out.clone_from(&self.left_out);
     }
 
     /// What is in it.
@@ -103,6 +122,7 @@ impl Recording {
             }
             _ => MessageStream::begin(&mut self.file)?,
         };
+        self.stream.left_out.clone_from(&self.left_out);
         Ok(())
     }
 
@@ -126,6 +146,7 @@ impl Recording {
                 return Ok(None);
             };
             self.stream = MessageStream::at_chunk(&mut self.file, next, index)?;
+            self.stream.left_out.clone_from(&self.left_out);
         }
     }
 
@@ -159,9 +180,9 @@ impl Recording {
                     summary.about = about;
                     continue;
                 }
-                Ok(Some(StreamEvent::File { name, media_type, bytes })) => {
+                Ok(Some(StreamEvent::File { name, media_type, stamp_s, bytes })) => {
                     let len = bytes.len() as u64;
-                    summary.files.push(RecordedFile { name, media_type, len });
+                    summary.files.push(RecordedFile { name, media_type, len, stamp_s });
                     continue;
                 }
                 Ok(None) | Err(ReadError::Format(_)) => break,
@@ -264,6 +285,7 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
         name: file.name.clone(),
         media_type: file.media_type.clone(),
         len: file.data_size,
+        stamp_s: read_file_time(file.log_time),
     });
     Ok(RecordingSummary {
         about,
@@ -281,6 +303,11 @@ fn read_end(text: &str) -> (u64, Option<(f64, f64)>) {
     let mut number = || words.next()?.parse().ok();
     let from_s = number();
     (lost, from_s.zip(number()))
+}
+
+/// When a file appeared while the recording ran.
+fn read_file_time(log_time: u64) -> Option<f64> {
+    (log_time > 0).then(|| to_seconds(log_time))
 }
 
 fn to_seconds(nanoseconds: u64) -> f64 {
@@ -344,7 +371,7 @@ fn read_type(metadata: &BTreeMap<String, String>) -> OutputType {
 enum StreamEvent {
     Message(RecordedMessage),
     About(BTreeMap<String, String>),
-    File { name: String, media_type: String, bytes: Vec<u8> },
+    File { name: String, media_type: String, stamp_s: Option<f64>, bytes: Vec<u8> },
 }
 
 /// Reads a file from a place on.
@@ -354,6 +381,7 @@ struct MessageStream {
     channels: HashMap<u16, StreamChannel>,
     heads: HeadCodec,
     head: Option<RecordedHead>,
+    left_out: HashSet<String>,
 }
 
 struct StreamChannel {
@@ -397,6 +425,7 @@ impl MessageStream {
             channels: HashMap::new(),
             heads: HeadCodec::new(),
             head: None,
+            left_out: HashSet::new(),
         }
     }
 
@@ -468,6 +497,7 @@ impl MessageStream {
                     return Ok(Some(StreamEvent::File {
                         name: header.name,
                         media_type: header.media_type,
+                        stamp_s: read_file_time(header.log_time),
                         bytes: data.into_owned(),
                     }));
                 }
@@ -490,6 +520,10 @@ impl MessageStream {
         let channel = self.channels.get(&header.channel_id)?;
         if channel.data == HEADS {
             self.head = self.heads.decode(bytes).ok();
+            return None;
+        }
+        if self.left_out.contains(&channel.data) {
+            self.head = None;
             return None;
         }
         // One that another program has put in between has no head.

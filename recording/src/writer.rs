@@ -158,8 +158,22 @@ impl<W: Write + Seek> RecordingWriter<W> {
         media_type: &str,
         bytes: &[u8],
     ) -> Result<(), WriteError> {
+        self.add_file_at(0.0, name, media_type, bytes)
+    }
+
+    /// Adds a file that appeared while the recording ran, at this system time.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn add_file_at(
+        &mut self,
+        stamp_s: f64,
+        name: &str,
+        media_type: &str,
+        bytes: &[u8],
+    ) -> Result<(), WriteError> {
         self.file.attach(&Attachment {
-            log_time: 0,
+            log_time: to_nanoseconds(stamp_s),
             create_time: 0,
             name: name.into(),
             media_type: media_type.into(),

@@ -133,7 +133,10 @@ fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
             "rate_hz": output.rate_hz(),
         })
     });
-    let files = summary.files.iter().map(|file| json!({ "name": file.name, "bytes": file.len }));
+    let files = summary
+        .files
+        .iter()
+        .map(|file| json!({ "name": file.name, "bytes": file.len, "since_s": file.stamp_s }));
     json!({
         "complete": summary.is_complete,
         "about": summary.about,
@@ -153,7 +156,9 @@ fn format_summary(summary: &RecordingSummary) -> String {
         text += &format!("{:<9}  {from_s:.3} s to {to_s:.3} s, {:.1} s\n", "time", to_s - from_s);
     }
     for file in &summary.files {
-        text += &format!("{:<9}  {}, {}\n", "contains", file.name, format_len(file.len));
+        let since_s = file.stamp_s.zip(summary.begin_s()).map(|(at_s, begin_s)| at_s - begin_s);
+        let since = since_s.map_or(String::new(), |since_s| format!(", since {since_s:.1} s"));
+        text += &format!("{:<9}  {}, {}{since}\n", "contains", file.name, format_len(file.len));
     }
     if !summary.is_complete {
         text += "complete   no: its recorder was killed; armor bag recover completes a copy\n";
