@@ -4,6 +4,7 @@
 //! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages; [`capture`]
 //! records a system, and [`playback`] plays a recording into one. The format is in docs/recordings.md.
 
+mod attachment_check;
 pub mod capture;
 mod copy;
 mod head;
@@ -11,6 +12,7 @@ pub mod playback;
 mod reader;
 mod reports;
 pub mod ros;
+pub mod ros1_bag;
 mod stamping;
 mod summary;
 mod taps;

@@ -12,6 +12,7 @@ use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryRead
 use mcap::{MAGIC, McapError, Summary};
 use thiserror::Error;
 
+use crate::attachment_check::{is_safe_summary, is_whole_attachment};
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
 use crate::ros::{RosMessage, find_standard_type};
 use crate::summary::{RecordedFile, RecordedOutput, RecordingSummary, widen};
@@ -224,6 +225,9 @@ fn check_magic(file: &mut File) -> Result<(), ReadError> {
 }
 
 fn read_index(file: &mut File) -> Result<Option<Summary>, ReadError> {
+    if !is_safe_summary(file)? {
+        return Ok(None);
+    }
     let options = SummaryReaderOptions::default().with_record_length_limit(MAX_RECORD_LEN);
     let mut reader = SummaryReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
@@ -327,16 +331,19 @@ fn identify_output(
     match standard {
         Some(schema) if output_type.schema.is_empty() => {
             let latched = metadata.get(ROS_QOS).is_some_and(|qos| is_transient_local(qos));
-            let name = ros_type.rsplit('/').next().unwrap_or_default();
-            let name = match schema {
-                Schema::Struct { name, .. } => name,
-                _ => name,
-            };
-            let output_type = OutputType { name: name.into(), schema: schema.to_string(), latched };
-            (name_topic(topic), output_type)
+            (name_topic(topic), standard_output(schema, latched))
         }
         _ => (topic.into(), output_type),
     }
+}
+
+/// The type of an output with standard messages.
+pub(crate) fn standard_output(schema: &Schema, latched: bool) -> OutputType {
+    let name = match schema {
+        Schema::Struct { name, .. } => name.as_str(),
+        _ => "",
+    };
+    OutputType { name: name.into(), schema: schema.to_string(), latched }
 }
 
 /// Whether a publisher of ROS keeps its last message for late subscribers.
@@ -348,7 +355,7 @@ fn is_transient_local(qos: &str) -> bool {
 }
 
 /// Names the data of a topic: `/robot/base/scan` is `robot.base_scan`, and `/scan` is `ros.scan`.
-fn name_topic(topic: &str) -> String {
+pub(crate) fn name_topic(topic: &str) -> String {
     let mut parts = topic.split('/').filter(|part| !part.is_empty()).peekable();
     let first = parts.next().unwrap_or(ROS_COMPONENT);
     let rest: Vec<_> = parts.collect();
@@ -472,6 +479,10 @@ impl MessageStream {
                     // Those of later versions are passed over.
                     if !is_known(opcode) {
                         continue;
+                    }
+                    if opcode == op::ATTACHMENT && !is_whole_attachment(data) {
+                        let (header, available) = (data.len() as u64, 0);
+                        return Err(McapError::BadAttachmentLength { header, available }.into());
                     }
                     mcap::parse_record(opcode, data)?.into_owned()
                 }

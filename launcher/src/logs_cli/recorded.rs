@@ -49,7 +49,7 @@ pub fn print_recorded(path: &Path, arguments: &LogsArguments, format: OutputForm
             last.drain(..).try_for_each(|entry| printer.print(&entry))?;
         }
     }
-    for component in arguments.components.iter().filter(|name| !names.contains(*name)) {
+    if let Some(component) = arguments.components.iter().find(|name| !names.contains(*name)) {
         let advice = advise_similar(component, names.iter().map(String::as_str));
         bail!("{shown} has no line of {component}{advice}");
     }

@@ -32,6 +32,7 @@ use crate::verb::Verb;
   armor bag merge front.mcap rear.mcap both.mcap
   armor bag convert drive.mcap pose.csv --data mapper.pose
   armor bag convert drive.mcap ros2.mcap --to ros2
+  armor bag convert drive.bag drive.mcap               a bag of ROS 1
   armor bag convert intel.log.gz intel.mcap            scans and odometry of a CARMEN log")]
 pub enum BagCommand {
     /// Show what is in a recording: outputs, counts, losses, files.
@@ -63,7 +64,7 @@ pub enum BagCommand {
         #[arg(long = "data", value_name = "DATA", value_parser = parse_selection)]
         data: Vec<String>,
     },
-    /// Convert a recording of ROS 2 or a log of CARMEN, or write one as CSV or for ROS 2.
+    /// Convert a recording of ROS 2, a bag of ROS 1 or a log of CARMEN, or write one as CSV or for ROS 2.
     Convert(ConvertArguments),
     /// Copy several recordings into one, by the time of their messages.
     Merge {
