@@ -4,26 +4,26 @@
 //! is published, [`Recorder::finish`] completes the file.
 
 mod beginning;
+mod fault;
 mod followed_lines;
 mod free_space;
 mod parameter_trail;
 mod run_trail;
 mod split;
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use armor_inspect::ObservedSystem;
 use armor_inspect::systems::{self, RunRecord};
-use armor_sdk::directory::{DirectoryChange, DirectoryError};
-use thiserror::Error;
+use armor_sdk::directory::DirectoryChange;
 
 use crate::summary::BEGIN_KEY;
 use crate::taps::{OutputSelection, OutputTaps, OwnOutputs};
-use crate::writer::{Compression, WriteError};
+use crate::writer::Compression;
 use beginning::{describe_recording, find_begin, find_clock};
+pub use fault::RecorderError;
 use free_space::count_free_bytes;
 use run_trail::RunTrail;
 use split::SplitWriter;
@@ -44,51 +44,6 @@ const MESSAGES_PER_LOOK: u32 = 64;
 /// component provides them soon after it has registered.
 const SEARCH_EVERY: Duration = Duration::from_millis(20);
 const SEARCH_FOR: Duration = Duration::from_secs(1);
-
-/// Why nothing is recorded, or no more.
-#[derive(Debug, Error)]
-pub enum RecorderError {
-    /// The registry does not answer.
-    #[error(transparent)]
-    Directory(#[from] DirectoryError),
-    /// A file cannot be created, or is there already.
-    #[error("{} cannot be created: {reason}", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: io::Error,
-    },
-    /// A file cannot be written.
-    #[error("{}: {reason}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: WriteError,
-    },
-    /// Nothing can be written into a folder.
-    #[error("nothing can be written to {}: {reason}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// Why.
-        reason: io::Error,
-    },
-    /// The disk is full from the beginning.
-    #[error("the disk of {} has {free} bytes left, less than the {least} that a mission needs", path.display())]
-    DiskFull {
-        /// The file that was to be written.
-        path: PathBuf,
-        /// What is left.
-        free: u64,
-        /// What must be left.
-        least: u64,
-    },
-    /// A thread cannot be started.
-    #[error("no thread can be started: {0}")]
-    Thread(io::Error),
-}
 
 /// What is recorded, and where.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rustix::fs::statvfs;
 
-use super::RecorderError;
+use super::fault::RecorderError;
 
 /// Returns how many bytes a user may still write to the disk of `folder`.
 pub(crate) fn count_free_bytes(folder: &Path) -> Result<u64, RecorderError> {

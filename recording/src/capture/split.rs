@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use super::RecorderError;
+use super::fault::RecorderError;
 use crate::taps::TappedMessage;
 use crate::writer::{Compression, RecordingWriter, WriteError};
 
