@@ -47,7 +47,8 @@ impl Folder {
         command
     }
 
-    fn command_of(&self, program: &Path) -> Command {
+    /// Returns a program's command in the folder, of this folder's systems.
+    pub fn command_of(&self, program: &Path) -> Command {
         let mut command = Command::new(program);
         command.current_dir(&self.0).stdin(Stdio::null());
         command.env("XDG_RUNTIME_DIR", self.0.join("run"));

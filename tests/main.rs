@@ -33,6 +33,7 @@ mod other_users;
 mod parameters;
 mod pictures;
 mod playback;
+mod recorder_component;
 mod recordings;
 mod remote;
 mod resilience;

@@ -147,3 +147,58 @@ fn what_cannot_be_played_is_refused_before_anything_starts() {
     let (code, _, err) = run_to_end(&mut folder.armor(&["playback", "pause"]));
     assert!(code == 1 && err.contains("no system"), "{err}");
 }
+
+/// The keys reach the player through a terminal, which `script` makes.
+#[test]
+fn keys_control_what_is_played_in_a_terminal() {
+    let has_script = std::process::Command::new("script").arg("--version").output().is_ok();
+    if !has_script {
+        eprintln!("skipped: script (Debian: bsdutils) is not installed");
+        return;
+    }
+    let folder = record("played-by-keys");
+    let armor = env!("CARGO_BIN_EXE_armor");
+    let play = format!("{armor} play all.mcap --paused --stay --out keys");
+    let mut command = folder.command_of(std::path::Path::new("script"));
+    command.args(["--quiet", "--flush", "--return", "--command", &play, "/dev/null"]);
+    let mut playing = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let mut keys = playing.stdin.take().expect("a pipe");
+    let state = || -> Option<Value> {
+        let (_, out, _) = run_to_end(&mut folder.armor(&["playback", "show", "--format", "json"]));
+        serde_json::from_str(out.lines().next()?).ok()
+    };
+    wait_for("the player", || state().filter(|state| state["paused"] == true));
+    let press = |keys: &mut std::process::ChildStdin,
+                 key: &str,
+                 what: &str,
+                 is_done: &dyn Fn(&Value) -> bool| {
+        // A terminal that is not read yet echoes; the key is pressed again until it has an effect.
+        wait_for(what, || {
+            std::io::Write::write_all(keys, key.as_bytes()).expect("it is read");
+            let start = std::time::Instant::now();
+            while start.elapsed() < std::time::Duration::from_secs(2) {
+                if state().is_some_and(|state| is_done(&state)) {
+                    return Some(());
+                }
+            }
+            None
+        });
+    };
+    press(&mut keys, "+", "twice the speed", &|state| state["speed"].as_f64() >= Some(2.0));
+    press(&mut keys, "\x1b[A", "the end", &|state| state["at_s"].as_f64() > Some(0.9));
+    press(&mut keys, "\x1b[B", "the beginning", &|state| state["at_s"] == 0.0);
+    press(&mut keys, ".", "a step", &|state| {
+        state["at_s"].as_f64() > Some(0.0) || state["paused"] == true
+    });
+    let ended = wait_for("the end", || {
+        // It may have ended since the last look.
+        let _ = std::io::Write::write_all(&mut keys, b"q");
+        playing.try_wait().expect("ours")
+    });
+    assert!(ended.code().is_some(), "{ended}");
+}

@@ -40,7 +40,11 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-sdk",
         ],
     ),
-    ("armor-recording", &["armor-sdk", "armor-wire"]),
+    (
+        "armor-recording",
+        &["armor-inspect", "armor-robotfile", "armor-sdk", "armor-socket", "armor-wire"],
+    ),
+    ("armor-recorder", &["armor-inspect", "armor-recording", "armor-sdk"]),
     ("armor-web", &["armor-inspect", "armor-marking", "armor-sdk", "armor-socket", "armor-wire"]),
     ("armor-web-view", &["armor-inspect", "armor-sdk", "armor-web"]),
     (

@@ -118,6 +118,9 @@ pub struct Versions {
     warnings: Findings,
     /// What changed with the version in force, and how much more.
     changes: (Vec<ChangeRecord>, u32),
+    /// The client that has set the parameter with which the version in force came; empty if the file
+    /// was edited.
+    set_by: String,
     /// What is wrong with the file, as last read, if it was refused.
     refused: Option<Findings>,
     /// It, as it was read.
@@ -222,6 +225,7 @@ impl Versions {
             in_force,
             warnings: Findings::default(),
             changes: (Vec::new(), 0),
+            set_by: String::new(),
             refused: None,
             refused_reading: None,
             history: VersionHistory::default(),
@@ -321,7 +325,9 @@ impl Versions {
                 Some(self.diff_versions(request, from, to))
             }
             ConfigRequest::Set { request, component, parameter, value } => {
-                let preface = self.clients.get(&peer).and_then(|client| client.preface.clone());
+                let client = self.clients.get(&peer);
+                let preface = client.and_then(|client| client.preface.clone());
+                let from = client.map(|client| client.component.clone()).unwrap_or_default();
                 let by = preface.map(|preface| preface.name);
                 return self.set_parameter(setting::WantedSetting {
                     peer,
@@ -329,6 +335,7 @@ impl Versions {
                     component,
                     parameter,
                     value,
+                    from,
                     by,
                 });
             }
@@ -452,16 +459,18 @@ impl Versions {
             let restored = Notice::Restored { version: self.number };
             return vec![ConfigdAction::Tell(restored), self.state_notice()];
         }
-        self.take_version(configuration, findings)
+        self.take_version(configuration, findings, String::new())
     }
 
-    /// Puts a valid version in force.
+    /// Puts a valid version in force. `set_by` has set the parameter that it changes.
     fn take_version(
         &mut self,
         configuration: Configuration,
         warnings: Findings,
+        set_by: String,
     ) -> Vec<ConfigdAction> {
         self.number += 1;
+        self.set_by = set_by;
         self.refused = None;
         self.refused_reading = None;
         let known = std::mem::replace(&mut self.warnings, warnings);

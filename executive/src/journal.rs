@@ -25,7 +25,7 @@ mod writing;
 
 pub use fault::JournalFault;
 pub use life::{Anchor, Life};
-pub use line::{ChainEnd, FORMAT, LineDamage};
+pub use line::{ChainEnd, FORMAT, LineDamage, begins_journal};
 pub use state_file::state_path;
 pub use story::{Story, began_with, clock, followed_clock, plan_of};
 pub use verification::{ForeignFormat, JournalVerification, verify_bytes};

@@ -35,7 +35,7 @@ pub use observation::{
     Condition, DEAD_AFTER, HANGING_CALL_S, LONG_CALL_S, ObservedProcess, ObserverAction,
     SystemEvent, SystemPicture,
 };
-pub use observed::{CONFIGD, CONFIGURATION, ObservedSystem, Sighting, TAP_KEEP};
+pub use observed::{CONFIGD, CONFIGURATION, ObservedSystem, Sighting, TAP_KEEP, find_own_registry};
 pub use orders::{OrderSender, SentOrder, this_user};
 pub use parameters::{ParameterClient, SetReport};
 pub use series::{MAX_POINTS, Series};

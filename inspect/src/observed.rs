@@ -23,6 +23,16 @@ pub const CONFIGD: &str = "configd";
 /// The name under which that process publishes the state of the file.
 pub const CONFIGURATION: &str = "configuration";
 
+/// The variable with the address of the registry, which the launcher sets.
+const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
+
+/// Returns the registry of the system of which this process is a component: its argument
+/// `--registry`, or what the launcher has set.
+pub fn find_own_registry() -> Option<String> {
+    let given = std::env::args().skip_while(|argument| argument != "--registry").nth(1);
+    given.or_else(|| std::env::var(REGISTRY_VARIABLE).ok()).filter(|address| !address.is_empty())
+}
+
 /// A registered component and its status.
 pub struct Sighting {
     /// Its entry in the registry.

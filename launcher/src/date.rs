@@ -1,15 +1,6 @@
 //! Moments as people read them in logs: date and time of day in UTC, to the millisecond.
 
-use std::time::Duration;
-
-use armor_robotfile::Date;
-
-/// Returns `2026-11-21T14:30:05.120Z` for a time in seconds since the beginning of 1970.
-pub fn format_date(since_1970_s: f64) -> String {
-    let ms = (since_1970_s.max(0.0) * 1e3).round() as u64;
-    let seconds = Date::since_1970(Duration::from_secs(ms / 1000)).to_string();
-    format!("{}.{:03}Z", seconds.trim_end_matches('Z'), ms % 1000)
-}
+pub use armor_robotfile::format_date;
 
 /// Returns the time of day alone, `14:30:05.120`.
 pub fn format_clock_time(since_1970_s: f64) -> String {

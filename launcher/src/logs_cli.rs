@@ -2,6 +2,7 @@
 
 mod entry;
 mod followed_file;
+mod recorded;
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -32,16 +33,20 @@ const LOOKS_PER_CHECK: u32 = 4;
 
 /// Print the logs of a run, merged by time; `-f` continues with what is written.
 ///
-/// Reads the files in the folder `logs` of the run: of the running system, or with --out of any run of
-/// this host.
+/// Reads the files in the folder `logs` of the run: of the running system, with --out of any run of
+/// this host, or from a recording.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor logs -n 50                            the last 50 lines of all processes
   armor logs -f --component mapper            what the mapper writes
   armor logs --level warn --since 10min       warnings and errors of the last ten minutes
   armor logs --out out/office --level error   the errors of a run that has ended
+  armor logs drive.mcap --component mapper    what the mapper wrote while it was recorded
   armor log mapper debug                      lets the mapper write more")]
 pub struct LogsArguments {
+    /// A recording, whose lines are printed. Default: the run's files.
+    #[arg(value_name = "RECORDING", conflicts_with_all = ["out", "system", "registry", "follow"])]
+    recording: Option<PathBuf>,
     /// Continue with the lines that are written, until the run ends.
     #[arg(long, short)]
     follow: bool,
@@ -115,6 +120,9 @@ impl LogPrinter<'_> {
 /// If no run is found, or it has no logs, or none of a component that is named.
 fn print_logs(arguments: &LogsArguments, format: OutputFormat) -> Result<CommandEnding> {
     end_when_stdout_closes();
+    if let Some(recording) = &arguments.recording {
+        return end_printing(recorded::print_recorded(recording, arguments, format));
+    }
     let (folder, record) = find_folder(arguments)?;
     check_components(&folder, &arguments.components)?;
     let printer = LogPrinter { arguments, format };

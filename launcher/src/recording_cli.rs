@@ -2,9 +2,7 @@
 
 pub mod bag;
 mod convert;
-mod free_space;
 pub mod record;
-mod split;
 
 /// Returns a length in bytes as people read it.
 fn format_len(bytes: u64) -> String {

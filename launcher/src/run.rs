@@ -38,6 +38,7 @@ use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
 use crate::kinds::Catalogue;
+use crate::playback_cli::keys::PlaybackKeys;
 use crate::playback_cli::played::{PLAYBACK_CLOCK, PlayedRecording};
 use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
@@ -174,7 +175,9 @@ pub fn run_checked(
     // Programs that read JSON Lines from stdout do not expect plain lines on stderr.
     let is_wanted = !arguments.quiet && !line.is_discarded();
     let shows_status = is_wanted && (format != OutputFormat::Json || line.is_live());
-    let observer = shows_status.then(|| {
+    let takes_keys = played.is_some() && shows_status;
+    let keys = takes_keys.then(|| PlaybackKeys::start(lease.address, &line)).flatten();
+    let observer = (shows_status && keys.is_none()).then(|| {
         let file_clock = configuration.system.clock.as_ref().map(|clock| clock.source.data());
         let sources = StatusSources {
             registry: lease.address,
@@ -196,6 +199,7 @@ pub fn run_checked(
         left_hosts.release(|| Ok(HostKeys::read(&arguments.keys.path()?)?), &log);
         supervision.await
     });
+    drop(keys);
     if let Some(observer) = observer {
         observer.finish();
     }

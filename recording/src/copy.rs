@@ -88,7 +88,9 @@ pub fn copy_recordings<W: Write + Seek>(
     if let Some(first) = sources.first_mut() {
         for file in first.recording.summary().files.clone() {
             let bytes = first.read(|recording| recording.read_file(&file.name))?;
-            writer.add_file(&file.name, &file.media_type, &bytes.unwrap_or_default())?;
+            let stamp_s = file.stamp_s.unwrap_or_default();
+            let bytes = bytes.unwrap_or_default();
+            writer.add_file_at(stamp_s, &file.name, &file.media_type, &bytes)?;
         }
     }
     for source in &mut sources {

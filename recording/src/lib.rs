@@ -1,9 +1,11 @@
 //! Recordings of a running system as MCAP files, which the viewers that people have open too:
 //! writing them, reading them back to the byte, copying parts of them, and playing them.
 //!
-//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages; [`playback`] plays
-//! a recording into a system. The format is in docs/recordings.md.
+//! [`RecordingWriter`] and [`Recording`] are the two ends; [`ros`] converts messages; [`capture`]
+//! records a system, and [`playback`] plays a recording into one. The format is in docs/recordings.md.
 
+mod attachment_check;
+pub mod capture;
 mod copy;
 mod head;
 mod marks;
@@ -11,11 +13,13 @@ pub mod playback;
 mod reader;
 mod reports;
 pub mod ros;
+pub mod ros1_bag;
 mod stamping;
 mod summary;
 mod taps;
 #[cfg(test)]
 mod tests;
+pub mod trail;
 mod writer;
 
 pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};

@@ -1,6 +1,6 @@
 //! Reads a recording: what is in it, and its messages from any moment on.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -12,6 +12,7 @@ use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryRead
 use mcap::{MAGIC, McapError, Summary};
 use thiserror::Error;
 
+use crate::attachment_check::{is_safe_summary, is_whole_attachment};
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
 use crate::marks::MarkReader;
 use crate::ros::{RosMessage, find_standard_type};
@@ -42,6 +43,8 @@ pub struct Recording {
     summary: RecordingSummary,
     index: Option<Summary>,
     stream: MessageStream,
+    /// The outputs whose messages are passed over.
+    left_out: HashSet<String>,
     damaged_chunks: u64,
 }
 
@@ -64,12 +67,21 @@ impl Recording {
     /// # Errors
     /// If it cannot be read or is no MCAP file. One that ends too early is read as far as it goes.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let mut file = File::open(path)?;
+        Self::read(File::open(path)?)
+    }
+
+    /// Reads an open file, which may have no name.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn read(mut file: File) -> Result<Self, ReadError> {
+        file.seek(SeekFrom::Start(0))?;
         check_magic(&mut file)?;
         let index = read_index(&mut file).ok().flatten();
         let mut recording = Self {
             summary: RecordingSummary::default(),
             stream: MessageStream::begin(&mut file)?,
+            left_out: HashSet::new(),
             damaged_chunks: 0,
             index,
             file,
@@ -80,6 +92,14 @@ impl Recording {
         };
         recording.seek(f64::NEG_INFINITY)?;
         Ok(recording)
+    }
+
+    /// Returns only messages of the outputs for which this is true, from now on. The others are not
+    /// decoded.
+    pub fn select(&mut self, is_selected: impl Fn(&str) -> bool) {
+        let names = self.summary.outputs.iter().map(|output| &output.data);
+        self.left_out = names.filter(|name| !is_selected(name)).cloned().collect();
+        self.stream.left_out.clone_from(&self.left_out);
     }
 
     /// What is in it.
@@ -104,6 +124,7 @@ impl Recording {
             }
             _ => MessageStream::begin(&mut self.file)?,
         };
+        self.stream.left_out.clone_from(&self.left_out);
         Ok(())
     }
 
@@ -127,6 +148,7 @@ impl Recording {
                 return Ok(None);
             };
             self.stream = MessageStream::at_chunk(&mut self.file, next, index)?;
+            self.stream.left_out.clone_from(&self.left_out);
         }
     }
 
@@ -175,9 +197,9 @@ impl Recording {
                     summary.about = about;
                     continue;
                 }
-                Ok(Some(StreamEvent::File { name, media_type, bytes })) => {
+                Ok(Some(StreamEvent::File { name, media_type, stamp_s, bytes })) => {
                     let len = bytes.len() as u64;
-                    summary.files.push(RecordedFile { name, media_type, len });
+                    summary.files.push(RecordedFile { name, media_type, len, stamp_s });
                     continue;
                 }
                 Ok(None) | Err(ReadError::Format(_)) => break,
@@ -219,6 +241,9 @@ fn check_magic(file: &mut File) -> Result<(), ReadError> {
 }
 
 fn read_index(file: &mut File) -> Result<Option<Summary>, ReadError> {
+    if !is_safe_summary(file)? {
+        return Ok(None);
+    }
     let options = SummaryReaderOptions::default().with_record_length_limit(MAX_RECORD_LEN);
     let mut reader = SummaryReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
@@ -280,6 +305,7 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
         name: file.name.clone(),
         media_type: file.media_type.clone(),
         len: file.data_size,
+        stamp_s: read_file_time(file.log_time),
     });
     Ok(RecordingSummary {
         about,
@@ -299,6 +325,11 @@ fn read_end(text: &str) -> (u64, Option<(f64, f64)>) {
     (lost, from_s.zip(number()))
 }
 
+/// When a file appeared while the recording ran.
+fn read_file_time(log_time: u64) -> Option<f64> {
+    (log_time > 0).then(|| to_seconds(log_time))
+}
+
 fn to_seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e9
 }
@@ -316,16 +347,19 @@ fn identify_output(
     match standard {
         Some(schema) if output_type.schema.is_empty() => {
             let latched = metadata.get(ROS_QOS).is_some_and(|qos| is_transient_local(qos));
-            let name = ros_type.rsplit('/').next().unwrap_or_default();
-            let name = match schema {
-                Schema::Struct { name, .. } => name,
-                _ => name,
-            };
-            let output_type = OutputType { name: name.into(), schema: schema.to_string(), latched };
-            (name_topic(topic), output_type)
+            (name_topic(topic), standard_output(schema, latched))
         }
         _ => (topic.into(), output_type),
     }
+}
+
+/// The type of an output with standard messages.
+pub(crate) fn standard_output(schema: &Schema, latched: bool) -> OutputType {
+    let name = match schema {
+        Schema::Struct { name, .. } => name.as_str(),
+        _ => "",
+    };
+    OutputType { name: name.into(), schema: schema.to_string(), latched }
 }
 
 /// Whether a publisher of ROS keeps its last message for late subscribers.
@@ -337,7 +371,7 @@ fn is_transient_local(qos: &str) -> bool {
 }
 
 /// Names the data of a topic: `/robot/base/scan` is `robot.base_scan`, and `/scan` is `ros.scan`.
-fn name_topic(topic: &str) -> String {
+pub(crate) fn name_topic(topic: &str) -> String {
     let mut parts = topic.split('/').filter(|part| !part.is_empty()).peekable();
     let first = parts.next().unwrap_or(ROS_COMPONENT);
     let rest: Vec<_> = parts.collect();
@@ -360,7 +394,7 @@ fn read_type(metadata: &BTreeMap<String, String>) -> OutputType {
 pub(crate) enum StreamEvent {
     Message(RecordedMessage),
     About(BTreeMap<String, String>),
-    File { name: String, media_type: String, bytes: Vec<u8> },
+    File { name: String, media_type: String, stamp_s: Option<f64>, bytes: Vec<u8> },
 }
 
 /// Reads a file from a place on.
@@ -372,6 +406,7 @@ pub(crate) struct MessageStream {
     head: Option<RecordedHead>,
     /// The outputs whose messages are decoded; all of them if there are none.
     decoded: Option<BTreeSet<String>>,
+    left_out: HashSet<String>,
 }
 
 struct StreamChannel {
@@ -416,6 +451,7 @@ impl MessageStream {
             heads: HeadCodec::new(),
             head: None,
             decoded: None,
+            left_out: HashSet::new(),
         }
     }
 
@@ -468,6 +504,10 @@ impl MessageStream {
                     if !is_known(opcode) {
                         continue;
                     }
+                    if opcode == op::ATTACHMENT && !is_whole_attachment(data) {
+                        let (header, available) = (data.len() as u64, 0);
+                        return Err(McapError::BadAttachmentLength { header, available }.into());
+                    }
                     mcap::parse_record(opcode, data)?.into_owned()
                 }
             };
@@ -501,6 +541,7 @@ impl MessageStream {
             Record::Attachment { header, data, .. } => Some(StreamEvent::File {
                 name: header.name,
                 media_type: header.media_type,
+                stamp_s: read_file_time(header.log_time),
                 bytes: data.into_owned(),
             }),
             Record::Message { header, data } => {
@@ -519,6 +560,10 @@ impl MessageStream {
         let channel = self.channels.get(&header.channel_id)?;
         if channel.data == HEADS {
             self.head = self.heads.decode(bytes).ok();
+            return None;
+        }
+        if self.left_out.contains(&channel.data) {
+            self.head = None;
             return None;
         }
         // One that another program has put in between has no head.

@@ -59,7 +59,17 @@ impl RosMessage {
     /// # Errors
     /// If the bytes are not exactly one value of the schema.
     pub fn encode(&self, payload: &[u8]) -> Result<RosBytes, LayoutError> {
-        encode::encode_message(&self.shape, payload)
+        let mut out = RosBytes::default();
+        self.encode_into(payload, &mut out)?;
+        Ok(out)
+    }
+
+    /// As [`Self::encode`], into the memory of an earlier message.
+    ///
+    /// # Errors
+    /// As [`Self::encode`]; `out` is empty then.
+    pub fn encode_into(&self, payload: &[u8], out: &mut RosBytes) -> Result<(), LayoutError> {
+        encode::encode_message(&self.shape, payload, out)
     }
 
     /// Converts back. `stamps_s` as [`Self::encode`] has returned them; without them, each stamp is
@@ -69,5 +79,13 @@ impl RosMessage {
     /// If the bytes are no value of the type.
     pub fn decode(&self, bytes: &[u8], stamps_s: &[f64]) -> Result<Vec<u8>, LayoutError> {
         decode::decode_message(&self.shape, bytes, stamps_s)
+    }
+
+    /// Converts a message of ROS 1.
+    ///
+    /// # Errors
+    /// If the bytes are no value of the type.
+    pub fn decode_ros1(&self, bytes: &[u8]) -> Result<Vec<u8>, LayoutError> {
+        decode::decode_ros1_message(&self.shape, bytes)
     }
 }

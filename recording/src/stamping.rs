@@ -7,6 +7,7 @@ use armor_wire::clock::Clock;
 use armor_wire::codec;
 
 use crate::taps::TappedMessage;
+use crate::trail::OWN_COMPONENT;
 
 /// The process of configd that publishes.
 const CONFIGURATION: &str = "configuration";
@@ -49,7 +50,7 @@ impl Stamper {
                 message.head.stamp_s = stamp_s;
                 return self.stamped.push_back(message);
             }
-        } else if publisher != CONFIGURATION {
+        } else if publisher != CONFIGURATION && publisher != OWN_COMPONENT {
             return self.stamped.push_back(message);
         }
         match self.now_s {
@@ -71,6 +72,11 @@ impl Stamper {
 
 fn set_stamp(mut message: TappedMessage, stamp_s: f64) -> TappedMessage {
     message.head.stamp_s = stamp_s;
+    // What the recorder itself adds begins with the same stamp.
+    let is_own = message.data.split('.').next() == Some(OWN_COMPONENT);
+    if let Some(first) = message.payload.first_chunk_mut().filter(|_| is_own) {
+        *first = stamp_s.to_le_bytes();
+    }
     message
 }
 
@@ -115,10 +121,15 @@ mod tests {
         let mut stamper = Stamper::new(Some("sim.clock".into()));
         stamper.push(message("configuration.state", "T{stamp:f64(s)}", 3.0));
         stamper.push(message("sim.flag", "T{x:f64}", 3.0));
+        stamper.push(message("armor.logs", "T{stamp:f64(s)}", 3.0));
         assert_eq!(drain(&mut stamper), [], "the time is not known");
         stamper.push(message("sim.clock", "Clock{clock:f64}", 100.0));
+        let mut passed = std::iter::from_fn(|| stamper.take()).collect::<Vec<_>>();
+        let payload = passed.remove(2).payload;
+        assert_eq!(payload, 100.0_f64.to_le_bytes(), "the stamp in the message, too");
         let first = [("configuration.state", 100.0), ("sim.flag", 100.0), ("sim.clock", 100.0)];
-        assert_eq!(drain(&mut stamper), expected(first));
+        let passed: Vec<_> = passed.into_iter().map(|it| (it.data, it.head.stamp_s)).collect();
+        assert_eq!(passed, expected(first));
         stamper.push(message("sim.scan", "T{stamp:f64(s),x:f64}", 99.5));
         stamper.push(message("sim.flag", "T{x:f64}", 3.0));
         stamper.push(message("slam.pose", "T{stamp:f64(s)}", 3.0));

@@ -66,7 +66,7 @@ pub(crate) fn widen(span_s: Option<(f64, f64)>, stamp_s: f64) -> (f64, f64) {
 }
 
 /// A file in a recording.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedFile {
     /// Its name.
     pub name: String,
@@ -74,4 +74,6 @@ pub struct RecordedFile {
     pub media_type: String,
     /// Its length in bytes.
     pub len: u64,
+    /// When it appeared, in system time; none for one of the beginning.
+    pub stamp_s: Option<f64>,
 }

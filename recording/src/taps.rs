@@ -11,7 +11,8 @@ use armor_sdk::tap::{Tap, TapError};
 use armor_wire::clock::Clock;
 use armor_wire::codec;
 use armor_wire::keep::Keep;
-use armor_wire::message::{Message, WireType};
+use armor_wire::message::Message;
+use armor_wire::name::is_name;
 use armor_wire::registry::{ComponentEntry, DataEntry};
 use parking_lot::{Condvar, Mutex};
 
@@ -50,6 +51,19 @@ impl OutputSelection {
     pub fn holds(&self, data: &str) -> bool {
         let is_included = self.include.iter().any(|name| matches_name(name, data));
         (self.include.is_empty() || is_included) && !self.excludes(data)
+    }
+
+    /// Checks a name of a selection: `component.output`, or `component.*` for all of a component.
+    ///
+    /// # Errors
+    /// How it is written.
+    pub fn check_name(name: &str) -> Result<(), String> {
+        let is_one = name.split_once('.').is_some_and(|(component, output)| {
+            is_name(component) && (output == "*" || is_name(output))
+        });
+        is_one
+            .then_some(())
+            .ok_or_else(|| "write COMPONENT.OUTPUT, or COMPONENT.* for all of a component".into())
     }
 
     /// Whether an output is left out by its name.
@@ -154,6 +168,15 @@ impl OutputTaps {
         Ok(listed)
     }
 
+    /// What the recorder itself adds to the messages.
+    pub(crate) fn own_outputs(&self) -> OwnOutputs {
+        OwnOutputs {
+            queue: Arc::clone(&self.queue),
+            directory: self.directory.clone(),
+            selection: self.selection.clone(),
+        }
+    }
+
     /// Reads no more: what has arrived by now can still be taken.
     pub fn stop(&self) {
         self.queue.is_ended.store(true, Ordering::Relaxed);
@@ -185,18 +208,15 @@ impl OutputTaps {
             if self.observed.contains_key(&entry.instance) {
                 continue;
             }
-            let (queue, directory) = (Arc::clone(&self.queue), self.directory.clone());
+            let outputs = self.own_outputs();
             let (name, instance) = (entry.name.clone(), entry.instance);
             let sink = move |event| {
                 if let ControlEvent::Answer(Answer::Report { report, activation, outcome }) = event
                 {
-                    // The recorder's own clock does not follow data.
-                    let now_s = match &queue.clock {
-                        Some(_) => queue.state.lock().clock_s,
-                        None => directory.clock().timestamp(),
-                    };
+                    let now_s = outputs.timestamp();
                     let recorded = RecordedReport::new(now_s, &name, activation, &outcome);
-                    queue.push_report(&recorded, instance, report);
+                    let head = MessageHead { sequence: report, stamp_s: now_s, instance, lost: 0 };
+                    outputs.push_head(REPORTS, &recorded, head);
                 }
             };
             // One that cannot be reached is tried again at the next listing.
@@ -299,25 +319,78 @@ impl MessageQueue {
         self.arrived.notify_one();
     }
 
-    fn push_report(&self, report: &RecordedReport, instance: u64, sequence: u64) {
-        let Ok(payload) = codec::encode(report) else { return };
+    /// Adds a message of the recorder itself, without waiting.
+    fn push_own(&self, message: TappedMessage) {
         let mut state = self.state.lock();
         if self.is_ended.load(Ordering::Relaxed) {
             return;
         }
-        state.waiting_bytes += payload.len();
-        let head = MessageHead { sequence, stamp_s: report.stamp, instance, lost: 0 };
-        state.messages.push_back(TappedMessage {
-            data: REPORTS.into(),
-            output_type: Arc::new(OutputType {
-                name: RecordedReport::NAME.into(),
-                schema: RecordedReport::schema().to_string(),
-                latched: false,
-            }),
-            head,
-            payload,
-        });
+        state.waiting_bytes += message.payload.len();
+        state.messages.push_back(message);
         self.arrived.notify_one();
+    }
+
+    /// Waits until there is room, or nothing more is taken.
+    fn await_room(&self) {
+        let mut state = self.state.lock();
+        while state.waiting_bytes > MAX_WAITING && !self.is_ended.load(Ordering::Relaxed) {
+            self.room.wait_for(&mut state, LOOK);
+        }
+    }
+}
+
+/// The outputs that the recorder itself has in the file, such as the reports. Clones are the same.
+#[derive(Clone)]
+pub(crate) struct OwnOutputs {
+    queue: Arc<MessageQueue>,
+    directory: Directory,
+    selection: OutputSelection,
+}
+
+impl OwnOutputs {
+    /// System time, as far as it is known: the recorder's own clock does not follow data.
+    pub fn timestamp(&self) -> f64 {
+        match &self.queue.clock {
+            Some(_) => self.queue.state.lock().clock_s,
+            None => self.directory.clock().timestamp(),
+        }
+    }
+
+    /// Whether an output is recorded: only names that are excluded count.
+    pub fn is_recorded(&self, data: &str) -> bool {
+        !self.selection.excludes(data)
+    }
+
+    /// Whether nothing more is taken.
+    pub fn are_over(&self) -> bool {
+        self.queue.is_ended.load(Ordering::Relaxed)
+    }
+
+    /// Adds a message, waiting for room. `lost` counts those that are missing before it.
+    pub fn push<T: Message>(
+        &self,
+        data: &str,
+        message: &T,
+        stamp_s: f64,
+        sequence: u64,
+        lost: u64,
+    ) {
+        self.queue.await_room();
+        if self.is_recorded(data) {
+            let head = MessageHead { sequence, stamp_s, instance: 0, lost };
+            self.push_head(data, message, head);
+        }
+    }
+
+    /// Adds a message with its head, without waiting.
+    fn push_head<T: Message>(&self, data: &str, message: &T, head: MessageHead) {
+        let Ok(payload) = codec::encode(message) else { return };
+        let output_type = Arc::new(OutputType {
+            name: T::NAME.into(),
+            schema: T::schema().to_string(),
+            latched: false,
+        });
+        self.queue.push_own(TappedMessage { data: data.into(), output_type, head, payload });
     }
 }
 

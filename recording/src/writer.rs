@@ -9,7 +9,7 @@ use mcap::{Attachment, McapError, WriteOptions};
 use thiserror::Error;
 
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
-use crate::ros::{LayoutError, RosMessage};
+use crate::ros::{LayoutError, RosBytes, RosMessage};
 use crate::summary::widen;
 use crate::{
     ABOUT, CDR, LATCHED_KEY, OUTPUTS, PROFILE, ROS_QOS, ROS2_PROFILE, ROS2MSG, SCHEMA_KEY, TYPE_KEY,
@@ -93,6 +93,8 @@ pub struct RecordingWriter<W: Write + Seek> {
     heads: Option<(HeadCodec, u16)>,
     outputs: Vec<WrittenOutput>,
     written: u64,
+    /// The last message, for its memory.
+    converted: RosBytes,
 }
 
 struct WrittenOutput {
@@ -145,7 +147,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
             let schema = file.add_schema(codec.message.name(), ROS2MSG, definition)?;
             heads = Some((codec, file.add_channel(schema, HEADS, CDR, &BTreeMap::new())?));
         }
-        Ok(Self { file, heads, outputs: Vec::new(), written: 0 })
+        Ok(Self { file, heads, outputs: Vec::new(), written: 0, converted: RosBytes::default() })
     }
 
     /// Adds a file as it is, such as the system's.
@@ -158,8 +160,22 @@ impl<W: Write + Seek> RecordingWriter<W> {
         media_type: &str,
         bytes: &[u8],
     ) -> Result<(), WriteError> {
+        self.add_file_at(0.0, name, media_type, bytes)
+    }
+
+    /// Adds a file that appeared while the recording ran, at this system time.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn add_file_at(
+        &mut self,
+        stamp_s: f64,
+        name: &str,
+        media_type: &str,
+        bytes: &[u8],
+    ) -> Result<(), WriteError> {
         self.file.attach(&Attachment {
-            log_time: 0,
+            log_time: to_nanoseconds(stamp_s),
             create_time: 0,
             name: name.into(),
             media_type: media_type.into(),
@@ -224,7 +240,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
     ) -> Result<(), WriteError> {
         let Some(output) = self.outputs.get_mut(output) else { return Ok(()) };
         let layout = |reason| WriteError::Layout { data: output.data.clone(), reason };
-        let converted = output.message.encode(payload).map_err(layout)?;
+        output.message.encode_into(payload, &mut self.converted).map_err(layout)?;
         output.lost = output.lost.saturating_add(head.lost);
         let time = to_nanoseconds(head.stamp_s);
         let header = |channel_id| MessageHeader {
@@ -240,12 +256,12 @@ impl<W: Write + Seek> RecordingWriter<W> {
                 published: head.stamp_s,
                 instance: head.instance,
                 lost: head.lost,
-                stamps: converted.stamps_s,
+                stamps: self.converted.stamps_s.clone(),
             };
             let head_bytes = heads.encode(&recorded).map_err(layout)?;
             self.file.write_to_known_channel(&header(*channel), &head_bytes)?;
         }
-        self.file.write_to_known_channel(&header(output.channel), &converted.bytes)?;
+        self.file.write_to_known_channel(&header(output.channel), &self.converted.bytes)?;
         output.span_s = Some(widen(output.span_s, head.stamp_s));
         self.written += 1;
         Ok(())

@@ -107,6 +107,14 @@ impl fmt::Display for Date {
     }
 }
 
+/// Returns a moment as people read it in logs, to the millisecond: `2026-11-21T14:30:05.120Z` for a
+/// time in seconds since the beginning of 1970.
+pub fn format_date(since_1970_s: f64) -> String {
+    let ms = (since_1970_s.max(0.0) * 1e3).round() as u64;
+    let seconds = Date::since_1970(Duration::from_secs(ms / 1000)).to_string();
+    format!("{}.{:03}Z", seconds.trim_end_matches('Z'), ms % 1000)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

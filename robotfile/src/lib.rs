@@ -55,7 +55,7 @@ pub use check::{
     passed_dates, within,
 };
 pub use code::{Code, CodeSection, FindingOrigin};
-pub use date::Date;
+pub use date::{Date, format_date};
 pub use difference::{Change, Difference, Subject, differences};
 pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
 pub use finding::{Finding, Severity};

@@ -6,13 +6,11 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_inspect::this_user;
+use armor_inspect::{find_own_registry, this_user};
 use armor_sdk::prelude::*;
 use armor_web::{DriveLimits, RobotCommands, WebOptions, WebServer};
 use parking_lot::Mutex;
 
-/// The variable with the address of the registry, which the launcher sets.
-const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
 /// Time between two attempts to listen, while another program uses the port.
 const RETRY: Duration = Duration::from_secs(2);
 /// Events that no tick has reported yet; more are the same few again.
@@ -121,7 +119,8 @@ impl WebView {
             let listen = &self.parameters.listen;
             format!("listen=\"{listen}\" is no address with a port: write 127.0.0.1:8080")
         })?;
-        let registry = find_registry().ok_or("it runs without a registry, so it has no system")?;
+        let registry =
+            find_own_registry().ok_or("it runs without a registry, so it has no system")?;
         let options = WebOptions { listen, registry, author: format!("{} by web", this_user()) };
         let is_first = self.tried.replace(Instant::now()).is_none();
         match WebServer::start(&options, Some(Arc::clone(&self.commands) as _)) {
@@ -167,11 +166,6 @@ impl CommandState {
             self.events.push_back(event);
         }
     }
-}
-
-fn find_registry() -> Option<String> {
-    let given = std::env::args().skip_while(|argument| argument != "--registry").nth(1);
-    given.or_else(|| std::env::var(REGISTRY_VARIABLE).ok()).filter(|address| !address.is_empty())
 }
 
 #[cfg(test)]

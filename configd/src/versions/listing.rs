@@ -96,6 +96,7 @@ impl Versions {
             findings_left_out,
             changes,
             changes_left_out,
+            set_by: self.set_by.clone(),
         })))
     }
 }

@@ -25,8 +25,17 @@ pub(super) struct WantedSetting {
     pub(super) component: String,
     pub(super) parameter: String,
     pub(super) value: Option<String>,
+    /// The name of the client.
+    pub(super) from: String,
     /// The holder of the key, if it came through a gate.
     pub(super) by: Option<String>,
+}
+
+impl WantedSetting {
+    /// Who is recorded as the author of the change.
+    fn set_by(&self) -> String {
+        self.by.as_ref().unwrap_or(&self.from).clone()
+    }
 }
 
 /// The requests that are not finished yet.
@@ -66,7 +75,7 @@ impl Versions {
             Err(reason) => vec![reject_setting(&wanted, reason, &Findings::default())],
             Ok(mut findings) => {
                 findings.extend(warnings.without_known(&self.warnings).without_notes());
-                let mut actions = self.take_version(configuration, warnings);
+                let mut actions = self.take_version(configuration, warnings, wanted.set_by());
                 let (request, version) = (wanted.request, self.number);
                 let changes = self.changes.0.clone();
                 if let Some(by) = &wanted.by {

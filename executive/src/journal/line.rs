@@ -188,6 +188,11 @@ pub(super) fn parse_fields(line: &[u8], fields_at: usize) -> serde_json::Result<
     serde_json::from_slice(&body)
 }
 
+/// Returns whether a line is the first one of a journal that was not cut.
+pub fn begins_journal(line: &str) -> bool {
+    LineHead::parse(line.as_bytes()).is_some_and(|(head, _)| head.number == 1)
+}
+
 /// Returns the format of a journal by its first line, if that is a record of another version.
 pub(super) fn foreign_format(first: &[u8]) -> Option<u32> {
     // The first format had no head; its records began with one of these fields.

@@ -39,6 +39,7 @@ stock! {
     armor_map_writer::MapWriter,
     armor_patrol::Patrol,
     armor_planner::Planner,
+    armor_recorder::SystemRecorder,
     armor_simulator::Simulator,
     armor_web_view::WebView,
 }

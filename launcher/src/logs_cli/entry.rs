@@ -3,8 +3,12 @@
 use std::fmt;
 
 use armor_inspect::log::LogLine;
+use armor_recording::trail::name_log_level;
+use armor_sdk::messages::Log;
 use clap::ValueEnum;
 use serde_json::json;
+
+use crate::date::format_date;
 
 /// The least level that is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
@@ -38,6 +42,17 @@ impl LogEntry {
         // A line without a date is of this program all the same: the file could not be written whole.
         let LogLine { time_s, level, text, .. } = parsed;
         Self { date: date.into(), name: name.into(), level, text, time_s }
+    }
+
+    /// Makes the entry of a recorded line. `time_s` counts from the beginning of the recording.
+    pub fn of_recording(log: Log, time_s: f64) -> Self {
+        Self {
+            date: format_date(log.stamp),
+            level: name_log_level(log.level).into(),
+            name: log.name,
+            text: log.msg,
+            time_s: Some(time_s),
+        }
     }
 
     /// Returns whether it has this level or a higher one; one without a level has info.

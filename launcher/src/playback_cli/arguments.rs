@@ -15,13 +15,17 @@ use crate::arguments::{KindFolders, parse_duration, parse_name};
 /// recording: components, mission and tools see what they would see of the robot. Time waits until
 /// the components have taken what was published, so nothing is lost at any speed.
 #[derive(Args, Debug)]
-#[command(after_help = "`armor playback` pauses, steps, seeks and changes the speed meanwhile.
+#[command(
+    after_help = "In a terminal: space pauses and continues, . steps to the next message, the arrows
+jump by 5 s and 1 min, + and - change the speed, q ends. `armor playback` does the same from
+elsewhere.
 
 Examples:
   armor play drive.mcap                                  look at it with all tools
   armor play drive.mcap --speed 10 --from 2min --to 3min
   armor play drive.mcap robot.xml --replace simulator    the other components run
-  armor play drive.mcap robot.xml --replace simulator --speed max")]
+  armor play drive.mcap robot.xml --replace simulator --speed max"
+)]
 pub struct PlayArguments {
     /// The recording.
     pub recording: PathBuf,

@@ -142,7 +142,8 @@ fn show_state(running: &RunningSystem, format: OutputFormat) -> Result<CommandEn
     })
 }
 
-fn format_state(state: &PlaybackState) -> String {
+/// The state in one line.
+pub fn format_state(state: &PlaybackState) -> String {
     let speed = PlaybackSpeed::of_factor(state.speed).unwrap_or_default();
     let how = match (state.over, state.paused, state.waits_for.as_str()) {
         (true, ..) => "over".into(),

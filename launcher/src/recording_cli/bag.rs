@@ -32,6 +32,7 @@ use crate::verb::Verb;
   armor bag merge front.mcap rear.mcap both.mcap
   armor bag convert drive.mcap pose.csv --data mapper.pose
   armor bag convert drive.mcap ros2.mcap --to ros2
+  armor bag convert drive.bag drive.mcap               a bag of ROS 1
   armor bag convert intel.log.gz intel.mcap            scans and odometry of a CARMEN log")]
 pub enum BagCommand {
     /// Show what is in a recording: outputs, counts, losses, files.
@@ -63,7 +64,7 @@ pub enum BagCommand {
         #[arg(long = "data", value_name = "DATA", value_parser = parse_selection)]
         data: Vec<String>,
     },
-    /// Convert a recording of ROS 2 or a log of CARMEN, or write one as CSV or for ROS 2.
+    /// Convert a recording of ROS 2, a bag of ROS 1 or a log of CARMEN, or write one as CSV or for ROS 2.
     Convert(ConvertArguments),
     /// Copy several recordings into one, by the time of their messages.
     Merge {
@@ -133,7 +134,10 @@ fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
             "rate_hz": output.rate_hz(),
         })
     });
-    let files = summary.files.iter().map(|file| json!({ "name": file.name, "bytes": file.len }));
+    let files = summary
+        .files
+        .iter()
+        .map(|file| json!({ "name": file.name, "bytes": file.len, "since_s": file.stamp_s }));
     json!({
         "complete": summary.is_complete,
         "about": summary.about,
@@ -153,7 +157,9 @@ fn format_summary(summary: &RecordingSummary) -> String {
         text += &format!("{:<9}  {from_s:.3} s to {to_s:.3} s, {:.1} s\n", "time", to_s - from_s);
     }
     for file in &summary.files {
-        text += &format!("{:<9}  {}, {}\n", "contains", file.name, format_len(file.len));
+        let since_s = file.stamp_s.zip(summary.begin_s()).map(|(at_s, begin_s)| at_s - begin_s);
+        let since = since_s.map_or(String::new(), |since_s| format!(", since {since_s:.1} s"));
+        text += &format!("{:<9}  {}, {}{since}\n", "contains", file.name, format_len(file.len));
     }
     if !summary.is_complete {
         text += "complete   no: its recorder was killed; armor bag recover completes a copy\n";

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufRead, BufWriter, Read, Write};
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -10,8 +10,10 @@ use armor_carmen_player::log::CarmenLog;
 use armor_carmen_player::messages::{make_laser_scan, make_odometry};
 use armor_carmen_player::playback::{OdometrySource, Playback};
 use armor_carmen_player::record::Mount;
+use armor_recording::ros1_bag::{BAG_MAGIC, Ros1Bag};
 use armor_recording::{
-    CopiedPart, MessageHead, OutputType, Recording, RecordingForm, RecordingWriter, copy_recordings,
+    CopiedPart, MessageHead, OutputSelection, OutputType, Recording, RecordingForm,
+    RecordingWriter, copy_recordings,
 };
 use armor_sdk::messages::{FrameTransforms, LaserScan, Odometry};
 use armor_wire::codec;
@@ -48,7 +50,7 @@ pub enum ConvertedForm {
 /// A conversion.
 #[derive(Args, Debug)]
 pub struct ConvertArguments {
-    /// A recording of Armor or ROS 2 (MCAP), or a log of CARMEN, plain or gzip.
+    /// A recording of Armor or ROS 2 (MCAP), a bag of ROS 1, or a log of CARMEN, plain or gzip.
     pub file: PathBuf,
     /// What is written, and must not be there yet: a file, or with several outputs as CSV a folder.
     pub copy: PathBuf,
@@ -79,8 +81,8 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
     let to = arguments.to.unwrap_or(if is_csv { ConvertedForm::Csv } else { ConvertedForm::Armor });
     let mut magic = Vec::new();
     let opened = File::open(file).with_context(|| file.display().to_string())?;
-    opened.take(MCAP_MAGIC.len() as u64).read_to_end(&mut magic)?;
-    let (messages, unreadable, damaged_chunks) = if magic == MCAP_MAGIC {
+    opened.take(BAG_MAGIC.len() as u64).read_to_end(&mut magic)?;
+    let (messages, unreadable, damaged_chunks) = if magic.starts_with(MCAP_MAGIC) {
         let ConvertArguments { from, until, data, .. } = arguments;
         let part = find_part(file, *from, *until, data.clone())?;
         match to {
@@ -88,6 +90,15 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
             ConvertedForm::Ros2 => copy_messages(arguments, &part, RecordingForm::Ros2)?,
             ConvertedForm::Csv => write_tables(file, copy, &part)?,
         }
+    } else if magic == BAG_MAGIC {
+        if to == ConvertedForm::Csv {
+            bail!(
+                "{} is a bag of ROS 1, which is converted to a recording; convert that to CSV then",
+                file.display()
+            );
+        }
+        let (messages, unreadable) = convert_bag(arguments, to)?;
+        (messages, unreadable, 0)
     } else {
         if to == ConvertedForm::Csv || !arguments.data.is_empty() || arguments.from.is_some() {
             bail!(
@@ -123,6 +134,38 @@ fn copy_messages(
         copy_recordings(&[&arguments.file], part, sink, arguments.compress.into(), form)?;
     sink.flush()?;
     Ok((report.copied, report.unreadable, report.damaged_chunks))
+}
+
+/// Copies the messages of a bag of ROS 1. Returns how many, and how many have no type of Armor.
+fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, u64)> {
+    let ConvertArguments { file, copy, from, until, data, .. } = arguments;
+    let not_readable = || format!("{} cannot be read", file.display());
+    let mut bag = Ros1Bag::begin(BufReader::new(File::open(file)?)).with_context(not_readable)?;
+    let selection = OutputSelection { include: data.clone(), exclude: Vec::new() };
+    let form = if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor };
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let about = BTreeMap::from([("file".to_owned(), name)]);
+    let compression = arguments.compress.into();
+    let mut writer = RecordingWriter::with_form(create(copy)?, compression, about, form)?;
+    let (mut begin_s, mut unreadable) = (None, 0);
+    while let Some(message) = bag.next_message().with_context(not_readable)? {
+        let stamp_s = message.head.stamp_s;
+        let after_s = stamp_s - *begin_s.get_or_insert(stamp_s);
+        let is_in_part = from.is_none_or(|from| after_s >= from.as_secs_f64())
+            && until.is_none_or(|until| after_s < until.as_secs_f64());
+        if !is_in_part || !selection.holds(&message.data) {
+            continue;
+        }
+        let Ok(payload) = &message.payload else {
+            unreadable += 1;
+            continue;
+        };
+        let output = writer.add_output(&message.data, &message.output_type)?;
+        writer.write(output, &message.head, payload)?;
+    }
+    let written = writer.count_written();
+    writer.finish()?.flush()?;
+    Ok((written, unreadable))
 }
 
 /// A table that is being written.

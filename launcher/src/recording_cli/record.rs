@@ -1,26 +1,22 @@
 //! `armor record`: the data of a running system into a file.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
-use anyhow::{Result, bail};
-use armor_inspect::ObservedSystem;
-use armor_inspect::systems::{self, RunRecord};
-use armor_recording::{BEGIN_KEY, Compression, OutputSelection, OutputTaps};
+use anyhow::Result;
+use armor_inspect::systems::RunRecord;
+use armor_recording::capture::{
+    LEAST_FREE, Recorder, RecorderOptions, RecordingEnd, RecordingPath, SplitLimits,
+};
+use armor_recording::{Compression, OutputSelection};
 use armor_robotfile::advise_similar;
-use armor_sdk::control::OutputStatus;
-use armor_sdk::messages::Clock;
-use armor_wire::codec;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::format_len;
-use super::free_space::{LEAST_FREE, count_free_bytes};
-use super::split::{FileContents, SplitLimits, SplitWriter};
-use crate::arguments::{OutputFormat, RunningSystem, parse_data_name, parse_duration, parse_name};
+use crate::arguments::{OutputFormat, RunningSystem, parse_duration};
 use crate::daemon::serving::watch_for_signals;
 use crate::date::format_date;
 use crate::exit::CommandEnding;
@@ -29,21 +25,8 @@ use crate::print::{print_line, print_notice};
 use crate::system;
 use crate::verb::Verb;
 
-/// Time between two writes to the disk. A crash loses no more.
-const FLUSH_EVERY: Duration = Duration::from_millis(500);
-/// Time between two searches for new outputs.
-const LIST_EVERY: Duration = Duration::from_millis(500);
-/// A registry that is silent for so long has ended with its system.
-const ENDED_AFTER: Duration = Duration::from_secs(5);
-/// The data that time follows are latched, so that they come within this time if there are any.
-const CLOCK_WITHIN: Duration = Duration::from_millis(200);
 /// Shortest part of a recording that is a file of its own.
 const LEAST_SPLIT: Duration = Duration::from_secs(1);
-const NEXT_WITHIN: Duration = Duration::from_millis(20);
-/// After a process has come or gone, outputs are searched for as often as this, for this time: a
-/// component provides them soon after it has registered.
-const SEARCH_EVERY: Duration = Duration::from_millis(20);
-const SEARCH_FOR: Duration = Duration::from_secs(1);
 /// Time between two searches for a system that does not run yet.
 const WAIT_EVERY: Duration = Duration::from_millis(20);
 
@@ -119,13 +102,6 @@ impl Verb for RecordArguments {
     }
 }
 
-/// Why a recording ends.
-enum RecordEnd {
-    Asked,
-    SystemEnded,
-    DiskFull,
-}
-
 fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<CommandEnding> {
     let stopped = watch_for_signals()?;
     if arguments.wait {
@@ -138,15 +114,9 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
         }
     }
     let observed = select_system(&arguments.running, "record")?;
-    let changes = observed.directory().watch_changes();
-    let selection =
-        OutputSelection { include: arguments.data.clone(), exclude: arguments.exclude.clone() };
     let record = system::find_record(&arguments.running).ok();
-    let clock = find_clock(&observed, record.as_ref());
-    let begin_s = find_begin(&observed, clock.as_deref());
-    let mut taps = OutputTaps::new(observed.directory().clone(), selection, clock);
-    let listed = taps.follow_outputs()?;
-    let known = || listed.iter().map(|entry| entry.data.as_str());
+    let mut recorder = Recorder::begin(&observed, record.clone(), arguments.options(record))?;
+    let known = || recorder.outputs().iter().map(String::as_str);
     for name in OutputSelection::find_missing(&arguments.data, known()) {
         let advice = advise_similar(name, known());
         print_notice(format!(
@@ -157,89 +127,37 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
         let advice = advise_similar(name, known());
         print_notice(format!("there is no {name} to leave out{advice}"));
     }
-    let path = arguments.output.clone().unwrap_or_else(|| choose_path(record.as_ref()));
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    if count_free_bytes(&folder)? < LEAST_FREE {
-        bail!("the disk of {} has less than {} left", path.display(), format_len(LEAST_FREE));
-    }
-    let mut contents = describe_recording(record.as_ref(), arguments.compress.into());
-    contents.about.extend(begin_s.map(|begin_s| (BEGIN_KEY.into(), begin_s.to_string())));
-    let limits = SplitLimits {
-        len: arguments.split_len.map(|mb| mb.saturating_mul(1_000_000)),
-        time: arguments.split_time,
-    };
-    let mut writer = SplitWriter::begin(path.clone(), contents, limits)?;
-    print_notice(format!("recording into {}; Ctrl-C ends it", path.display()));
-    let begun = Instant::now();
-    let (mut flushed, mut listed, mut answered) = (begun, begun, begun);
-    let mut changed = begun;
-    let mut lost = 0_u64;
-    let end = loop {
-        if stopped.load(Ordering::Relaxed)
-            || arguments.duration.is_some_and(|most| begun.elapsed() >= most)
-        {
-            break RecordEnd::Asked;
-        }
-        if let Some(message) = taps.next_message(NEXT_WITHIN) {
-            lost = lost.saturating_add(message.head.lost);
-            writer.write(&message)?;
-        }
-        if flushed.elapsed() >= FLUSH_EVERY {
-            writer.flush()?;
-            flushed = Instant::now();
-            if count_free_bytes(&folder)? < LEAST_FREE {
-                break RecordEnd::DiskFull;
-            }
-        }
-        if changes.try_iter().count() > 0 {
-            changed = Instant::now();
-        }
-        let search_every = if changed.elapsed() < SEARCH_FOR { SEARCH_EVERY } else { LIST_EVERY };
-        if listed.elapsed() >= search_every {
-            listed = Instant::now();
-            // Another system may have the address of its registry by now.
-            if record.as_ref().is_some_and(has_ended) {
-                break RecordEnd::SystemEnded;
-            }
-            match taps.follow_outputs() {
-                Ok(_) => answered = Instant::now(),
-                Err(_) if answered.elapsed() > ENDED_AFTER => break RecordEnd::SystemEnded,
-                Err(_) => {}
-            }
-        }
-    };
-    // What has arrived before the end belongs to it, and nothing that comes meanwhile.
-    taps.stop();
-    while let Some(message) = taps.next_message(Duration::ZERO) {
-        lost = lost.saturating_add(message.head.lost);
-        writer.write(&message)?;
-    }
-    let ((messages, _), unreadable) = (writer.count_written(), writer.unreadable);
-    let (files, len) = writer.finish()?;
-    let seconds = begun.elapsed().as_secs_f64();
+    print_notice(format!("recording into {}; Ctrl-C ends it", recorder.path().display()));
+    let end = recorder.record_until(|_, _| !stopped.load(Ordering::Relaxed))?;
+    let report = recorder.finish()?;
     if format == OutputFormat::Json {
         let ending = match end {
-            RecordEnd::Asked => "asked",
-            RecordEnd::SystemEnded => "system-ended",
-            RecordEnd::DiskFull => "disk-full",
+            RecordingEnd::Asked => "asked",
+            RecordingEnd::SystemEnded => "system-ended",
+            RecordingEnd::DiskFull => "disk-full",
         };
         print_line(json!({
-            "files": files, "messages": messages, "lost": lost, "unreadable": unreadable,
-            "bytes": len, "seconds": seconds, "end": ending,
+            "files": report.files, "messages": report.messages, "lost": report.lost,
+            "unreadable": report.unreadable, "bytes": report.bytes, "seconds": report.seconds,
+            "end": ending,
         }))?;
     } else {
-        let names: Vec<_> = files.iter().map(|file| file.display().to_string()).collect();
+        let names: Vec<_> = report.files.iter().map(|file| file.display().to_string()).collect();
         print_line(format!(
-            "{}: {messages} messages in {seconds:.1} s, {}, {lost} lost",
+            "{}: {} messages in {:.1} s, {}, {} lost",
             names.join(", "),
-            format_len(len)
+            report.messages,
+            report.seconds,
+            format_len(report.bytes),
+            report.lost
         ))?;
-        if unreadable > 0 {
-            print_notice(format!("{unreadable} messages do not have the layout of their type"));
+        if report.unreadable > 0 {
+            let count = report.unreadable;
+            print_notice(format!("{count} messages do not have the layout of their type"));
         }
     }
     Ok(match end {
-        RecordEnd::DiskFull => {
+        RecordingEnd::DiskFull => {
             let least = format_len(LEAST_FREE);
             print_notice(format!(
                 "the recording has ended because the disk has less than {least} left: make room, or \
@@ -247,21 +165,37 @@ fn record_system(arguments: &RecordArguments, format: OutputFormat) -> Result<Co
             ));
             CommandEnding::Failed
         }
-        RecordEnd::SystemEnded => {
+        RecordingEnd::SystemEnded => {
             print_notice("the system has ended");
             CommandEnding::Fine
         }
-        RecordEnd::Asked => CommandEnding::Fine,
+        RecordingEnd::Asked => CommandEnding::Fine,
     })
+}
+
+impl RecordArguments {
+    fn options(&self, record: Option<RunRecord>) -> RecorderOptions {
+        let path = self.output.clone().unwrap_or_else(|| choose_path(record.as_ref()));
+        RecorderOptions {
+            selection: OutputSelection {
+                include: self.data.clone(),
+                exclude: self.exclude.clone(),
+            },
+            path: RecordingPath::New(path),
+            compression: self.compress.into(),
+            limits: SplitLimits {
+                len: self.split_len.map(|mb| mb.saturating_mul(1_000_000)),
+                time: self.split_time,
+            },
+            duration: self.duration,
+            least_free: LEAST_FREE,
+        }
+    }
 }
 
 /// Reads `COMPONENT.OUTPUT` or `COMPONENT.*`.
 pub fn parse_selection(text: &str) -> Result<String, String> {
-    match text.split_once('.') {
-        Some((component, "*")) => parse_name(component).map(|_| text.into()),
-        _ => parse_data_name(text)
-            .map_err(|_| "write COMPONENT.OUTPUT, or COMPONENT.* for all of a component".into()),
-    }
+    OutputSelection::check_name(text).map(|()| text.into())
 }
 
 fn parse_split_time(text: &str) -> Result<Duration, String> {
@@ -270,69 +204,10 @@ fn parse_split_time(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// The data that the time of a system follows, by its file, or by who links to it.
-fn find_clock(observed: &ObservedSystem, record: Option<&RunRecord>) -> Option<String> {
-    if let Some(record) = record {
-        let configuration = armor_robotfile::load(&record.file).configuration?;
-        return configuration.system.clock.map(|clock| clock.source.data());
-    }
-    let sightings = observed.ask_statuses().ok()?;
-    let statuses = sightings.into_iter().filter_map(|sighting| sighting.status.ok());
-    let mut outputs = statuses.flat_map(|status| status.outputs);
-    let brings_time = |output: &OutputStatus| {
-        output.links.iter().any(|link| {
-            let process = link.to.split(':').next().unwrap_or_default();
-            link.to == armor_sdk::time_link(process)
-        })
-    };
-    outputs.find(brings_time).map(|output| output.data)
-}
-
-/// System time now; none if it follows data that have not been published yet.
-fn find_begin(observed: &ObservedSystem, clock: Option<&str>) -> Option<f64> {
-    let Some(clock) = clock else { return Some(observed.timestamp()) };
-    let mut tap = observed.tap_within(clock, CLOCK_WITHIN).ok()?;
-    let message = tap.next(CLOCK_WITHIN).ok()??;
-    codec::decode::<Clock>(&message.payload).ok().map(|reading| reading.clock)
-}
-
-/// Whether the launcher of a run on this host has ended.
-fn has_ended(record: &RunRecord) -> bool {
-    let is_it =
-        |running: &RunRecord| running.pid == record.pid && running.started_s == record.started_s;
-    let running = systems::record_directory().and_then(|folder| systems::list_running(&folder));
-    running.is_ok_and(|running| !running.iter().any(is_it))
-}
-
-fn describe_recording(record: Option<&RunRecord>, compression: Compression) -> FileContents {
-    let mut about = BTreeMap::from([
-        ("armor".into(), env!("CARGO_PKG_VERSION").into()),
-        ("begun".into(), format_date(seconds_since_1970())),
-        ("host".into(), armor_socket::host_name()),
-    ]);
-    let mut files = Vec::new();
-    if let Some(record) = record {
-        about.insert("system".into(), record.system.clone());
-        about.insert("file".into(), record.file.display().to_string());
-        let folder = record.file.parent().unwrap_or(Path::new(""));
-        // The file itself first, then what it includes; one that is elsewhere has its name alone.
-        for path in armor_robotfile::load(&record.file).files {
-            let name = path.strip_prefix(folder).ok().or(path.file_name().map(Path::new));
-            if let (Some(name), Ok(bytes)) = (name, std::fs::read(&path)) {
-                files.push((name.to_string_lossy().into_owned(), bytes));
-            }
-        }
-    }
-    FileContents { about, files, compression }
-}
-
 fn choose_path(record: Option<&RunRecord>) -> PathBuf {
     let system = record.map_or("recording", |record| &record.system);
-    let date = format_date(seconds_since_1970());
+    let now_s = SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |passed| passed.as_secs_f64());
+    let date = format_date(now_s);
     let digits: String = date.chars().take(19).filter(|c| *c != '-' && *c != ':').collect();
     format!("{system}-{digits}.mcap").into()
-}
-
-fn seconds_since_1970() -> f64 {
-    SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |passed| passed.as_secs_f64())
 }

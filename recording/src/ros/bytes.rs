@@ -1,5 +1,5 @@
-//! The bytes of both forms: Armor's, without gaps, and CDR, in which a number begins at a multiple of
-//! its size.
+//! The bytes of the forms: Armor's and those of ROS 1, without gaps, and CDR, in which a number begins
+//! at a multiple of its size.
 
 use thiserror::Error;
 
@@ -21,11 +21,23 @@ pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 pub(super) struct ByteReader<'a> {
     bytes: &'a [u8],
     at: usize,
+    /// Without gaps, as ROS 1 has it, and not CDR.
+    is_packed: bool,
 }
 
 impl<'a> ByteReader<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0 }
+        Self { bytes, at: 0, is_packed: false }
+    }
+
+    /// Reads bytes of ROS 1.
+    pub fn packed(bytes: &'a [u8]) -> Self {
+        Self { is_packed: true, ..Self::new(bytes) }
+    }
+
+    /// Whether the bytes are those of ROS 1.
+    pub fn is_packed(&self) -> bool {
+        self.is_packed
     }
 
     pub fn error(&self, problem: &'static str) -> LayoutError {
@@ -73,6 +85,9 @@ impl<'a> ByteReader<'a> {
     /// Passes over the gap before a value of `size` bytes. Positions count from behind the
     /// encapsulation header.
     pub fn align(&mut self, size: usize) -> Result<(), LayoutError> {
+        if self.is_packed {
+            return Ok(());
+        }
         self.take(gap(self.at - ENCAPSULATION.len(), size)).map(|_| ())
     }
 
@@ -88,8 +103,10 @@ pub(super) struct RosWriter {
 }
 
 impl RosWriter {
-    pub fn new(room: usize) -> Self {
-        let mut bytes = Vec::with_capacity(room);
+    /// Begins in the memory of `bytes`, with room for so many.
+    pub fn reuse(mut bytes: Vec<u8>, room: usize) -> Self {
+        bytes.clear();
+        bytes.reserve(room);
         bytes.extend_from_slice(&ENCAPSULATION);
         Self { bytes }
     }

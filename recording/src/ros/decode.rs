@@ -1,4 +1,4 @@
-//! From CDR back to Armor's bytes.
+//! From CDR, or the bytes of ROS 1, back to Armor's bytes.
 
 use super::bytes::{ByteReader, ENCAPSULATION, LayoutError};
 use super::shape::{ConstantType, FieldContent, RosField, Shape, StructShape};
@@ -17,6 +17,18 @@ pub(super) fn decode_message(
     let mut decoder = Decoder { reader, stamps_s: stamps_s.iter(), inner_s: None };
     let mut out = Vec::with_capacity(bytes.len());
     decoder.take(shape, &mut out)?;
+    Ok(out)
+}
+
+/// Reads a message of ROS 1: the same fields without gaps, with a counter in each header.
+pub(super) fn decode_ros1_message(shape: &Shape, bytes: &[u8]) -> Result<Vec<u8>, LayoutError> {
+    let reader = ByteReader::packed(bytes);
+    let mut decoder = Decoder { reader, stamps_s: [].iter(), inner_s: None };
+    let mut out = Vec::with_capacity(bytes.len());
+    decoder.take(shape, &mut out)?;
+    if decoder.reader.left() > 0 {
+        return Err(decoder.reader.error("bytes are left over"));
+    }
     Ok(out)
 }
 
@@ -139,11 +151,13 @@ impl Decoder<'_> {
                 put(*part, &value);
             }
             FieldContent::Header { stamp, frame } => {
+                self.skip_counter()?;
                 put(*stamp, &self.take_stamp()?.to_le_bytes());
                 self.take_text(&mut value)?;
                 put(*frame, &value);
             }
             FieldContent::InnerHeader { frame } => {
+                self.skip_counter()?;
                 let stamp_s = self.take_time()?;
                 self.inner_s.get_or_insert(stamp_s);
                 self.take_text(&mut value)?;
@@ -165,6 +179,12 @@ impl Decoder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Passes over the counter with which a header begins in ROS 1.
+    fn skip_counter(&mut self) -> Result<(), LayoutError> {
+        let len = if self.reader.is_packed() { size_of::<u32>() } else { 0 };
+        self.reader.take(len).map(|_| ())
     }
 
     fn take_stamp(&mut self) -> Result<f64, LayoutError> {

@@ -14,10 +14,18 @@ pub struct RosBytes {
     pub stamps_s: Vec<f64>,
 }
 
-pub(super) fn encode_message(shape: &Shape, payload: &[u8]) -> Result<RosBytes, LayoutError> {
+/// Encodes into `out`, whose memory is used again: a message of 100 kB in memory of its own costs the
+/// kernel more than its copy.
+pub(super) fn encode_message(
+    shape: &Shape,
+    payload: &[u8],
+    out: &mut RosBytes,
+) -> Result<(), LayoutError> {
+    let RosBytes { bytes, mut stamps_s } = std::mem::take(out);
+    stamps_s.clear();
     let mut encoder = Encoder {
-        writer: RosWriter::new(payload.len() + payload.len() / 8 + 64),
-        stamps_s: Vec::new(),
+        writer: RosWriter::reuse(bytes, payload.len() + payload.len() / 8 + 64),
+        stamps_s,
         outer_s: 0.0,
         is_outer_written: true,
         needs_stamps: false,
@@ -28,9 +36,10 @@ pub(super) fn encode_message(shape: &Shape, payload: &[u8]) -> Result<RosBytes, 
         return Err(reader.error("bytes are left over"));
     }
     if !encoder.needs_stamps && encoder.stamps_s.iter().all(|stamp| is_exact(*stamp)) {
-        encoder.stamps_s = Vec::new();
+        encoder.stamps_s.clear();
     }
-    Ok(RosBytes { bytes: encoder.writer.bytes, stamps_s: encoder.stamps_s })
+    *out = RosBytes { bytes: encoder.writer.bytes, stamps_s: encoder.stamps_s };
+    Ok(())
 }
 
 struct Encoder {

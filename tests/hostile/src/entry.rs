@@ -1,6 +1,8 @@
 //! The decoders. What applies to any input is asserted here.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
@@ -11,18 +13,21 @@ use armor_keys::revoked::parse_revoked;
 use armor_keys::{CertificateFacts, KeyFile};
 use armor_memory::{PageLayout, PageWords, RingEntry, RingReader, RingWriter};
 use armor_petri::file::{self, NetFile, pnml, tina};
+use armor_recording::Recording;
+use armor_recording::ros::RosMessage;
 use armor_robotfile::claim::Claim;
 use armor_robotfile::guard::{Guard, MAX_LEN};
 use armor_simulator::pose::Pose2;
 use armor_simulator::world::World;
 use armor_wire::datagram::{DatagramReceiver, DatagramSender, MAX_DATAGRAM_MESSAGE};
+use armor_wire::schema::parse;
 use armor_wire::shared_memory::read_slot;
 
 /// A decoder: its name, and what it does with bytes.
 pub type FileDecoder = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const DECODERS: [FileDecoder; 10] = [
+pub const DECODERS: [FileDecoder; 11] = [
     ("guards", read_guard),
     ("pnml", read_pnml),
     ("tina", read_tina),
@@ -33,7 +38,11 @@ pub const DECODERS: [FileDecoder; 10] = [
     ("states", read_state),
     ("rings", read_ring),
     ("datagrams", read_datagrams),
+    ("recordings", read_recording),
 ];
+
+/// Most messages of one input that are read: what is compressed may become much longer.
+const MAX_MESSAGES: usize = 10_000;
 
 /// Separates the two files of one input.
 pub const SEPARATOR: u8 = 0;
@@ -65,6 +74,35 @@ pub fn read_guard(bytes: &[u8]) {
 fn is_constant(guard: &Guard) -> bool {
     let count = guard.names().len();
     guard.holds_whatever(&vec![None; count], &vec![false; count]).is_some()
+}
+
+/// A recording: its summary, its files, and its messages from the beginning and from its middle. A
+/// message that is returned has the layout of its type, or a reason.
+pub fn read_recording(bytes: &[u8]) {
+    // A file without a name, in memory.
+    let memory = rustix::fs::memfd_create("recording", rustix::fs::MemfdFlags::CLOEXEC);
+    let mut file = File::from(memory.expect("memory for a file"));
+    file.write_all(bytes).expect("memory for a file");
+    let Ok(mut recording) = Recording::read(file) else { return };
+    let summary = recording.summary().clone();
+    for recorded in &summary.files {
+        // The index may name a file whose record is damaged.
+        let _ = recording.read_file(&recorded.name);
+    }
+    let middle_s = summary.span_s.map_or(0.0, |(from_s, to_s)| from_s.midpoint(to_s));
+    for start_s in [f64::NEG_INFINITY, middle_s] {
+        if recording.seek(start_s).is_err() {
+            continue;
+        }
+        for _ in 0..MAX_MESSAGES {
+            let Ok(Some(message)) = recording.next_message() else { break };
+            if let Ok(payload) = &message.payload {
+                let schema = parse(&message.output_type.schema).expect("of what was decoded");
+                let is_of_it = RosMessage::new(&schema).encode(payload).is_ok();
+                assert!(is_of_it, "{} is not of its type", message.data);
+            }
+        }
+    }
 }
 
 /// A net in PNML. What is written of it is the same net.

@@ -1,5 +1,7 @@
 //! Well-formed inputs of each decoder. They are made here, so that none is stored.
 
+use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,8 +18,12 @@ use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
 use armor_keys::{Authority, KeyHolder, KeyPurpose, Validity};
 use armor_memory::{PageLayout, PageWords, RingEntry, RingWriter};
 use armor_petri::file::{pnml, tina};
+use armor_recording::{Compression, MessageHead, OutputType, RecordingWriter};
+use armor_sdk::messages::LaserScan;
+use armor_wire::codec;
 use armor_wire::datagram::{DatagramReceiver, DatagramSender};
 use armor_wire::frame::DataHeader;
+use armor_wire::message::{Message, WireType};
 use armor_wire::shared_memory::write_slot_header;
 
 use crate::entry::SEPARATOR;
@@ -73,8 +79,45 @@ pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
         "states" => vec![make_state()],
         "rings" => make_rings(),
         "datagrams" => make_datagrams(),
+        "recordings" => make_recordings()?,
         _ => return Err(anyhow!("there is no decoder called {name}")),
     })
+}
+
+/// Small recordings: complete ones of each compression, and one whose recorder was killed.
+fn make_recordings() -> Result<Vec<Vec<u8>>> {
+    let mut recordings = Vec::new();
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let about = BTreeMap::from([("system".to_owned(), "office".to_owned())]);
+        let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), compression, about)?;
+        writer.add_file("office.xml", "application/xml", b"<armor/>")?;
+        let output_type = OutputType {
+            name: LaserScan::NAME.into(),
+            schema: LaserScan::schema().to_string(),
+            latched: true,
+        };
+        let output = writer.add_output("laser.scan", &output_type)?;
+        for sequence in 0..6 {
+            let stamp_s = sequence as f64 / 10.0;
+            let head = MessageHead { sequence, stamp_s, instance: 7, lost: sequence / 4 };
+            let scan = LaserScan {
+                stamp: stamp_s,
+                frame: "laser".into(),
+                ranges: vec![1.0, 2.5].into(),
+                ..LaserScan::default()
+            };
+            writer.write(output, &head, &codec::encode(&scan)?)?;
+            if sequence == 3 {
+                writer.flush()?;
+                writer.add_file_at(0.35, "versions/2/office.xml", "application/xml", b"<a/>")?;
+            }
+        }
+        recordings.push(writer.finish()?.into_inner());
+    }
+    // Without its summary and half of its last chunk.
+    let killed = recordings[0].len() / 2;
+    recordings.push(recordings[0][..killed].to_vec());
+    Ok(recordings)
 }
 
 /// A page with entries in its ring, and a slot with a message.

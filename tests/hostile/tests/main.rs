@@ -67,6 +67,15 @@ fn every_seed_is_well_formed() {
         assert_eq!(found.fault, None);
         assert!(found.end.number > 3);
     }
+    for seed in seeds("recordings") {
+        let path = folder_of("seeds-recordings").join("a.mcap");
+        std::fs::write(&path, &seed).expect("it is written");
+        let mut recording = armor_recording::Recording::open(&path).expect("a recording");
+        let is_whole = recording.summary().is_complete;
+        let messages = std::iter::from_fn(|| recording.next_message().expect("whole"));
+        let count = messages.filter(|message| message.payload.is_ok()).count();
+        assert!(count == 6 || (!is_whole && count > 0), "{count}");
+    }
     let keys = seeds("keys");
     assert!(armor_keys::revoked::parse_revoked(&text(&keys[0])).is_ok_and(|it| it.len() == 1));
     assert!(armor_keys::KeyFile::from_text(&text(&keys[1])).is_ok());
@@ -110,4 +119,9 @@ fn any_key_gets_an_answer() {
 #[test]
 fn any_state_gets_an_answer() {
     check("states");
+}
+
+#[test]
+fn any_recording_gets_an_answer() {
+    check("recordings");
 }

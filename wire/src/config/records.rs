@@ -259,6 +259,9 @@ pub struct ConfigurationState {
     pub changes: Vec<ChangeRecord>,
     /// Number of further changes.
     pub changes_left_out: u32,
+    /// The client that has set the changed parameter, or the holder of its key; empty if the file was
+    /// edited.
+    pub set_by: String,
 }
 
 #[cfg(test)]

@@ -65,7 +65,8 @@ pub enum MissionCommand {
     Journal {
         #[command(subcommand)]
         action: Option<JournalAction>,
-        /// The journal, or the folder of the run. Default: that of the running system.
+        /// The journal, the folder of the run, or a recording (.mcap). Default: that of the running
+        /// system.
         #[arg(value_name = "FILE|FOLDER")]
         path: Option<PathBuf>,
         /// The same, as an option.

@@ -90,6 +90,7 @@ mod tests {
             findings_left_out: 0,
             changes: Vec::new(),
             changes_left_out: 0,
+            set_by: String::new(),
         };
         assert_eq!(
             describe_invalid(&state).as_deref(),

@@ -1,4 +1,4 @@
-//! `armor mission journal`: what was decided, and when.
+//! `armor mission journal`: what was decided, and when; of a run, or of a recording.
 
 use std::path::{Path, PathBuf};
 
@@ -6,6 +6,9 @@ use anyhow::{Context, Result, anyhow, bail};
 use armor_executive::journal::{self, JournalDamage, JournalFault, Story};
 use armor_executive::order::MissionOrder;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
+use armor_recording::Recording;
+use armor_recording::trail::{JOURNAL as JOURNAL_DATA, RecordedDecision};
+use armor_wire::codec;
 use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem};
@@ -52,7 +55,11 @@ pub fn read(path: &Path) -> Result<PastJournal> {
     if path == inner && !path.exists() {
         bail!("{at} does not exist: name a journal, or the folder of a run that has one");
     }
-    let verification = journal::verify(path)?;
+    let verification = match read_recorded(path)? {
+        Some(lines) => journal::verify_bytes(Some(&lines), None)
+            .map_err(|_| anyhow!("{at}: another version of Armor has written its journal"))?,
+        None => journal::verify(path)?,
+    };
     let story = verification.story;
     let fault = match verification.fault {
         Some(JournalFault::Line { line: 1, .. }) if is_xml(path) => bail!(
@@ -60,6 +67,7 @@ pub fn read(path: &Path) -> Result<PastJournal> {
              plays firings over it, and {JOURNAL} in the folder of a run is its journal"
         ),
         // A copy of a journal is often read without its state file.
+        Some(JournalFault::StateMissing) if is_recording(path) => None,
         Some(JournalFault::StateMissing) => {
             print_notice(format!("{at}: {}", JournalFault::StateMissing));
             None
@@ -92,6 +100,37 @@ pub fn fail_if_damaged(damage: Option<JournalDamage>) -> Result<()> {
         None => Ok(()),
         Some(damage) => bail!("{damage}; the records before are printed above"),
     }
+}
+
+fn is_recording(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "mcap")
+}
+
+/// Returns the lines of the journal in a recording; `None` if it is none.
+fn read_recorded(path: &Path) -> Result<Option<Vec<u8>>> {
+    if !is_recording(path) {
+        return Ok(None);
+    }
+    let at = path.display();
+    let unreadable = || format!("{at} cannot be read as a recording");
+    let mut recording = Recording::open(path).with_context(unreadable)?;
+    recording.select(|data| data == JOURNAL_DATA);
+    let mut lines = Vec::new();
+    while let Some(message) = recording.next_message()? {
+        let decision =
+            message.payload.map(|payload| codec::decode::<RecordedDecision>(&payload).ok());
+        let Ok(Some(RecordedDecision { line, .. })) = decision else { continue };
+        // A journal that was cut, or that of another run in the same folder, begins again.
+        if journal::begins_journal(&line) {
+            lines.clear();
+        }
+        lines.extend_from_slice(line.as_bytes());
+        lines.push(b'\n');
+    }
+    if lines.is_empty() {
+        bail!("{at} has no journal: no mission was played, or it was recorded on another host");
+    }
+    Ok(Some(lines))
 }
 
 fn is_xml(path: &Path) -> bool {

@@ -79,6 +79,16 @@ impl StatusLine {
         }
     }
 
+    /// Shows a text on a terminal, and nowhere else.
+    pub fn show_text(&self, text: String) {
+        if let DrawnStatus::Terminal(line) = &mut *self.shared.lock()
+            && *line != text
+        {
+            *line = text;
+            draw_line(line);
+        }
+    }
+
     /// Erases the line, prints, and draws the line again below.
     pub fn print_above<R>(&self, print: impl FnOnce() -> R) -> R {
         let drawn = self.shared.lock();

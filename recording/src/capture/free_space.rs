@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
 use rustix::fs::statvfs;
 
-/// Below this, a recording ends in order.
-pub const LEAST_FREE: u64 = 256 << 20;
+use super::fault::RecorderError;
 
 /// Returns how many bytes a user may still write to the disk of `folder`.
-pub fn count_free_bytes(folder: &Path) -> Result<u64> {
+pub(crate) fn count_free_bytes(folder: &Path) -> Result<u64, RecorderError> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let disk = statvfs(folder)
-        .with_context(|| format!("nothing can be written to {}", folder.display()))?;
+        .map_err(|error| RecorderError::Folder { path: folder.into(), reason: error.into() })?;
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
 }

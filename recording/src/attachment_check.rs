@@ -1,0 +1,92 @@
+//! What the crate `mcap` (0.26) does not check: it takes an attachment that is shorter than its own
+//! lengths state for whole, and panics.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+use mcap::MAGIC;
+use mcap::records::op;
+
+/// The footer record: its opcode, its length, and the beginning of the summary first in it.
+const FOOTER_LEN: usize = 1 + 8 + 20;
+/// Longest summary that is read, far beyond the index of a recording of a terabyte.
+const MAX_SUMMARY_LEN: u64 = 256 << 20;
+const SUM_LEN: usize = 4;
+
+/// Whether a record of an attachment has room for what it states: two times, a name, a media type, the
+/// length of its data, and its checksum.
+pub(crate) fn is_whole_attachment(body: &[u8]) -> bool {
+    let Some(mut rest) = body.get(16..) else { return false };
+    for _ in 0..2 {
+        let Some((len, after)) = rest.split_first_chunk() else { return false };
+        let Some(after) = after.get(u32::from_le_bytes(*len) as usize..) else { return false };
+        rest = after;
+    }
+    rest.len() >= 8 + SUM_LEN
+}
+
+/// Whether the summary of a file can be given to `mcap`: no attachment is in a summary that is not
+/// damaged. The file is read from its beginning afterwards.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(crate) fn is_safe_summary(file: &mut File) -> io::Result<bool> {
+    let is_safe = check_summary(file);
+    file.seek(SeekFrom::Start(0))?;
+    match is_safe {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(true),
+        other => other,
+    }
+}
+
+fn check_summary(file: &mut File) -> io::Result<bool> {
+    let end = file.seek(SeekFrom::End(0))?;
+    let footer_at = end.saturating_sub((FOOTER_LEN + MAGIC.len()) as u64);
+    file.seek(SeekFrom::Start(footer_at))?;
+    let mut footer = [0; FOOTER_LEN];
+    file.read_exact(&mut footer)?;
+    let start = footer[9..].first_chunk().map_or(0, |start| u64::from_le_bytes(*start));
+    let len = footer_at.saturating_sub(start);
+    if footer[0] != op::FOOTER || start == 0 || len > MAX_SUMMARY_LEN {
+        // There is none, or one that is not read.
+        return Ok(len <= MAX_SUMMARY_LEN || start == 0 || footer[0] != op::FOOTER);
+    }
+    file.seek(SeekFrom::Start(start))?;
+    let mut summary = Vec::new();
+    file.take(len).read_to_end(&mut summary)?;
+    let mut rest = summary.as_slice();
+    while let [opcode, after @ ..] = rest {
+        let Some((len, after)) = after.split_first_chunk() else { break };
+        if *opcode == op::ATTACHMENT {
+            return Ok(false);
+        }
+        let len = usize::try_from(u64::from_le_bytes(*len)).unwrap_or(usize::MAX);
+        rest = after.get(len..).unwrap_or_default();
+    }
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_attachment_that_is_shorter_than_it_states_is_not_whole() {
+        let mut body = vec![0; 16];
+        for text in ["a.xml", "application/xml"] {
+            body.extend((text.len() as u32).to_le_bytes());
+            body.extend(text.as_bytes());
+        }
+        body.extend(3_u64.to_le_bytes());
+        body.extend(b"abc");
+        let without_sum = body.len() - 3;
+        body.extend([0; SUM_LEN]);
+        assert!(is_whole_attachment(&body));
+        assert!(!is_whole_attachment(&body[..without_sum]));
+        for len in [0, 15, 18, 24, 40] {
+            assert!(!is_whole_attachment(&body[..len]), "{len}");
+        }
+        body[16] = 0xff;
+        assert!(!is_whole_attachment(&body), "a name longer than the record");
+    }
+}
