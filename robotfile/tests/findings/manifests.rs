@@ -305,7 +305,7 @@ fn a_text_has_the_form_that_its_component_declares() {
     assert_eq!(
         found("buttons", "go lap"),
         ["E0112 buttons: lap is the name of another event; choose another name; these are \
-             taken: lap, waypoint, done, failed"]
+             taken: lap, waypoint, skipped, done, failed"]
     );
     assert!(found("buttons", "go,home")[0].starts_with("E0112 buttons: name 1, `go,home`"));
 }
