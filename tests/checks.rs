@@ -1,6 +1,8 @@
 //! `<check>`: `armor check` proves it or prints a counterexample, whose firings `armor mission
 //! replay` replays.
 
+use std::path::Path;
+
 use serde_json::Value;
 
 use crate::fixture::{Folder, run_to_end};
@@ -51,6 +53,25 @@ fn a_satisfied_check_is_silent_and_the_mission_duration_is_reported() {
     let takes = notes.into_iter().find(|note| note["code"] == "N0247").expect("a note");
     assert_eq!(takes["takes"]["longest_s"], 300.0, "{takes}");
     assert_eq!(takes["takes"]["longest_trace"], serde_json::json!(["late"]), "{takes}");
+}
+
+#[test]
+fn the_example_missions_have_no_findings() {
+    let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
+    let folder = Folder::new("check-examples");
+    let log = folder.write("drive.log", "");
+    let player = format!("player.file={}", log.display());
+    let files =
+        std::fs::read_dir(&missions).expect("a folder").map(|it| it.expect("a file").path());
+    let files: Vec<_> = files.filter(|it| it.extension().is_some_and(|it| it == "xml")).collect();
+    assert!(files.len() > 8, "{files:?}");
+    for file in files {
+        let name = file.to_str().expect("a path in UTF-8");
+        let given = if name.ends_with("map-from-log.xml") { &["--set", &player][..] } else { &[] };
+        let arguments = [&["check", "--strict", name], given].concat();
+        let (code, out, err) = run_to_end(&mut folder.armor(&arguments));
+        assert!(code == 0 && !err.contains("warning["), "{name}: {out}{err}");
+    }
 }
 
 #[test]

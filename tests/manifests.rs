@@ -39,6 +39,7 @@ fn everything() -> Value {
         "reports_done": false, "ends_by_itself": true, "needs_rate": true, "needs_one_of": [["buttons"]],
         "value_effects": [{"parameter": "radius", "effect": "idle", "value": "1m"},
                           {"parameter": "interval", "effect": "paces", "output": "out"},
+                          {"parameter": "interval", "effect": "gives_up"},
                           {"parameter": "interval", "effect": "delays_done", "times": ["radius"]}],
         "frames": [{"port": "out", "parameter": "mount"}],
         "inputs": [input], "outputs": [port("out")],

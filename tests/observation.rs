@@ -311,3 +311,32 @@ fn a_terminal_is_left_as_it_was_by_a_key_and_by_a_signal() {
         assert!(screen().contains(LEFT), "{:?}", screen());
     }
 }
+
+/// `worker` works, and nothing waits for what `odd` reports.
+const UNHEARD: &str = "
+<mission name='work' goal='over' safe='hold'>
+  <place name='working' initial='true' components='worker'/>
+  <place name='over'/>
+  <place name='hold'/>
+  <transition name='worked' from='working' to='over' on='worker.done'/>
+  <transition name='late' from='working' to='hold' timeout='1h'/>
+</mission>";
+
+#[test]
+fn a_report_that_no_transition_waits_for_is_shown_with_its_component() {
+    let draft = Draft::default().probe("worker", "rate='20Hz'", "");
+    let draft = draft.probe("odd", "rate='20Hz'", "event=1").mission(UNHEARD);
+    let system = draft.run(Folder::new("unheard"));
+    let shown = "1 report that no transition waits for";
+    let row = wait_for("the report in ps", || {
+        let rows = system.shown(&["ps"]);
+        rows.lines().find(|row| row.contains(shown)).map(str::to_owned)
+    });
+    assert!(row.starts_with("odd "), "{row}");
+    let graph = system.shown(&["graph"]);
+    assert!(graph.contains(&format!("odd: {shown}")), "{graph}");
+    let mission = system.shown(&["mission", "show"]);
+    assert!(mission.contains("1 that no transition waits for (odd 1)"), "{mission}");
+    let json = system.read_json(&["ps", "odd"]);
+    assert_eq!(json[0]["unheard_reports"], 1, "{json:?}");
+}

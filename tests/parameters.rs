@@ -289,3 +289,29 @@ fn a_kind_added_after_the_start_is_known() {
     system.folder.executable("components/arm", &describe(r#"{"name":"reach","type":"text"}"#));
     taken(3);
 }
+
+#[test]
+fn a_parameter_that_is_declared_and_never_requested_is_a_warning_at_the_start_and_of_an_edit() {
+    let folder = Folder::new("param-unrequested");
+    std::fs::create_dir_all(folder.path().join("components")).expect("writable");
+    std::fs::create_dir_all(folder.path().join("hidden")).expect("writable");
+    // A link in `components` would run under the name of the probe.
+    let quirk = folder.path().join("hidden/quirk");
+    std::os::unix::fs::symlink(probe(), &quirk).expect("a link");
+    let script = format!("#!/bin/sh\nexec '{}' \"$@\"\n", quirk.display());
+    folder.executable("components/quirk", &script);
+    let draft = Draft::default().component("<component name='odd' kind='quirk' rate='5Hz'/>\n");
+    let system = draft.run(folder);
+    let warning = "quirk declares the parameter `speed` but has not requested it: its value reaches \
+                   the component only when it does; call get_parameter(\"speed\") in `new`";
+    let log = system.run.out().join("logs/odd.log");
+    let logged = || std::fs::read_to_string(&log).ok().filter(|text| text.contains(warning));
+    let text = wait_for("the warning", logged);
+    let line = text.lines().find(|line| line.contains(warning)).expect("a line");
+    assert!(line.contains("WARN"), "{line}");
+    system.entry("odd");
+    let out = param_ok(&system, &["set", "odd.speed", "2m/s"]);
+    let ending =
+        "it reaches odd only when odd requests speed, which it declares but has not requested\n";
+    assert!(out.contains("odd.speed") && out.ends_with(ending), "{out}");
+}

@@ -259,12 +259,27 @@ impl Component for Talker {
     }
 }
 
-/// Runs a probe; an executable named `worker` or `talker` runs that.
+/// Declares a parameter that it never requests.
+struct Quirk;
+
+impl Component for Quirk {
+    const KIND: &'static str = "quirk";
+    const SUMMARY: &'static str = "Ignores its speed.";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::number("speed", "m/s").default("1m/s").doc("never requested").live()];
+
+    fn new(_: Armor) -> Result<Self, Fault> {
+        Ok(Self)
+    }
+}
+
+/// Runs a probe; an executable named `worker`, `talker` or `quirk` runs that.
 fn main() -> ExitCode {
     let path = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
     match path.file_name().and_then(|name| name.to_str()) {
         Some("worker") => armor_sdk::run::<Worker>(),
         Some("talker") => armor_sdk::run::<Talker>(),
+        Some("quirk") => armor_sdk::run::<Quirk>(),
         _ => armor_sdk::run::<Probe>(),
     }
 }

@@ -14,6 +14,7 @@ mod named_part;
 pub mod ps;
 mod silence;
 mod time_source;
+mod unheard_reports;
 
 use std::time::Duration;
 

@@ -207,7 +207,7 @@ codes! {
         ChangesNothing = "W0281", "a transition that changes nothing";
         InhibitedJoin = "W0282", "an inhibitor that keeps two tokens apart";
         EndUnawaited = "W0284", "the end of a task that nothing waits for";
-        FailsToItself = "W0263", "a place that is its own on-failure";
+        FailsToItself = "W0263", "an on-failure that is its own place, or the goal";
         TimeTooShort = "W0264", "a time that is too short";
         ExclusiveTwice = "W0265", "an exclusive set is written twice";
         FrozenProducer = "W0266", "a link whose producer is frozen while its consumer is active";

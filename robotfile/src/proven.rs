@@ -55,11 +55,23 @@ impl Findings {
         if proven.iter().any(|result| result.code == Code::NeverFires) {
             proven.retain(|result| !matches!(result.code, Code::NeverEqual | Code::SetUnchanged));
         }
+        // A check that fails because of it is the graver finding.
+        if proven.iter().any(|it| it.code == Code::CheckFails && it.message.contains("/on-failure"))
+        {
+            self.retain(|finding| finding.code != Code::FailsToItself);
+        }
+        // A count without its end makes the mission longer, too.
+        if proven.iter().any(|result| result.code == Code::ValueOutside) {
+            let is_longer =
+                |it: &Finding| it.code == Code::CheckFails && it.message.contains(" can take ");
+            proven.retain(|result| !is_longer(result));
+        }
         // A period leaves the proof more to follow.
         if self.iter().any(|finding| finding.code == Code::ShorterThanPeriod) {
             proven.retain(|result| result.code != Code::CheckUndecided);
         }
         if let Some(mission) = &configuration.mission {
+            self.explain_by_shared_end(&mut proven, mission);
             self.explain_by_missing_end(&mut proven, mission);
             self.explain_by_inner_end(&mut proven, mission);
             self.explain_by_exchange(&mut proven, mission);
@@ -130,6 +142,20 @@ impl Findings {
             };
             result.code != Code::Tie || !ends.any(is_doubted)
         });
+    }
+
+    /// Leaves out that a token stays in the place that was probably meant as the goal, in place of the safe
+    /// place.
+    fn explain_by_shared_end(&self, proven: &mut Vec<Finding>, mission: &Mission) {
+        let is_at_goal = |finding: &Finding| {
+            let goal = mission.goal.as_ref();
+            finding.code == Code::NoSafePlace
+                && finding.at.as_ref().zip(goal).is_some_and(|(at, goal)| at.is_at(&goal.at))
+        };
+        if self.iter().any(is_at_goal) {
+            use Code::{GoalLost, Standstill};
+            proven.retain(|result| !matches!(result.code, Standstill | GoalLost));
+        }
     }
 
     /// Leaves out what follows from a safe place that is not named, if a place is probably meant:

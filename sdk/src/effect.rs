@@ -17,6 +17,8 @@ pub enum ParameterEffect {
     DelaysDoneTimes(&'static [&'static str]),
     /// This output is sent after this time, each time.
     Paces(&'static str),
+    /// The component gives up a part of its task after this time.
+    GivesUp,
 }
 
 impl ParameterEffect {
@@ -26,6 +28,7 @@ impl ParameterEffect {
             Self::NeverDone(value) => (EffectKind::NeverDone, value, ""),
             Self::DelaysDone | Self::DelaysDoneTimes(_) => (EffectKind::DelaysDone, "", ""),
             Self::Paces(output) => (EffectKind::Paces, "", output),
+            Self::GivesUp => (EffectKind::GivesUp, "", ""),
         };
         let times = match self {
             Self::DelaysDoneTimes(times) => times,

@@ -119,6 +119,8 @@ pub enum EffectKind {
     DelaysDone,
     /// The output is sent after this time, each time.
     Paces,
+    /// It gives up a part of its task after this time.
+    GivesUp,
 }
 
 /// An input or an output.

@@ -53,7 +53,6 @@ pub struct CarmenPlayer {
 impl Component for CarmenPlayer {
     const KIND: &'static str = "carmen-player";
     const SUMMARY: &'static str = "Plays a CARMEN log: recorded laser scans and odometry.";
-    const NEEDS_RATE: bool = true;
     const PARAMETERS: &'static [Parameter] = CarmenParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("scan", "ranges from right to left, stamps of the log"),

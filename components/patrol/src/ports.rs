@@ -107,6 +107,7 @@ impl Component for Patrol {
     const VALUE_EFFECTS: &'static [(&'static str, ParameterEffect)] = &[
         ("laps", ParameterEffect::NeverDone("0")),
         ("stay", ParameterEffect::DelaysDoneTimes(&["laps", "route"])),
+        ("patience", ParameterEffect::GivesUp),
     ];
     const ENDS_BY_ITSELF: bool = true;
 

@@ -180,6 +180,8 @@ pub struct MissionComponent {
     pub state: MissionComponentState,
     /// Its last activation by this mission; 0 if there was none.
     pub activation: u64,
+    /// Its reports that nothing in the mission waited for.
+    pub unheard_reports: u64,
     /// The values that places gave its parameters when that began.
     pub values: Vec<ParameterGiven>,
 }

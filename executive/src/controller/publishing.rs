@@ -183,6 +183,7 @@ impl Controller {
             controlled: planned.is_controlled() && observed.controllable,
             state,
             activation: last.number,
+            unheard_reports: self.reports.unheard_of(&planned.name),
             values: last.values.iter().map(given).collect(),
         }
     }

@@ -5,13 +5,15 @@ use crate::event::ControllerAction;
 use crate::record::JournalEntry;
 use crate::terms::ComponentReport;
 use armor_plan::ComponentId;
+use std::collections::BTreeMap;
 
 /// Takes reports, and counts those that change nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reports {
     late: u64,
     repeated: u64,
-    unheard: u64,
+    /// By the component's name: another version of the file gives them other numbers.
+    unheard: BTreeMap<String, u64>,
 }
 
 impl Reports {
@@ -27,7 +29,12 @@ impl Reports {
 
     /// Returns the reports that no transition waits for.
     pub(super) fn unheard(&self) -> u64 {
-        self.unheard
+        self.unheard.values().sum()
+    }
+
+    /// Returns those of a component.
+    pub(super) fn unheard_of(&self, component: &str) -> u64 {
+        self.unheard.get(component).copied().unwrap_or_default()
     }
 
     /// Takes a report; `source` is the process start and the number of the report in it.
@@ -51,7 +58,7 @@ impl Reports {
         } else if !current {
             self.late += 1;
         } else if !ends && !listened {
-            self.unheard += 1;
+            *self.unheard.entry(planned.name.clone()).or_default() += 1;
         } else {
             let component = planned.name.clone();
             cx.record_entry(JournalEntry::Heard { component, instance, serial, report });

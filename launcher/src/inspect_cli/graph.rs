@@ -14,6 +14,7 @@ use clap::Args;
 use super::absence::list_absent;
 use super::named_part::NamedPart;
 use super::ps::describe_untaken_events;
+use super::unheard_reports::UnheardReports;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
@@ -71,6 +72,7 @@ fn print_links(
         hosts = HostsOfComponents::of(&sightings);
         keep_statuses(sightings)
     };
+    let unheard = UnheardReports::read(&observed);
     let mut edges = combine_links(&pair_reports(&before, &statuses));
     if part.0.is_some() {
         let absent = list_absent(running);
@@ -87,7 +89,7 @@ fn print_links(
             line["to_host"] = hosts.find(&edge.to).into();
             print_line(line)
         }),
-        OutputFormat::Dot => print_line(format_dot(&statuses, &edges, &hosts)),
+        OutputFormat::Dot => print_line(format_dot(&statuses, &edges, &hosts, &unheard)),
         OutputFormat::Text => {
             let mut headings = vec![
                 "FROM", "TO", "TYPE", "KEEP", "VIA", "RATE", "SENT", "RECEIVED", "DROPPED", "LOST",
@@ -105,7 +107,7 @@ fn print_links(
                 }
             }
             let table = Table::new(&headings, rows).dispensable(&DISPENSABLE);
-            let text = table.format(terminal_width()) + &list_untaken_events(&statuses);
+            let text = table.format(terminal_width()) + &list_lost_reports(&statuses, &unheard);
             print_line(text.trim_end())
         }
     })
@@ -159,13 +161,21 @@ fn keep_statuses(sightings: Vec<Sighting>) -> Vec<Status> {
     sightings.into_iter().filter_map(|sighting| sighting.status.ok()).collect()
 }
 
-/// Returns a line for each component with events that no executive has taken.
-fn list_untaken_events(statuses: &[Status]) -> String {
-    let lines = statuses.iter().filter_map(|status| {
-        let line = format!("{}: {}", status.name, describe_untaken_events(status)?);
-        Some(flatten_text(&line) + "\n")
+/// Returns a line for each component with events that no executive has taken, or reports that no
+/// transition waits for.
+fn list_lost_reports(statuses: &[Status], unheard: &UnheardReports) -> String {
+    let lines = statuses.iter().flat_map(|status| {
+        let lost = describe_lost_reports(status, unheard);
+        lost.map(|lost| flatten_text(&format!("{}: {lost}", status.name)) + "\n")
     });
     lines.collect()
+}
+
+fn describe_lost_reports(
+    status: &Status,
+    unheard: &UnheardReports,
+) -> impl Iterator<Item = String> + use<> {
+    describe_untaken_events(status).into_iter().chain(unheard.describe(&status.name))
 }
 
 fn format_row(edge: &ObservedLink) -> Vec<String> {
@@ -194,13 +204,18 @@ fn format_row(edge: &ObservedLink) -> Vec<String> {
     ]
 }
 
-fn format_dot(statuses: &[Status], edges: &[ObservedLink], hosts: &HostsOfComponents) -> String {
+fn format_dot(
+    statuses: &[Status],
+    edges: &[ObservedLink],
+    hosts: &HostsOfComponents,
+    unheard: &UnheardReports,
+) -> String {
     let mut out = String::from("digraph system {\n  rankdir=LR;\n  node [shape=box];\n");
     for status in statuses {
         let Status { name, kind, .. } = status;
-        let untaken = describe_untaken_events(status).map(|text| format!("\\n{text}"));
-        let untaken = untaken.unwrap_or_default();
-        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}{untaken}\"];");
+        let lost = describe_lost_reports(status, unheard).map(|text| format!("\\n{text}"));
+        let lost: String = lost.collect();
+        let _ = writeln!(out, "  {name:?} [label=\"{name}\\n{kind}{lost}\"];");
     }
     if hosts.are_several() {
         let names: BTreeSet<_> = hosts.0.values().collect();
@@ -287,7 +302,8 @@ mod tests {
         let pulled = ObservedLink { keep: "pull".into(), skipped: 9, ..format_edge("") };
         assert_eq!(format_row(&pulled)[SKIPPED_COLUMN], "9");
         let one = place(&[("laser", "robot"), ("slam", "robot")]);
-        let drawn = format_dot(&[status("laser"), status("slam")], &[format_edge("")], &one);
+        let drawn =
+            format_dot(&[status("laser"), status("slam")], &[format_edge("")], &one, &none());
         assert!(drawn.contains("\"laser\" -> \"slam\"") && !drawn.contains("cluster"), "{drawn}");
     }
 
@@ -310,6 +326,10 @@ mod tests {
         assert_eq!(kept("slam.other"), of(&[], &[]));
     }
 
+    fn none() -> UnheardReports {
+        UnheardReports::default()
+    }
+
     fn place(components: &[(&str, &str)]) -> HostsOfComponents {
         let places = components.iter().map(|(name, host)| (name.to_string(), host.to_string()));
         HostsOfComponents(places.collect())
@@ -322,7 +342,7 @@ mod tests {
         assert_eq!(hosts.describe_link(&edge), "arm → robot");
         let to_tool = ObservedLink { to: "echo-7".into(), ..format_edge("") };
         assert_eq!(hosts.describe_link(&to_tool), "arm → -");
-        let drawn = format_dot(&[status("laser"), status("slam")], &[edge], &hosts);
+        let drawn = format_dot(&[status("laser"), status("slam")], &[edge], &hosts, &none());
         let group = "  subgraph \"cluster_arm\" {\n    label=\"arm\";\n    \"laser\";\n  }\n";
         assert!(drawn.contains(group) && drawn.contains("cluster_robot"), "{drawn}");
     }
@@ -330,15 +350,20 @@ mod tests {
     #[test]
     fn reports_that_no_executive_takes_are_part_of_the_drawing() {
         let heater = Status { untaken_events: 12, ..status("heater") };
-        let drawn = format_dot(&[heater], &[], &place(&[]));
+        let drawn = format_dot(&[heater], &[], &place(&[]), &none());
         assert!(drawn.contains("simulator\\n12 events that no executive"), "{drawn}");
+        let unheard = UnheardReports::of("heater", 3);
+        let drawn = format_dot(&[status("heater")], &[], &place(&[]), &unheard);
+        assert!(drawn.contains("simulator\\n3 reports that no transition waits for"), "{drawn}");
     }
 
     #[test]
     fn a_line_below_the_table_stays_one_line() {
         let heater = Status { untaken_events: 1, ..status("hea\nter") };
-        let text = list_untaken_events(&[heater, status("laser")]);
-        assert_eq!(text, "hea ter: 1 event that no executive has taken\n");
+        let text = list_lost_reports(&[heater, status("laser")], &UnheardReports::of("laser", 1));
+        let lost = "hea ter: 1 event that no executive has taken\n\
+                    laser: 1 report that no transition waits for\n";
+        assert_eq!(text, lost);
     }
 
     #[test]

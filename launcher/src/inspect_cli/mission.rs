@@ -32,7 +32,7 @@ use armor_inspect::{FollowingTap, ObservedSystem};
 use words::format_marking;
 
 /// What the executive publishes, latched, at every change.
-const MARKING: &str = "executive.marking";
+pub(super) const MARKING: &str = "executive.marking";
 /// The process that plays the mission.
 const EXECUTIVE: &str = "executive";
 /// How long a latched value may take to come.

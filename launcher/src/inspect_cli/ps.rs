@@ -9,6 +9,7 @@ use serde_json::json;
 use super::absence::ask_launcher;
 use super::mission::file::problem_of_file;
 use super::named_part::NamedPart;
+use super::unheard_reports::UnheardReports;
 use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
@@ -55,6 +56,7 @@ fn print_processes(
     let observed = super::select_system(running, "ps")?;
     let mut sightings = observed.ask_statuses()?;
     let of_file = problem_of_file(&observed);
+    let unheard = UnheardReports::read(&observed);
     let (mut absent, mut hosts) = ask_launcher(running);
     absent.retain(|it| sightings.iter().all(|sighting| sighting.entry.name != it.component));
     let present = sightings.iter().map(|sighting| sighting.entry.name.as_str());
@@ -72,6 +74,7 @@ fn print_processes(
     end_printing(if format == OutputFormat::Json {
         let present = sightings.iter().map(|sighting| {
             let mut line = json_of(sighting, of_file.as_deref());
+            line["unheard_reports"] = json!(unheard.count(&sighting.entry.name));
             if let Some(report) = hosts.iter().find(|report| report.host == sighting.entry.host) {
                 line["host_link"] = json!(report);
             }
@@ -80,7 +83,7 @@ fn print_processes(
         present.chain(absent.iter().map(json_of_absent)).try_for_each(print_line)
     } else {
         let present = sightings.iter().map(|sighting| {
-            let row = format_row(sighting, of_file.as_deref());
+            let row = format_row(sighting, of_file.as_deref(), &unheard);
             explain_cut(row, &hosts, Some(&sighting.entry.host))
         });
         let without =
@@ -163,7 +166,7 @@ fn describe_absence(absent: &AbsentComponent) -> String {
 }
 
 /// `of_file`: what is wrong with the file, which is a problem of configd.
-fn format_row(sighting: &Sighting, of_file: Option<&str>) -> Vec<String> {
+fn format_row(sighting: &Sighting, of_file: Option<&str>, unheard: &UnheardReports) -> Vec<String> {
     let entry = &sighting.entry;
     let (state, uptime, calls, clock, problem) = match &sighting.status {
         Ok(status) => (
@@ -171,7 +174,7 @@ fn format_row(sighting: &Sighting, of_file: Option<&str>) -> Vec<String> {
             format_duration(status.uptime_s),
             status.exec_calls.to_string(),
             status.clock_error_s.map_or("-".into(), format_short_time),
-            list_problems(status),
+            list_problems(status, unheard),
         ),
         Err(_) if entry.kind == CONFIGD => {
             let problem = of_file.unwrap_or_default().to_owned();
@@ -183,7 +186,7 @@ fn format_row(sighting: &Sighting, of_file: Option<&str>) -> Vec<String> {
     vec![entry.name.clone(), entry.kind.clone(), state, pid, uptime, calls, clock, problem]
 }
 
-fn list_problems(status: &armor_wire::control::Status) -> String {
+fn list_problems(status: &armor_wire::control::Status, unheard: &UnheardReports) -> String {
     let inputs = status.inputs.iter().filter(|input| !input.problem.is_empty());
     let inputs = inputs.map(|input| format!("{}: {}", input.id, input.problem));
     let own = Some(status.last_error.clone()).filter(|error| !error.is_empty());
@@ -194,6 +197,7 @@ fn list_problems(status: &armor_wire::control::Status) -> String {
         .chain(own)
         .chain(describe_skipped_ticks(status))
         .chain(describe_untaken_events(status))
+        .chain(unheard.describe(&status.name))
         .chain(inputs)
         .collect::<Vec<_>>()
         .join("; ")

@@ -6,20 +6,43 @@ use std::collections::BTreeMap;
 use armor_wire::manifest::{Manifest, PortManifest};
 use armor_wire::schema::difference;
 
+use crate::check::names::joined;
 use crate::check::ports::find_port;
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::model::{Link, System};
 use crate::typed_manifests::TypedManifests;
 
-/// A further writer of another type than the first one.
+/// A further writer of another type than the first one. If all others have one type, the first one is
+/// wrong, which is one finding.
 pub(super) fn report_writer(
-    link: &Link,
-    first: &Link,
+    (link, first): (&Link, &Link),
     output: &PortManifest,
     input: &PortManifest,
-) -> Finding {
+    kinds: &BTreeMap<&str, &Manifest>,
+    system: &System,
+) -> Option<Finding> {
     let (from, to, before) = (link.from.data(), link.to.data(), first.from.data());
+    let is_other = |it: &&Link| it.to.data() == to && !it.from.at.is_at(&first.from.at);
+    let others: Vec<_> = system.links.iter().filter(is_other).collect();
+    let is_alike = |it: &&Link| {
+        find_port(&it.from, kinds, true).is_some_and(|other| {
+            (&other.type_name, other.schema_hash) == (&output.type_name, output.schema_hash)
+        })
+    };
+    if others.len() > 1 && others.iter().all(is_alike) {
+        let is_second = others.first().is_some_and(|it| it.from.at.is_at(&link.from.at));
+        let names = joined(others.iter().map(|it| it.from.component.value.as_str()));
+        let message = format!(
+            "{before} gives {to} the type {}, and all other writers, {names}, publish {}",
+            input.type_name, output.type_name
+        );
+        let finding = Finding::new(Code::WritersDiffer, &first.from.at, message);
+        let finding =
+            others.iter().fold(finding, |it, other| it.related(&other.from.at, "another"));
+        let remedy = format!("link an output of type {} here", output.type_name);
+        return is_second.then(|| finding.remedy(remedy));
+    }
     let (message, remedy) = if output.type_name == input.type_name {
         let differ = difference((&from, &output.schema), (&before, &input.schema));
         (
@@ -42,7 +65,7 @@ pub(super) fn report_writer(
         )
     };
     let finding = Finding::new(Code::WritersDiffer, &link.from.at, message);
-    finding.remedy(remedy).related(&first.from.at, "the first link gives the type")
+    Some(finding.remedy(remedy).related(&first.from.at, "the first link gives the type"))
 }
 
 /// Returns whether a link from a component that passes messages on would fit if another one of its

@@ -47,20 +47,23 @@ fn find_idle_resets(mission: &Mission, transition: &Transition) -> Vec<Finding> 
     idle.map(report).collect()
 }
 
-/// A timeout or a guard whose token returns to its place. A component that is active before and after a
-/// firing is not touched, unless it is done, which the mission does not wait for. One that takes a
-/// report or an order uses that up.
+/// A timeout, a guard or a question whose token returns to its place. A component that is active before
+/// and after a firing is not touched, unless it is done, which the mission does not wait for. One that
+/// takes a report uses that up, and an operator may restart what is done in the place.
 fn find_returning(mission: &Mission, transition: &Transition) -> Option<Finding> {
     let time = transition.interval.as_ref().filter(|it| !it.value.earliest.is_zero());
-    let condition = match (time, &transition.when) {
-        (Some(time), None) => format!("after {}", time.at.text()),
-        (None, Some(when)) => format!("as long as `{}` is true, again and again,", when.value),
+    let condition = match (transition.autonomy, time, &transition.when) {
+        (Autonomy::Confirm { .. }, ..) => "once the question is answered,".to_owned(),
+        (Autonomy::Operator, ..) => "when the operator fires it,".to_owned(),
+        (Autonomy::Auto, Some(time), None) => format!("after {}", time.at.text()),
+        (Autonomy::Auto, None, Some(when)) => {
+            format!("as long as `{}` is true, again and again,", when.value)
+        }
         _ => return None,
     };
     let is_plain = transition.on.is_none()
         && transition.not_before.is_none()
         && transition.not_after.is_none()
-        && transition.autonomy == Autonomy::Auto
         && transition.overrun.is_none()
         && transition.sets.is_empty();
     let sorted = |kind: ArcKind| {
@@ -77,6 +80,9 @@ fn find_returning(mission: &Mission, transition: &Transition) -> Option<Finding>
     let place = taken[0].0;
     let active = mission.place(place).into_iter().flat_map(|place| &place.components);
     let active: Vec<_> = active.map(|name| name.value.as_str()).collect();
+    if transition.autonomy == Autonomy::Operator && !active.is_empty() {
+        return None;
+    }
     let rest = match active.as_slice() {
         [] => String::new(),
         [only] => format!(", and restarts {only} only if it is done"),

@@ -32,7 +32,33 @@ pub(super) fn check(
     }
     check_failures(mission, whole, is_never_done, findings);
     if is_main {
+        check_refuges(mission, findings);
         check_left_tokens(mission, findings);
+    }
+}
+
+/// A failure that leads to the goal, although the mission has a safe place: it ends as if it had succeeded.
+fn check_refuges(mission: &Mission, findings: &mut Findings) {
+    let (Some(goal), Some(safe)) = (&mission.goal, &mission.safe) else { return };
+    let is_known = findings
+        .iter()
+        .any(|it| matches!(it.code, Code::GoalByFailure | Code::GoalExchanged | Code::NeverFires));
+    if is_known || goal.value == safe.value {
+        return;
+    }
+    for place in mission.places.iter().filter(|place| !place.components.is_empty()) {
+        let Some(refuge) = place.on_failure.as_ref().filter(|it| it.value == goal.value) else {
+            continue;
+        };
+        let message = format!(
+            "after a failure in {}, the mission ends in its goal {}, as if it had succeeded",
+            place.name.value, goal.value
+        );
+        let finding = Finding::new(Code::FailsToItself, &refuge.at, message);
+        findings.push(finding.remedy(
+            "name a place from which the mission can still succeed, or remove on-failure: then the \
+             mission goes to its safe place",
+        ));
     }
 }
 

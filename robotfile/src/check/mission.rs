@@ -13,7 +13,7 @@ use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::flatten::is_state_machine;
 use crate::manifests::Manifests;
-use crate::mission::{Exclusive, Mission, Place, Submission};
+use crate::mission::{Exclusive, Mission, Place, Submission, Transition};
 use crate::model::{Configuration, System};
 use crate::source::Spanned;
 
@@ -54,20 +54,32 @@ pub(super) fn check(
     }
 }
 
-/// Finds a goal that is named as the safe place, too, while an emergency leads to another place that
-/// seems to be meant.
+/// Finds a goal that is named as the safe place, too, while an emergency, or the end of a task, leads to
+/// another place that seems to be meant.
 fn find_shared_end(mission: &Mission) -> Option<Finding> {
     let (goal, safe) = (mission.goal.as_ref()?, mission.safe.as_ref()?);
     let end = mission.find_unnamed_end().filter(|_| goal.value == safe.value)?;
-    mission.transitions.iter().find(|it| mission.is_meant_exit(it))?;
+    let leading = |place: &'_ str| {
+        let place = place.to_owned();
+        let leads = move |it: &&Transition| it.outputs().any(|arc| arc.place.value == place);
+        mission.transitions.iter().filter(leads)
+    };
+    let is_done = |it: &Transition| it.on.as_ref().is_some_and(|on| on.event.value == "done");
+    // Nothing but exits leads to the one that is named, and what is done leads to the other one.
+    let is_goal_meant = leading(&end.name.value).any(is_done) && !leading(&safe.value).any(is_done);
+    let is_safe_meant = mission.transitions.iter().any(|it| mission.is_meant_exit(it));
+    if !is_goal_meant && !is_safe_meant {
+        return None;
+    }
     let message = format!(
         "{} is the goal and the safe place: when something fails, the mission ends as if it had \
          succeeded",
         safe.value
     );
-    let finding = Finding::new(Code::NoSafePlace, &safe.at, message)
+    let (at, role) = if is_safe_meant { (&safe.at, "safe") } else { (&goal.at, "goal") };
+    let finding = Finding::new(Code::NoSafePlace, at, message)
         .related(&end.name.at, "nothing leads on from this place");
-    Some(finding.remedy(format!("did you mean safe=\"{}\"?", end.name.value)))
+    Some(finding.remedy(format!("did you mean {role}=\"{}\"?", end.name.value)))
 }
 
 /// Finds a place in which a sub-mission without a safe place stands still. If it has one token, no

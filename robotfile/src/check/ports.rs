@@ -47,7 +47,7 @@ pub(super) fn check_link(
         return;
     }
     if let Some(first) = typed.first_link(&link.to) {
-        findings.push(any_type::report_writer(link, first, output, input));
+        findings.extend(any_type::report_writer((link, first), output, input, kinds, system));
     } else if !any_type::follows_from_writers(link, input, kinds, typed, system) {
         let meant = kinds.get(link.to.component.value.as_str()).and_then(|kind| {
             kind.inputs.iter().find(|other| other.required && is_same_type(output, other))

@@ -52,7 +52,9 @@ pub(super) fn check(system: &System, manifests: &Manifests, findings: &mut Findi
         let name = &component.name;
         let needs_rate = manifests.get(&component.kind.value).is_some_and(|kind| kind.needs_rate);
         let is_known = findings.iter().any(|it| is_about(it, Code::NeverCalled, &name.at));
-        if needs_rate && !is_known && !system.unreadable.is_half_read(&name.value) {
+        // One without a connected input is called at 10 Hz.
+        let is_fed = system.links.iter().any(|it| it.to.component.value == name.value);
+        if needs_rate && is_fed && !is_known && !system.unreadable.is_half_read(&name.value) {
             let message = format!(
                 "{} has no rate: a {} works at its rate, and not when data arrive",
                 name.value, component.kind.value

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_wire::manifest::{Manifest, RESERVED_EVENTS};
 
+use crate::check::graph::CheckGraph;
 use crate::check::names::listed;
 use crate::code::Code;
 use crate::finding::{Finding, short};
@@ -65,22 +66,63 @@ pub(super) fn check_always_active(configuration: &Configuration, findings: &mut 
         let name = on.component.value.as_str();
         let is_controllable =
             configuration.system.component(name).is_some_and(|component| component.controllable);
-        let is_later = |place: &str| places().any(|it| it.name.value == place && it.initial == 0);
-        let mut from = transition.inputs().map(|arc| &arc.place.value);
-        let Some(place) = from.find(|place| is_later(place)) else { continue };
         if activated.contains(name) || !is_controllable {
             continue;
         }
-        let message = format!(
-            "{name} is in no place, so it is always active: that it was done before {place} was \
-             marked counts, too"
-        );
+        let is_later = |place: &str| places().any(|it| it.name.value == place && it.initial == 0);
+        let mut from = transition.inputs().map(|arc| &arc.place.value);
+        let (place, message) =
+            match (from.find(|place| is_later(place)), transition.inputs().next()) {
+                (Some(place), _) => {
+                    let why = format!("that it was done before {place} was marked counts, too");
+                    (place, format!("{name} is in no place, so it is always active: {why}"))
+                }
+                (None, Some(first)) => {
+                    let Some(frozen) = find_frozen_means(name, &activated, configuration) else {
+                        continue;
+                    };
+                    let why = format!(
+                        "where {frozen}, through which its data come back to it, is frozen"
+                    );
+                    let place = &first.place.value;
+                    (place, format!("{name} is in no place, so it is always active, also {why}"))
+                }
+                (None, None) => continue,
+            };
         let finding = Finding::new(Code::DoneAtAnyTime, &on.component.at, message);
         findings.push(finding.remedy(format!(
             "activate it in {place}; or write controllable=\"false\" on the component, if it works \
              all the time"
         )));
     }
+}
+
+/// Returns a component without which the data of `name` never come back to it, and that is frozen in some
+/// place where the mission continues.
+fn find_frozen_means<'a>(
+    name: &'a str,
+    activated: &BTreeSet<&'a str>,
+    configuration: &'a Configuration,
+) -> Option<&'a str> {
+    let system = &configuration.system;
+    let names = system.components.iter().map(|component| component.name.value.as_str());
+    let links = system
+        .links
+        .iter()
+        .map(|link| (link.from.component.value.as_str(), link.to.component.value.as_str(), ()));
+    let is_frozen = |component: &str| {
+        configuration.missions().any(|mission| {
+            let ends = [&mission.goal, &mission.safe].map(|end| end.as_ref().map(|it| &it.value));
+            mission.places.iter().any(|place| {
+                !ends.contains(&Some(&place.name.value)) && !place.activates(component)
+            })
+        })
+    };
+    let is_means = |component: &str| activated.contains(component) && is_frozen(component);
+    // The circle with the fewest of them: if it has one, every circle has.
+    let cost = |component: &str| if is_means(component) { system.components.len() + 1 } else { 1 };
+    let circle = CheckGraph::new(names, links).cheapest_circle(name, cost)?;
+    circle.into_iter().find(|component| is_means(component))
 }
 
 fn is_never_done(manifest: &Manifest, on: &ReportRef) -> bool {

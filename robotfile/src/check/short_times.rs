@@ -64,7 +64,8 @@ fn find_short_answer(transition: &Transition) -> Option<Finding> {
     Some(finding.remedy("write a time in which a person can answer, such as 30s"))
 }
 
-/// A question that the operator may answer for longer than its place is marked.
+/// A question that the operator may answer for longer than its place is marked, or a transition that the
+/// operator has no time to fire.
 fn find_cut_question(
     timeout: &Transition,
     latest: Duration,
@@ -74,23 +75,35 @@ fn find_cut_question(
     let name = &place.name.value;
     let asks = |it: &Transition| match it.autonomy {
         Autonomy::Confirm { within: Some(within), .. } => latest < within,
-        _ => false,
+        Autonomy::Confirm { within: None, .. } | Autonomy::Operator => latest < SHORTEST_ANSWER,
+        Autonomy::Auto => false,
     };
     let mut questions = mission.transitions.iter().filter(|it| asks(it));
     let question = questions.find(|it| it.inputs().any(|arc| arc.place.value == *name))?;
     let interval = timeout.interval.as_ref()?;
     let (late, asked) = (&timeout.name.value, &question.name.value);
-    let message = format!(
-        "`{}` is too short: {late} leaves {name} before the time for the answer about {asked} is over",
-        interval.at.text()
-    );
+    let (what, label, remedy) = match question.autonomy {
+        Autonomy::Operator => (
+            format!("a person can fire {asked}"),
+            "this one waits for the operator",
+            "write a time in which a person can act, such as 30s",
+        ),
+        Autonomy::Confirm { within: None, .. } => (
+            format!("a person has read the question about {asked}"),
+            "this question",
+            "write a time in which a person can answer, such as 30s",
+        ),
+        _ => (
+            format!("the time for the answer about {asked} is over"),
+            "this question",
+            "write a longer time here, or a shorter answer-within=\"…\" there",
+        ),
+    };
+    let text = interval.at.text();
+    let message = format!("`{text}` is too short: {late} leaves {name} before {what}");
     let finding = Finding::new(Code::TimeTooShort, &interval.at, message);
     let at = question.autonomy_at.as_ref().unwrap_or(&question.name.at);
-    Some(
-        finding
-            .related(at, "this question")
-            .remedy("write a longer time here, or a shorter answer-within=\"…\" there"),
-    )
+    Some(finding.related(at, label).remedy(remedy))
 }
 
 fn is_timeout(transition: &Transition) -> bool {

@@ -81,7 +81,16 @@ fn find_ignored(
         let is_own = on.is_some_and(|on| on.component.value == of && on.event.value != "failed");
         is_own && !(is_awaited && works_on(it))
     };
-    if let Some(other) = leaving.iter().find(is_event).filter(|_| is_limited)
+    // `lap` comes once per round, as `laps` counts them; any other event may come in the first or never.
+    let is_of_round = |it: &Transition| {
+        let event = it.on.as_ref().map_or("", |on| on.event.value.as_str());
+        let mut limits = kind.value_effects.iter();
+        limits.any(|it| {
+            it.effect == EffectKind::NeverDone && it.parameter.trim_end_matches('s') == event
+        })
+    };
+    let mut events = leaving.iter().filter(is_event);
+    if let Some(other) = events.find(|it| is_limited || !(is_awaited || is_of_round(it)))
         && let Some(on) = &other.on
     {
         let message = format!(

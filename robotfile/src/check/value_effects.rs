@@ -238,9 +238,8 @@ impl<'a> GivenValue<'a> {
             ([], _) => return None,
             _ => shares.iter().map(|share| share.number).product(),
         };
-        let paces = self.effect.effect == EffectKind::Paces;
-        let waiting = self.find_waiting(mission, place);
-        if !paces && waiting.is_none() {
+        let needs_end = self.effect.effect == EffectKind::DelaysDone;
+        if needs_end && self.find_waiting(mission, place).is_none() {
             return None;
         }
         let timeout = mission.transitions.iter().find(|it| {
@@ -264,20 +263,14 @@ impl<'a> GivenValue<'a> {
             None => value.clone(),
         };
         let (place, late) = (&place.name.value, &timeout.name.value);
-        let message = match paces {
-            true => format!(
-                "{parameter}: {} sends {}.{} every {value}, and {late} leaves {place} after {}",
-                self.name(),
-                self.name(),
-                self.effect.output,
-                interval.at.text()
-            ),
-            false => format!(
-                "{parameter}: {} is not done before {value}, and {late} leaves {place} after {}",
-                self.name(),
-                interval.at.text()
-            ),
+        let (name, output) = (self.name(), &self.effect.output);
+        let what = match self.effect.effect {
+            EffectKind::Paces => format!("{name} sends {name}.{output} every {value}"),
+            EffectKind::GivesUp => format!("{name} gives nothing up before {value}"),
+            _ => format!("{name} is not done before {value}"),
         };
+        let time = interval.at.text();
+        let message = format!("{parameter}: {what}, and {late} leaves {place} after {time}");
         let finding = Finding::new(Code::ValueTooLate, &given.value.at, message);
         let finding = finding.related(&interval.at, "this time is not longer");
         Some(finding.remedy(format!("write a shorter time here, or a longer one for {late}")))

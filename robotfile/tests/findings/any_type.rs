@@ -49,6 +49,17 @@ fn all_writers_have_the_type_of_the_first_one() {
 }
 
 #[test]
+fn a_first_writer_that_differs_from_all_others_is_one_finding() {
+    let wrong = r#"<link from="[[battery.state]]" to="board.writers"/><link from="front.scan" to="board.writers"/><link from="rear.scan" to="board.writers"/><link from="board.element" to="mapper.scan"/>"#;
+    only("E0150", &file(wrong));
+    let (reading, _) = reading(&file(wrong), Some(&manifests()));
+    let shown = reading.findings.render(Colours::No);
+    let wanted = "battery.state gives board.writers the type Battery, and all other writers, front and \
+                  rear, publish Scan";
+    assert!(shown.contains(wanted), "{shown}");
+}
+
+#[test]
 fn only_what_is_passed_on_has_the_type_of_the_writers() {
     let mut manifests = manifests();
     let mut holder = manifests["battery"].outputs[0].clone();

@@ -305,7 +305,7 @@ fn a_text_has_the_form_that_its_component_declares() {
     assert_eq!(
         found("buttons", "go lap"),
         ["E0112 buttons: lap is the name of another event; choose another name; these are \
-             taken: lap, waypoint, done, failed"]
+             taken: lap, waypoint, skipped, done, failed"]
     );
     assert!(found("buttons", "go,home")[0].starts_with("E0112 buttons: name 1, `go,home`"));
 }
@@ -386,17 +386,19 @@ fn data_that_come_less_often_than_they_must() {
 fn a_component_that_works_at_its_rate_has_one() {
     let mut manifests: Manifests = manifests();
     manifests.get_mut("k").expect("the kind").needs_rate = true;
-    let with = |rate: &str| {
+    let file = |rate: &str, link: &str| {
         system(&format!(
-            r#"<component name="[[a]]" kind="k" {rate}><parameter name="file" value="x"/></component><link from="a.out" to="a.in"/>"#
+            r#"<component name="[[a]]" kind="k" {rate}><parameter name="file" value="x"/></component>{link}"#
         ))
     };
+    let with = |rate: &str| file(rate, r#"<link from="a.out" to="a.in"/>"#);
     let codes = |file: &str| {
         let (reading, _) = reading(file, Some(&manifests));
         reading.findings.iter().map(|it| it.code.as_str()).collect::<Vec<_>>()
     };
     assert!(codes(&with("")).contains(&"W0120"));
     assert!(!codes(&with(r#"rate="5Hz""#)).contains(&"W0120"));
+    assert!(!codes(&file("", "")).contains(&"W0120"), "without an input it is called at 10 Hz");
 }
 
 #[test]

@@ -152,3 +152,49 @@ fn a_transition_back_to_its_own_place_is_one_finding() {
     only("W0222", "u puts the token back into b", &with(content));
     only("W0222", "write the place that it leads to", &with(content));
 }
+
+#[test]
+fn a_failure_that_leads_to_the_goal_is_no_success() {
+    let to = |place: &str| {
+        with("")
+            .replace(r#"components="go"/>"#, &format!(r#"components="go" on-failure="{place}"/>"#))
+    };
+    let shown = "after a failure in a, the mission ends in its goal over, as if it had succeeded";
+    only("W0263", shown, &to("over"));
+    let reading = read(Path::new("a.xml"), &mut |_| Ok(to("hold").into()));
+    let found = check(reading, &[], Some(&kinds())).findings.without_notes();
+    assert!(found.is_empty(), "{}", found.render(Colours::No));
+}
+
+#[test]
+fn a_goal_that_is_the_safe_place_names_the_one_that_is_meant() {
+    let file = with("").replace(r#"goal="over""#, r#"goal="hold""#);
+    only("W0213", r#"did you mean goal="over"?"#, &file);
+}
+
+#[test]
+fn a_question_that_puts_the_token_back_changes_nothing() {
+    let place = r#"<place name="q" components="go"/><transition name="aside" from="a" to="q" operator="true"/><transition name="slow" from="q" to="hold" timeout="9min"/>"#;
+    let ask = |to: &str| {
+        with(&format!(
+            r#"{place}<transition name="ask" from="q" to="{to}" autonomy="confirm" after="3s" answer-within="20s" unanswered="decline"/>"#
+        ))
+    };
+    only(
+        "W0281",
+        "ask changes nothing: once the question is answered, it puts the token back into q",
+        &ask("q"),
+    );
+    let idle = |to: &str| {
+        with(&format!(
+            r#"{}<transition name="again" from="q" to="{to}" operator="true"/>"#,
+            place.replace(r#" components="go""#, "")
+        ))
+    };
+    only("W0281", "again changes nothing: when the operator fires it, it puts", &idle("q"));
+    for right in [ask("a"), idle("a")] {
+        let reading = read(Path::new("a.xml"), &mut |_| Ok(right.clone().into()));
+        let found = check(reading, &[], Some(&kinds())).findings.without_notes();
+        assert!(found.is_empty(), "{}", found.render(Colours::No));
+    }
+}

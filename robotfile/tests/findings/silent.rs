@@ -289,8 +289,10 @@ fn the_end_of_a_task_is_waited_for() {
     let shown = "on waits in a for lap of p, and no transition waits for its done";
     only("W0284", shown, &patrol(twice, &on("lap")));
     only("W0284", r#"did you mean on="p.done"?"#, &patrol(twice, &on("waypoint")));
-    // The first round may be meant.
+    // The first round may be meant; an event that may never come is not.
     nothing(&patrol("", &on("lap")));
+    let shown = "on waits in a for skipped of p, and no transition waits for its done";
+    only("W0284", shown, &patrol("", &on("skipped")));
     // Another place waits for it.
     let other = r#"<place name="c" components="p"/><transition name="end" from="c" to="over" on="p.done"/>"#;
     let shown = "no transition waits for its done there";

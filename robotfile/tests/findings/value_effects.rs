@@ -139,3 +139,29 @@ fn a_question_may_be_answered_until_its_time_is_over() {
     nothing(&file("60s"));
     only("W0264", "before the time for the answer about ask is over", &file("15s"));
 }
+
+#[test]
+fn an_operator_has_time_to_fire_a_transition() {
+    let file = |time: &str, by: &str| {
+        let content = format!(
+            r#"<place name="q"/><transition name="repeat" from="q" to="a" {by}/><transition name="leave" from="q" to="over" timeout="{time}"/></mission>"#
+        );
+        patrol("", "", "1min")
+            .replace(r#"from="b" to="over""#, r#"from="b" to="q""#)
+            .replace("</mission>", &content)
+    };
+    let operator = r#"operator="true""#;
+    nothing(&file("1s", operator));
+    let shown = "`0.5s` is too short: leave leaves q before a person can fire repeat";
+    only("W0264", shown, &file("0.5s", operator));
+    let shown = "before a person has read the question about repeat";
+    only("W0264", shown, &file("0.5s", r#"autonomy="confirm""#));
+}
+
+#[test]
+fn a_time_after_which_something_is_given_up_is_shorter_than_the_timeout() {
+    nothing(&patrol(&given("patience", "50s"), "", "1min"));
+    nothing(&patrol("", "", "10s"));
+    let shown = "patience: p gives nothing up before 15min, and late leaves a after 4min";
+    only("W0279", shown, &patrol(&given("patience", "15min"), "", "4min"));
+}

@@ -153,3 +153,30 @@ fn a_component_that_one_place_activates_by_mistake_is_named() {
     assert!(shown.contains("take wheels out of on, the only place that activates it"), "{shown}");
     has_no_finding(&file("guide wheels", "guide wheels", "guide wheels"), &all);
 }
+
+#[test]
+fn a_component_that_is_forgotten_in_the_place_marked_at_the_start() {
+    let all = manifests("");
+    let file = |out: &str, links: &str| {
+        let rest = r#"<place name="rest"/><transition name="tired" from="out" to="rest" operator="true"/><transition name="go-on" from="rest" to="out" timeout="5s"/></mission>"#;
+        mission(links, out, "guide wheels", DONE)
+            .replace(r#"<place name="back" components="guide wheels"/>"#, "")
+            .replace(
+                r#"from="out" to="back" timeout="5s"/>"#,
+                r#"from="out" to="home" on="[[guide]].done"/>"#,
+            )
+            .replace(r#"<transition name="here" from="back" to="home" on="guide.done"/>"#, "")
+            .replace(r#"from="back" to="hold""#, r#"from="out" to="hold""#)
+            .replace("</mission>", rest)
+    };
+    one_with("W0274", &file("wheels", LOOP), Some(&all));
+    let plain = |out: &str, links: &str| file(out, links).replace("[[", "").replace("]]", "");
+    has_no_finding(&plain("guide wheels", LOOP), &all);
+    // One that needs nothing that the mission freezes works all the time.
+    let alone = LOOP.replace(
+        r#"<link from="guide.goal" to="wheels.goal"/>"#,
+        r#"<link from="base.pose" to="wheels.goal"/>"#,
+    );
+    let (reading, _) = reading(&plain("wheels", &alone), Some(&all));
+    assert!(reading.findings.iter().all(|it| it.code.as_str() != "W0274"));
+}

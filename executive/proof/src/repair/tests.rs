@@ -1,6 +1,7 @@
 //! One wrong value in a mission: one finding, at that value, with the right one.
 
 mod counted_tokens;
+mod nearest_edit;
 
 use armor_plan::Plan;
 use armor_robotfile::{Colours, Findings, check, read};

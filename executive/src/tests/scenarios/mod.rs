@@ -446,6 +446,10 @@ fn what_the_mission_does_not_control_gets_no_commands_and_is_heard() {
     assert!(bench.wanted().iter().all(|action| !action.contains("battery")));
     bench.reports(battery, 0, ComponentReport::Event { name: "full".into(), value: 1.0 });
     assert_eq!(bench.controller.dropped().unheard, 1);
+    let marking = bench.controller.marking(0.0);
+    let unheard = marking.components.iter().filter(|it| it.unheard_reports > 0);
+    let unheard: Vec<_> = unheard.map(|it| (it.component.as_str(), it.unheard_reports)).collect();
+    assert_eq!(unheard, [("battery", 1)]);
     bench.reports(battery, 0, ComponentReport::Event { name: "low".into(), value: 0.1 });
     bench.obey();
     assert_eq!(bench.wanted().last().map(String::as_str), Some("Goal"));

@@ -86,8 +86,12 @@ pub fn format_marking(marking: &Marking, age_s: f64, file: Option<&str>) -> Stri
         out += &format!("{name:10}  {line}\n");
     }
     if marking.late_reports + marking.unheard_reports > 0 {
+        let unheard = marking.components.iter().filter(|it| it.unheard_reports > 0);
+        let unheard = unheard.map(|it| format!("{} {}", it.component, it.unheard_reports));
+        let unheard = unheard.collect::<Vec<_>>().join(", ");
+        let of = if unheard.is_empty() { String::new() } else { format!(" ({unheard})") };
         out += &format!(
-            "reports that changed nothing: {} too late, {} that no transition waits for\n",
+            "reports that changed nothing: {} too late, {} that no transition waits for{of}\n",
             marking.late_reports, marking.unheard_reports
         );
     }

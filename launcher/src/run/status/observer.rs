@@ -280,7 +280,14 @@ mod tests {
         let may = |controlled, state, stage| {
             let (component, values) = ("driver".into(), Vec::new());
             may_work(
-                &MissionComponent { component, controlled, state, activation: 1, values },
+                &MissionComponent {
+                    component,
+                    controlled,
+                    state,
+                    activation: 1,
+                    unheard_reports: 0,
+                    values,
+                },
                 stage,
             )
         };

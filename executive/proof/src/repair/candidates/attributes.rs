@@ -1,7 +1,7 @@
 //! Other values of a transition: its report, its guard, its times, its question.
 
-use armor_robotfile::Code;
 use armor_robotfile::tree::Element;
+use armor_robotfile::{Code, Finding};
 
 use super::counting::is_single;
 use super::places::CLOSE;
@@ -18,6 +18,8 @@ pub(super) const GUARD_AT_FAULT: i32 = 12;
 const QUESTION: i32 = 17;
 const QUESTION_WRITTEN: i32 = 14;
 const CONDITION: i32 = 22;
+/// The rank of the operator who fires a transition, where it waits for nothing and fires before others.
+const OPERATOR: i32 = 8;
 /// How much less likely a guard is that only excludes one value.
 const UNEQUAL: i32 = 2;
 /// How much likelier a component is after which the transition is named.
@@ -70,6 +72,9 @@ impl MissionElements<'_> {
             let unequal = if other.contains("!=") { UNEQUAL } else { 0 };
             push("when", &other, rank + set + unequal);
         }
+        if self.fires_unasked(transition) {
+            push("operator", "true", OPERATOR);
+        }
         let has_time = value(transition, "answer-within").is_some();
         match value(transition, "autonomy") {
             Some("confirm") if has_time => {
@@ -92,6 +97,24 @@ impl MissionElements<'_> {
         for inner in transition.elements().filter(|it| conditions.contains(&it.name.as_str())) {
             edits.push(self.without_inner(transition, inner).ranked(CONDITION - close));
         }
+    }
+
+    /// Whether a fault is that the transition always fires before others, and nothing but a guard keeps it
+    /// from firing in a place in which nothing works.
+    fn fires_unasked(&self, transition: &Element) -> bool {
+        let name = value(transition, "name").unwrap_or("");
+        let moments =
+            ["on", "timeout", "after", "interval", "operator", "autonomy", "class", "priority"];
+        let waits = moments.iter().any(|it| transition.attribute(it).is_some());
+        let is_before = |fault: &Finding| {
+            let before = fault.message.split_once(" always fires before");
+            let names = before.and_then(|it| it.0.rsplit_once(": ")).map_or("", |it| it.1);
+            names.split([',', ' ']).any(|word| word == name)
+        };
+        !waits
+            && value(transition, "when").is_some()
+            && self.components_of(transition).is_empty()
+            && self.faults.iter().any(is_before)
     }
 
     /// The components of the places that a transition leads on from.
@@ -119,7 +142,9 @@ impl MissionElements<'_> {
             shares && same("on") && value(other, "name") != value(transition, "name")
         };
         let rivals = self.transitions.iter().filter(is_rival);
-        let rivals = rivals.filter(|_| value(transition, "on").is_some());
+        // An operator repeats what a count ends, too.
+        let has_no_end = guard.is_none() && self.has_fault(&[Code::ValueOutside]);
+        let rivals = rivals.filter(|_| value(transition, "on").is_some() || has_no_end);
         // Where a count ends at a value, it goes on below it.
         let opposites = rivals.flat_map(|it| {
             let guard = value(it, "when").unwrap_or("");

@@ -41,6 +41,8 @@ const FOLLOWED: i32 = 4;
 /// How much likelier the goal is where nothing leads to it, and still likelier in place of the safe place.
 const LOOSE_GOAL: i32 = 6;
 const GOAL_FOR_SAFE: i32 = 6;
+/// How much likelier the goal is after a place that only this transition leads on from.
+const ONLY_EXIT_TO_GOAL: i32 = 3;
 /// The rank of the mark in a place that nothing leads to, and how much less likely it is in another one.
 const MOVED_MARK: i32 = 10;
 const MARK_ELSEWHERE: i32 = 14;
@@ -109,6 +111,10 @@ impl MissionElements<'_> {
                     let next =
                         if is_next && list.value.trim().contains(' ') { FOLLOWED } else { 0 };
                     let fit = fit - next - if leads_back { LEADS_BACK } else { 0 };
+                    // A mission that fails must not end as if it had succeeded.
+                    if attribute == "to" && self.hides_failure(transition, old, new) {
+                        continue;
+                    }
                     let ends = attribute == "to" && is_end(new) && !is_end(old);
                     let evades = ends && !self.is_loose("to", new);
                     push(replace_word(&list.value, at, new), REPLACED, fit, (new, evades));
@@ -192,8 +198,30 @@ impl MissionElements<'_> {
         if new.as_ref().is_some_and(|it| is_loose(it) && is_goal(it)) {
             let is_from_safe = old.is_some() && old == value(self.element, "safe");
             fit -= LOOSE_GOAL + if is_from_safe { GOAL_FOR_SAFE } else { 0 };
+            let from = value(transition, "from").filter(|_| is_single);
+            let is_only_exit = from.is_some_and(|it| self.is_only_one(number, "from", it.trim()));
+            fit -= if is_only_exit { ONLY_EXIT_TO_GOAL } else { 0 };
         }
         fit - if new.as_ref().is_some_and(is_loose) { LOOSE } else { 0 }
+    }
+
+    /// Whether an exit to the safe place, after a failure or because something takes too long, would lead
+    /// to the goal.
+    fn hides_failure(&self, transition: &Element, old: &str, new: &str) -> bool {
+        let [goal, safe] = self.ends();
+        let from = value(transition, "from").unwrap_or("");
+        let waits = ["on", "when", "operator", "autonomy"];
+        let is_rival = |it: &&&Element| {
+            value(it, "name") != value(transition, "name")
+                && from.split_whitespace().any(|place| has(it, "from", place))
+                && waits.iter().any(|by| it.attribute(by).is_some())
+        };
+        let is_timeout = value(transition, "timeout").is_some()
+            && waits.iter().all(|by| transition.attribute(by).is_none())
+            && self.transitions.iter().any(|it| is_rival(&it));
+        let is_failure = value(transition, "on").is_some_and(|on| on.ends_with(".failed"))
+            || value(transition, "class") == Some("safety");
+        goal == Some(new) && safe == Some(old) && goal != safe && (is_timeout || is_failure)
     }
 
     /// Whether a fault is that the transition never has all tokens together.

@@ -19,7 +19,8 @@ const FAR_TOO_LONG: f64 = 1.25;
 /// How much less likely a time is that is over before anything has happened, in s.
 const AT_ONCE: i32 = 8;
 const AT_ONCE_S: f64 = 0.1;
-/// How much likelier the time of a transition is wrong that always fires before another one.
+/// How much likelier the time of a transition is wrong that always fires before another one, or the
+/// earliest time of that one.
 const ALWAYS_BEFORE: i32 = 4;
 /// The units of times with their length in s, the shortest first.
 const UNITS: [(&str, f64); 4] = [("ms", 0.001), ("s", 1.0), ("min", 60.0), ("h", 3600.0)];
@@ -36,7 +37,11 @@ impl MissionElements<'_> {
         let name = value(transition, "name").unwrap_or("");
         let before = format!(": {name} always fires before");
         let is_before = self.faults.iter().any(|fault| fault.message.contains(&before));
-        let before = if is_before { ALWAYS_BEFORE } else { 0 };
+        // Or its own earliest time is too long, because of which another one fires before it.
+        let late = format!("{name} never fires in time: ");
+        let is_late = self.faults.iter().any(|fault| fault.message.starts_with(&late));
+        let timeouts = self.transitions.iter().filter_map(|it| seconds(value(it, "timeout")?));
+        let longest_s = timeouts.fold(0.0, f64::max);
         let too_long = self.faults.iter().find_map(TooLong::of);
         for attribute in ["timeout", "after", "answer-within", "interval"] {
             let Some(time) = transition.attribute(attribute) else { continue };
@@ -52,6 +57,11 @@ impl MissionElements<'_> {
                 edits.push(edit);
             };
             let is_interval = attribute == "interval";
+            // Longer than any timeout of the mission.
+            let is_too_long = is_late
+                && attribute == "after"
+                && seconds(written).is_some_and(|it| it > longest_s);
+            let before = if is_before || is_too_long { ALWAYS_BEFORE } else { 0 };
             let other_digits: Vec<_> = other_digits(written).collect();
             if let Some(too_long) = &too_long {
                 let next: Vec<_> =

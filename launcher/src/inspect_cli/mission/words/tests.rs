@@ -41,6 +41,7 @@ pub fn marking() -> Marking {
             controlled: true,
             state: MissionComponentState::Active,
             activation: 1,
+            unheard_reports: 2,
             values: Vec::new(),
         }],
         fired: 0,
@@ -78,7 +79,7 @@ can fire    recall now, by the operator
             late in 2 min 18 s
 components  explorer active
 fired       none
-reports that changed nothing: 0 too late, 2 that no transition waits for
+reports that changed nothing: 0 too late, 2 that no transition waits for (explorer 2)
 ";
     assert_eq!(format_marking(&marking(), 0.5, None), expected);
 }
