@@ -247,6 +247,7 @@ fn apply(order: &PlaybackOrder, state: &mut PlaybackState) {
         PlaybackOrder::Resume => state.paused = false,
         PlaybackOrder::Speed { factor } => state.speed = *factor,
         PlaybackOrder::Seek { at_s } => state.at = *at_s,
+        PlaybackOrder::Loop { on } => state.loops = *on,
     }
 }
 
