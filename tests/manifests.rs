@@ -36,6 +36,7 @@ fn everything() -> Value {
     input["many"] = json!(true);
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
+        "protocol": armor_wire::version::VERSION,
         "reports_done": false, "ends_by_itself": true, "needs_rate": true, "needs_one_of": [["buttons"]],
         "value_effects": [{"parameter": "radius", "effect": "idle", "value": "1m"},
                           {"parameter": "interval", "effect": "paces", "output": "out"},

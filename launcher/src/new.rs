@@ -3,6 +3,7 @@
 mod cmake;
 mod script;
 pub mod sdk;
+mod type_name;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ use crate::print::{end_printing, print_line};
 use crate::verb::Verb;
 use cmake::CmakeLanguage;
 use sdk::{SdkSource, VENDORED};
+use type_name::type_name_in;
 
 const MAIN: &str = include_str!("new/main.rs.txt");
 /// The files of a project, with `{{name}}`, `{{Type}}` and `{{sdk}}` to be filled in.
@@ -199,7 +201,7 @@ fn create_rust_project(arguments: &NewArguments, folder: &Path) -> Result<Comman
     for (file, text) in FILES {
         let text = text
             .replace("{{name}}", name)
-            .replace("{{Type}}", &type_name(name))
+            .replace("{{Type}}", &type_name_in(MAIN, name))
             .replace("{{sdk}}", &sdk.display().to_string());
         write_file(folder, file, &text)?;
     }
@@ -225,7 +227,7 @@ fn create_script(name: &str, folder: &Path) -> Result<CommandEnding> {
         );
     }
     let at = folder.display();
-    let written = script::write_files(folder, name, &type_name(name));
+    let written = script::write_files(folder, name, &type_name_in(MAIN, name));
     written.with_context(|| format!("{at} cannot be written"))?;
     let module = script::module_name(name);
     end_printing(print_line(format_args!(
@@ -250,20 +252,6 @@ fn explain_taken(name: &str) -> Option<&'static str> {
     } else {
         None
     }
-}
-
-/// `laser-scanner` is a `LaserScanner`; `count` a `CountComponent`, for `Count` means something
-/// else in the file.
-fn type_name(name: &str) -> String {
-    type_name_in(MAIN, name)
-}
-
-/// The name of a type that is no other word of this source file.
-fn type_name_in(source: &str, name: &str) -> String {
-    let words = name.split(['-', '_']).filter(|word| !word.is_empty());
-    let name: String = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
-    let is_taken = source.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
-    if is_taken { name + "Component" } else { name }
 }
 
 #[cfg(test)]
@@ -327,7 +315,7 @@ mod tests {
             ("armor", "ArmorComponent"),
             ("self", "SelfComponent"),
         ] {
-            assert_eq!(type_name(name), expected);
+            assert_eq!(type_name_in(MAIN, name), expected);
         }
     }
 

@@ -1,6 +1,6 @@
 //! The projects of components in C and C++: what CMake builds with the package Armor.
 
-use super::type_name_in;
+use super::type_name::type_name_in;
 
 /// A language in which a component is built by CMake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
