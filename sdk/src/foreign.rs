@@ -4,7 +4,7 @@
 //! [`ForeignArmor`] has nine of the twelve functions, [`ForeignComponent`] the other three.
 //! [`run`] is [`armor_sdk::run`](crate::run): `--describe`, the command line, signals, the loop, and
 //! the end of the process. A component under test is a
-//! [`TestedComponent`](crate::testing::TestedComponent), too.
+//! [`TestedComponent`], too.
 //!
 //! ```
 //! use armor_sdk::foreign::{ForeignArmor, ForeignComponent, KindDeclaration, PortType};

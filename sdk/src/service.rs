@@ -4,6 +4,7 @@
 mod control;
 mod datagrams;
 mod handshake;
+mod keep_rights;
 
 use std::io;
 use std::os::fd::AsFd;

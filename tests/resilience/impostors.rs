@@ -47,7 +47,7 @@ fn read_frame(stream: &mut TcpStream) -> Option<(FrameKind, Vec<u8>)> {
 
 fn request(data: &str, instance: u64, schema: &str) -> Purpose {
     let (schema_hash, schema) = (schema::hash_text(schema), schema.to_owned());
-    let (keep, wake, data) = (Keep::ALL, Wake::Sleep, data.into());
+    let (keep, wake, data) = (Keep::Latest, Wake::Sleep, data.into());
     let link = LinkRequest {
         data,
         instance,
@@ -90,6 +90,32 @@ fn a_request_for_another_process_start_or_type_gets_no_data() {
     let (mut stream, kind, _) = answer(address, request("source.numbers", instance, ours));
     assert_eq!(kind, FrameKind::Welcome, "who asks rightly is served");
     assert_eq!(read_frame(&mut stream).map(|(kind, _)| kind), Some(FrameKind::Data));
+}
+
+#[test]
+fn a_stranger_that_asks_for_everything_is_not_waited_for() {
+    let system = Draft::default().probe("source", "rate='100Hz'", "").run(Folder::new("greedy"));
+    let found = wait_for("the source", || {
+        system.directory.find_provider("source.numbers", ANSWER_WITHIN).ok()
+    });
+    let address = found.provider.endpoint.parse().expect("an address");
+    let everything = || {
+        let asked = request("source.numbers", found.provider.instance, &found.entry.schema);
+        let Purpose::Link { link } = asked else { unreachable!("it asks for a link") };
+        Purpose::Link { link: LinkRequest { keep: Keep::ALL, ..link } }
+    };
+    let (mut first, kind, _) = answer(address, everything());
+    assert_eq!(kind, FrameKind::Welcome);
+    // The registry does not know it: its link ends, and the next one gets the newest few.
+    while read_frame(&mut first).is_some() {}
+    let (_second, kind, _) = answer(address, everything());
+    assert_eq!(kind, FrameKind::Welcome);
+    let keep = wait_for("the second link", || {
+        let status = system.status("source");
+        let link = status.outputs[0].links.iter().find(|link| link.to == "stranger");
+        link.map(|link| link.keep)
+    });
+    assert_eq!(keep, Keep::Last { count: 16 });
 }
 
 /// The ghost's answer to a subscriber. The counts that it sends start at the discriminant, so that

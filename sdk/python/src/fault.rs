@@ -20,6 +20,11 @@ pub fn in_python_words(text: &str) -> String {
         ("Call::Stopping", "Call.STOPPING"),
         ("Call::Started", "Call.STARTED"),
         ("drop the value", "leave it out"),
+        ("Outcome::Done or Outcome::Failed", "armor.DONE or armor.failed(…)"),
+        (
+            "print on stderr (eprintln!), or log with tracing",
+            "print with file=sys.stderr, or use `logging`",
+        ),
         ("call get_parameter(", "declare it as armor.parameter("),
     ];
     words.iter().fold(text.to_owned(), |text, (rust, python)| text.replace(rust, python))
@@ -54,18 +59,25 @@ fn print_traceback(py: Python<'_>, error: &PyErr) {
     let _ = print();
 }
 
-/// The last line of the traceback, `file.py, line 12, in exec`.
+/// The last line of the traceback outside the package, `file.py, line 12, in exec`: the component's own.
 fn find_place(traceback: &Bound<'_, PyTraceback>) -> PyResult<Option<String>> {
-    let mut place = None;
+    let py = traceback.py();
+    let package: Vec<String> = PyModule::import(py, "armor")?.getattr("__path__")?.extract()?;
+    let is_package =
+        |file: &str| package.iter().any(|folder| file.starts_with(&format!("{folder}/")));
+    let (mut place, mut own) = (None, None);
     let mut current = Some(traceback.clone().into_any());
     while let Some(at) = current {
         let code = at.getattr("tb_frame")?.getattr("f_code")?;
-        let file: String = code.getattr("co_filename")?.extract()?;
-        let file = file.rsplit('/').next().unwrap_or_default().to_owned();
+        let path: String = code.getattr("co_filename")?.extract()?;
+        let file = path.rsplit('/').next().unwrap_or_default();
         let (line, function) = (at.getattr("tb_lineno")?, code.getattr("co_name")?);
         place = Some(format!("{file}, line {line}, in {function}"));
+        if !is_package(&path) {
+            own.clone_from(&place);
+        }
         let next = at.getattr("tb_next")?;
         current = (!next.is_none()).then_some(next);
     }
-    Ok(place)
+    Ok(own.or(place))
 }

@@ -8,7 +8,7 @@ import json
 import pathlib
 import threading
 import unittest
-from typing import Any, List, Optional
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
@@ -270,6 +270,60 @@ class TestManifest(unittest.TestCase):
             armor.describe(int)  # type: ignore[type-var]
         with self.assertRaisesRegex(TypeError, "a parameter has a default or a type"):
             armor.parameter()
+
+
+class TestRefusals(unittest.TestCase):
+    """What would fail only in a call, or would have no effect, is refused with the class."""
+
+    def refused(self, body: Dict[str, Any], *parts: str) -> None:
+        with self.assertRaises(TypeError) as caught:
+            armor.describe(type("Wrong", (armor.Component,), body))
+        for part in parts:
+            self.assertIn(part, str(caught.exception))
+
+    def test_functions_that_take_other_arguments(self) -> None:
+        async def late(self: Any, call: Any) -> None:
+            pass
+
+        self.refused({"exec": lambda self: None}, "def exec(self, call)")
+        self.refused({"exec": late}, "async")
+        self.refused({"data_received": lambda self, data: None}, "(self, header, data)")
+        self.refused({"parameter_received": lambda self: None}, "(self, name, value)")
+        armor.describe(type("Right", (armor.Component,), {"exec": lambda self, *_: None}))
+
+    def test_attributes_of_another_type(self) -> None:
+        self.refused({"events": ["near"]}, "'near'", "armor.DeclaredEvent(")
+        self.refused({"needs_rate": "yes"}, "needs_rate = True")
+        self.refused({"stale_after": {"scan": 1.0}}, '{"velocity": "0.5s"}')
+        self.refused({"provide": armor.parameter(1)}, "`provide`", "another one")
+
+    def test_a_parameter_without_a_default_has_a_value_in_a_description(self) -> None:
+        class Needs(armor.Component):
+            length = armor.parameter(type=float, unit="m", range=(0.5, 2.0))
+            count = armor.parameter(type=int)
+            route = armor.parameter(type=str, format="points")
+            side = armor.parameter(type=str, choices=("left", "right"))
+
+            def __init__(self) -> None:
+                self.twice = self.length * 2 + self.count
+                self.first = [*self.route, self.side][0]
+
+        parameters = json.loads(armor.describe(Needs))["parameters"]
+        self.assertTrue(all("default" not in it for it in parameters), parameters)
+        given = {"length": "1m", "count": "3", "route": "1,2", "side": "right"}
+        self.assertEqual(TestedComponent(Needs, **given).component.twice, 5.0)
+
+    def test_an_exception_of_the_library_names_the_line_of_the_component(self) -> None:
+        class Sends(armor.Component):
+            def __init__(self) -> None:
+                self.provide("text", Text)
+
+            def exec(self, call: armor.Call) -> None:
+                self.send_data("text", Text(data=3))  # type: ignore[arg-type]
+
+        with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(armor.ArmorError) as caught:
+            TestedComponent(Sends).start()
+        self.assertIn("test_components.py, line", str(caught.exception))
 
 
 if __name__ == "__main__":

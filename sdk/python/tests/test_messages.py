@@ -92,6 +92,23 @@ class TestSchemas(unittest.TestCase):
             self.assertIn("Wrong.field: ", str(raised.exception))
             self.assertIn(why, str(raised.exception))
 
+    def test_a_unit_that_would_have_no_effect_is_refused(self) -> None:
+        of_text = Annotated[str, armor.unit("m")]
+        alone = Annotated[float, "m/s"]
+        for body, why in [
+            ({"__annotations__": {"field": of_text}}, "only a number"),
+            ({"__annotations__": {"field": alone}}, "armor.unit('m/s')"),
+            ({"__annotations__": {"field": float}, "field": armor.unit("m")}, "Annotated[float, "),
+        ]:
+            with self.assertRaises(armor.MessageError) as raised:
+                armor.message(type("Wrong", (), dict(body)))
+            self.assertIn(why, str(raised.exception))
+        with self.assertRaises(armor.MessageError):
+            armor.unit(3)  # type: ignore[arg-type]
+        with self.assertRaises(armor.MessageError) as raised:
+            armor.schema_of(3)  # type: ignore[arg-type]
+        self.assertIn("not a message class", str(raised.exception))
+
 
 class Component:
     """No message."""

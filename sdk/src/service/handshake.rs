@@ -14,12 +14,12 @@ use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{
     HandshakeError, Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome,
 };
-use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 use armor_wire::shared_memory::MemoryUse;
 use rustix::event::PollFd;
 
 use super::datagrams::DatagramService;
+use super::keep_rights::KeepRights;
 use crate::faults::PeerFault;
 use crate::link::datagrams_out::LinkDatagrams;
 use crate::link::memory_out::suits_memory;
@@ -30,8 +30,6 @@ use crate::link::wire_out::OutgoingLink;
 use crate::participant::Participant;
 use crate::tap::TOOL_PREFIX;
 
-/// Most data that wait for a tool that asks for all: it may have stopped reading.
-const MOST_FOR_TOOL: u32 = 16;
 /// How long a handshake may take.
 const LIMIT: Duration = Duration::from_secs(2);
 /// Most unfinished handshakes; one more closes the oldest.
@@ -60,6 +58,7 @@ pub(super) struct AdmittedControl {
 pub(super) struct Handshakes {
     participant: Arc<Participant>,
     pending: Vec<PendingHandshake>,
+    keep_rights: KeepRights,
 }
 
 enum HandshakeStep {
@@ -71,7 +70,7 @@ enum HandshakeStep {
 
 impl Handshakes {
     pub fn new(participant: Arc<Participant>) -> Self {
-        Self { participant, pending: Vec::new() }
+        Self { participant, pending: Vec::new(), keep_rights: KeepRights::default() }
     }
 
     pub fn add_poll_fds<'a>(&'a self, fds: &mut Vec<PollFd<'a>>) {
@@ -152,7 +151,7 @@ impl Handshakes {
         };
         match hello.purpose {
             Purpose::Link { link } => {
-                self.admit_link(&link, &from, stream, datagrams).map(|()| None)
+                self.admit_link(&link, (&from, hello.instance), stream, datagrams).map(|()| None)
             }
             Purpose::Control { role } => {
                 self.send_welcome(stream, String::new(), false)?;
@@ -171,7 +170,7 @@ impl Handshakes {
     fn admit_link(
         &self,
         link: &LinkRequest,
-        from: &str,
+        (from, instance): (&str, u64),
         stream: &Stream,
         datagrams: &mut DatagramService,
     ) -> Result<(), Refusal> {
@@ -196,16 +195,10 @@ impl Handshakes {
         output.check_request(link, from)?;
         let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
-        let keep = match link.keep {
-            Keep::Last { count: 0 } => Keep::Latest,
-            // Only the file gives a component the right to make this one wait.
-            Keep::All { .. } if from.starts_with(TOOL_PREFIX) => {
-                Keep::Last { count: MOST_FOR_TOOL }
-            }
-            keep => keep,
-        };
+        let keep = self.keep_rights.grant(link.keep, from, instance);
+        let link_stream = Arc::new(copy);
         let added = OutgoingLink {
-            stream: Arc::new(copy),
+            stream: Arc::clone(&link_stream),
             to: from.into(),
             faults: Arc::clone(&self.participant.faults),
             keep,
@@ -235,7 +228,11 @@ impl Handshakes {
             },
             broken: false,
         };
-        output.add_link(added, || self.send_welcome(stream, output.entry.schema.clone(), true))
+        output.add_link(added, || self.send_welcome(stream, output.entry.schema.clone(), true))?;
+        if keep.is_all() {
+            self.keep_rights.examine(&self.participant, from, instance, link_stream);
+        }
+        Ok(())
     }
 
     fn send_welcome(

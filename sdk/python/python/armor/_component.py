@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import sys
@@ -87,6 +88,21 @@ class Parameter(Generic[T]):
         if isinstance(self.value, _Missing):
             raise AttributeError(f"parameter `{self.name}` has no default and no value yet")
         return self.value
+
+    def stand_in(self) -> Any:
+        """A value of its type, for a description: the file, which assigns it, is not there then."""
+        if self.kind in ("number", "integer"):
+            lowest = -math.inf if self.minimum is None else self.minimum
+            highest = math.inf if self.maximum is None else self.maximum
+            value = min(max(0.0, lowest), highest)
+            return int(value) if self.kind == "integer" else value
+        if self.kind == "text":
+            return [] if self.format in ("points", "numbers", "names", "frames") else ""
+        if self.kind == "path":
+            import pathlib
+
+            return pathlib.Path()
+        return {"flag": False, "choice": next(iter(self.choices), ""), "colour": "#000000"}[self.kind]
 
     @property
     def default(self) -> Optional[str]:
@@ -268,6 +284,7 @@ class _Declaration:
         if not (isinstance(of, type) and issubclass(of, Component)):
             name = getattr(of, "__name__", "Name")
             raise TypeError(f"{of!r} is not a class of components: class {name}(armor.Component)")
+        _check_class(of)
         self.kind = of.kind or _kind_name(of.__name__)
         self.summary = of.summary or _first_line(of.__doc__ if of.__doc__ != Component.__doc__ else "")
         self.parameters = _list_parameters(of)
@@ -278,6 +295,58 @@ class _Declaration:
         self.needs_one_of = [list(group) for group in of.needs_one_of]
         self.stale_after = list(of.stale_after.items())
         self.frames = list(of.frames.items())
+
+
+#: The attributes of a class, what each is, and how it is written.
+_ATTRIBUTES: Dict[str, Tuple[type_, str]] = {
+    "kind": (str, '"wall-follower"'),
+    "summary": (str, '"Follows a wall."'),
+    "events": (list, '[armor.DeclaredEvent("near", "a wall is near")]'),
+    "reports_done": (bool, "False"),
+    "ends_by_itself": (bool, "True"),
+    "needs_rate": (bool, "True"),
+    "needs_one_of": (list, '[["scan", "camera"]]'),
+    "stale_after": (dict, '{"velocity": "0.5s"}'),
+    "frames": (dict, '{"scan": "laser_frame"}'),
+}
+#: The functions that the system calls, with the number of their arguments after `self`.
+_CALLED = {"exec": 1, "data_received": 2, "parameter_received": 2}
+_VARIABLE_ARGUMENTS, _GENERATOR, _COROUTINE, _ASYNC_GENERATOR = 0x04, 0x20, 0x80, 0x200
+
+
+def _check_class(of: Type[Component]) -> None:
+    """Refuses what would fail only in a call, or would have no effect."""
+    for name, (kind, example) in _ATTRIBUTES.items():
+        value = getattr(of, name)
+        if not isinstance(value, kind):
+            raise TypeError(f"`{name}` of {of.__name__} is {value!r}; write it as {name} = {example}")
+    for event in of.events:
+        if not isinstance(event, DeclaredEvent):
+            right = _ATTRIBUTES["events"][1]
+            raise TypeError(f"`events` of {of.__name__} has {event!r}; write it as events = {right}")
+    for field, items in (("stale_after", of.stale_after), ("frames", of.frames)):
+        for key, value in items.items():
+            if not (isinstance(key, str) and isinstance(value, str)):
+                right = f"{field} = {_ATTRIBUTES[field][1]}"
+                raise TypeError(f"`{field}` of {of.__name__} has {key!r}: {value!r}; write it as {right}")
+    for parameter in _list_parameters(of):
+        if hasattr(Component, parameter.name):
+            raise TypeError(
+                f"the parameter `{parameter.name}` of {of.__name__} has the name of a part of "
+                "armor.Component; give it another one"
+            )
+    for name, count in _CALLED.items():
+        code = getattr(getattr(of, name), "__code__", None)
+        if code is None:
+            continue
+        if code.co_flags & (_GENERATOR | _COROUTINE | _ASYNC_GENERATOR):
+            raise TypeError(f"`{name}` of {of.__name__} is async or a generator; it is a plain function")
+        defaults = len(getattr(of, name).__defaults__ or ())
+        most = math.inf if code.co_flags & _VARIABLE_ARGUMENTS else code.co_argcount - 1
+        if not code.co_argcount - 1 - defaults <= count <= most:
+            right = {1: "(self, call)", 2: "(self, header, data)"}[count]
+            right = "(self, name, value)" if name == "parameter_received" else right
+            raise TypeError(f"`{name}` of {of.__name__} takes other arguments; write def {name}{right}")
 
 
 def _kind_name(name: str) -> str:
@@ -309,6 +378,9 @@ class _Constructor(Generic[C]):
     def __call__(self, handle: _armor.Handle, values: Dict[str, Any]) -> C:
         instance = self.of.__new__(self.of)
         instance._handle = handle
+        for parameter in _list_parameters(self.of):
+            if parameter.default is None and parameter.name not in values:
+                setattr(instance, parameter.name, parameter.stand_in())
         for name, value in values.items():
             setattr(instance, name, value)
         instance.__init__()  # type: ignore[misc]

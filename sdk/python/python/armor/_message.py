@@ -59,6 +59,8 @@ class unit:
     __slots__ = ("name",)
 
     def __init__(self, name: str) -> None:
+        if not isinstance(name, str):
+            raise MessageError(f"a unit is a text such as armor.unit(\"m/s\"), not {name!r}")
         self.name = name
 
 
@@ -68,6 +70,8 @@ class fixed:
     __slots__ = ("count",)
 
     def __init__(self, count: int) -> None:
+        if not (isinstance(count, int) and count > 0):
+            raise MessageError(f"a list has a count of at least 1: armor.fixed(36), not {count!r}")
         self.count = count
 
 
@@ -134,6 +138,11 @@ def message(cls: Type[M]) -> Type[M]:
 
 def layout_of(cls: type) -> _armor.Layout:
     """The layout of a message class, made at its first use."""
+    if not isinstance(cls, type):
+        what = f"an instance of {type(cls).__name__}"
+        raise MessageError(
+            f"{cls!r} is {what}, not a message class; for example: self.provide(\"scan\", LaserScan)"
+        )
     layout = cls.__dict__.get("__armor_layout__")
     if layout is not None:
         return layout  # type: ignore[no-any-return]
@@ -187,7 +196,10 @@ def _read_class(cls: type, local: Dict[str, Any]) -> _armor.Layout:
     except Exception as error:
         raise MessageError(f"the annotations of `{cls.__name__}` cannot be read: {error}") from error
     fields = []
-    for attribute in cls.__dataclass_fields__:  # type: ignore[attr-defined]
+    for attribute, field in cls.__dataclass_fields__.items():  # type: ignore[attr-defined]
+        if isinstance(field.default, unit):
+            right = f"{attribute}: Annotated[float, armor.unit({field.default.name!r})]"
+            raise MessageError(f"{cls.__name__}.{attribute}: a unit is no value; write {right}")
         try:
             value, of_unit = _read_annotation(hints[attribute])
         except MessageError as error:
@@ -243,6 +255,8 @@ def _read_annotation(hint: Any) -> Tuple[Any, Optional[str]]:
 def _read_annotated(parts: Tuple[Any, ...]) -> Tuple[Any, Optional[str]]:
     value, of_unit = _read_annotation(parts[0])
     for part in parts[1:]:
+        if isinstance(part, str):
+            raise MessageError(f"a unit is written armor.unit({part!r}), not {part!r} alone")
         if isinstance(part, _Primitive):
             value = part.name
         elif isinstance(part, unit):
@@ -251,7 +265,16 @@ def _read_annotated(parts: Tuple[Any, ...]) -> Tuple[Any, Optional[str]]:
             if not (isinstance(value, tuple) and value[0] in ("list", "array")):
                 raise MessageError("armor.fixed is for lists and arrays")
             value = ("fixed", value[1], part.count)
+    if of_unit is not None and not _is_of_numbers(value):
+        raise MessageError("only a number, or a list or an array of them, has a unit")
     return value, of_unit
+
+
+def _is_of_numbers(value: Any) -> bool:
+    """Whether it is a number, or a list, an array or an `Optional` of one."""
+    while isinstance(value, tuple):
+        value = value[1]
+    return isinstance(value, str) and value not in ("bool", "string")
 
 
 def _number_of(hint: Any) -> Optional[str]:
