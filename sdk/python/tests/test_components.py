@@ -291,6 +291,10 @@ class TestRefusals(unittest.TestCase):
         self.refused({"parameter_received": lambda self: None}, "(self, name, value)")
         armor.describe(type("Right", (armor.Component,), {"exec": lambda self, *_: None}))
 
+    def test_a_list_without_its_form(self) -> None:
+        with self.assertRaisesRegex(TypeError, 'format="numbers"'):
+            armor.parameter([1, 2])
+
     def test_attributes_of_another_type(self) -> None:
         self.refused({"events": ["near"]}, "'near'", "armor.DeclaredEvent(")
         self.refused({"needs_rate": "yes"}, "needs_rate = True")

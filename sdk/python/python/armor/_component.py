@@ -175,6 +175,11 @@ def _kind_of(of: type_, unit: str, is_choice: bool, is_colour: bool, form: Optio
         return "integer"
     if issubclass(of, (int, float)):
         return "number"
+    if issubclass(of, (list, tuple)) and form is None:
+        raise TypeError(
+            'a list needs the form of its text: armor.parameter([1, 2], format="numbers"); or "points", '
+            '"names"'
+        )
     if issubclass(of, (str, list, tuple)):
         return "text"
     if issubclass(of, _Missing):
