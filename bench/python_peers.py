@@ -11,7 +11,7 @@
 One process is on core 0, the other on core 1, or both on core 0. Armor and pyzmq use Unix sockets (Armor shared
 memory for large messages), zenoh TCP on loopback between two peers. A flood with Armor is sent within one
 call of `exec`, with `keep="all"`; with pyzmq by PUSH and PULL without a limit on the waiting messages that
-matters; with zenoh with `CongestionControl.BLOCK`. An image is made anew as a numpy array's memory, and is read at
+matters; with zenoh with `CongestionControl.BLOCK`. Each image is a new numpy array, and is read at
 the other end: the sum of every 4096th byte. The tables are medians of the rounds.
 """
 

@@ -93,7 +93,7 @@ fn each_activation_of_a_recorder_has_a_complete_file_of_its_own() {
     }
     fire(&system, "begin");
     await_messages(&file(&system, "shift-2.mcap"), 5);
-    // It is killed: what it has flushed stays, and it goes on in a file of its own.
+    // After a kill, what was flushed stays, and the next process records into another file.
     system.kill("recorder");
     await_messages(&file(&system, "shift-3.mcap"), 5);
     let second = read(&file(&system, "shift-2.mcap"));

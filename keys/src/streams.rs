@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use armor_socket::{Stream, check_client, tune_between_hosts};
+use armor_socket::{Stream, own_connection, tune_between_hosts};
 use armor_wire::gate::GateReply;
 use armor_wire::hello::Refusal;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
@@ -28,15 +28,7 @@ pub(crate) fn tune_stream(stream: TcpStream) -> io::Result<TcpStream> {
 
 /// Accepts a connection of this user only.
 pub(crate) fn own_stream(stream: TcpStream) -> io::Result<TcpStream> {
-    let stream = Stream::Tcp(stream.into_std()?);
-    check_client(&stream).map_err(io::Error::other)?;
-    match stream {
-        Stream::Tcp(stream) => {
-            stream.set_nodelay(true)?;
-            TcpStream::from_std(stream)
-        }
-        Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
-    }
+    TcpStream::from_std(own_connection(stream.into_std()?)?)
 }
 
 /// Sends a refusal, as far as the client takes it.

@@ -124,7 +124,7 @@ pub struct NewArguments {
     /// A component in C, which CMake builds with the package Armor (sdk/c/install.sh).
     #[arg(long, conflicts_with_all = ["cpp", "sdk", "vendor"])]
     pub c: bool,
-    /// A component in C++, likewise.
+    /// A component in C++, built in the same way.
     #[arg(long, conflicts_with_all = ["sdk", "vendor"])]
     pub cpp: bool,
 }

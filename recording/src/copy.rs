@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use crate::reader::{ReadError, RecordedMessage, Recording};
+use crate::message_stream::{ReadError, RecordedMessage};
+use crate::reader::Recording;
 use crate::summary::{BEGIN_KEY, RecordedOutput};
 use crate::taps::OutputSelection;
 use crate::writer::{Compression, RecordingForm, RecordingWriter, WriteError};

@@ -10,7 +10,9 @@ use mcap::read::ChunkReader;
 use mcap::records::{Record, op};
 use mcap::{McapError, Summary};
 
-use crate::reader::{MAX_RECORD_LEN, MessageStream, ReadError, RecordedMessage, StreamEvent};
+use crate::message_stream::{
+    MAX_RECORD_LEN, MessageStream, ReadError, RecordedMessage, StreamEvent,
+};
 use crate::reports::{REPORTS, RecordedReport};
 use crate::summary::RecordingSummary;
 

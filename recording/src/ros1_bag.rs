@@ -11,7 +11,8 @@ use armor_wire::schema::Schema;
 use thiserror::Error;
 
 use crate::head::MessageHead;
-use crate::reader::{RecordedMessage, name_topic, standard_output};
+use crate::message_stream::RecordedMessage;
+use crate::output_types::{name_topic, standard_output};
 use crate::ros::{RosMessage, find_standard_type};
 use crate::writer::OutputType;
 
@@ -173,7 +174,7 @@ impl<R: Read> Ros1Bag<R> {
 }
 
 impl BagConnection {
-    /// `about` is what the publisher has said about itself.
+    /// `about` is how the publisher describes itself.
     fn new(topic: &str, about: &BagRecord) -> Self {
         let ros_type =
             String::from_utf8_lossy(about.field("type").unwrap_or_default()).into_owned();

@@ -30,7 +30,7 @@ pub use hosts::{HostPlace, adopt_place, name_endpoint};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
 pub use loopback::is_loopback_name;
-pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group};
+pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group, own_connection};
 pub use port_holder::explain_bind_error;
 pub use proxy::has_proxy;
 pub use stream::Stream;

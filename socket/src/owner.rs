@@ -9,7 +9,7 @@
 //! asked for the peer's own socket, which is on this host too (sock_diag(7)).
 
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::os::fd::AsFd;
 
 use netlink_packet_core::{NLM_F_REQUEST, NetlinkHeader, NetlinkMessage, NetlinkPayload};
@@ -91,6 +91,21 @@ pub fn check_client(stream: &Stream) -> Result<(), OwnerError> {
             check_user(socket.uid)
         }
         _ => Err(OwnerError::Closed),
+    }
+}
+
+/// Accepts a TCP connection of this user only, and tunes it for short messages: another user is refused
+/// before a byte is read.
+///
+/// # Errors
+/// [`OwnerError`] in the error, or that of the socket.
+pub fn own_connection(stream: TcpStream) -> io::Result<TcpStream> {
+    stream.set_nodelay(true)?;
+    let stream = Stream::Tcp(stream);
+    check_client(&stream).map_err(io::Error::other)?;
+    match stream {
+        Stream::Tcp(stream) => Ok(stream),
+        Stream::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
     }
 }
 

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use armor_wire::name;
 
-use crate::reader::{ReadError, RecordedMessage, Recording};
+use crate::message_stream::{ReadError, RecordedMessage};
+use crate::reader::Recording;
 use crate::reports::REPORTS;
 use crate::summary::RecordingSummary;
 use crate::taps::OutputSelection;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::pace::{PlaybackPace, PlaybackSpeed};
 use super::queue::{MessageSource, PlaybackQueue, QueuedMessage};
-use crate::reader::ReadError;
+use crate::message_stream::ReadError;
 use crate::reports::REPORTS;
 
 /// The longest step of the time: ticks of 100 Hz are kept.

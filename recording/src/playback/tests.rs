@@ -11,7 +11,7 @@ use super::pace::{PlaybackPace, PlaybackSpeed};
 use super::queue::{DataRename, MessageSource, PlaybackQueue};
 use super::schedule::{PlaybackStep, PlayedPart, Schedule};
 use crate::head::MessageHead;
-use crate::reader::{ReadError, RecordedMessage};
+use crate::message_stream::{ReadError, RecordedMessage};
 use crate::taps::OutputSelection;
 use crate::writer::OutputType;
 

@@ -30,7 +30,7 @@ struct ParameterDeclaration {
     written: bool,
 }
 
-/// An event, likewise.
+/// An event as its class declares it.
 #[derive(FromPyObject)]
 struct EventDeclaration {
     name: String,
@@ -40,7 +40,7 @@ struct EventDeclaration {
     named_by: String,
 }
 
-/// A class, likewise.
+/// A class of components as it declares itself.
 #[derive(FromPyObject)]
 pub struct ClassDeclaration {
     kind: String,

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use armor_socket::{FaultTable, Stream, check_client, explain_bind_error};
+use armor_socket::{FaultTable, explain_bind_error, own_connection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::Builder;
@@ -167,14 +167,8 @@ async fn accept_viewers(
 
 /// Refuses the client of another user before a byte of it is read.
 fn check_stranger(stream: TcpStream) -> Result<TcpStream, String> {
-    let in_words = |error: io::Error| error.to_string();
-    stream.set_nodelay(true).map_err(in_words)?;
-    let stream = Stream::Tcp(stream.into_std().map_err(in_words)?);
-    check_client(&stream).map_err(|error| error.to_string())?;
-    match stream {
-        Stream::Tcp(stream) => TcpStream::from_std(stream).map_err(in_words),
-        Stream::Unix(_) => Err("it is no TCP connection".into()),
-    }
+    let own = stream.into_std().and_then(own_connection);
+    own.and_then(TcpStream::from_std).map_err(|error| error.to_string())
 }
 
 /// Publishes zero when the client that drives has sent nothing for too long. Waits for no client.

@@ -95,6 +95,15 @@ fn expect(right: &str, wrong: &str, code: &str, remedy: &str) {
     assert_eq!(at, line, "{wrong}\n{text}");
 }
 
+/// `right` replaced by `wrong` in `mission` is one finding with this remedy.
+fn expect_remedy(mission: &str, (right, wrong): (&str, &str), remedy: &str) {
+    assert_eq!(mission.matches(right).count(), 1, "{right}");
+    let found = findings(&mission.replace(right, wrong), "");
+    let text = found.render(Colours::No);
+    assert_eq!(found.iter().count(), 1, "{wrong}\n{text}");
+    assert!(text.contains(&format!("did you mean {remedy}")), "{remedy}\n{text}");
+}
+
 #[test]
 fn a_mission_without_a_mistake_has_no_finding() {
     let found = findings(MISSION, PARK);

@@ -1,6 +1,6 @@
 //! One mistake in a mission that counts its rounds with tokens of one place, next to a fork.
 
-use super::findings;
+use super::{expect_remedy, findings};
 use armor_robotfile::Colours;
 
 /// Two rooms in turn, filmed meanwhile; each visit puts a token, and the end takes three.
@@ -47,13 +47,8 @@ const MISSION: &str = r#"<armor version="1">
   </mission>
 </armor>"#;
 
-/// `right` replaced by `wrong` is one finding with this remedy.
 fn expect(right: &str, wrong: &str, remedy: &str) {
-    assert_eq!(MISSION.matches(right).count(), 1, "{right}");
-    let found = findings(&MISSION.replace(right, wrong), "");
-    let text = found.render(Colours::No);
-    assert_eq!(found.iter().count(), 1, "{wrong}\n{text}");
-    assert!(text.contains(&format!("did you mean {remedy}")), "{remedy}\n{text}");
+    expect_remedy(MISSION, (right, wrong), remedy);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Of several edits with which a mission has no fault, the one at the mistake is named.
 
-use super::findings;
+use super::{expect_remedy, findings};
 use armor_robotfile::Colours;
 
 /// Trips that an operator repeats, a question, and places in a row at the end.
@@ -23,7 +23,7 @@ const MISSION: &str = r#"<armor version="1">
     </transition>
     <transition name="again" from="unload" to="carry" operator="true" when="trips &lt; 3"/>
     <transition name="enough" from="unload" to="go-home" when="trips == 3" priority="2"/>
-    <transition name="nobody" from="unload" to="go-home" timeout="30s"/>
+    <transition name="unanswered" from="unload" to="go-home" timeout="30s"/>
     <transition name="touched" from="carry" to="alarm" on="eye.touched" priority="1"/>
     <transition name="slow" from="carry" to="halt" timeout="4min"/>
     <transition name="resume" from="alarm" to="carry" autonomy="confirm" after="3s" answer-within="20s" unanswered="decline"/>
@@ -34,13 +34,8 @@ const MISSION: &str = r#"<armor version="1">
   </mission>
 </armor>"#;
 
-/// `right` replaced by `wrong` is one finding with this remedy.
 fn expect(right: &str, wrong: &str, remedy: &str) {
-    assert_eq!(MISSION.matches(right).count(), 1, "{right}");
-    let found = findings(&MISSION.replace(right, wrong), "");
-    let text = found.render(Colours::No);
-    assert_eq!(found.iter().count(), 1, "{wrong}\n{text}");
-    assert!(text.contains(&format!("did you mean {remedy}? With it")), "{remedy}\n{text}");
+    expect_remedy(MISSION, (right, wrong), &format!("{remedy}? With it"));
 }
 
 #[test]

@@ -1,0 +1,273 @@
+//! The messages of a recording one after the other, from a place of the file on.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+use armor_wire::schema::parse;
+use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{McapError, Summary};
+use thiserror::Error;
+
+use crate::attachment_check::is_whole_attachment;
+use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
+use crate::output_types::identify_output;
+use crate::ros::RosMessage;
+use crate::writer::OutputType;
+use crate::{ABOUT, CDR};
+
+/// Longest record that is read: the longest message, and a chunk around it.
+pub(crate) const MAX_RECORD_LEN: usize = 160 << 20;
+
+/// Why a recording cannot be read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// It cannot be opened or read.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is no MCAP file, or damaged.
+    #[error("{0}")]
+    Format(#[from] McapError),
+}
+
+/// One message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedMessage {
+    /// Its output.
+    pub data: String,
+    /// The type of its output at that time.
+    pub output_type: OutputType,
+    /// Sequence, stamp and publisher.
+    pub head: MessageHead,
+    /// Its bytes in Armor's form, or why they cannot be read.
+    pub payload: Result<Vec<u8>, String>,
+}
+
+/// What comes next in a file.
+pub(crate) enum StreamEvent {
+    Message(RecordedMessage),
+    About(BTreeMap<String, String>),
+    File { name: String, media_type: String, stamp_s: Option<f64>, bytes: Vec<u8> },
+}
+
+/// Reads a file from a place on.
+pub(crate) struct MessageStream {
+    reader: LinearReader,
+    schemas: HashMap<u16, String>,
+    channels: HashMap<u16, StreamChannel>,
+    heads: HeadCodec,
+    head: Option<RecordedHead>,
+    /// The outputs whose messages are decoded; all of them if there are none.
+    decoded: Option<BTreeSet<String>>,
+    left_out: HashSet<String>,
+}
+
+struct StreamChannel {
+    /// The output, or [`HEADS`].
+    data: String,
+    ros_type: String,
+    output_type: OutputType,
+    /// How its messages are read, if Armor has written them.
+    message: Option<RosMessage>,
+}
+
+impl MessageStream {
+    pub(crate) fn begin(file: &mut File) -> Result<Self, ReadError> {
+        file.seek(SeekFrom::Start(0))?;
+        Ok(Self::with_options(LinearReaderOptions::default()))
+    }
+
+    pub(crate) fn at_chunk(
+        file: &mut File,
+        offset: u64,
+        index: &Summary,
+    ) -> Result<Self, ReadError> {
+        file.seek(SeekFrom::Start(offset))?;
+        let mut stream =
+            Self::with_options(LinearReaderOptions::default().with_skip_start_magic(true));
+        for (id, channel) in &index.channels {
+            let ros_type = channel.schema.as_ref().map(|schema| schema.name.clone());
+            stream.add_channel(
+                *id,
+                &channel.topic,
+                ros_type.unwrap_or_default(),
+                &channel.message_encoding,
+                &channel.metadata,
+            );
+        }
+        Ok(stream)
+    }
+
+    fn with_options(options: LinearReaderOptions) -> Self {
+        let options =
+            options.with_record_length_limit(MAX_RECORD_LEN).with_prevalidate_chunk_crcs(true);
+        Self {
+            reader: LinearReader::new_with_options(options),
+            schemas: HashMap::new(),
+            channels: HashMap::new(),
+            heads: HeadCodec::new(),
+            head: None,
+            decoded: None,
+            left_out: HashSet::new(),
+        }
+    }
+
+    /// Decodes the messages of these outputs only. Others come without their bytes.
+    pub(crate) fn decode_only(&mut self, outputs: BTreeSet<String>) {
+        self.decoded = Some(outputs);
+    }
+
+    /// Passes over the messages of these outputs.
+    pub(crate) fn leave_out(&mut self, outputs: &HashSet<String>) {
+        self.left_out.clone_from(outputs);
+    }
+
+    pub(crate) fn ros_type(&self, topic: &str) -> String {
+        let found = self.channels.values().find(|channel| channel.data == topic);
+        found.map(|channel| channel.ros_type.clone()).unwrap_or_default()
+    }
+
+    fn add_channel(
+        &mut self,
+        id: u16,
+        topic: &str,
+        ros_type: String,
+        encoding: &str,
+        metadata: &BTreeMap<String, String>,
+    ) {
+        let (data, output_type) = identify_output(topic, &ros_type, encoding, metadata);
+        let is_ours = encoding == CDR && !output_type.schema.is_empty();
+        let schema = is_ours.then(|| parse(&output_type.schema).ok()).flatten();
+        let message = schema.as_ref().map(RosMessage::new);
+        let channel = StreamChannel { data, ros_type, output_type, message };
+        self.channels.insert(id, channel);
+    }
+
+    pub(crate) fn next_message(
+        &mut self,
+        file: &mut File,
+    ) -> Result<Option<RecordedMessage>, ReadError> {
+        while let Some(event) = self.next_event(file)? {
+            if let StreamEvent::Message(message) = event {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    pub(crate) fn next_event(&mut self, file: &mut File) -> Result<Option<StreamEvent>, ReadError> {
+        loop {
+            let Some(event) = self.reader.next_event() else { return Ok(None) };
+            let record = match event? {
+                LinearReadEvent::ReadRequest(len) => {
+                    let read = file.read(self.reader.insert(len))?;
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                LinearReadEvent::Record { data, opcode } => {
+                    // Those of later versions are passed over.
+                    if !is_known(opcode) {
+                        continue;
+                    }
+                    if opcode == op::ATTACHMENT && !is_whole_attachment(data) {
+                        let (header, available) = (data.len() as u64, 0);
+                        return Err(McapError::BadAttachmentLength { header, available }.into());
+                    }
+                    mcap::parse_record(opcode, data)?.into_owned()
+                }
+            };
+            if let Some(event) = self.take_record(record) {
+                return Ok(Some(event));
+            }
+        }
+    }
+
+    /// Takes the next record of the file; returns what it is, unless it only describes what follows.
+    pub(crate) fn take_record(&mut self, record: Record<'_>) -> Option<StreamEvent> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+                None
+            }
+            Record::Channel(channel) => {
+                let ros_type = self.schemas.get(&channel.schema_id).cloned();
+                self.add_channel(
+                    channel.id,
+                    &channel.topic,
+                    ros_type.unwrap_or_default(),
+                    &channel.message_encoding,
+                    &channel.metadata,
+                );
+                None
+            }
+            Record::Metadata(metadata) if metadata.name == ABOUT => {
+                Some(StreamEvent::About(metadata.metadata))
+            }
+            Record::Attachment { header, data, .. } => Some(StreamEvent::File {
+                name: header.name,
+                media_type: header.media_type,
+                stamp_s: read_file_time(header.log_time),
+                bytes: data.into_owned(),
+            }),
+            Record::Message { header, data } => {
+                self.read_message(header, &data).map(StreamEvent::Message)
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns a message; `None` for a head, and for a message of an unknown channel.
+    fn read_message(
+        &mut self,
+        header: mcap::records::MessageHeader,
+        bytes: &[u8],
+    ) -> Option<RecordedMessage> {
+        let channel = self.channels.get(&header.channel_id)?;
+        if channel.data == HEADS {
+            self.head = self.heads.decode(bytes).ok();
+            return None;
+        }
+        if self.left_out.contains(&channel.data) {
+            self.head = None;
+            return None;
+        }
+        // One that another program has put in between has no head.
+        let head = self.head.take().filter(|head| head.channel == header.channel_id);
+        let stamps_s = head.as_ref().map_or(&[] as &[f64], |head| &head.stamps);
+        let is_decoded = self.decoded.as_ref().is_none_or(|it| it.contains(&channel.data));
+        let payload = match &channel.message {
+            _ if !is_decoded => Err("it was not asked for".into()),
+            Some(message) => message.decode(bytes, stamps_s).map_err(|error| error.to_string()),
+            None => Err("another program has written it, and it has no type of Armor".into()),
+        };
+        let head = head.map_or_else(
+            || MessageHead {
+                sequence: header.sequence.into(),
+                stamp_s: to_seconds(header.log_time),
+                ..MessageHead::default()
+            },
+            |head| MessageHead {
+                sequence: head.sequence,
+                stamp_s: head.published,
+                instance: head.instance,
+                lost: head.lost,
+            },
+        );
+        let output_type = channel.output_type.clone();
+        Some(RecordedMessage { data: channel.data.clone(), output_type, head, payload })
+    }
+}
+
+fn is_known(opcode: u8) -> bool {
+    (op::HEADER..=op::DATA_END).contains(&opcode)
+}
+
+/// When a file appeared while the recording ran.
+pub(crate) fn read_file_time(log_time: u64) -> Option<f64> {
+    (log_time > 0).then(|| to_seconds(log_time))
+}
+
+pub(crate) fn to_seconds(nanoseconds: u64) -> f64 {
+    nanoseconds as f64 / 1e9
+}
