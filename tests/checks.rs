@@ -74,6 +74,33 @@ fn the_example_missions_have_no_findings() {
     }
 }
 
+/// With one component forgotten, there are two edits after which nothing is wrong: to activate it
+/// here too, or to take it out of the other place. The forgotten one has to be offered.
+#[test]
+fn a_component_that_was_forgotten_in_a_place_is_offered_there() {
+    let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
+    let folder = Folder::new("check-forgotten");
+    folder.write("office.svg", &read(&missions.join("worlds/office.svg")));
+    let office = read(&missions.join("office.xml")).replace("worlds/office.svg", "office.svg");
+    for (place, all, left) in
+        [("return", "homing driver", "homing"), ("explore", "explorer driver", "explorer")]
+    {
+        let listed = |components| format!(r#"components="{components}""#);
+        let at = office.find(&format!(r#"<place name="{place}""#)).expect("the place");
+        let (before, after) = office.split_at(at);
+        let changed = format!("{before}{}", after.replacen(&listed(all), &listed(left), 1));
+        assert_ne!(changed, office, "{place} has other components than {all}");
+        folder.write("forgotten.xml", &changed);
+        let (_, out, err) = run_to_end(&mut folder.armor(&["check", "forgotten.xml"]));
+        let remedy = format!("{} in {place}", listed(all));
+        assert!(err.contains(&remedy) || out.contains(&remedy), "no {remedy}: {out}{err}");
+    }
+}
+
+fn read(file: &Path) -> String {
+    std::fs::read_to_string(file).expect("a file of the examples")
+}
+
 #[test]
 fn a_violated_check_shows_firings_that_can_be_replayed() {
     let folder = folder("check-fails", "always reachable(full)");

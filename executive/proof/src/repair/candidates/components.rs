@@ -17,7 +17,7 @@ const ADDED: i32 = 25;
 /// How much likelier it is that a component is meant that the places before and after activate, or
 /// too many if no other place activates it.
 const AS_NEIGHBOUR: i32 = 3;
-const ODD: i32 = 5;
+const ODD: i32 = 4;
 /// How much less likely it is that the only component of a place, which no other place activates, is
 /// wrong.
 const LONE: i32 = 6;
