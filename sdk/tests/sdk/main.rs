@@ -6,6 +6,7 @@
 mod acting;
 mod any_message;
 mod bench_system;
+mod copies;
 mod datagrams;
 mod hand_written_publisher;
 mod histories;
@@ -13,8 +14,10 @@ mod links;
 mod many;
 mod pull;
 mod python_messages;
+mod role_process;
 mod shared_memory;
 mod simulated_time;
+mod slot_kills;
 mod standard_messages;
 mod states;
 mod strangers;
