@@ -51,7 +51,7 @@ steps! {
 
 impl ProtocolStep {
     /// Whether it is a step of the publisher.
-    pub fn is_publisher_s(self) -> bool {
+    pub fn is_of_publisher(self) -> bool {
         (self as usize) < (Self::PageMapped as usize)
     }
 }

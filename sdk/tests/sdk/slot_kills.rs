@@ -231,7 +231,7 @@ impl Trial {
     /// follows it.
     fn kill_at(&mut self, step: ProtocolStep, pass: usize, reader: usize) {
         let order = format!("{} {pass}", step.name());
-        if step.is_publisher_s() {
+        if step.is_of_publisher() {
             // The old process must be gone before the new one takes its name.
             let _ = self.publisher.child.kill();
             let _ = self.publisher.child.wait();
@@ -243,7 +243,7 @@ impl Trial {
             self.readers.insert(reader, start_reader(&self.system, reader, None));
         }
         for (index, it) in self.readers.iter().enumerate() {
-            if step.is_publisher_s() || index == reader {
+            if step.is_of_publisher() || index == reader {
                 self.back.push(it.wait_for_flow(&self.publisher, &order));
             }
             let bad = it.lines.try_iter().find(|line| line.starts_with("bad"));
