@@ -3,6 +3,7 @@
 pub mod arguments;
 mod component_link;
 pub mod control_group;
+pub mod cpu_share;
 pub mod descriptors;
 pub mod environment;
 pub mod given_up;

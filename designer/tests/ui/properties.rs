@@ -167,6 +167,7 @@ fn what_a_component_may_use_of_the_host_is_edited() {
         ("component nice", "5", r#"nice="5""#),
         ("component realtime", "10", r#"realtime="10""#),
         ("component cpus", "0 2-3", r#"cpus="0 2-3""#),
+        ("component cpu", "150%", r#"cpu="150%""#),
         ("component memory", "512MiB", r#"memory="512MiB""#),
     ] {
         window.fill(field, text);

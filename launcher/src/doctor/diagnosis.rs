@@ -102,6 +102,7 @@ pub fn diagnose(facts: &HostFacts) -> Vec<Diagnosis> {
         diagnose_clock(facts.clock_doubts.as_deref()),
         diagnose_realtime(facts.realtime),
         diagnose_control_group(facts.control_group),
+        diagnose_cpu_shares(facts.control_group.is_none() && facts.has_cpu_controller),
         diagnose_display(facts.has_display),
     ];
     all.extend(diagnose_components(facts));
@@ -291,6 +292,21 @@ fn diagnose_realtime((current, _): ProcessLimit) -> Diagnosis {
     }
 }
 
+fn diagnose_cpu_shares(can_be_kept: bool) -> Diagnosis {
+    const SUBJECT: &str = "cpu shares";
+    if can_be_kept {
+        return Diagnosis::good(SUBJECT, "the file may limit the processor time of a component");
+    }
+    Diagnosis::new(
+        SUBJECT,
+        HostCondition::Note,
+        "the processor time of a component cannot be limited: no control group with the controller \
+         `cpu` can be divided",
+        "needed only by components with `cpu` in the file: `systemd-run --user --scope -p \
+         Delegate=yes armor run …`, or `Delegate=yes` in the service of systemd",
+    )
+}
+
 fn diagnose_control_group(obstacle: Option<GroupObstacle>) -> Diagnosis {
     const SUBJECT: &str = "control group";
     let Some(obstacle) = obstacle else {
@@ -380,6 +396,7 @@ mod tests {
             name: ("robot".to_owned(), true),
             clock_doubts: None,
             control_group: None,
+            has_cpu_controller: true,
             kinds: 11,
             component_findings: Vec::new(),
             has_display: true,

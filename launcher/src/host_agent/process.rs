@@ -428,10 +428,14 @@ fn read_resources(wanted: &ProcessResources) -> Result<GuardedResources, String>
         nice: wanted.nice,
         realtime: wanted.realtime,
         cpus: wanted.cpus.iter().map(|cpu| *cpu as usize).collect(),
+        cpu_permille: wanted.cpu_permille,
         memory: wanted.memory,
     };
-    let obstacle =
-        resources.refuse_nice().or_else(|| resources.refuse_realtime()).or(resources.refuse_cpus());
+    let obstacle = resources
+        .refuse_nice()
+        .or_else(|| resources.refuse_realtime())
+        .or_else(|| resources.refuse_cpus())
+        .or_else(|| resources.refuse_cpu());
     obstacle.map_or(Ok(resources), Err)
 }
 

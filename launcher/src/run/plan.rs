@@ -336,7 +336,7 @@ impl ProcessPlan {
             plan.start.executable_len = std::fs::metadata(path).map_or(0, |it| it.len());
             plan.executable = Some(path.clone());
         }
-        let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+        let ResourceLimits { nice, realtime, cpus, cpu, memory } = &component.resources;
         plan.start = RemoteStart {
             component: name.clone(),
             kind: component.kind.value.clone(),
@@ -351,6 +351,7 @@ impl ProcessPlan {
                     .flat_map(|it| &it.value)
                     .filter_map(|it| (*it).try_into().ok())
                     .collect(),
+                cpu_permille: cpu.as_ref().map(|cpu| cpu.value.permille),
                 memory: memory.as_ref().map(|memory| memory.value),
             },
             ..plan.start
@@ -422,17 +423,19 @@ fn find_kind<'a>(component: &Component, catalogue: &'a Catalogue) -> Result<&'a 
 /// # Errors
 /// If the host or the user cannot grant it.
 fn find_resources(component: &Component) -> Result<GuardedResources> {
-    let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+    let ResourceLimits { nice, realtime, cpus, cpu, memory } = &component.resources;
     let resources = GuardedResources {
         nice: nice.as_ref().map(|nice| nice.value),
         realtime: realtime.as_ref().map(|priority| priority.value),
         cpus: cpus.iter().flat_map(|cpus| cpus.value.iter().copied()).collect(),
+        cpu_permille: cpu.as_ref().map(|cpu| cpu.value.permille),
         memory: memory.as_ref().map(|memory| memory.value),
     };
     let obstacles = [
         (nice.as_ref().map(|nice| &nice.at), resources.refuse_nice()),
         (realtime.as_ref().map(|priority| &priority.at), resources.refuse_realtime()),
         (cpus.as_ref().map(|cpus| &cpus.at), resources.refuse_cpus()),
+        (cpu.as_ref().map(|cpu| &cpu.at), resources.refuse_cpu()),
     ];
     for obstacle in obstacles {
         if let (Some(at), Some(why)) = obstacle {

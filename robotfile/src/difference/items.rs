@@ -106,7 +106,7 @@ fn of_component(component: &Component) -> ComparedItem {
         Restart::Never => "never",
     };
     let (rate, watchdog) = (component.rate_hz.as_ref(), component.watchdog.as_ref());
-    let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+    let ResourceLimits { nice, realtime, cpus, cpu, memory } = &component.resources;
     let aspects = vec![
         plain_aspect("kind", &*component.kind.value),
         text_aspect("host", &component.host),
@@ -125,6 +125,7 @@ fn of_component(component: &Component) -> ComparedItem {
             .as_ref()
             .map(|priority| new_aspect("realtime", priority.value.to_string(), priority.at.text())),
         cpus.as_ref().map(|cpus| new_aspect("cpus", format!("{:?}", cpus.value), cpus.at.text())),
+        cpu.as_ref().map(|cpu| new_aspect("cpu", cpu.value.permille.to_string(), cpu.at.text())),
         memory
             .as_ref()
             .map(|memory| new_aspect("memory", memory.value.to_string(), memory.at.text())),

@@ -1,7 +1,7 @@
 //! A component: its name, how it is run, its parameters and its ports.
 
 use armor_robotfile::model::{Component, Restart};
-use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice, parse_realtime};
+use armor_robotfile::resources::{parse_cpu, parse_cpus, parse_memory, parse_nice, parse_realtime};
 use armor_wire::manifest::{Manifest, ParameterManifest};
 use armor_wire::name::is_name;
 use armor_wire::quantity;
@@ -258,6 +258,13 @@ const EXECUTION_ROWS: [ExecutionRow; 8] = [
         hint: "all",
         doc: "The processors on which it may run, from 0, such as 0 2-3.",
         check: |text| parse_cpus(text).map(drop),
+    },
+    ExecutionRow {
+        attribute: "cpu",
+        label: "Processor time",
+        hint: "no limit",
+        doc: "Its share of one processor, such as 50%, or 150% of two.",
+        check: |text| parse_cpu(text).map(drop),
     },
     ExecutionRow {
         attribute: "memory",
