@@ -203,6 +203,14 @@ fn components_of_two_hosts_take_part_in_one_system() {
     // Both are this computer.
     let (clock, _) = hosts.find_diagnosis("clock", "the clock of arm");
     assert!(clock.starts_with("ok: the clock of arm is 0.0"), "{clock}");
+    for (subject, found) in [
+        ("versions", "arm has armor "),
+        ("key", "the key of arm is valid until "),
+        ("ports", "ports"),
+    ] {
+        let (found, _) = hosts.find_diagnosis(subject, found);
+        assert!(found.starts_with("ok: "), "{subject}: {found}");
+    }
     let mut run = hosts.run(&[]);
     let first = hosts.wait_for_far(&run, &[]);
     for data in ["near.presence", "far.presence"] {
