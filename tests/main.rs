@@ -39,6 +39,7 @@ mod remote;
 mod resilience;
 mod resume;
 mod robots;
+mod run_keys;
 mod run_status;
 mod simulated_time;
 mod sub_missions;

@@ -8,11 +8,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use armor_keys::connect::now_us;
+use armor_socket::run_keys::{KEY_VARIABLE, read_key};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::{
     CutOff, OutputStream, ProcessEnd, ProcessResources, REGISTRY_PORT, RemoteEvent, RemoteOrder,
     RemoteStart, VariableSetting,
 };
+use armor_wire::run_key::NameKey;
 use parking_lot::Mutex;
 use tokio::io::{AsyncRead, AsyncReadExt};
 use tokio::process::{Child, Command};
@@ -348,6 +350,11 @@ impl AgentProcess {
 }
 
 impl FreezableProcess for AgentProcess {
+    fn key(&self) -> Option<NameKey> {
+        let set = self.start.settings.iter().find(|setting| setting.name == KEY_VARIABLE)?;
+        read_key(&set.value, &self.key.component)
+    }
+
     fn port(&self) -> Option<u16> {
         self.state.lock().port
     }

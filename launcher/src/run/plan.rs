@@ -13,7 +13,8 @@ use armor_robotfile::{Configuration, advise_similar};
 use armor_sdk::messages::Progress;
 use armor_wire::Message;
 use armor_wire::name::is_name;
-use armor_wire::remote_process::{ProcessResources, RemoteStart};
+use armor_wire::remote_process::{ProcessResources, RemoteStart, VariableSetting};
+use armor_wire::run_key::RunSecret;
 
 use super::arguments::RunArguments;
 use super::environment::select_variables;
@@ -28,6 +29,7 @@ use crate::kinds::build::{find_build, fingerprint_manifest};
 use crate::kinds::{Catalogue, ComponentKind, Origin};
 use crate::playback_cli::played::{PLAYBACK_CLOCK, PlayedRecording};
 use armor_socket::GROUP_VARIABLE;
+use armor_socket::run_keys::{KEY_VARIABLE, format_key, format_secret};
 
 /// The launcher's own name in the log.
 pub const LAUNCHER: &str = "launcher";
@@ -239,6 +241,33 @@ impl ProcessPlan {
             // That of the shell is of another run.
             start.environment.retain(|(known, _)| known != name);
             start.environment.push((name.into(), value.into()));
+        }
+    }
+
+    /// Gives every process its key: the secret itself to what serves or commands the whole system.
+    pub fn set_keys(&mut self, secret: RunSecret) {
+        for (duty, start) in self.duties.iter().zip(&mut self.starts) {
+            let key = match duty.role {
+                // It takes part under the names of the components that it plays.
+                ChildRole::Component if duty.name == PLAYBACK => Some(format_secret(secret)),
+                ChildRole::Component => Some(format_key(&duty.name, secret)),
+                ChildRole::Registry | ChildRole::Configd | ChildRole::Executive => {
+                    Some(format_secret(secret))
+                }
+                ChildRole::Gate => None,
+            };
+            match start {
+                PlannedStart::Here(start) => {
+                    // That of the shell is of another run.
+                    start.environment.retain(|(known, _)| known != KEY_VARIABLE);
+                    start.environment.extend(key.map(|key| (KEY_VARIABLE.into(), key.into())));
+                }
+                PlannedStart::Remote(plan) => {
+                    let name = KEY_VARIABLE.to_owned();
+                    let key = key.map(|value| VariableSetting { name, value });
+                    plan.start.settings.extend(key);
+                }
+            }
         }
     }
 

@@ -150,6 +150,12 @@ impl Supervisor {
         absent.take(MAX_LISTED).collect()
     }
 
+    /// Returns the components that run, or are started without another order.
+    pub fn list_owed(&self) -> Vec<String> {
+        let owed = self.children.iter().filter(|child| child.duty.role == ChildRole::Component);
+        owed.filter(|child| child.is_owed()).map(|child| child.duty.name.clone()).collect()
+    }
+
     /// Returns the starts and ends of a component's processes.
     pub fn describe_history(&self, id: ChildId) -> ComponentHistory {
         let child = &self.children[id];

@@ -180,6 +180,13 @@ impl Child {
         }
     }
 
+    /// Whether it runs, or is started without another order of an operator.
+    pub fn is_owed(&self) -> bool {
+        let is_down =
+            matches!(self.state, ChildState::Ended | ChildState::Stopped | ChildState::Failed);
+        !is_down && self.order != Some(ChildOrder::Stop)
+    }
+
     /// Why it takes no part, in words.
     pub fn describe_absence(&self) -> String {
         match self.state {
