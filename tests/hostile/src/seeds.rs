@@ -1,4 +1,4 @@
-//! Well-formed inputs of each decoder. They are made here, so that none is stored.
+//! Well-formed inputs of each decoder, as the formats are today. `fuzz/corpus` keeps some of them.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -1,5 +1,8 @@
 //! Thousands of damaged files for every decoder: each gets an answer, and none a panic.
 
+#[path = "../../../fuzz/kept_corpus.rs"]
+mod kept_corpus;
+
 use std::path::Path;
 
 use armor_hostile::damage::damage_one;
@@ -33,6 +36,28 @@ fn check(name: &str) {
             std::fs::write(&path, &input).expect("it is written");
             panic!("{name}: input {number} of seed {seed} is in {}", path.display());
         }
+    }
+}
+
+/// Damaged inputs that are kept of each decoder, next to the well-formed ones.
+const KEPT_DAMAGED: usize = 24;
+/// Longest of these, in bytes: a short one shows a fault better.
+const KEPT_LEN: usize = 2 << 10;
+
+/// What `fuzz/corpus` keeps of a decoder. A secret key is not kept, not even that of a test.
+fn make_corpus(name: &str) -> Vec<Vec<u8>> {
+    let seeds = make_seeds(name, &folder_of(&format!("corpus-{name}"))).expect("seeds");
+    let damaged = (0..1000).map(|number| damage_one(&seeds, &mut Rng::with_seed(number)));
+    let damaged = damaged.filter(|input| input.len() <= KEPT_LEN).take(KEPT_DAMAGED);
+    let corpus: Vec<Vec<u8>> = seeds.iter().cloned().chain(damaged).collect();
+    let has_secret = |input: &Vec<u8>| String::from_utf8_lossy(input).contains("PRIVATE");
+    corpus.into_iter().filter(|input| !has_secret(input)).collect()
+}
+
+#[test]
+fn the_kept_inputs_of_every_decoder_get_an_answer() {
+    for (name, decode) in DECODERS {
+        kept_corpus::run_corpus(name, decode, || make_corpus(name));
     }
 }
 
