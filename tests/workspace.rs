@@ -23,6 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-petri", &[]),
     ("armor-sdk-derive", &["armor-wire"]),
     ("armor-sdk", &["armor-memory", "armor-sdk-derive", "armor-socket", "armor-wire"]),
+    ("armor-definitions", &["armor-sdk", "armor-wire"]),
     ("armor-python", &["armor-sdk"]),
     ("armor-c", &["armor-sdk"]),
     ("armor-marking", &["armor-wire"]),

@@ -36,6 +36,7 @@ use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
 use crate::logs_cli::LogsArguments;
+use crate::message_cli::MessageCommand;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
@@ -102,6 +103,7 @@ commands! {
     Top(TopArguments),
     #[command(subcommand)] Data(DataCommand),
     Describe(DescribeArguments),
+    #[command(subcommand)] Message(MessageCommand),
     Graph(GraphArguments),
     Echo(EchoArguments),
     Hz(HzArguments),

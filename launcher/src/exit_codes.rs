@@ -60,6 +60,13 @@ const COMMANDS: &[CommandCodes] = &[
          is found",
     ),
     codes("describe", "it is printed", "there is no such kind, or an executable is broken"),
+    codes("message list", "it is printed", "a stock component is broken"),
+    codes("message show", "it is printed", "there is no such message"),
+    codes(
+        "message export",
+        "it is written",
+        "there is no such message, several have the name, or the language cannot express it",
+    ),
     codes("graph", "it is printed", NO_SYSTEM),
     codes(
         "echo",

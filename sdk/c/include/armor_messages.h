@@ -1,5 +1,5 @@
 // The standard messages, with the names and fields of armor-sdk; units and axes by REP-103.
-// Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-c --test messages
+// Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-definitions
 
 #ifndef ARMOR_MESSAGES_H
 #define ARMOR_MESSAGES_H

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import importlib.util
 import math
 import pickle
 import unittest
@@ -18,6 +19,8 @@ from armor import messages
 from armor.messages import Image, LaserScan, Odometry, PowerSupplyStatus, Quaternion, Twist, Vector3
 
 SCHEMAS = Path(__file__).parents[2] / "tests" / "sdk" / "standard_messages.txt"
+# What `armor message export` writes of one message.
+KEPT = Path(__file__).parents[2] / "definitions" / "tests" / "kept"
 
 
 class Side(enum.Enum):
@@ -63,7 +66,17 @@ def everything() -> Everything:
     )
 
 
+
 class TestSchemas(unittest.TestCase):
+    def test_a_module_of_message_export_has_the_schema_that_it_was_written_from(self) -> None:
+        spec = importlib.util.spec_from_file_location("reading", KEPT / "reading.py")
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        self.assertEqual(armor.schema_of(module.Reading), (KEPT / "reading.schema").read_text().strip())
+        sent = module.Reading(ranges=[1.0], depth=2.0, state=module.State.Busy, names=["a"])
+        self.assertEqual(armor.decode(module.Reading, armor.encode(sent)), sent)
+
     def test_the_standard_messages_have_the_schemas_of_rust(self) -> None:
         expected = SCHEMAS.read_text().split()
         names = [schema.split("{")[0].split("<")[0] for schema in expected]

@@ -12,7 +12,6 @@ mod histories;
 mod links;
 mod many;
 mod pull;
-mod python_messages;
 mod shared_memory;
 mod simulated_time;
 mod standard_messages;

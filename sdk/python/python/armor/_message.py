@@ -101,6 +101,17 @@ class Message:
             setattr(self, name, value)
 
 
+def _array(values: Any, dtype: str) -> Any:
+    """An array of `values`; those that are an array already as they are."""
+    if hasattr(values, "__array_interface__"):
+        return values
+    import numpy
+
+    if isinstance(values, (bytes, bytearray, memoryview)):
+        return numpy.frombuffer(values, dtype)
+    return numpy.array(() if values is None else values, dtype)
+
+
 def _is_equal(a: Any, b: Any) -> bool:
     """Whether two values are equal; arrays are if all of their numbers are."""
     if hasattr(a, "__array_interface__") or hasattr(b, "__array_interface__"):

@@ -1,31 +1,20 @@
 """The standard messages, with the names and fields of ROS. Angles are in radians, lengths in metres;
 axes by REP-103. An array is a numpy array; a received one is read-only, and lies where it arrived.
 
-Written from the definitions in Rust by `cargo test -p armor-sdk python_messages`; not to be edited.
+Written from the definitions in Rust by `ARMOR_BLESS=1 cargo test -p armor-definitions`; not to be edited.
 """
 
 from __future__ import annotations
 
 import enum
 import math
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Union
+from typing import TYPE_CHECKING, List, Optional, Sequence, Union
 
-from armor._message import Message
+from armor._message import Message, _array
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-
-def _array(values: Any, dtype: str) -> Any:
-    """An array of `values`; those that are an array already as they are."""
-    if hasattr(values, "__array_interface__"):
-        return values
-    import numpy
-
-    if isinstance(values, (bytes, bytearray, memoryview)):
-        return numpy.frombuffer(values, dtype)
-    return numpy.array(() if values is None else values, dtype)
 
 
 class Point(Message):
