@@ -11,6 +11,7 @@
 #![allow(unsafe_code)]
 
 mod handles;
+mod history;
 mod process;
 mod read;
 mod testing;
@@ -25,6 +26,7 @@ use armor_sdk::Fault;
 use armor_sdk::foreign::{ForeignArmor, KeptMessage, PortType, run};
 
 pub use handles::*;
+pub use history::*;
 pub(crate) use process::flush_printed;
 use process::survive_broken_pipes;
 pub use testing::*;
