@@ -75,6 +75,9 @@ const KEYWORDS: [&str; 62] = [
     "while",
 ];
 
+/// Most fields that the macro of a message takes.
+const MAX_FIELDS: usize = 32;
+
 /// Writes the header of the standard messages.
 ///
 /// # Errors
@@ -168,6 +171,10 @@ fn write_struct(
     is_view: bool,
 ) -> Result<(), ExportError> {
     let name = definition.name();
+    if let Some(field) = fields.get(MAX_FIELDS) {
+        let form = format!("its field number {}", MAX_FIELDS + 1);
+        return Err(ExportError::unsupported(definition, &field.name, form, Language::Cpp));
+    }
     let struct_name = if is_view { format!("{name}View") } else { name.to_owned() };
     if is_view {
         let _ = writeln!(

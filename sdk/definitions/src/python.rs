@@ -197,7 +197,7 @@ fn zero(schema: &Schema) -> String {
     }
 }
 
-fn describe_field(field: &Field, default: Option<&Value>) -> FieldText {
+fn describe_field(of: &str, field: &Field, default: Option<&Value>) -> FieldText {
     let name = attribute_name(&field.name);
     let plain = |default: String| {
         let (argument, assigned) = (annotation(&field.schema), name.clone());
@@ -211,7 +211,7 @@ fn describe_field(field: &Field, default: Option<&Value>) -> FieldText {
             FieldText {
                 argument: format!("Union[NDArray[np.{numpy}], {given}Sequence[{number}], None]"),
                 default: "None".into(),
-                assigned: format!("_array({name}, \"{dtype}\")"),
+                assigned: format!("_array({name}, \"{dtype}\", \"{of}.{name}\")"),
             }
         }
         Schema::List(_) | Schema::Fixed(..) | Schema::Struct { .. } => FieldText {
@@ -219,8 +219,8 @@ fn describe_field(field: &Field, default: Option<&Value>) -> FieldText {
             default: "None".into(),
             assigned: format!("{} if {name} is None else {name}", zero(&field.schema)),
         },
-        Schema::Enum { name: of, .. } => match default.and_then(Value::as_str) {
-            Some(member) => plain(format!("{of}.{}", attribute_name(member))),
+        Schema::Enum { name, .. } => match default.and_then(Value::as_str) {
+            Some(member) => plain(format!("{name}.{}", attribute_name(member))),
             None => plain(zero(&field.schema)),
         },
         Schema::F32 | Schema::F64 => match default {
@@ -253,7 +253,7 @@ fn write_struct(
     let name = definition.name();
     let default = |field: &Field| definition.default.get(&field.name);
     let texts: Vec<_> =
-        fields.iter().map(|field| (field, describe_field(field, default(field)))).collect();
+        fields.iter().map(|field| (field, describe_field(name, field, default(field)))).collect();
     let mut push = |line: String| {
         out.push_str(&line);
         out.push('\n');

@@ -110,7 +110,7 @@ fn a_document_in_json_has_every_field_with_its_type_unit_and_text() {
 
 #[test]
 fn what_a_language_cannot_express_is_refused_with_the_field() {
-    let refusal = |text, language| export(text, language).unwrap_err();
+    let refusal = |text: &str, language| export(text, language).unwrap_err();
     let with_fields = "A{mode:Mode<Off,On{level:u8}>}";
     for language in [Language::Python, Language::C, Language::Cpp] {
         let error = refusal(with_fields, language);
@@ -120,6 +120,9 @@ fn what_a_language_cannot_express_is_refused_with_the_field() {
     assert!(export(with_fields, Language::Rust).unwrap().contains("    On {\n        level: u8,"));
     let error = refusal("A{rows:[[f32]]}", Language::C);
     assert!(error.starts_with("`A.rows` is a list of `[f32]`"), "{error}");
+    let fields: Vec<_> = (0..33).map(|index| format!("f{index}:u8")).collect();
+    let error = refusal(&format!("A{{{}}}", fields.join(",")), Language::Cpp);
+    assert!(error.starts_with("`A.f32` is its field number 33, which"), "{error}");
     let error = refusal("A{class:u8}", Language::Cpp);
     assert!(error.contains("`A.class` is a reserved word"), "{error}");
     assert!(export("A{from:u8}", Language::Python).unwrap().contains("(\"from_\", \"from\", None"));

@@ -188,6 +188,16 @@ impl Child {
         }
     }
 
+    /// Whether it is a component that has died, and has not been ready since.
+    pub fn is_failing(&self) -> bool {
+        let is_down = match self.state {
+            ChildState::Waiting { .. } => true,
+            ChildState::Running { .. } => self.healthy_since.is_none(),
+            _ => false,
+        };
+        self.duty.role == ChildRole::Component && !self.deaths.is_empty() && is_down
+    }
+
     pub fn is_alive(&self) -> bool {
         matches!(self.state, ChildState::Running { .. } | ChildState::Ending { .. })
     }

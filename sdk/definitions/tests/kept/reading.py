@@ -97,8 +97,8 @@ class Reading(Message):
         self.name = name
         self.level = level
         self.ok = ok
-        self.ranges = _array(ranges, "<f4")
-        self.raw = _array(raw, "<u1")
+        self.ranges = _array(ranges, "<f4", "Reading.ranges")
+        self.raw = _array(raw, "<u1", "Reading.raw")
         self.names = [] if names is None else names
         self.corner = [0.0] * 4 if corner is None else corner
         self.depth = depth

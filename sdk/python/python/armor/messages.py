@@ -444,7 +444,7 @@ class OccupancyGrid(Message):
         self.stamp = stamp
         self.frame = frame
         self.info = MapMetaData() if info is None else info
-        self.data = _array(data, "<i1")
+        self.data = _array(data, "<i1", "OccupancyGrid.data")
 
 
 class OccupancyGridUpdate(Message):
@@ -492,7 +492,7 @@ class OccupancyGridUpdate(Message):
         self.y = y
         self.width = width
         self.height = height
-        self.data = _array(data, "<i1")
+        self.data = _array(data, "<i1", "OccupancyGridUpdate.data")
 
 
 class Path(Message):
@@ -673,8 +673,8 @@ class LaserScan(Message):
         self.scan_time = scan_time
         self.range_min = range_min
         self.range_max = range_max
-        self.intensities = _array(intensities, "<f4")
-        self.ranges = _array(ranges, "<f4")
+        self.intensities = _array(intensities, "<f4", "LaserScan.intensities")
+        self.ranges = _array(ranges, "<f4", "LaserScan.ranges")
 
 
 class Image(Message):
@@ -727,7 +727,7 @@ class Image(Message):
         self.encoding = encoding
         self.is_bigendian = is_bigendian
         self.step = step
-        self.data = _array(data, "<u1")
+        self.data = _array(data, "<u1", "Image.data")
 
 
 class CompressedImage(Message):
@@ -760,7 +760,7 @@ class CompressedImage(Message):
         self.stamp = stamp
         self.frame = frame
         self.format = format
-        self.data = _array(data, "<u1")
+        self.data = _array(data, "<u1", "CompressedImage.data")
 
 
 class Imu(Message):
