@@ -24,7 +24,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-sdk-derive", &["armor-wire"]),
     ("armor-sdk", &["armor-memory", "armor-sdk-derive", "armor-socket", "armor-wire"]),
     ("armor-definitions", &["armor-sdk", "armor-wire"]),
-    ("armor-python", &["armor-sdk"]),
+    ("armor-python", &["armor-inspect", "armor-sdk"]),
     ("armor-c", &["armor-sdk"]),
     ("armor-marking", &["armor-wire"]),
     ("armor-plan", &["armor-petri", "armor-robotfile"]),
