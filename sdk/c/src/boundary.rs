@@ -28,7 +28,7 @@ use armor_sdk::foreign::{ForeignArmor, KeptMessage, PortType, run};
 pub use handles::*;
 pub use history::*;
 pub(crate) use process::flush_printed;
-use process::survive_broken_pipes;
+use process::{print_by_lines, survive_broken_pipes};
 pub use testing::*;
 
 use crate::codec::{Arena, EncodedMessage, KeptBytes, decode_struct};
@@ -98,6 +98,7 @@ pub unsafe extern "C" fn armor_run(
         let kind = unsafe { read_kind(component) }?;
         let functions = CFunctions(*component);
         survive_broken_pipes()?;
+        print_by_lines();
         Ok(Some(c_int::from(run(&kind, arguments, |armor| {
             Ok(Box::new(create_component(functions, armor)?.0))
         }))))
