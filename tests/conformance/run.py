@@ -88,8 +88,8 @@ class Run:
                 self.commands["status"] = self.execute("ps", "--system", self.system)
                 self.commands["graph"] = self.execute("graph", "slow", "--system", self.system, "--format", "json")
                 # What ends a run is shown only after it.
-                waits = [row for row in BEHAVIOURS if "absent" not in row and "last" not in row["name"]]
-                if all(self.explain_failure(row) is None for row in waits):
+                waits = [row for row in BEHAVIOURS if "last" not in row["name"]]
+                if all(self.explain_missing(row) is None for row in waits):
                     break
                 time.sleep(0.5)
         finally:
@@ -119,14 +119,24 @@ class Run:
                 raise SystemExit((self.folder / "system.txt").read_text())
             time.sleep(0.1)
 
+    def read_shown(self, component: str) -> str:
+        """The log of a component, or what a command of the test has printed."""
+        is_command = component.startswith("COMMAND ")
+        return self.commands.get(component[8:], "") if is_command else self.read_log(component)
+
     def explain_failure(self, row: Dict[str, Any]) -> Optional[str]:
         """Why a behaviour is not as the table states; None if it is."""
+        for unexpected in row.get("absent", []):
+            if re.search(unexpected, self.read_shown(row["component"]), re.MULTILINE):
+                return f"`{unexpected}` is in what {row['component']} shows"
+        return self.explain_missing(row)
+
+    def explain_missing(self, row: Dict[str, Any]) -> Optional[str]:
+        """What of a behaviour has not been seen yet."""
         if "manifest" in row:
             return None
-        component = row["component"]
-        is_command = component.startswith("COMMAND ")
-        text = self.commands.get(component[8:], "") if is_command else self.read_log(component)
-        at = 0
+        component, at = row["component"], 0
+        text = self.read_shown(component)
         for expected in row["seen"]:
             if expected.split(" ")[0] in CHECKS:
                 why = CHECKS[expected.split(" ")[0]](text, *expected.split(" ")[1:])
@@ -137,9 +147,6 @@ class Run:
             if found is None:
                 return f"`{expected}` is not in what {component} shows"
             at = found.end()
-        for unexpected in row.get("absent", []):
-            if re.search(unexpected, text, re.MULTILINE):
-                return f"`{unexpected}` is in what {component} shows"
         return None
 
 

@@ -4,9 +4,8 @@ use std::fmt::Write;
 
 use armor_wire::schema::{Field, Schema, Variant};
 
-use crate::definition::Definition;
-use crate::export::{ExportError, Language};
-use crate::selection::name_of;
+use crate::definition::{Definition, name_of};
+use crate::language::{ExportError, Language};
 
 /// The first lines of the kept headers.
 pub const KEPT_HEAD: &str = "\

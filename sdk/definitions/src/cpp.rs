@@ -6,9 +6,8 @@ use armor_wire::schema::{Field, Schema, Variant};
 use serde_json::Value;
 
 use crate::c::{KEPT_HEAD, plain_type, write_doc};
-use crate::definition::Definition;
-use crate::export::{ExportError, Language};
-use crate::selection::name_of;
+use crate::definition::{Definition, name_of};
+use crate::language::{ExportError, Language};
 
 const KEYWORDS: [&str; 62] = [
     "alignas",

@@ -6,8 +6,6 @@ use armor_sdk::messages::{DEFINITION_SOURCES, standard_definitions};
 use armor_wire::schema::Schema;
 use serde_json::Value;
 
-use crate::selection::name_of;
-
 /// A message, or an enum of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Definition {
@@ -49,6 +47,14 @@ pub fn standard_messages() -> Vec<Definition> {
         Definition { default: standard.default, doc, member_docs: members, ..plain }
     });
     definitions.collect()
+}
+
+/// Returns the name of a struct or an enum.
+pub fn name_of(schema: &Schema) -> Option<&str> {
+    match schema {
+        Schema::Struct { name, .. } | Schema::Enum { name, .. } => Some(name),
+        _ => None,
+    }
 }
 
 /// The documentation of a type in the sources.

@@ -3,8 +3,7 @@
 use armor_wire::schema::{Field, Schema};
 use serde_json::{Value, json};
 
-use crate::definition::Definition;
-use crate::selection::name_of;
+use crate::definition::{Definition, name_of};
 
 /// Writes the document; imported messages are in it, too.
 pub fn export(defined: &[Definition], imported: &[Definition]) -> String {

@@ -6,7 +6,7 @@ use armor_wire::schema::{Field, Schema, Variant};
 use serde_json::Value;
 
 use crate::definition::Definition;
-use crate::export::{ExportError, Language};
+use crate::language::{ExportError, Language};
 
 const HEAD: &str = r#""""The standard messages, with the names and fields of ROS. Angles are in radians, lengths in metres;
 axes by REP-103. An array is a numpy array; a received one is read-only, and lies where it arrived.

@@ -4,9 +4,8 @@ use std::fmt::Write;
 
 use armor_wire::schema::{Field, Schema};
 
-use crate::definition::Definition;
-use crate::export::{ExportError, Language};
-use crate::selection::name_of;
+use crate::definition::{Definition, name_of};
+use crate::language::{ExportError, Language};
 
 /// Names that are keywords even as `r#name`.
 const NO_IDENTIFIERS: [&str; 4] = ["self", "Self", "super", "crate"];

@@ -2,8 +2,8 @@
 
 use armor_wire::schema::{Field, Schema};
 
-use crate::definition::Definition;
-use crate::export::ExportError;
+use crate::definition::{Definition, name_of};
+use crate::language::ExportError;
 
 /// The messages of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,14 +12,6 @@ pub struct Selection {
     pub defined: Vec<Definition>,
     /// The standard messages that these contain.
     pub imported: Vec<Definition>,
-}
-
-/// Returns the name of a struct or an enum.
-pub fn name_of(schema: &Schema) -> Option<&str> {
-    match schema {
-        Schema::Struct { name, .. } | Schema::Enum { name, .. } => Some(name),
-        _ => None,
-    }
 }
 
 /// Selects the `requested` messages and all that they contain. A standard message is imported, except
