@@ -53,6 +53,7 @@ fn in_words(message: &KnownMessage) -> String {
         &armor_definitions::standard_messages(),
     );
     let parts = parts.map(|it| [it.imported, it.defined].concat()).unwrap_or_default();
+    out += "\n";
     out += &describe_parts(definition, width);
     for part in parts.iter().filter(|part| part.schema != definition.schema) {
         out += &format!("\n{}\n", part.name());
@@ -107,8 +108,14 @@ fn describe_parts(definition: &Definition, width: Option<usize>) -> String {
         _ => "FIELD",
     };
     let headings = [heading, "TYPE", "UNIT", "MEANING"];
-    let table = Table::new(&headings, rows);
-    table.format(width)
+    // A message of a component has no documentation, and an enum mostly no types.
+    let has_news = |column: &usize| *column == 0 || rows.iter().any(|row| !row[*column].is_empty());
+    let columns: Vec<_> = (0..headings.len()).filter(has_news).collect();
+    let headings: Vec<_> = columns.iter().map(|column| headings[*column]).collect();
+    let select = |row: &Vec<String>| -> Vec<String> {
+        columns.iter().map(|column| row[*column].clone()).collect()
+    };
+    Table::new(&headings, rows.iter().map(select).collect()).format(width)
 }
 
 fn field_row(path: &str, field: &Field, doc: String) -> Vec<String> {
