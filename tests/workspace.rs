@@ -19,7 +19,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-memory", &[]),
     ("armor-keys", &["armor-files", "armor-socket", "armor-wire"]),
     ("armor-registry", &["armor-socket", "armor-wire"]),
-    ("armor-robotfile", &["armor-wire"]),
+    ("armor-robotfile", &["armor-geo", "armor-wire"]),
     ("armor-configd", &["armor-files", "armor-robotfile", "armor-socket", "armor-wire"]),
     ("armor-petri", &[]),
     ("armor-sdk-derive", &["armor-wire"]),

@@ -26,6 +26,11 @@ pub(crate) fn is_on_segment(a: MapPoint, b: MapPoint, p: MapPoint) -> bool {
 
 /// Whether two closed segments have a point in common.
 pub(crate) fn do_segments_touch(a: MapPoint, b: MapPoint, c: MapPoint, d: MapPoint) -> bool {
+    // Most pairs are apart in x or y, which takes no arithmetic.
+    let apart = |a: f64, b: f64, c: f64, d: f64| a.max(b) < c.min(d) || c.max(d) < a.min(b);
+    if apart(a.x_m(), b.x_m(), c.x_m(), d.x_m()) || apart(a.y_m(), b.y_m(), c.y_m(), d.y_m()) {
+        return false;
+    }
     let opposite = |one: Ordering, other: Ordering| one.is_ne() && one == other.reverse();
     let crosses = opposite(compare_side(a, b, c), compare_side(a, b, d))
         && opposite(compare_side(c, d, a), compare_side(c, d, b));

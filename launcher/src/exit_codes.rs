@@ -123,6 +123,7 @@ const COMMANDS: &[CommandCodes] = &[
         "it is printed, or fits its mission",
         "it cannot be read, or does not fit its mission",
     ),
+    codes("mission expand", "it is printed", "it cannot be read, or has an error"),
     codes("mission replay", "it is printed", "it cannot be read, or does not fit the mission"),
     codes(
         "record",

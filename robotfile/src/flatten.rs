@@ -8,7 +8,7 @@
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Submission, Transition};
+use crate::mission::{Arc, ArcKind, Class, Mission, Submission, Transition};
 use crate::model::Configuration;
 use crate::read::MAX_ELEMENTS;
 use crate::source::Spanned;
@@ -118,25 +118,8 @@ fn qualify_names(inner: &mut Mission, name: &str) {
 /// The transitions between a mission and the sub-mission `inner`, whose names are qualified.
 fn join_mission(whole: &mut Mission, inner: &Mission, by: &Submission, name: &str) {
     let transition = |what: &str, class, arcs| Transition {
-        name: by.file.with(format!("{name}.{what}")),
-        arcs,
-        sets: Vec::new(),
-        on: None,
-        interval: None,
-        when: None,
-        priority: 0,
         class,
-        autonomy: Autonomy::Auto,
-        lost_link: None,
-        not_before: None,
-        not_after: None,
-        missed: None,
-        on_stop_fail: None,
-        on_start_fail: None,
-        overrun: None,
-        autonomy_at: None,
-        answer_at: None,
-        is_doubtful: false,
+        ..Transition::new(by.file.with(format!("{name}.{what}")), arcs)
     };
     let arc = |kind, place: &Spanned<String>, weight| Arc { kind, place: place.clone(), weight };
     if let Some(enter) = &by.enter {

@@ -19,6 +19,7 @@ pub mod claim;
 mod code;
 mod date;
 mod difference;
+pub mod drawn_route;
 
 mod edit;
 mod elements;
@@ -41,6 +42,8 @@ mod read;
 mod recover;
 mod render;
 pub mod resources;
+mod route;
+pub mod site_map;
 mod source;
 mod start_tag;
 mod suggestion;

@@ -36,7 +36,11 @@ pub(super) struct Aspect {
 }
 
 impl ComparedItem {
-    fn new(subject: Subject, name: impl Into<String>, aspects: Vec<Option<Aspect>>) -> Self {
+    pub(super) fn new(
+        subject: Subject,
+        name: impl Into<String>,
+        aspects: Vec<Option<Aspect>>,
+    ) -> Self {
         let aspects = aspects.into_iter().flatten().collect();
         Self { subject, name: name.into(), owner: None, aspects }
     }
@@ -195,6 +199,7 @@ fn of_mission(mission: &Mission) -> Vec<ComparedItem> {
         plain_aspect("checks", checks.join("; ")),
     ];
     let mut items = vec![ComparedItem::new(Subject::Mission, "", itself)];
+    items.extend(super::drawn::of_drawing(mission));
     items.extend(mission.variables.iter().map(of_variable));
     items.extend(mission.places.iter().map(of_place));
     for exclusive in &mission.exclusives {
@@ -326,12 +331,12 @@ fn date_aspect(name: &str, date: &Option<Spanned<Date>>) -> Option<Aspect> {
     date.as_ref().map(|date| new_aspect(name, date.value.to_string(), date.at.text()))
 }
 
-fn text_aspect(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {
+pub(super) fn text_aspect(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {
     text.as_ref().and_then(|text| plain_aspect(name, &*text.value))
 }
 
 /// An attribute whose text is its value; none if it is empty.
-fn plain_aspect(name: &str, value: impl Into<String>) -> Option<Aspect> {
+pub(super) fn plain_aspect(name: &str, value: impl Into<String>) -> Option<Aspect> {
     let value = value.into();
     (!value.is_empty()).then(|| new_aspect(name, value.clone(), &value))
 }
@@ -340,6 +345,6 @@ fn some_aspect(aspect: Aspect) -> Option<Aspect> {
     (!aspect.value.is_empty()).then_some(aspect)
 }
 
-fn new_aspect(name: &str, value: String, shown: &str) -> Aspect {
+pub(super) fn new_aspect(name: &str, value: String, shown: &str) -> Aspect {
     Aspect { name: name.into(), value, shown: shown.into() }
 }
