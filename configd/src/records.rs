@@ -164,6 +164,9 @@ fn describe_effect(
         }
         (
             Subject::Mission
+            | Subject::Map
+            | Subject::Mark
+            | Subject::Route
             | Subject::Variable
             | Subject::Place
             | Subject::Exclusive

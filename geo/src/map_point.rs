@@ -38,7 +38,7 @@ impl MapPoint {
         (self.x_m - other.x_m).hypot(self.y_m - other.y_m)
     }
 
-    /// The point at a share of the way to `other`, rounded.
+    /// The point at a share of the distance to `other`, rounded.
     pub(crate) fn interpolate(self, other: Self, share: f64) -> Self {
         Self {
             x_m: self.x_m + (other.x_m - self.x_m) * share,

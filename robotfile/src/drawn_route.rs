@@ -33,7 +33,7 @@ pub struct DrawnRoute {
     pub radius: Clearance,
     /// How long the robot waits at a rally point for the operator to resume the leg.
     pub patience: Option<Spanned<Duration>>,
-    /// How long the way to a rally point may take.
+    /// How long the drive to a rally point may take.
     pub rally_by: Option<Spanned<Duration>>,
     /// The legs, stays and meetings.
     pub steps: Vec<RouteStep>,
@@ -85,11 +85,11 @@ pub struct DrawnLeg {
     pub speed: Option<Spanned<String>>,
     /// How long it may take.
     pub by: Option<Spanned<Duration>>,
-    /// The robot does not go on from the point before this date.
+    /// The robot does not continue from the point before this date.
     pub not_before: Option<Spanned<Date>>,
     /// The robot is late if it has not arrived at this date.
     pub not_after: Option<Spanned<Date>>,
-    /// The components that are active on it, besides those of the route.
+    /// The components that are active on it, in addition to those of the route.
     pub components: Vec<Spanned<String>>,
 }
 

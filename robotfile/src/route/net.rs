@@ -173,10 +173,10 @@ impl<'a> RouteNet<'a> {
         let before = number_of_meeting(&self.pieces, number, self.route, with);
         let partner = find_partner(self.route, before, with, self.others);
         let Some((partner, at)) = partner else { return };
-        let is_first = self.others.iter().find(|route| {
+        let first = self.others.iter().find(|route| {
             route.name.value == self.route.name.value || route.name.value == partner.name.value
         });
-        if !is_first.is_some_and(|first| first.name.value == self.route.name.value) {
+        if first.is_none_or(|first| first.name.value != self.route.name.value) {
             return;
         }
         let pieces = divide_into_pieces(partner, self.map);
