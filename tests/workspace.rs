@@ -11,6 +11,7 @@ use serde_json::Value;
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-files", &[]),
     ("armor-frames", &[]),
+    ("armor-exchange", &[]),
     ("armor-symbols", &[]),
     ("armor-quantity", &[]),
     ("armor-wire-derive", &["armor-quantity"]),

@@ -52,7 +52,7 @@ fn codes() -> Vec<String> {
         codes.push(format!("100{identity}100{digits}181211000000"));
     }
     for status in 1..6 {
-        codes.push(format!("10031500{status}0001401000009").replacen("1500", "15", 1));
+        codes.push(format!("100315{status}0001401000009"));
     }
     for (index, icon) in Icon::all().iter().enumerate() {
         let identity = [3, 6, 4, 1][index % 4];

@@ -43,7 +43,7 @@ pub enum CodeError {
     Character {
         /// Where it is.
         position: usize,
-        /// What is there.
+        /// The character.
         found: char,
         /// What may be there.
         wanted: &'static str,
@@ -184,7 +184,7 @@ digits! {
     /// Present, planned, or the condition of something present.
     SymbolStatus: "status",
     "0 present, 1 planned, 2 fully capable, 3 damaged, 4 destroyed, 5 full to capacity";
-    /// It is there.
+    /// It exists there now.
     Present = 0,
     /// It is planned, anticipated or suspected.
     Planned = 1,

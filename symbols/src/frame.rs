@@ -1,4 +1,4 @@
-//! Frames: the shape tells identity and dimension. Sizes follow the octagon of the standard: the
+//! Frames: the shape shows identity and dimension. Sizes follow the octagon of the standard: the
 //! rectangle is 1.5 octagons wide, the square 1.1, the diamond 1.44, the circle 1.2.
 
 use crate::code::{StandardIdentity, SymbolCode, SymbolSet, SymbolStatus};
@@ -39,7 +39,7 @@ impl FrameGroup {
     }
 }
 
-/// What the frame's shape tells of the dimension.
+/// What the frame's shape shows of the dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum FrameKind {
     Unit,

@@ -2,7 +2,7 @@
 
 use crate::outline::Position;
 
-/// The most marks along a line, and the most hatching lines of an area: more cannot be told apart.
+/// The most marks along a line, and the most hatching lines of an area: more cannot be distinguished.
 const MOST_MARKS: f64 = 1000.0;
 /// How far a parallel's corner may stick out, in multiples of its distance.
 const MITRE: f64 = 4.0;
