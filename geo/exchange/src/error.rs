@@ -1,5 +1,8 @@
 //! Why a plan cannot be read or written.
 
+/// The most items, corners and positions of a file.
+pub(crate) const MOST_POSITIONS: usize = 100_000;
+
 /// Why a file of plans cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlanReadError {

@@ -6,8 +6,6 @@ use crate::{geojson, gpx, ground_control, ground_control_writing, kml, waypoint_
 
 /// The most bytes of a file: a hundred times the largest plan that planners accept.
 const MOST_BYTES: usize = 16 << 20;
-/// The most items, corners and positions of a file.
-pub(crate) const MOST_POSITIONS: usize = 100_000;
 
 /// A file format of plans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

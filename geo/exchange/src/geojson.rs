@@ -3,8 +3,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::error::PlanReadError;
-use crate::format::MOST_POSITIONS;
+use crate::error::{MOST_POSITIONS, PlanReadError};
 use crate::plan::{
     AltitudeReference, Fence, FenceShape, NamedPosition, Omissions, PlanAltitude, PlanItem,
     PlanNote, PlanPosition, PlannedRoute, RoutePlan, rounded,

@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::error::PlanReadError;
-use crate::format::MOST_POSITIONS;
+use crate::error::{MOST_POSITIONS, PlanReadError};
 use crate::plan::{
     AltitudeReference, NamedPosition, Omissions, PlanAltitude, PlanItem, PlanNote, PlanPosition,
     PlannedRoute, RoutePlan,

@@ -2,8 +2,7 @@
 
 use serde_json::Value;
 
-use crate::error::PlanReadError;
-use crate::format::MOST_POSITIONS;
+use crate::error::{MOST_POSITIONS, PlanReadError};
 use crate::mavlink::{NumberedCommand, read_commands};
 use crate::plan::{
     AltitudeReference, Fence, FenceShape, MavlinkCommand, NamedPosition, PlanAltitude,

@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::error::{PlanReadError, PlanWriteError};
-use crate::format::MOST_POSITIONS;
+use crate::error::{MOST_POSITIONS, PlanReadError, PlanWriteError};
 use crate::mavlink::{NumberedCommand, command_of, read_commands};
 use crate::plan::{
     AltitudeReference, MavlinkCommand, Omissions, PlanAltitude, PlanItem, PlanNote, PlanPosition,

@@ -3,8 +3,7 @@
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
-use crate::error::PlanReadError;
-use crate::format::MOST_POSITIONS;
+use crate::error::{MOST_POSITIONS, PlanReadError};
 
 /// How deep elements may be nested: KML's folders are the deepest.
 const MOST_DEPTH: usize = 64;
