@@ -36,6 +36,7 @@ use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
 use crate::logs_cli::LogsArguments;
+use crate::map_cli::MapCommand;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
@@ -120,6 +121,7 @@ commands! {
     #[command(subcommand)] Bag(BagCommand),
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
+    #[command(subcommand)] Map(MapCommand),
     #[command(subcommand)] Param(ParamCommand),
     Web(WebArguments),
     Connect(ConnectArguments),

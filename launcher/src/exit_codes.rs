@@ -132,6 +132,12 @@ const COMMANDS: &[CommandCodes] = &[
     codes("net info", "the net is counted", "the file cannot be read, or a limit was reached"),
     codes("net check", "the net has no faults", "the net has a fault, or cannot be decided"),
     codes(
+        "map convert",
+        "the other file is written, with notes on what it has no place for",
+        "a file cannot be read or written, or the other format has no place for the plan",
+    ),
+    codes("map symbol", "the code is readable", "the code is not one of the standard"),
+    codes(
         "param set",
         "the value is in the file and in force",
         "it is refused, by the file or the component",

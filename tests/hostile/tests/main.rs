@@ -76,6 +76,10 @@ fn every_seed_is_well_formed() {
         let count = messages.filter(|message| message.payload.is_ok()).count();
         assert!(count == 6 || (!is_whole && count > 0), "{count}");
     }
+    for (seed, format) in seeds("plans").iter().zip(armor_exchange::PlanFormat::ALL) {
+        let plan = armor_exchange::read_plan(&text(seed), *format).expect("a plan");
+        assert!(plan.routes[0].items.len() + plan.fences.len() > 1, "{plan:?}");
+    }
     let keys = seeds("keys");
     assert!(armor_keys::revoked::parse_revoked(&text(&keys[0])).is_ok_and(|it| it.len() == 1));
     assert!(armor_keys::KeyFile::from_text(&text(&keys[1])).is_ok());
@@ -94,6 +98,11 @@ fn any_net_in_pnml_gets_an_answer() {
 #[test]
 fn any_net_of_tina_gets_an_answer() {
     check("tina");
+}
+
+#[test]
+fn any_plan_gets_an_answer() {
+    check("plans");
 }
 
 #[test]
