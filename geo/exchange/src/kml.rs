@@ -188,7 +188,10 @@ pub(crate) fn write(plan: &RoutePlan) -> (String, Vec<PlanNote>) {
         let is_named = |item: &&PlanItem| matches!(item, PlanItem::Go { name: Some(_), .. });
         writing.omissions.add("name of a waypoint", route.items.iter().filter(is_named).count());
         let positions: Vec<_> = route.items.iter().filter_map(PlanItem::position).collect();
-        writing.add("LineString", route.name.as_deref(), "route", &positions);
+        // A line without coordinates is not valid; what the route does is among the notes.
+        if !positions.is_empty() {
+            writing.add("LineString", route.name.as_deref(), "route", &positions);
+        }
     }
     for fence in &plan.fences {
         writing.add_fence(fence);
