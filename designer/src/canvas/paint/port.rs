@@ -17,6 +17,8 @@ const SIZE: f32 = 5.5;
 const PORT_ROOM: f32 = 20.0;
 /// Space around the names of two ports that face each other.
 const NAME_MARGINS: f32 = 30.0;
+/// The least share of the width that one of them gets.
+const LEAST_SHARE: f32 = 0.38;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_ports(
@@ -82,6 +84,7 @@ impl<Id: DiagramId> Canvas<Id> {
             });
             let other = facing.map(letters).fold(0.0, f32::max);
             let share = letters(port) / (letters(port) + other).max(1.0);
+            let share = if other > 0.0 { share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE) } else { 1.0 };
             let width = (node.rect.width() - NAME_MARGINS) * share * frame.zoom;
             let label = Label {
                 text: &port.name,
