@@ -18,6 +18,7 @@ mod model;
 mod playback;
 mod properties;
 mod refused;
+mod remedies;
 mod typing;
 mod undo;
 mod unread;

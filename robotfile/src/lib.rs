@@ -34,6 +34,7 @@ pub mod mission;
 pub mod model;
 mod namespaces;
 
+mod offered_edit;
 mod overrides;
 mod page;
 mod proven;
@@ -66,6 +67,7 @@ pub use load::{Reading, load, load_copy, read, read_bytes, suggest_file};
 pub use manifests::Manifests;
 pub use mission::Mission;
 pub use model::{Configuration, System};
+pub use offered_edit::OfferedEdit;
 pub use overrides::Override;
 pub use page::PageExample;
 pub use read::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
