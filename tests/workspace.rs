@@ -11,6 +11,7 @@ use serde_json::Value;
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-files", &[]),
     ("armor-frames", &[]),
+    ("armor-geo", &[]),
     ("armor-quantity", &[]),
     ("armor-wire-derive", &["armor-quantity"]),
     ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
