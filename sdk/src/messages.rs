@@ -21,7 +21,7 @@ pub use geometry::{
 };
 pub use navigation::{
     MapMetaData, OccupancyGrid, OccupancyGridUpdate, OccupancyGridUpdateView, OccupancyGridView,
-    Odometry, Path, SlamDiagnostics,
+    Odometry, Path, SlamDiagnostics, Zone, ZoneRule, Zones,
 };
 pub use sensing::{
     BatteryState, CompressedImage, CompressedImageView, Image, ImageView, Imu, LaserScan,

@@ -28,7 +28,8 @@ fn definitions() -> Vec<(Schema, Value)> {
     definitions_of![
         Point Vector3 Quaternion Pose Pose2D PoseStamped PoseArray PoseWithCovariance
         PoseWithCovarianceStamped Twist TwistWithCovariance FrameTransform FrameTransforms
-        MapMetaData OccupancyGrid OccupancyGridUpdate Path SlamDiagnostics Odometry
+        MapMetaData OccupancyGrid OccupancyGridUpdate Path SlamDiagnostics ZoneRule Zone Zones
+        Odometry
         LaserScan Image CompressedImage Imu NavSatStatus NavSatService NavSatFix
         PowerSupplyStatus BatteryState
         Flag Number Text Count Log Progress

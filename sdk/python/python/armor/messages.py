@@ -582,6 +582,95 @@ class SlamDiagnostics(Message):
         self.dropped = dropped
 
 
+class ZoneRule(enum.Enum):
+    """What a zone of the map requires of a robot (our own; ROS has no such message)."""
+
+    NoGo = 0
+    """It must not enter."""
+    StayIn = 1
+    """It must not leave. Of several such zones, it must be in one."""
+    Speed = 2
+    """It must not be faster than the zone's speed."""
+    Observe = 3
+    """Nothing: that a robot comes near it is reported."""
+
+
+class Zone(Message):
+    """An area of the map, with its boundary: a polygon or a circle (our own)."""
+
+    __slots__ = ("name", "kind", "margin", "speed", "polygon", "centre", "radius",)
+    _fields = (
+        ("name", "name", None, "string"),
+        ("kind", "kind", None, ZoneRule),
+        ("margin", "margin", "m", "f64"),
+        ("speed", "speed", "m/s", "f64"),
+        ("polygon", "polygon", None, ("list", Point)),
+        ("centre", "centre", None, Point),
+        ("radius", "radius", "m", "f64"),
+    )
+
+    name: str
+    """Its name, unique among the zones."""
+    kind: ZoneRule
+    """What it requires."""
+    margin: float
+    """Distance that the robot's outline must keep from it, in metres; from its boundary where the robot must stay in it. Unit: m."""
+    speed: float
+    """Fastest speed in a `Speed` zone, in metres per second; 0 in the others. Unit: m/s."""
+    polygon: List[Point]
+    """Corners of the polygon, in either order, the first one not repeated; empty for a circle."""
+    centre: Point
+    """Centre of the circle, if it is one."""
+    radius: float
+    """Radius of the circle, in metres; 0 for a polygon. Unit: m."""
+
+    def __init__(
+        self,
+        name: str = "",
+        kind: ZoneRule = ZoneRule.NoGo,
+        margin: float = 0.0,
+        speed: float = 0.0,
+        polygon: Optional[List[Point]] = None,
+        centre: Optional[Point] = None,
+        radius: float = 0.0,
+    ) -> None:
+        self.name = name
+        self.kind = kind
+        self.margin = margin
+        self.speed = speed
+        self.polygon = [] if polygon is None else polygon
+        self.centre = Point() if centre is None else centre
+        self.radius = radius
+
+
+class Zones(Message):
+    """All zones of a map; they replace those before (our own)."""
+
+    __slots__ = ("stamp", "frame", "zones",)
+    _fields = (
+        ("stamp", "stamp", "s", "f64"),
+        ("frame", "frame", None, "string"),
+        ("zones", "zones", None, ("list", Zone)),
+    )
+
+    stamp: float
+    """System time in seconds. Unit: s."""
+    frame: str
+    """Frame of the map."""
+    zones: List[Zone]
+    """The zones."""
+
+    def __init__(
+        self,
+        stamp: float = 0.0,
+        frame: str = "",
+        zones: Optional[List[Zone]] = None,
+    ) -> None:
+        self.stamp = stamp
+        self.frame = frame
+        self.zones = [] if zones is None else zones
+
+
 class Odometry(Message):
     """The robot's pose and velocity, estimated from its own motion."""
 
