@@ -54,7 +54,22 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("armor-inspect", &["armor-files", "armor-marking", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
-    ("armor-convert", &["armor-frames", "armor-grid", "armor-sdk"]),
+    ("armor-map-file", &["armor-grid"]),
+    ("armor-zones", &["armor-geo", "armor-grid"]),
+    ("armor-convert", &["armor-frames", "armor-geo", "armor-grid", "armor-sdk", "armor-zones"]),
+    (
+        "armor-chart",
+        &[
+            "armor-sdk",
+            "armor-convert",
+            "armor-geo",
+            "armor-grid",
+            "armor-map-file",
+            "armor-quantity",
+            "armor-zones",
+        ],
+    ),
+    ("armor-simulator", &["armor-sdk", "armor-convert", "armor-grid", "armor-map-file"]),
     (
         "armor-designer",
         &[
@@ -91,7 +106,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
 ];
 /// Crates that every component may import.
-const COMPONENT: &[&str] = &["armor-sdk", "armor-convert", "armor-files", "armor-grid"];
+const COMPONENT: &[&str] =
+    &["armor-sdk", "armor-convert", "armor-files", "armor-grid", "armor-zones"];
 /// Crates at the top, which no other crate imports.
 const TOP: &[&str] = &["armor", "armor-bench", "armor-hostile", "armor-house", "armor-mutants"];
 

@@ -5,12 +5,10 @@
 use std::io::Read;
 use std::path::Path;
 
-use armor_grid::{Geometry, Grid, Occupancy, Point2};
+use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2};
 
 use crate::map_error::{MapFileError, MapFileFault, YAML_BYTES};
 use crate::pgm::{self, Grey};
-use crate::pose::Pose2;
-use crate::raster::SolidCells;
 
 /// The contents of the YAML file.
 #[derive(Debug, PartialEq)]
@@ -29,7 +27,7 @@ struct Description {
 ///
 /// # Errors
 /// A file cannot be read, or does not hold what it should.
-pub fn occupancy(path: &Path) -> Result<(Grid<Occupancy>, Pose2), MapFileError> {
+pub fn read_map_cells(path: &Path) -> Result<(Grid<Occupancy>, Pose2), MapFileError> {
     let (description, grey) = open_map(path)?;
     let cells = description.classify_cells(&grey, |occupied| {
         if occupied >= description.occupied_from {
@@ -43,11 +41,15 @@ pub fn occupancy(path: &Path) -> Result<(Grid<Occupancy>, Pose2), MapFileError> 
     Ok((cells, description.origin))
 }
 
-/// Reads a map: its solid cells, with the corner of the picture at (0, 0), and sheet_from_cells.
-pub(crate) fn read(path: &Path) -> Result<(SolidCells, Pose2), MapFileError> {
+/// Reads which cells of a map are solid, with the corner of the picture at (0, 0), and
+/// map_from_cells. All that is not free is solid.
+///
+/// # Errors
+/// A file cannot be read, or does not hold what it should.
+pub fn read_solid_cells(path: &Path) -> Result<(Grid<bool>, Pose2), MapFileError> {
     let (description, grey) = open_map(path)?;
     let solid = description.classify_cells(&grey, |occupied| occupied >= description.free_below);
-    Ok((SolidCells { file: path.display().to_string(), solid }, description.origin))
+    Ok((solid, description.origin))
 }
 
 fn open_map(path: &Path) -> Result<(Description, Grey), MapFileError> {
@@ -222,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let error = read(Path::new("no/such/map.yaml")).err().expect("no such file");
+        let error = read_solid_cells(Path::new("no/such/map.yaml")).err().expect("no such file");
         assert!(
             matches!(error.fault, MapFileFault::Unreadable(_)) && error.file == "no/such/map.yaml"
         );
