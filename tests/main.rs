@@ -45,3 +45,4 @@ mod sub_missions;
 mod tutorial;
 mod web_server;
 mod workspace;
+mod zones;
