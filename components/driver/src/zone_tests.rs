@@ -67,7 +67,7 @@ fn a_manual_velocity_does_not_lead_into_a_no_go_zone() {
 #[test]
 fn it_is_slow_in_a_speed_zone_and_fast_before_and_after() {
     let (limit_mps, area) = (0.2, rectangle((2.2, 0.0), (3.0, 5.0)));
-    let zones = zones(&[(ZoneDuty::Speed { limit_mps }, 0.0, area.clone())]);
+    let zones = zones(&[(ZoneDuty::Speed { limit_mps }, 0.0, area)]);
     let mut walls = BoxWalls(Vec::new());
     walls.line(&[(0.0, 0.0), (8.0, 0.0), (8.0, 5.0), (0.0, 5.0), (0.0, 0.0)]);
     let mut trial = Trial::new(walls, TAU, EXACT);

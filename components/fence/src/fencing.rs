@@ -261,7 +261,7 @@ mod tests {
         assert_eq!(at(&mut fencing, 1.0, 0.0), ["near pond -0.70"]);
         assert_eq!(at(&mut fencing, 3.5, 0.0), ["breach yard 0.70", "near yard -0.70"]);
         assert_eq!(at(&mut fencing, 0.0, 0.0), ["back", "near pond 0.30"]);
-        assert_eq!(at(&mut fencing, -1.0, 0.0), [String::new(); 0], "the driver slows down");
+        assert!(at(&mut fencing, -1.0, 0.0).is_empty(), "the driver slows down");
     }
 
     #[test]

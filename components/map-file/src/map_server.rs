@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let error = read_solid_cells(Path::new("no/such/map.yaml")).err().expect("no such file");
+        let error = read_solid_cells(Path::new("no/such/map.yaml")).expect_err("no such file");
         assert!(
             matches!(error.fault, MapFileFault::Unreadable(_)) && error.file == "no/such/map.yaml"
         );
