@@ -23,6 +23,8 @@ map_of() { # MISSION PICTURE [arguments of armor run]
 map_of office office-map
 map_of patrol patrol-map
 map_of explore-and-map explore-and-map
+echo "== symbols"
+cargo run --locked -p armor-symbols --example sheet -- "$images/symbols.png"
 echo "== operator-view"
 # Half-way through the office: what the operator sees is written when the run ends.
 status=0

@@ -242,6 +242,54 @@ fn every_kind_is_described() {
 }
 
 #[test]
+fn messages_are_listed_shown_and_exported_in_every_language() {
+    let folder = Folder::new("messages");
+    let schema = "Reading{celsius:f64(degC),where:Place<Inside,Outside>}";
+    let hash = armor_wire::schema::hash_text(schema);
+    let port = format!(
+        r#"{{"id":"out","type":"Reading","schema":"{schema}","schema_hash":"{hash:016x}"}}"#
+    );
+    let manifest = format!(
+        r#"{{"armor_manifest":1,"kind":"sensor","summary":"a sensor","inputs":[],"outputs":[{port}],"parameters":[]}}"#
+    );
+    folder.executable("components/sensor", &format!("#!/bin/sh\necho '{manifest}'\n"));
+    let armor =
+        |arguments: &[&str]| run_to_end(&mut folder.armor(&[&["message"], arguments].concat()));
+    let (code, out, err) = armor(&["list"]);
+    assert_eq!(code, 0, "{err}");
+    for line in ["LaserScan ", "Reading ", "Place "] {
+        assert!(out.lines().any(|it| it.starts_with(line)), "{line}: {out}");
+    }
+    let (code, out, err) = armor(&["show", "Reading"]);
+    assert_eq!(code, 0, "{err}");
+    for part in ["celsius  f64", "degC", "Inside", "sensor.out  output", schema] {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    let (_, out, _) = armor(&["show", "LaserScan", "--format", "json"]);
+    let shown: serde_json::Value = serde_json::from_str(&out).expect("one line of JSON");
+    assert_eq!(shown["fields"][2]["unit"], "rad");
+    assert_eq!(shown["fields"][2]["doc"], "Angle of the first ray.");
+    for (language, part) in [
+        ("rust", "pub struct Reading {"),
+        ("python", "class Reading(Message):"),
+        ("c", "ARMOR_STRUCT(armor_reading, \"Reading\","),
+        ("cpp", "ARMOR_MESSAGE_NAMED(\"Reading\", Reading, (celsius, \"degC\"), where)"),
+        ("json", "\"unit\": \"degC\""),
+    ] {
+        let (code, out, err) = armor(&["export", "Reading", "--lang", language]);
+        assert!(code == 0 && out.contains(part), "{language}: {out}{err}");
+        let (code, out, err) = armor(&["export", "Reading", "--lang", language, "-o", "written"]);
+        assert!(code == 0 && out.is_empty() && err.contains("written is written"), "{err}");
+        let written = std::fs::read_to_string(folder.path().join("written")).expect("a file");
+        assert!(written.contains(part), "{written}");
+    }
+    let (code, _, err) = armor(&["export", "Readin", "--lang", "c"]);
+    assert!(code == 1 && err.contains("did you mean Reading?"), "{err}");
+    let (code, _, err) = armor(&["list", "--file", "nothing.xml"]);
+    assert!(code == 1 && err.contains("nothing.xml is not a file"), "{err}");
+}
+
+#[test]
 fn tools_without_a_system_print_how_to_start_one() {
     let folder = Folder::new("no-system");
     for tool in [
@@ -310,6 +358,9 @@ fn a_closed_pipe_is_the_quiet_end_of_every_command() {
         &["describe"],
         &["describe", "simulator"],
         &["describe", "--format", "json"],
+        &["message", "list"],
+        &["message", "show", "LaserScan"],
+        &["message", "export", "LaserScan", "--lang", "python"],
         &["explain"],
         &["explain", "E0105"],
         &["check", "fine.xml"],

@@ -197,14 +197,16 @@ fn a_refused_value_leaves_the_last_good_one_and_the_log_can_be_changed() {
         system.traced("lamp", &note, |trace| (trace.count(&note) == times).then_some(()));
     };
     let set = |mark: &str| armor_ok(&system, &["param", "set", "lamp.mark", mark]);
-    let refused = || {
+    let refused = |before: &str| {
         let (code, out, err) = armor(&system, &["param", "set", "lamp.mark", "refused"]);
         let why = "error: lamp refuses the value, which the file has now: parameter `mark`: it is";
         assert!(code == 1 && out.contains("reaches lamp immediately"), "{out}{err}");
-        assert!(err.split_whitespace().collect::<Vec<_>>().join(" ").contains(why), "{err}");
+        let err = err.split_whitespace().collect::<Vec<_>>().join(" ");
+        let undo = format!("such as the one before: `armor param set lamp.mark '{before}'`");
+        assert!(err.contains(why) && err.ends_with(&undo), "{err}");
     };
     marked("one", 1);
-    refused();
+    refused("one");
     // The last good value is handed over again.
     marked("one", 2);
     let refusal = "parameter `mark`: it is refused; its last good value stays in force";
@@ -221,11 +223,11 @@ fn a_refused_value_leaves_the_last_good_one_and_the_log_can_be_changed() {
 
     let out = armor_ok(&system, &["log", "lamp", "off"]);
     assert_eq!(out, "lamp: logs off from now on\n");
-    refused();
+    refused("two");
     marked("two", 2);
     armor_ok(&system, &["log", "lamp", "info"]);
     set("three");
-    refused();
+    refused("three");
     marked("three", 2);
     system.run.wait_for_log(refusal, 2);
     assert_eq!(system.run.log().matches(refusal).count(), 2, "one was not logged");

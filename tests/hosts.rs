@@ -20,7 +20,9 @@ use serde_json::Value;
 
 use cable::Cable;
 
-use crate::fixture::{Folder, Run, free_port, is_alive, run_to_end, send_signal, wait_for};
+use crate::fixture::{
+    Dialogue, Folder, Run, free_port, is_alive, run_to_end, send_signal, wait_for,
+};
 
 const WORLD: &str = r#"<svg><rect x="-3" y="-3" width="6" height="6"/>
     <circle id="start" cx="-1" cy="0.5"/>
@@ -201,6 +203,14 @@ fn components_of_two_hosts_take_part_in_one_system() {
     // Both are this computer.
     let (clock, _) = hosts.find_diagnosis("clock", "the clock of arm");
     assert!(clock.starts_with("ok: the clock of arm is 0.0"), "{clock}");
+    for (subject, found) in [
+        ("versions", "arm has armor "),
+        ("key", "the key of arm is valid until "),
+        ("ports", "ports"),
+    ] {
+        let (found, _) = hosts.find_diagnosis(subject, found);
+        assert!(found.starts_with("ok: "), "{subject}: {found}");
+    }
     let mut run = hosts.run(&[]);
     let first = hosts.wait_for_far(&run, &[]);
     for data in ["near.presence", "far.presence"] {
@@ -253,6 +263,16 @@ fn components_of_two_hosts_take_part_in_one_system() {
     assert!(!is_alive(third) && is_alive(agent.pid()), "{}", run.log());
 }
 
+/// Whether the next look of `armor top` shows the host arm with this link, and `far` in this state with
+/// its rate.
+fn is_shown_as(top: &Dialogue, link: &str, state: &str) -> bool {
+    let look: Value = serde_json::from_str(&top.read_line()).expect("a line of JSON");
+    let rows = look["components"].as_array().expect("rows");
+    let far = rows.iter().find(|row| row["name"] == "far");
+    let is_so = far.is_some_and(|far| far["state"] == state && far["exec_hz"].is_f64());
+    look["hosts"][0]["link"] == link && is_so
+}
+
 #[test]
 fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
     let hosts = Hosts::new("hosts-cut", "");
@@ -260,6 +280,11 @@ fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
     let run = hosts.run(&[]);
     let far = hosts.wait_for_far(&run, &[]);
     hosts.wait_for_data(&run, "far.presence");
+    let mut top = hosts.folder.armor(&["top", "--format", "json", "--interval", "0.5s"]);
+    let top = Dialogue::start(top.args(["--registry", &run.registry().to_string()]));
+    wait_for("armor top to show both hosts", || {
+        is_shown_as(&top, "connected", "active").then_some(())
+    });
     for times in 1..=3 {
         send_signal(agent.pid(), Signal::STOP);
         run.wait_for_log("arm is cut off (it has fallen silent)", times);
@@ -269,6 +294,9 @@ fn a_host_that_is_cut_off_keeps_its_components_and_none_runs_twice() {
             let mut command = hosts.folder.armor(&["ps", "--registry", &registry]);
             let (_, out, _) = run_to_end(&mut command);
             out.contains("host arm: cut off for ").then_some(())
+        });
+        wait_for("armor top to show what was last known there", || {
+            is_shown_as(&top, "cut-off", "cut off").then_some(())
         });
         send_signal(agent.pid(), Signal::CONT);
         run.wait_for_log("arm is connected again", times);

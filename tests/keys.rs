@@ -7,7 +7,9 @@ use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use armor_keys::connect::{GateClient, GateError};
 use armor_keys::{Authority, KeyHolder, Validity};
+use armor_wire::hello::RefusalCode;
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -143,6 +145,8 @@ const ROLES: [&str; 3] = ["observer", "operator", "engineer"];
 fn each_role_gets_what_it_may_and_a_refusal_names_the_role_that_is_needed() {
     let site = Site::new("key-roles");
     let run = site.run();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.expect("an event loop");
     for role in ROLES {
         site.add(role, role);
     }
@@ -155,6 +159,13 @@ fn each_role_gets_what_it_may_and_a_refusal_names_the_role_that_is_needed() {
                 format!("needs the role {needed}, and the key of {role} has the role {role}");
             assert!(allowed[at] || err.contains(&refusal), "{role} {tool:?}: {err}");
         }
+        // What `armor doctor` finds on the robot's host is for other hosts of the system.
+        let client = GateClient::new(&site.gate.to_string(), &site.path(&key)).expect("a key");
+        let examined = runtime.block_on(client.examine_host());
+        assert!(
+            matches!(&examined, Err(GateError::Refused(refusal)) if refusal.code == RefusalCode::Role),
+            "{role}: {examined:?}"
+        );
         if role == "observer" {
             // An observer may bring the robot to rest; an operator resumes.
             assert_eq!(site.mission(&run)["stage"], "paused");

@@ -445,6 +445,26 @@ fn a_component_uses_of_the_host_what_the_file_allows() {
         None => assert!(run.log().contains("urgent.xml:3:"), "{}", run.log()),
     }
 
+    // Not every host has the controller, nor every user a group of their own.
+    let (_, out, _) = run_to_end(&mut folder.armor(&["doctor", "--format", "json"]));
+    let is_about_shares = |line: &&str| line.contains(r#""subject":"cpu shares""#);
+    let shares = out.lines().find(is_about_shares).expect("a line about them");
+    let file = folder.system("shared", &["a sleeper cpu=\"50%\""]);
+    let arguments = [&*file, "--headless", "--components", "components"];
+    if shares.contains(r#""condition":"ok""#) {
+        let run = folder.run("shared", &arguments);
+        let pid = wait_for("the component", || run.children().into_iter().find(is_sleeper));
+        let read = |path: &str| std::fs::read_to_string(path).expect("it is mounted");
+        let group = read(&format!("/proc/{pid}/cgroup"));
+        let group = group.lines().find_map(|line| line.strip_prefix("0::")).expect("a group");
+        assert_eq!(read(&format!("/sys/fs/cgroup{group}/cpu.max")).trim(), "50000 100000");
+    } else {
+        let mut command = folder.armor(&["run"]);
+        let (code, _, err) = run_to_end(command.args(arguments));
+        assert!(code == 1 && err.contains("shared.xml:3:"), "{code} {err}");
+        assert!(err.contains("cpu cannot be limited: "), "{err}");
+    }
+
     let file = folder.system("elsewhere", &["a sleeper cpus=\"1023\""]);
     let (code, _, err) = run_to_end(&mut folder.armor(&["run", &file, "--headless"]));
     assert_eq!(code, 1, "{err}");

@@ -120,6 +120,36 @@ fn the_patrol_completes_its_rounds() {
     }
 }
 
+/// The ends of the legs of missions/drawn.xml, in metres on the map.
+const LEGS: [(f64, f64); 3] = [(6.0, 0.0), (2.15, -3.0), (0.0, 0.0)];
+
+// Slow (about half a minute): the legs of a drawing in the office.
+#[test]
+fn a_drawn_mission_drives_its_legs_and_stays_out_of_the_kitchen() {
+    let folder = Folder::new("drawn");
+    let file = root().join("missions/drawn.xml").display().to_string();
+    let (code, log, _) =
+        run_to_end(&mut folder.armor(&["run", &file, "--headless", "--out", "drawn"]));
+    assert_eq!(code, 0, "{log}");
+    for step in ["red.l1.done: red.l1 -> red.l2", "red.s1.done: red.s1 -> red.l4", "red.l5.done"] {
+        assert!(log.contains(step), "{step} in\n{log}");
+    }
+    let trajectory = std::fs::read_to_string(folder.path().join("drawn/trajectory.csv"));
+    let rows: Vec<Vec<f64>> = trajectory
+        .expect("trajectory.csv")
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|number| number.parse().expect("a number")).collect())
+        .collect();
+    for (x_m, y_m) in LEGS {
+        let distances = rows.iter().map(|row| (row[2] - x_m).hypot(row[3] - y_m));
+        let nearest_m = distances.fold(f64::INFINITY, f64::min);
+        assert!(nearest_m < 0.4, "never nearer than {nearest_m:.2} m to {x_m},{y_m}");
+    }
+    let in_kitchen = rows.iter().filter(|row| row[2] < -1.4 && row[3] < -1.2).count();
+    assert_eq!(in_kitchen, 0, "of {} positions", rows.len());
+}
+
 // Slow (about a minute): three rounds through two rooms in real time.
 #[test]
 fn three_rounds_are_counted_and_each_place_has_its_route() {

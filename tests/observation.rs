@@ -117,6 +117,15 @@ fn data_are_published_by_hand_in_the_place_of_a_component_that_is_stopped() {
     assert!(code == 1 && err.contains("`armor stop north` makes room"), "{err}");
     let (code, _, err) = armor(&system, &["data", "pub", "north.other", "Numbered"]);
     assert!(code == 1 && err.contains("only north itself can publish north.other"), "{err}");
+    for (input, advice) in [
+        ("watcher.a", "the file links north.numbers to it. `armor stop north` makes room"),
+        ("watcher.b", "no link of the file feeds it. Link an output to it, and publish that"),
+    ] {
+        let (code, _, err) = armor(&system, &["data", "pub", input, "Numbered"]);
+        let err = err.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(code == 1 && err.contains(&format!("{input} is an input")), "{err}");
+        assert!(err.contains(advice), "{err}");
+    }
 
     assert_eq!(armor(&system, &["stop", "north"]).0, 0);
     wait_for("its end", || system.entries().iter().all(|it| it.name != "north").then_some(()));

@@ -11,6 +11,9 @@ use serde_json::Value;
 const ARROWS: &[(&str, &[&str])] = &[
     ("armor-files", &[]),
     ("armor-frames", &[]),
+    ("armor-geo", &[]),
+    ("armor-exchange", &[]),
+    ("armor-symbols", &[]),
     ("armor-quantity", &[]),
     ("armor-wire-derive", &["armor-quantity"]),
     ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
@@ -18,12 +21,13 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-memory", &[]),
     ("armor-keys", &["armor-files", "armor-socket", "armor-wire"]),
     ("armor-registry", &["armor-socket", "armor-wire"]),
-    ("armor-robotfile", &["armor-wire"]),
+    ("armor-robotfile", &["armor-geo", "armor-wire"]),
     ("armor-configd", &["armor-files", "armor-robotfile", "armor-socket", "armor-wire"]),
     ("armor-petri", &[]),
     ("armor-sdk-derive", &["armor-wire"]),
     ("armor-sdk", &["armor-memory", "armor-sdk-derive", "armor-socket", "armor-wire"]),
-    ("armor-python", &["armor-sdk"]),
+    ("armor-definitions", &["armor-sdk", "armor-wire"]),
+    ("armor-python", &["armor-inspect", "armor-sdk"]),
     ("armor-c", &["armor-sdk"]),
     ("armor-marking", &["armor-wire"]),
     ("armor-plan", &["armor-petri", "armor-robotfile"]),
@@ -53,7 +57,22 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("armor-inspect", &["armor-files", "armor-marking", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
-    ("armor-convert", &["armor-frames", "armor-grid", "armor-sdk"]),
+    ("armor-map-file", &["armor-grid"]),
+    ("armor-zones", &["armor-geo", "armor-grid"]),
+    ("armor-convert", &["armor-frames", "armor-geo", "armor-grid", "armor-sdk", "armor-zones"]),
+    (
+        "armor-chart",
+        &[
+            "armor-sdk",
+            "armor-convert",
+            "armor-geo",
+            "armor-grid",
+            "armor-map-file",
+            "armor-quantity",
+            "armor-zones",
+        ],
+    ),
+    ("armor-simulator", &["armor-sdk", "armor-convert", "armor-grid", "armor-map-file"]),
     (
         "armor-designer",
         &[
@@ -90,7 +109,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
 ];
 /// Crates that every component may import.
-const COMPONENT: &[&str] = &["armor-sdk", "armor-convert", "armor-files", "armor-grid"];
+const COMPONENT: &[&str] =
+    &["armor-sdk", "armor-convert", "armor-files", "armor-grid", "armor-zones"];
 /// Crates at the top, which no other crate imports.
 const TOP: &[&str] = &["armor", "armor-bench", "armor-hostile", "armor-house", "armor-mutants"];
 

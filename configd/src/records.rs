@@ -87,7 +87,8 @@ fn subject_of(subject: Subject) -> ChangeSubject {
         Subject::Component => ChangeSubject::Component,
         Subject::Parameter => ChangeSubject::Parameter,
         Subject::Link => ChangeSubject::Link,
-        Subject::Mission => ChangeSubject::Mission,
+        // The message has no words for what is drawn: it is the mission's, under its own name.
+        Subject::Mission | Subject::Map | Subject::Mark | Subject::Route => ChangeSubject::Mission,
         Subject::Variable => ChangeSubject::Variable,
         Subject::Place => ChangeSubject::Place,
         Subject::Exclusive => ChangeSubject::Exclusive,
@@ -163,6 +164,9 @@ fn describe_effect(
         }
         (
             Subject::Mission
+            | Subject::Map
+            | Subject::Mark
+            | Subject::Route
             | Subject::Variable
             | Subject::Place
             | Subject::Exclusive

@@ -17,7 +17,9 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use crate::canvas::Diagram;
 use crate::disk::Keeper;
+use crate::item::Item;
 use crate::kinds::{Kinds, KindsWatch};
 use crate::live::{LiveView, Session, is_recording};
 use crate::messages::Messages;
@@ -214,6 +216,12 @@ impl Designer {
     fn is_unsaved(&self) -> bool {
         self.workspace.project.is_dirty()
             || self.panes.iter().any(|(_, pane)| pane.field_draft().is_some())
+    }
+
+    /// The whole drawing of the view as it is now.
+    pub fn drawing(&mut self) -> &Diagram<Item> {
+        let (pane, workspace) = self.pane();
+        pane.whole_drawing(workspace)
     }
 
     fn pane(&mut self) -> (&mut dyn Pane, &mut Workspace) {

@@ -25,10 +25,12 @@ mod name;
 mod pane;
 mod panels;
 pub mod project;
+mod remedy;
 mod settings;
 pub mod system;
 mod text;
 mod view;
+mod window_words;
 mod workspace;
 
 pub use app::snapshot::{PictureError, take_picture};
@@ -42,4 +44,5 @@ pub use pane::Pane;
 pub use project::Project;
 pub use settings::Settings;
 pub use view::View;
+pub use window_words::in_window_words;
 pub use workspace::Workspace;

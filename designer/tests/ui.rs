@@ -6,6 +6,7 @@ mod catalogue;
 mod changes;
 mod disk;
 mod drafts;
+mod drawings;
 mod elsewhere;
 mod folding;
 mod help;
@@ -17,6 +18,7 @@ mod model;
 mod playback;
 mod properties;
 mod refused;
+mod remedies;
 mod typing;
 mod undo;
 mod unread;
@@ -50,6 +52,11 @@ impl Window {
 
     /// The same, begun otherwise: `change` is given the window's own folder.
     fn open_as(text: Option<&str>, change: impl FnOnce(&Path, &mut Start)) -> Self {
+        Self::open_sized(SIZE, text, change)
+    }
+
+    /// The same of another size.
+    fn open_sized(size: Vec2, text: Option<&str>, change: impl FnOnce(&Path, &mut Start)) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let name = format!("armor-designer-ui-{}-{number}", std::process::id());
@@ -68,7 +75,7 @@ impl Window {
         };
         change(&folder, &mut start);
         let harness = Harness::builder()
-            .with_size(SIZE)
+            .with_size(size)
             .with_max_steps(64)
             .build_eframe(|creation| Designer::new(&creation.egui_ctx, start, Settings::default()));
         let mut window = Self { harness, folder };

@@ -114,7 +114,7 @@ class Connection:
         self.socket.settimeout(1.75)
         self.writing, self.closed = threading.Lock(), threading.Event()
         hello = b"ARMR" + struct.pack("<H", 4) + text(f"subscribe.py {os.getpid()}")
-        self.send(HELLO, hello + struct.pack("<Q", random.getrandbits(64) | 1) + purpose)
+        self.send(HELLO, hello + struct.pack("<Q", random.getrandbits(64) | 1) + purpose + b"\0")
         kind, body = self.receive()
         if kind == REFUSAL:
             sys.exit(f"{address} refuses: {Reader(body).value(schema(REASON))['text']}")

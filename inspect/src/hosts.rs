@@ -59,6 +59,18 @@ impl HostReport {
         }
     }
 
+    /// Describes it in a line: its name, its connection, and its clock if that was measured.
+    pub fn describe(&self) -> String {
+        let clock = self.describe_clock().map(|clock| format!("; {clock}")).unwrap_or_default();
+        format!("{}: {}{clock}", self.host, self.describe_link())
+    }
+
+    /// Describes why no process on it can be reached, if it is cut off.
+    pub fn describe_cut(&self) -> Option<String> {
+        let is_cut = self.link == HostLink::CutOff;
+        is_cut.then(|| format!("{} is {}", self.host, self.describe_link()))
+    }
+
     /// Describes its clock, if it was measured.
     pub fn describe_clock(&self) -> Option<String> {
         let (offset_s, error_s) = self.clock_offset_s.zip(self.clock_error_s)?;
@@ -70,7 +82,7 @@ impl HostReport {
 
 impl HostLink {
     /// Its word.
-    pub fn word(self) -> &'static str {
+    pub const fn word(self) -> &'static str {
         match self {
             Self::Awaited => "not connected yet",
             Self::Connected => "connected",
@@ -122,6 +134,11 @@ mod tests {
         let cut = report(HostLink::CutOff, "it has fallen silent", None);
         assert_eq!(cut.describe_link(), "cut off for 1 min 15 s (it has fallen silent)");
         assert_eq!(cut.describe_clock(), None);
+        let why = cut.describe_cut();
+        assert_eq!(why.as_deref(), Some("arm is cut off for 1 min 15 s (it has fallen silent)"));
+        assert_eq!(connected.describe_cut(), None);
+        let line = connected.describe();
+        assert!(line.starts_with("arm: connected; its clock is 250.0 ms behind"), "{line}");
         let awaited = report(HostLink::Awaited, "no route", None);
         assert_eq!(awaited.describe_link(), "not connected yet (no route)");
     }

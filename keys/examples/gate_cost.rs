@@ -134,7 +134,14 @@ fn start_gate(keys: &Path, registry: SocketAddr) -> Result<SocketAddr, Failure> 
     let (sender, ready) = channel();
     let (listen, keys) = (([127, 0, 0, 1], 0).into(), HostKeys::read(keys)?);
     let reach = Arc::new(SystemReach::new(registry, keys.host_name()));
-    let options = GateOptions { listen, keys, reach, runs: None, limits: GateLimits::default() };
+    let options = GateOptions {
+        listen,
+        keys,
+        reach,
+        runs: None,
+        examiner: Arc::new(Vec::new),
+        limits: GateLimits::default(),
+    };
     thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let ended = runtime.map(|it| {

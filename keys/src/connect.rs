@@ -11,7 +11,7 @@ use armor_wire::acting::KeyRole;
 use armor_wire::backoff::Backoff;
 use armor_wire::clock::ClockSample;
 use armor_wire::frame::{self, FrameKind};
-use armor_wire::gate::{GateReply, GateRequest};
+use armor_wire::gate::{GateReply, GateRequest, HostExamination};
 use armor_wire::hello::Refusal;
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::remote_process::HostAddress;
@@ -38,6 +38,8 @@ use crate::tls::{client_config, explain_tls_error};
 
 /// How long connecting to the gate may take, and then its answer.
 pub(crate) const LIMIT: Duration = Duration::from_secs(5);
+/// Longest time that a host takes to examine itself: it may describe many kinds of components.
+const EXAMINES_WITHIN: Duration = Duration::from_secs(30);
 /// Period with which a host looks whether the key at the other end is revoked.
 const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
 /// Wait after the first failed attempt to reach the gate.
@@ -277,9 +279,10 @@ impl GateClient {
                 Ok((GateSession { host, name, role, registry }, stream))
             }
             GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
-            GateReply::Connected | GateReply::ExecutableWanted | GateReply::Clock { .. } => {
-                Err(self.unreachable("it answers another request"))
-            }
+            GateReply::Connected
+            | GateReply::ExecutableWanted
+            | GateReply::Clock { .. }
+            | GateReply::Examined { .. } => Err(self.unreachable("it answers another request")),
         }
     }
 
@@ -341,6 +344,20 @@ impl GateClient {
         let reply = exchange(&place, &mut stream, &GateRequest::Clock).await?;
         match reply {
             GateReply::Clock { time_us } => Ok(ClockSample::of(asked_us, time_us, now_us())),
+            GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
+            _ => Err(self.unreachable("it answers another request")),
+        }
+    }
+
+    /// Has the gate's host examine itself, as `armor doctor` does.
+    ///
+    /// # Errors
+    /// As [`request`](Self::request), and if it refuses to.
+    pub async fn examine_host(&self) -> Result<HostExamination, GateError> {
+        let (place, mut stream) = self.reach().await?;
+        let reply = exchange_within(EXAMINES_WITHIN, &place, &mut stream, &GateRequest::Examine);
+        match reply.await? {
+            GateReply::Examined { examination } => Ok(examination),
             GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
             _ => Err(self.unreachable("it answers another request")),
         }
@@ -489,6 +506,15 @@ async fn exchange(
     stream: &mut TlsStream<TcpStream>,
     request: &GateRequest,
 ) -> Result<GateReply, GateError> {
+    exchange_within(LIMIT, place, stream, request).await
+}
+
+async fn exchange_within(
+    limit: Duration,
+    place: &str,
+    stream: &mut TlsStream<TcpStream>,
+    request: &GateRequest,
+) -> Result<GateReply, GateError> {
     let exchange = async {
         // The gate judges the key only now; why it refuses it is in what it sends.
         let written = write_control(stream, request).await;
@@ -497,8 +523,8 @@ async fn exchange(
             written.err().filter(|_| is_closed).unwrap_or(error)
         })
     };
-    match time::timeout(LIMIT, exchange).await {
+    match time::timeout(limit, exchange).await {
         Ok(result) => result.map_err(|error| explain_error(place, &error)),
-        Err(_) => Err(silent(place, LIMIT)),
+        Err(_) => Err(silent(place, limit)),
     }
 }

@@ -16,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use armor_socket::{FaultTable, explain_bind_error};
-use armor_wire::gate::GateRequest;
+use armor_wire::gate::{GateRequest, HostFinding};
 use armor_wire::remote_process::RemoteStart;
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
@@ -52,9 +52,14 @@ pub struct GateOptions {
     pub reach: Arc<dyn Reach>,
     /// Takes requests to run a component, if this is the gate of an agent.
     pub runs: Option<mpsc::Sender<RunOrder>>,
+    /// Examines this host for others.
+    pub examiner: HostExaminer,
     /// Limits on what others cost it.
     pub limits: GateLimits,
 }
+
+/// Returns what `armor doctor` finds of this host. It may take seconds.
+pub type HostExaminer = Arc<dyn Fn() -> Vec<HostFinding> + Send + Sync>;
 
 /// A host's request to run a component, and the connection on which it is served.
 pub struct RunOrder {
@@ -96,7 +101,7 @@ pub async fn serve(
     let listen_error = |error: io::Error| refused_address(options.listen, &error);
     let listener = TcpListener::bind(options.listen).await.map_err(listen_error)?;
     let address = listener.local_addr().map_err(listen_error)?;
-    let GateOptions { keys, reach, runs, .. } = options;
+    let GateOptions { keys, reach, runs, examiner, .. } = options;
     match reach.registry() {
         Some(registry) => info!(%address, %registry, "the gate of {} listens", keys.host_name()),
         None => info!(%address, "the gate of {} listens", keys.host_name()),
@@ -112,6 +117,8 @@ pub async fn serve(
         keys,
         reach,
         runs,
+        examiner,
+        examining: tokio::sync::Mutex::default(),
         limits: options.limits,
         strangers: Strangers::new(&options.limits),
         sessions: Sessions::new(options.limits),
@@ -180,6 +187,9 @@ struct Gate {
     keys: HostKeys,
     reach: Arc<dyn Reach>,
     runs: Option<mpsc::Sender<RunOrder>>,
+    examiner: HostExaminer,
+    /// One examination at a time: it starts programs.
+    examining: tokio::sync::Mutex<()>,
     limits: GateLimits,
     strangers: Strangers,
     sessions: Sessions,

@@ -36,6 +36,8 @@ use crate::inspect_cli::mission::arguments::MissionCommand;
 use crate::inspect_cli::ps::PsArguments;
 use crate::keys_cli::KeysCommand;
 use crate::logs_cli::LogsArguments;
+use crate::map_cli::MapCommand;
+use crate::message_cli::MessageCommand;
 use crate::new::NewArguments;
 use crate::new::sdk::SdkArguments;
 use crate::param::arguments::ParamCommand;
@@ -102,6 +104,7 @@ commands! {
     Top(TopArguments),
     #[command(subcommand)] Data(DataCommand),
     Describe(DescribeArguments),
+    #[command(subcommand)] Message(MessageCommand),
     Graph(GraphArguments),
     Echo(EchoArguments),
     Hz(HzArguments),
@@ -120,6 +123,7 @@ commands! {
     #[command(subcommand)] Bag(BagCommand),
     Eval(EvalArguments),
     #[command(subcommand)] Net(NetCommand),
+    #[command(subcommand)] Map(MapCommand),
     #[command(subcommand)] Param(ParamCommand),
     Web(WebArguments),
     Connect(ConnectArguments),

@@ -18,8 +18,8 @@ use armor_evaluation::relations::{
 use armor_evaluation::statistics::Spread;
 use armor_evaluation::trajectory::{ScanTrajectory, read_trajectory};
 use armor_grid_slam::pose::Pose;
+use armor_map_file::read_map_cells;
 use armor_picture::plot_sheet::PictureFormat;
-use armor_simulator::map_server::occupancy;
 use armor_simulator::world::World;
 use clap::Args;
 use serde_json::{Map, Value, json};
@@ -217,7 +217,7 @@ where
 }
 
 fn read_map(path: &Path) -> Result<PlacedMap> {
-    let (cells, origin) = occupancy(path).context("cannot compare maps")?;
+    let (cells, origin) = read_map_cells(path).context("cannot compare maps")?;
     let map_from_cells = Pose::new(origin.x_m, origin.y_m, origin.yaw_rad);
     Ok(PlacedMap { cells, map_from_cells })
 }

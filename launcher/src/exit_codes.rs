@@ -60,6 +60,13 @@ const COMMANDS: &[CommandCodes] = &[
          is found",
     ),
     codes("describe", "it is printed", "there is no such kind, or an executable is broken"),
+    codes("message list", "it is printed", "a stock component is broken"),
+    codes("message show", "it is printed", "there is no such message"),
+    codes(
+        "message export",
+        "it is written",
+        "there is no such message, several have the name, or the language cannot express it",
+    ),
     codes("graph", "it is printed", NO_SYSTEM),
     codes(
         "echo",
@@ -123,6 +130,7 @@ const COMMANDS: &[CommandCodes] = &[
         "it is printed, or fits its mission",
         "it cannot be read, or does not fit its mission",
     ),
+    codes("mission expand", "it is printed", "it cannot be read, or has an error"),
     codes("mission replay", "it is printed", "it cannot be read, or does not fit the mission"),
     codes(
         "record",
@@ -131,6 +139,12 @@ const COMMANDS: &[CommandCodes] = &[
     ),
     codes("net info", "the net is counted", "the file cannot be read, or a limit was reached"),
     codes("net check", "the net has no faults", "the net has a fault, or cannot be decided"),
+    codes(
+        "map convert",
+        "the other file is written, with notes on what it has no place for",
+        "a file cannot be read or written, or the other format has no place for the plan",
+    ),
+    codes("map symbol", "the code is readable", "the code is not one of the standard"),
     codes(
         "param set",
         "the value is in the file and in force",

@@ -22,8 +22,8 @@ use thread_priority::{
 };
 
 use crate::arguments::OutputFormat;
-use crate::run::control_group;
 use crate::run::process::OWN_PROGRAM;
+use crate::run::{control_group, cpu_share};
 use crate::verb::Verb;
 
 /// Run a program that does not outlive its parent.
@@ -54,6 +54,9 @@ pub struct GuardedResources {
     /// The processors on which it may run.
     #[arg(long, value_delimiter = ',')]
     pub cpus: Vec<usize>,
+    /// The time of processors that they get together, in thousandths of one.
+    #[arg(long)]
+    pub cpu_permille: Option<u32>,
     /// The bytes that each process may allocate.
     #[arg(long)]
     pub memory: Option<u64>,
@@ -73,7 +76,10 @@ fn become_program(guard: &GuardArguments) -> Result<ExitCode> {
         bail!("process {}, which started this one, has ended", guard.parent);
     }
     setpgid(None, None).context("making a process group")?;
-    // Before the limits: a process in real time may not change its group.
+    if let Some(permille) = guard.resources.cpu_permille {
+        cpu_share::limit(guard.control_group.as_deref(), permille)?;
+    }
+    // Before the other limits: a process in real time may not change its group.
     if let Some(group) = &guard.control_group
         && let Err(error) = control_group::enter(group)
     {
@@ -113,7 +119,7 @@ pub fn list_arguments<'a>(
 }
 
 impl GuardedResources {
-    /// Limits this process, and so the program that it becomes.
+    /// Limits this process, and so the program that it becomes. Its control group limits `cpu_permille`.
     fn limit_own(&self) -> Result<()> {
         if let Some(nice) = self.nice {
             setpriority_process(None, nice).with_context(|| format!("nice=\"{nice}\""))?;
@@ -138,8 +144,9 @@ impl GuardedResources {
         let realtime = self.realtime.map(|priority| format!("--realtime={priority}"));
         let numbers: Vec<_> = self.cpus.iter().map(ToString::to_string).collect();
         let cpus = (!numbers.is_empty()).then(|| format!("--cpus={}", numbers.join(",")));
+        let cpu = self.cpu_permille.map(|permille| format!("--cpu-permille={permille}"));
         let memory = self.memory.map(|bytes| format!("--memory={bytes}"));
-        [nice, realtime, cpus, memory].into_iter().flatten().collect()
+        [nice, realtime, cpus, cpu, memory].into_iter().flatten().collect()
     }
 
     /// Returns why this user cannot have the niceness, and what to do.
@@ -161,6 +168,11 @@ impl GuardedResources {
             "this user may not run processes with a real-time priority of {priority} ({why:#}): \
              raise the limit `rtprio` of the user in /etc/security/limits.conf, or leave it out"
         ))
+    }
+
+    /// Returns why the share of the processors' time cannot be kept, and what to do.
+    pub fn refuse_cpu(&self) -> Option<String> {
+        self.cpu_permille.and_then(|_| cpu_share::refuse())
     }
 
     /// Returns why the processors cannot be used.
@@ -215,6 +227,7 @@ mod tests {
                 nice: Some(-5),
                 realtime: Some(99),
                 cpus: vec![0, 3],
+                cpu_permille: Some(1500),
                 memory: Some(1 << 40),
             },
         ] {

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use armor_keys::HostKeys;
 use armor_keys::discovery::Announcement;
-use armor_keys::gate::{self, GateLimits, GateOptions, RunOrder};
+use armor_keys::gate::{self, GateLimits, GateOptions, HostExaminer, RunOrder};
 use armor_keys::run_channel::RunChannel;
 use armor_wire::gate::GATE_PORT;
 use armor_wire::hello::{Refusal, RefusalCode};
@@ -35,6 +35,7 @@ use tokio::sync::mpsc;
 
 use crate::arguments::{KindFolders, OutputFormat, parse_name};
 use crate::daemon::serving::serve_until_signal;
+use crate::doctor::examine_own_host;
 use crate::keys_cli::KeysDirectory;
 use crate::run::control_group::{ControlGroup, kill_left_groups};
 use crate::run::descriptors;
@@ -132,7 +133,12 @@ impl Verb for HostArguments {
         let listen = agent.arguments.listen;
         let (sender, orders) = mpsc::channel(MAX_REQUESTS);
         let reach = Arc::new(AgentReach::new(&agent));
-        let options = GateOptions { listen, keys, reach, runs: Some(sender), limits };
+        let examined = Arc::clone(&agent);
+        let examiner: HostExaminer = Arc::new(move || {
+            let HostArguments { out, kinds, .. } = &examined.arguments;
+            examine_own_host(out, &kinds.directories)
+        });
+        let options = GateOptions { listen, keys, reach, runs: Some(sender), examiner, limits };
         let mut announcement = None;
         let ready = |address| {
             announcement = agent.announce(address);

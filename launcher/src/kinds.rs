@@ -7,6 +7,7 @@ pub mod build;
 mod cache;
 mod companions;
 mod folders;
+mod modules;
 mod probe;
 pub mod stock;
 #[cfg(test)]

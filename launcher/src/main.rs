@@ -28,6 +28,8 @@ mod inspect_cli;
 mod keys_cli;
 mod kinds;
 mod logs_cli;
+mod map_cli;
+mod message_cli;
 mod new;
 mod param;
 mod petri_cli;

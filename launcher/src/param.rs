@@ -131,7 +131,9 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
     let value = arguments.value.as_deref();
     let reader = file.is_none().then(|| RefusalReader::open(&arguments.source.running));
     let before = reader.as_ref().and_then(|reader| reader.find_refusal(component, parameter));
-    match ParameterStore::open(&arguments.source)?.set(component, parameter, value)? {
+    let mut store = ParameterStore::open(&arguments.source)?;
+    let undo = describe_undo(&mut store, component, parameter);
+    match store.set(component, parameter, value)? {
         SetOutcome::Set { version, changes, findings } => {
             let is_live = changes.iter().any(|change| change.effect.starts_with("reaches "));
             let reader = reader.filter(|_| is_live);
@@ -173,7 +175,8 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
             }
             let Some(refusal) = refusal else { return Ok(CommandEnding::Fine) };
             print_notice(format_args!(
-                "error: {component} refuses the value, which the file has now: {refusal}"
+                "error: {component} refuses the value, which the file has now: {refusal}. Set one that it \
+                 accepts{undo}"
             ));
             Ok(CommandEnding::Failed)
         }
@@ -182,6 +185,22 @@ fn set_value(arguments: &SetArguments, format: OutputFormat) -> Result<CommandEn
             Ok(CommandEnding::Failed)
         }
     }
+}
+
+/// Returns the command that gives a parameter the value again that it has now, as the end of a sentence;
+/// empty if its value is not known.
+fn describe_undo(store: &mut ParameterStore, component: &str, parameter: &str) -> String {
+    let found = store.parameters(Some(component)).ok();
+    let parameters = found.into_iter().flat_map(|found| found.parameters);
+    let Some(one) = parameters.into_iter().find(|one| one.name == parameter) else {
+        return String::new();
+    };
+    let name = format!("{component}.{parameter}");
+    let value = match one.origin.as_str() {
+        "default" => "--default".into(),
+        _ => format!("'{}'", one.value.replace('\'', "'\\''")),
+    };
+    format!(", such as the one before: `armor param set {name} {value}`")
 }
 
 fn in_words(change: &ChangeRecord) -> String {

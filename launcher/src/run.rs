@@ -3,6 +3,7 @@
 pub mod arguments;
 mod component_link;
 pub mod control_group;
+pub mod cpu_share;
 pub mod descriptors;
 pub mod environment;
 pub mod given_up;
@@ -117,6 +118,8 @@ pub fn run_checked(
     }
     let past = unfinished::prepare_folder(configuration, arguments, out.path())?;
     let own_run = OwnRun::begin(out.path(), arguments.resume)?;
+    // For the connections of the launcher itself, to components and to the registry.
+    armor_socket::adopt_secret(own_run.secret());
     let lease = PortLease::take(arguments.registry)?;
     let hosts = OtherHosts::find(configuration, arguments, &name, &own_run)?;
     let addresses = hosts.as_ref().map(OtherHosts::addresses).unwrap_or_default();
@@ -132,6 +135,7 @@ pub fn run_checked(
         played,
     )?;
     plan.set_variable(own_run.variable());
+    plan.set_keys(own_run.secret());
     let (system, manifests) = (&configuration.system, catalogue.manifests());
     let needed = descriptors::count_needed(system, &manifests, plan.duties.len());
     descriptors::raise_limit(needed)?;

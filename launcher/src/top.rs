@@ -5,6 +5,7 @@
 
 mod collector;
 mod drawing;
+mod known_rows;
 mod launcher_link;
 mod poller;
 mod process_usage;

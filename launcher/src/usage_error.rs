@@ -269,7 +269,8 @@ mod tests {
         check("fier", "tip: did you mean `armor mission fire`?");
         check(
             "list",
-            "tip: did you mean `armor data list` or `armor param list` or `armor keys list`?",
+            "tip: did you mean `armor data list` or `armor message list` or `armor param list` or \
+             `armor keys list`?",
         );
         let text = render(&["armor", "param", "driver"]);
         assert!(text.contains("tip: `armor param list driver` lists"), "{text}");

@@ -14,6 +14,7 @@ pub mod mapping;
 pub mod page;
 pub mod pool;
 pub mod ring;
+pub mod step;
 mod word;
 
 pub use mapping::{LinkPage, MemoryError, SlotMemory, SlotView};

@@ -7,6 +7,7 @@
 //! the other one knows that it has not.
 
 use crate::page::PageWords;
+use crate::step::{ProtocolStep, pass_step};
 use crate::word::Word;
 
 /// A message in the ring.
@@ -48,6 +49,7 @@ impl RingWriter {
     /// any more.
     pub fn push<W: Word>(&mut self, page: PageWords<'_, W>, entry: RingEntry) -> Option<RingEntry> {
         let old = self.cell(page).swap(fill(self.pushed, entry));
+        pass_step(ProtocolStep::CellExchanged);
         self.pushed += 1;
         page.pushed.store(self.pushed);
         read(old)
@@ -89,10 +91,10 @@ impl RingReader {
             let value = cell.load();
             let is_expected = (value >> 32) as u32 == self.taken as u32;
             self.taken += 1;
-            if is_expected
-                && let Some(entry) = read(value)
-                && cell.replace(value, 0)
-            {
+            let Some(entry) = read(value).filter(|_| is_expected) else { continue };
+            pass_step(ProtocolStep::EntrySeen);
+            if cell.replace(value, 0) {
+                pass_step(ProtocolStep::EntryTaken);
                 return Some(entry);
             }
         }

@@ -8,6 +8,7 @@ mod fault;
 mod followed_lines;
 mod free_space;
 mod parameter_trail;
+mod repeated_values;
 mod run_trail;
 mod split;
 
@@ -25,6 +26,7 @@ use crate::writer::Compression;
 use beginning::{describe_recording, find_begin, find_clock};
 pub use fault::RecorderError;
 use free_space::count_free_bytes;
+pub(crate) use repeated_values::is_repeated;
 use run_trail::RunTrail;
 use split::SplitWriter;
 pub use split::{RecordingPath, SplitLimits};
@@ -192,7 +194,7 @@ impl Recorder {
             if flushed.elapsed() >= FLUSH_EVERY {
                 flushed = Instant::now();
                 self.add_versions()?;
-                self.writer.flush()?;
+                self.writer.flush(self.own.timestamp())?;
                 if count_free_bytes(&self.folder)? < self.options.least_free {
                     return Ok(RecordingEnd::DiskFull);
                 }

@@ -1,12 +1,16 @@
 //! Copies recordings: whole, a part of their time, some of their outputs, several into one.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{Seek, Write};
 use std::path::Path;
 
+use crate::capture::is_repeated;
+use crate::head::MessageHead;
+use crate::held_values::keep_newest;
 use crate::message_stream::{ReadError, RecordedMessage};
 use crate::reader::Recording;
-use crate::summary::{BEGIN_KEY, RecordedOutput};
+use crate::summary::BEGIN_KEY;
 use crate::taps::OutputSelection;
 use crate::writer::{Compression, RecordingForm, RecordingWriter, WriteError};
 
@@ -98,8 +102,12 @@ pub fn copy_recordings<W: Write + Seek>(
         source.advance(part)?;
     }
     let mut report = CopyReport::default();
+    let mut written = WrittenValues::default();
     while let Some(source) = earliest(&mut sources) {
         let Some(message) = source.take_next(part)? else { break };
+        if written.repeats(&message) {
+            continue;
+        }
         let Ok(payload) = &message.payload else {
             report.unreadable += 1;
             continue;
@@ -110,6 +118,31 @@ pub fn copy_recordings<W: Write + Seek>(
     }
     report.damaged_chunks = sources.iter().map(|source| source.recording.damaged_chunks()).sum();
     Ok((report, writer.finish()?))
+}
+
+/// What is written already of the outputs whose values each file of a recording repeats.
+#[derive(Default)]
+struct WrittenValues(BTreeMap<(String, u64), u64>);
+
+impl WrittenValues {
+    /// Whether the message, or a later one of its publisher, was written: another file has it, too.
+    fn repeats(&mut self, message: &RecordedMessage) -> bool {
+        if !is_repeated(&message.data, &message.output_type) {
+            return false;
+        }
+        let MessageHead { sequence, instance, .. } = message.head;
+        match self.0.entry((message.data.clone(), instance)) {
+            Entry::Vacant(entry) => {
+                entry.insert(sequence);
+                false
+            }
+            Entry::Occupied(mut entry) if *entry.get() < sequence => {
+                entry.insert(sequence);
+                false
+            }
+            Entry::Occupied(_) => true,
+        }
+    }
 }
 
 struct Source {
@@ -125,15 +158,13 @@ impl Source {
         let name = path.display().to_string();
         let read = |reason| CopyError::Read { path: name.clone(), reason };
         let mut recording = Recording::open(path).map_err(read)?;
-        let is_latched =
-            |output: &RecordedOutput| output.latched && part.outputs.holds(&output.data);
+        let outputs = recording.summary().outputs.iter();
+        let latched = outputs.filter(|it| it.latched && part.outputs.holds(&it.data));
+        let latched = latched.map(|output| output.data.clone()).collect();
         // What is before the part is read only for the values that are still true then.
-        if let Some(from_s) = part.from_s
-            && !recording.summary().outputs.iter().any(is_latched)
-        {
-            recording.seek(from_s).map_err(read)?;
-        }
-        Ok(Self { path: name, recording, next: None, latched: BTreeMap::new() })
+        let held = part.from_s.map(|from_s| recording.seek_with_held(from_s, &latched));
+        let latched = held.transpose().map_err(read)?.unwrap_or_default();
+        Ok(Self { path: name, recording, next: None, latched })
     }
 
     /// Takes the next message, and moves on to the one after it.
@@ -166,7 +197,7 @@ impl Source {
                 break;
             }
             if message.output_type.latched {
-                self.latched.insert(message.data.clone(), message);
+                keep_newest(&mut self.latched, message);
             }
         }
         Ok(())

@@ -8,6 +8,7 @@ mod attachment_check;
 pub mod capture;
 mod copy;
 mod head;
+mod held_values;
 mod marks;
 mod message_stream;
 mod output_types;

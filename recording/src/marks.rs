@@ -3,21 +3,14 @@
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::Seek;
 
 use armor_wire::codec;
-use mcap::read::ChunkReader;
-use mcap::records::{Record, op};
-use mcap::{McapError, Summary};
+use mcap::Summary;
 
-use crate::message_stream::{
-    MAX_RECORD_LEN, MessageStream, ReadError, RecordedMessage, StreamEvent,
-};
+use crate::message_stream::{ChunkPlace, MessageStream, ReadError, RecordedMessage, StreamEvent};
 use crate::reports::{REPORTS, RecordedReport};
 use crate::summary::RecordingSummary;
-
-/// Operation and length of a record, which come before it.
-const RECORD_HEAD_LEN: usize = 9;
 
 /// A moment of a recording that a time line marks.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,9 +34,8 @@ pub enum RecordedMark {
 pub struct MarkReader {
     file: File,
     len: u64,
-    /// Where the chunks begin that are still to be read, and their lengths; none of a file without an
-    /// index, which is read as a whole.
-    chunks: Option<VecDeque<(u64, u64)>>,
+    /// The chunks that are still to be read; none of a file without an index, which is read as a whole.
+    chunks: Option<VecDeque<ChunkPlace>>,
     chunk_count: usize,
     stream: MessageStream,
     wanted: BTreeSet<String>,
@@ -110,15 +102,19 @@ impl MarkReader {
             }
             let Some(chunks) = &mut self.chunks else {
                 match self.stream.next_event(&mut self.file) {
-                    Ok(Some(StreamEvent::Message(message))) => self.take_message(message),
+                    Ok(Some(StreamEvent::Message(message))) => {
+                        take_message(message, &self.wanted, &mut self.found);
+                    }
                     Ok(Some(_)) => {}
                     Ok(None) | Err(ReadError::Format(_)) => return Ok(None),
                     Err(error) => return Err(error),
                 }
                 continue;
             };
-            let Some((start, len)) = chunks.pop_front() else { return Ok(None) };
-            match self.read_chunk(start, len) {
+            let Some(place) = chunks.pop_front() else { return Ok(None) };
+            let (wanted, found) = (&self.wanted, &mut self.found);
+            let take = |message| take_message(message, wanted, found);
+            match self.stream.read_chunk(&self.file, place, take) {
                 Ok(()) => {}
                 Err(ReadError::Format(_)) => {
                     // Its checksum comes last: what was found in it before may be wrong, too.
@@ -129,52 +125,38 @@ impl MarkReader {
             }
         }
     }
+}
 
-    fn read_chunk(&mut self, start: u64, len: u64) -> Result<(), ReadError> {
-        let len = usize::try_from(len).unwrap_or(usize::MAX).min(MAX_RECORD_LEN);
-        self.file.seek(SeekFrom::Start(start))?;
-        let mut bytes = Vec::new();
-        (&self.file).take(len as u64).read_to_end(&mut bytes)?;
-        let body = bytes.get(RECORD_HEAD_LEN..).ok_or(McapError::UnexpectedEof)?;
-        let Record::Chunk { header, data } = mcap::parse_record(op::CHUNK, body)? else {
-            return Ok(());
-        };
-        for record in ChunkReader::new(header, &data)? {
-            if let Some(StreamEvent::Message(message)) = self.stream.take_record(record?) {
-                self.take_message(message);
-            }
-        }
-        Ok(())
+fn take_message(
+    message: RecordedMessage,
+    wanted: &BTreeSet<String>,
+    found: &mut VecDeque<RecordedMark>,
+) {
+    let stamp_s = message.head.stamp_s;
+    if !stamp_s.is_finite() {
+        return;
     }
-
-    fn take_message(&mut self, message: RecordedMessage) {
-        let stamp_s = message.head.stamp_s;
-        if !stamp_s.is_finite() {
-            return;
-        }
-        if message.head.lost > 0 {
-            let (data, count) = (message.data.clone(), message.head.lost);
-            self.found.push_back(RecordedMark::Loss { data, count, stamp_s });
-        }
-        if message.data == REPORTS {
-            let report = message.payload.as_ref().ok().and_then(|bytes| codec::decode(bytes).ok());
-            self.found.extend(report.map(RecordedMark::Report));
-        } else if self.wanted.contains(&message.data) {
-            self.found.push_back(RecordedMark::Message(message));
-        }
+    if message.head.lost > 0 {
+        let (data, count) = (message.data.clone(), message.head.lost);
+        found.push_back(RecordedMark::Loss { data, count, stamp_s });
+    }
+    if message.data == REPORTS {
+        let report = message.payload.as_ref().ok().and_then(|bytes| codec::decode(bytes).ok());
+        found.extend(report.map(RecordedMark::Report));
+    } else if wanted.contains(&message.data) {
+        found.push_back(RecordedMark::Message(message));
     }
 }
 
 /// The chunks that hold messages of these outputs, in the order of the file.
-fn find_chunks(index: &Summary, sought: &BTreeSet<&str>) -> VecDeque<(u64, u64)> {
+fn find_chunks(index: &Summary, sought: &BTreeSet<&str>) -> VecDeque<ChunkPlace> {
     let channels = index.channels.iter().filter(|(_, channel)| sought.contains(&*channel.topic));
     let channels: BTreeSet<u16> = channels.map(|(id, _)| *id).collect();
     let chunks = index
         .chunk_indexes
         .iter()
         .filter(|chunk| channels.iter().any(|id| chunk.message_index_offsets.contains_key(id)));
-    let mut places: Vec<_> =
-        chunks.map(|chunk| (chunk.chunk_start_offset, chunk.chunk_length)).collect();
+    let mut places: Vec<_> = chunks.map(ChunkPlace::from).collect();
     places.sort_unstable();
     places.into()
 }
@@ -270,7 +252,7 @@ mod tests {
     fn a_damaged_chunk_is_left_out() {
         let mut bytes = record(0);
         let (mut reader, _folder) = open(&bytes);
-        let (start, len) = reader.chunks.as_ref().unwrap()[0];
+        let ChunkPlace { start, len } = reader.chunks.as_ref().unwrap()[0];
         assert!(reader.progress() < 0.1);
         let damaged = usize::try_from(start + len * 2 / 3).unwrap();
         bytes[damaged] ^= 0xff;

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
 use armor_wire::schema::parse;
-use mcap::records::{Record, op};
+use mcap::read::ChunkReader;
+use mcap::records::{ChunkIndex, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, Summary};
 use thiserror::Error;
@@ -19,6 +20,22 @@ use crate::{ABOUT, CDR};
 
 /// Longest record that is read: the longest message, and a chunk around it.
 pub(crate) const MAX_RECORD_LEN: usize = 160 << 20;
+
+/// Operation and length of a record, which come before it.
+const RECORD_HEAD_LEN: usize = 9;
+
+/// Where a chunk is in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ChunkPlace {
+    pub start: u64,
+    pub len: u64,
+}
+
+impl From<&ChunkIndex> for ChunkPlace {
+    fn from(index: &ChunkIndex) -> Self {
+        Self { start: index.chunk_start_offset, len: index.chunk_length }
+    }
+}
 
 /// Why a recording cannot be read.
 #[derive(Debug, Error)]
@@ -183,8 +200,34 @@ impl MessageStream {
         }
     }
 
+    /// Reads the chunk at a place of the file, and passes on its messages.
+    ///
+    /// # Errors
+    /// If it cannot be read; its checksum comes last, so what was passed on may be wrong then.
+    pub(crate) fn read_chunk(
+        &mut self,
+        mut file: &File,
+        place: ChunkPlace,
+        mut take: impl FnMut(RecordedMessage),
+    ) -> Result<(), ReadError> {
+        let len = usize::try_from(place.len).unwrap_or(usize::MAX).min(MAX_RECORD_LEN);
+        file.seek(SeekFrom::Start(place.start))?;
+        let mut bytes = Vec::new();
+        file.take(len as u64).read_to_end(&mut bytes)?;
+        let body = bytes.get(RECORD_HEAD_LEN..).ok_or(McapError::UnexpectedEof)?;
+        let Record::Chunk { header, data } = mcap::parse_record(op::CHUNK, body)? else {
+            return Ok(());
+        };
+        for record in ChunkReader::new(header, &data)? {
+            if let Some(StreamEvent::Message(message)) = self.take_record(record?) {
+                take(message);
+            }
+        }
+        Ok(())
+    }
+
     /// Takes the next record of the file; returns what it is, unless it only describes what follows.
-    pub(crate) fn take_record(&mut self, record: Record<'_>) -> Option<StreamEvent> {
+    fn take_record(&mut self, record: Record<'_>) -> Option<StreamEvent> {
         match record {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);

@@ -1,6 +1,6 @@
 //! Reads a recording: what is in it, and its messages from any moment on.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -11,6 +11,7 @@ use mcap::{MAGIC, McapError, Summary};
 
 use crate::attachment_check::is_safe_summary;
 use crate::head::HEADS;
+use crate::held_values::find_held;
 use crate::marks::MarkReader;
 use crate::message_stream::{
     MAX_RECORD_LEN, MessageStream, ReadError, RecordedMessage, StreamEvent, read_file_time,
@@ -97,6 +98,29 @@ impl Recording {
         };
         self.stream.leave_out(&self.left_out);
         Ok(())
+    }
+
+    /// Returns the newest message of each of these outputs that was published before `stamp_s`, and
+    /// continues as [`Self::seek`] to that moment. In a file without an index it continues at the
+    /// beginning: what they held is among what comes first.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn seek_with_held(
+        &mut self,
+        stamp_s: f64,
+        outputs: &BTreeSet<String>,
+    ) -> Result<BTreeMap<String, RecordedMessage>, ReadError> {
+        let held = match &self.index {
+            _ if outputs.is_empty() || !stamp_s.is_finite() => BTreeMap::new(),
+            Some(index) => find_held(&mut self.file, index, outputs, stamp_s)?,
+            None => {
+                self.seek(f64::NEG_INFINITY)?;
+                return Ok(BTreeMap::new());
+            }
+        };
+        self.seek(stamp_s)?;
+        Ok(held)
     }
 
     /// Returns the next message in the order in which they were recorded; `None` at the end, which

@@ -11,12 +11,16 @@ use armor_wire::codec::encoded_len;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::peer::{PeerAction, PeerEvent, PeerId};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
+use armor_wire::run_key::RunSecret;
 
 use crate::limits::{
     GIVE_UP, MAX_COMPONENTS, MAX_DATA, MAX_DATA_PER_COMPONENT, MAX_LISTING_LEN, MAX_WATCHERS,
 };
 use crate::refusals;
 use lookups::{Lookups, WaitingLookup};
+
+/// What the name of the launcher's connection begins with; its process id follows.
+const LAUNCHER_PREFIX: &str = "launcher-";
 
 /// The actions that follow from an event.
 pub type Actions = Vec<PeerAction<RegistryReply>>;
@@ -34,6 +38,10 @@ pub struct RegistryDirectory {
     /// What is provided, by name.
     data: BTreeMap<String, (DataEntry, PeerId)>,
     lookups: Lookups,
+    /// The secret of the run; none for a registry that was started by hand.
+    secret: Option<RunSecret>,
+    /// Names that belong to processes of the launcher.
+    reserved: BTreeSet<String>,
     actions: Actions,
 }
 
@@ -48,6 +56,10 @@ struct RegistryClient {
     /// Names of the data it provides.
     provides: BTreeSet<String>,
     watches: bool,
+    /// It has proven that the launcher has started it.
+    is_proven: bool,
+    /// It has proven that it is the launcher.
+    is_launcher: bool,
 }
 
 impl RegistryDirectory {
@@ -61,8 +73,15 @@ impl RegistryDirectory {
             holders: BTreeMap::new(),
             data: BTreeMap::new(),
             lookups: Lookups::default(),
+            secret: None,
+            reserved: BTreeSet::new(),
             actions: Vec::new(),
         }
+    }
+
+    /// With the secret of a run: names of the run belong to the processes that its launcher starts.
+    pub fn with_secret(self, secret: Option<RunSecret>) -> Self {
+        Self { secret, ..self }
     }
 
     /// Handles an event and returns the resulting actions.
@@ -88,9 +107,11 @@ impl RegistryDirectory {
     }
 
     fn welcome_client(&mut self, peer: PeerId, address: SocketAddr, hello: Hello, now: Duration) {
+        let is_proven = self.secret.is_some_and(|secret| secret.key_of(&hello.from).verify(&hello))
+            && hello.purpose.entry().is_none_or(|entry| entry.name == hello.from);
         let admitted = match hello.purpose {
             Purpose::Registry { entry } => {
-                self.check_admission(entry.as_ref(), now).map(|()| entry)
+                self.check_admission(entry.as_ref(), is_proven, now).map(|()| entry)
             }
             _ => Err(refusals::build_refusal(
                 RefusalCode::WrongPurpose,
@@ -114,9 +135,18 @@ impl RegistryDirectory {
             self.holders.insert(entry.name.clone(), peer);
             self.notify_watchers(&RegistryReply::Appeared { entry: entry.clone() });
         }
+        let is_launcher = is_proven && entry.is_none() && hello.from.starts_with(LAUNCHER_PREFIX);
         let (from, provides) = (refusals::quote_text(&hello.from), BTreeSet::new());
         let name = entry.as_ref().map(|entry| entry.name.clone());
-        let client = RegistryClient { from, entry, heard: now, provides, watches: false };
+        let client = RegistryClient {
+            from,
+            entry,
+            heard: now,
+            provides,
+            watches: false,
+            is_proven,
+            is_launcher,
+        };
         self.clients.insert(peer, client);
         for lookup in name.map(|name| self.lookups.take_waiting(&name)).unwrap_or_default() {
             self.answer_with_process(&lookup, peer);
@@ -128,14 +158,23 @@ impl RegistryDirectory {
     fn check_admission(
         &mut self,
         entry: Option<&ComponentEntry>,
+        is_proven: bool,
         now: Duration,
     ) -> Result<(), Refusal> {
         let Some(entry) = entry else { return Ok(()) };
         refusals::check_component(entry)?;
+        if self.secret.is_some() && !is_proven {
+            let is_reserved =
+                refusals::is_reserved(&entry.name) || self.reserved.contains(&entry.name);
+            if is_reserved {
+                return Err(refusals::refuse_reserved(&entry.name));
+            }
+        }
         if let Some((peer, holder, heard)) = self.find_holder(&entry.name) {
             // A process that reconnects may arrive before the end of its old connection is noticed.
             let is_same_process = holder.instance == entry.instance;
-            if !is_same_process && now.saturating_sub(heard) < GIVE_UP {
+            let has_priority = is_proven && !self.clients.get(&peer).is_some_and(|it| it.is_proven);
+            if !is_same_process && !has_priority && now.saturating_sub(heard) < GIVE_UP {
                 return Err(refusals::refuse_duplicate_component(holder));
             }
             let reason = format!("replaced by {}", refusals::describe_process(entry));
@@ -175,7 +214,20 @@ impl RegistryDirectory {
                 self.send_reply(peer, RegistryReply::Time { asked_s, received_s, sent_s });
             }
             RegistryRequest::Beat => {}
+            RegistryRequest::Reserve { names } => self.reserve_names(peer, names),
         }
+    }
+
+    /// Takes the names that belong to processes which the launcher starts.
+    fn reserve_names(&mut self, peer: PeerId, names: Vec<String>) {
+        let is_launcher = self.clients.get(&peer).is_some_and(|client| client.is_launcher);
+        if is_launcher {
+            self.reserved = names.into_iter().take(MAX_COMPONENTS).collect();
+            return;
+        }
+        let reason = "only the launcher of this run reserves names".to_owned();
+        self.forget_client(peer, &reason);
+        self.actions.push(PeerAction::Close { peer, reason });
     }
 
     fn provide_data(&mut self, peer: PeerId, request: u64, entry: DataEntry) {

@@ -29,6 +29,24 @@ pub(crate) fn refuse_limit(what: &str, most: usize) -> Refusal {
     )
 }
 
+/// Returns whether only the program of that name may take it.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    RESERVED.contains(&name)
+}
+
+pub(crate) fn refuse_reserved(name: &str) -> Refusal {
+    let text = match is_reserved(name) {
+        true => {
+            format!("the name `{name}` belongs to a process that the launcher of this run starts")
+        }
+        false => format!(
+            "the name `{name}` belongs to the component that the launcher of this run starts; \
+             `armor stop {name}` gives it free, or take another name"
+        ),
+    };
+    build_refusal(RefusalCode::DuplicateName, text)
+}
+
 /// Describes a process for people: "lidar (kind sim, process 12 on robot, at 127.0.0.1:4000)".
 pub(crate) fn describe_process(entry: &ComponentEntry) -> String {
     let ComponentEntry { name, kind, pid, host, endpoint, .. } = entry;

@@ -6,6 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use armor_socket::{ListenError, Server, ServerLimits, listen, random_id};
 use armor_wire::registry::{DEFAULT_PORT, RegistryReply, RegistryRequest};
+use armor_wire::run_key::RunSecret;
 use thiserror::Error;
 use tracing::info;
 
@@ -18,11 +19,17 @@ pub struct RegistryOptions {
     pub listen: SocketAddr,
     /// Limits on what its peers cost.
     pub limits: ServerLimits,
+    /// The secret of the run whose launcher has started it.
+    pub secret: Option<RunSecret>,
 }
 
 impl Default for RegistryOptions {
     fn default() -> Self {
-        Self { listen: (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into(), limits: ServerLimits::default() }
+        Self {
+            listen: (Ipv4Addr::LOCALHOST, DEFAULT_PORT).into(),
+            limits: ServerLimits::default(),
+            secret: None,
+        }
     }
 }
 
@@ -51,7 +58,8 @@ pub async fn serve(
     let mut server = Server::<RegistryRequest, RegistryReply>::new(listener, options.limits)?;
     let wall_s = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
     let instance = random_id();
-    let mut directory = RegistryDirectory::new(instance, wall_s - server.now().as_secs_f64());
+    let directory = RegistryDirectory::new(instance, wall_s - server.now().as_secs_f64());
+    let mut directory = directory.with_secret(options.secret);
     info!(%address, instance, "the registry listens");
     ready(address);
     loop {

@@ -9,6 +9,7 @@ mod concurrency;
 mod crossed;
 mod cut_short;
 mod dates;
+mod drawn;
 mod effectless;
 mod ending;
 mod endless;
@@ -214,6 +215,7 @@ fn by_itself(
         order::check(mission, findings);
         twice::advise_identical(mission, findings);
         twice::check_implied(mission, findings);
+        drawn::check(mission, findings);
         entrances::check(mission, findings);
         endless::check(mission, findings);
         effectless::check(mission, findings);

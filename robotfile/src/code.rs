@@ -214,6 +214,20 @@ codes! {
         Starved = "W0270", "a component that waits for data of a frozen component";
         LoopInterrupted = "W0269", "a loop of links that a frozen component interrupts";
     }
+    "The map and its routes" from File {
+        DrawnTwice = "E0301", "two drawn things have the same name";
+        NoOrigin = "E0302", "a latitude and longitude on a map without an origin";
+        UnknownMark = "E0303", "a point that is not drawn";
+        LegIntrudes = "E0304", "a leg through a zone that no robot may enter";
+        LegLeaves = "E0305", "a leg that leaves the zone to stay in";
+        ExitIntrudes = "E0306", "an exit through a zone or across a line";
+        NoRally = "E0307", "an exit that leads nowhere";
+        MeetingAlone = "E0308", "a meeting to which the other route does not come";
+        RouteEmpty = "E0309", "a route without legs";
+        StartUnknown = "W0310", "a route from an unknown start";
+        LineCrossed = "E0311", "a leg across a boundary or a limit";
+        DrawnIncomplete = "E0312", "a stay, an exit or a zone that lacks its condition";
+    }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";
         UnknownVariable = "E0231", "an unknown variable";
@@ -287,6 +301,10 @@ impl Code {
                     | Code::ForeignParameter
                     | Code::UnknownVariable
                     | Code::UnknownTransition
+                    | Code::UnknownMark
+                    | Code::NoRally
+                    | Code::MeetingAlone
+                    | Code::RouteEmpty
             )
     }
 }

@@ -2,6 +2,7 @@
 //! parameters, links, places and transitions came, went, or are others. Comments, order and layout
 //! are not in it, except the order of transitions, which decides between equals.
 
+mod drawn;
 mod items;
 
 use std::collections::BTreeMap;
@@ -27,6 +28,12 @@ pub enum Subject {
     Link,
     /// The mission itself: its name, its goal, its checks.
     Mission,
+    /// The map of the mission itself: its origin, its symbols.
+    Map,
+    /// A point, rally point, zone or line on the map.
+    Mark,
+    /// A route over the map; its legs are places.
+    Route,
     /// A variable.
     Variable,
     /// A place.
@@ -49,6 +56,9 @@ impl fmt::Display for Subject {
             Self::Parameter => "parameter",
             Self::Link => "link",
             Self::Mission => "mission",
+            Self::Map => "map",
+            Self::Mark => "mark",
+            Self::Route => "route",
             Self::Variable => "variable",
             Self::Place => "place",
             Self::Exclusive => "exclusive",

@@ -7,6 +7,7 @@ mod attribute;
 mod document;
 mod element_edits;
 mod error;
+mod expanding;
 mod item;
 mod layout;
 mod mention;

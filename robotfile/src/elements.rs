@@ -12,10 +12,25 @@ use crate::suggestion::suggest_similar;
 use crate::tree::{Element, Node};
 
 /// The elements that an element may contain; a `<layout>` may contain anything.
-const CHILDREN: [(&str, &[&str]); 7] = [
+const CHILDREN: [(&str, &[&str]); 9] = [
     ("armor", &["system", "mission"]),
     ("system", &["clock", "host", "frame", "component", "link", "layout"]),
-    ("mission", &["variable", "place", "exclusive", "transition", "check", "submission", "layout"]),
+    (
+        "mission",
+        &[
+            "map",
+            "route",
+            "variable",
+            "place",
+            "exclusive",
+            "transition",
+            "check",
+            "submission",
+            "layout",
+        ],
+    ),
+    ("map", &["point", "zone", "line", "rally", "symbol"]),
+    ("route", &["leg", "stay", "meet", "otherwise"]),
     ("component", &["parameter"]),
     ("place", &["parameter"]),
     ("transition", &["arc", "read", "inhibitor", "reset", "set"]),
@@ -23,7 +38,7 @@ const CHILDREN: [(&str, &[&str]); 7] = [
 ];
 
 /// What other formats call an element.
-const OTHER_NAMES: [(&str, &[&str]); 16] = [
+const OTHER_NAMES: [(&str, &[&str]); 22] = [
     ("link", &["connect", "connection", "channel", "wire", "topic", "remap", "edge"]),
     ("component", &["node", "process", "module"]),
     ("host", &["machine", "computer"]),
@@ -40,6 +55,12 @@ const OTHER_NAMES: [(&str, &[&str]); 16] = [
     ("read", &["test"]),
     ("reset", &["clear", "flush"]),
     ("mission", &["task", "plan"]),
+    ("leg", &["waypoint", "goto", "drive"]),
+    ("stay", &["loiter", "wait"]),
+    ("otherwise", &["else", "exit", "failsafe"]),
+    ("zone", &["fence", "geofence", "area", "polygon"]),
+    ("rally", &["safepoint"]),
+    ("line", &["polyline"]),
 ];
 
 /// What other formats call an attribute of an element, where this one has another name.
@@ -87,6 +108,8 @@ pub(crate) fn find_parent(name: &str) -> Option<&'static str> {
         ("system", _) => "<system>",
         ("mission", _) => "<mission>",
         ("transition", _) => "a <transition>",
+        ("map", _) => "<map>",
+        ("route", _) => "a <route>",
         ("layout", _) => "<layout>",
         _ => "<armor>",
     })
@@ -187,7 +210,8 @@ fn correct_children(
         let meant = is_unknown.then(|| find_meant(&child.name, allowed)).flatten();
         // Of these there is one at most: a second one may be anything.
         let is_second = |meant: &&str| {
-            matches!(*meant, "system" | "mission" | "clock" | "layout") && has(parent, meant)
+            matches!(*meant, "system" | "mission" | "clock" | "layout" | "map")
+                && has(parent, meant)
         };
         if let Some(meant) = meant.filter(|meant| !is_second(meant)) {
             findings.push(report_unknown(child, &parent.name, allowed, source));

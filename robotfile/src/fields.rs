@@ -57,7 +57,8 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     pub(crate) fn required(&mut self, name: &'static str) -> Option<Spanned<String>> {
         let value = self.text(name);
         // A misspelt attribute is a finding already.
-        let mut others = self.element.attributes.iter();
+        let is_unknown = |it: &&Attribute| !self.known.contains(&it.name.as_str());
+        let mut others = self.element.attributes.iter().filter(is_unknown);
         let is_misspelt = others.any(|other| {
             let written = other.name.to_ascii_lowercase();
             suggest_similar(&written, std::iter::once(name)).is_some()

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use crate::code::Code;
+use crate::offered_edit::OfferedEdit;
 use crate::source::Location;
 use crate::trace::{FiringTrace, MissionDuration};
 
@@ -43,6 +44,8 @@ pub struct Finding {
     pub file: Option<PathBuf>,
     /// The remedy.
     pub remedy: String,
+    /// Edits that are each a remedy: they were tried.
+    pub edits: Vec<OfferedEdit>,
     /// Other locations that belong to it, each with a label ("first fed here").
     pub related: Vec<(Location, String)>,
     /// The firings that show it, if there are any.
@@ -74,6 +77,7 @@ impl Finding {
             at: None,
             file: None,
             remedy: String::new(),
+            edits: Vec::new(),
             related: Vec::new(),
             trace: None,
             takes: None,
@@ -93,6 +97,13 @@ impl Finding {
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = bounded(remedy.into());
+        self
+    }
+
+    /// Offers edits that are each a remedy.
+    #[must_use]
+    pub fn offer(mut self, edits: impl IntoIterator<Item = OfferedEdit>) -> Self {
+        self.edits.extend(edits);
         self
     }
 

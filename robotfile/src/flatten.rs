@@ -8,7 +8,7 @@
 use crate::code::Code;
 use crate::finding::Finding;
 use crate::findings::Findings;
-use crate::mission::{Arc, ArcKind, Autonomy, Class, Mission, Submission, Transition};
+use crate::mission::{Arc, ArcKind, Class, Mission, Submission, Transition, Variable};
 use crate::model::Configuration;
 use crate::read::MAX_ELEMENTS;
 use crate::source::Spanned;
@@ -115,28 +115,30 @@ fn qualify_names(inner: &mut Mission, name: &str) {
     }
 }
 
+/// Lists what the names of the variables that a transition reads and sets may begin with, the
+/// longest first: the name of its sub-mission with a dot, or nothing. The names of a route and of
+/// its step, which come before that of the transition too, lead to no variable.
+pub fn list_scopes(transition: &str) -> impl Iterator<Item = &str> {
+    let dots = transition.rmatch_indices('.').map(|(dot, _)| &transition[..=dot]);
+    dots.chain(std::iter::once(""))
+}
+
+impl Mission {
+    /// Returns the variable that a transition of this flattened mission means by a name.
+    pub fn variable_of(&self, transition: &str, name: &str) -> Option<&Variable> {
+        list_scopes(transition).find_map(|scope| {
+            let is_it =
+                |variable: &&Variable| variable.name.value.strip_prefix(scope) == Some(name);
+            self.variables.iter().find(is_it)
+        })
+    }
+}
+
 /// The transitions between a mission and the sub-mission `inner`, whose names are qualified.
 fn join_mission(whole: &mut Mission, inner: &Mission, by: &Submission, name: &str) {
     let transition = |what: &str, class, arcs| Transition {
-        name: by.file.with(format!("{name}.{what}")),
-        arcs,
-        sets: Vec::new(),
-        on: None,
-        interval: None,
-        when: None,
-        priority: 0,
         class,
-        autonomy: Autonomy::Auto,
-        lost_link: None,
-        not_before: None,
-        not_after: None,
-        missed: None,
-        on_stop_fail: None,
-        on_start_fail: None,
-        overrun: None,
-        autonomy_at: None,
-        answer_at: None,
-        is_doubtful: false,
+        ..Transition::new(by.file.with(format!("{name}.{what}")), arcs)
     };
     let arc = |kind, place: &Spanned<String>, weight| Arc { kind, place: place.clone(), weight };
     if let Some(enter) = &by.enter {

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::date::Date;
+use crate::drawn_route::DrawnRoute;
 use crate::guard::MAX_COUNT;
 use crate::model::{LayoutBlock, Parameter};
+use crate::site_map::SiteMap;
 use crate::source::{Location, Spanned};
 use crate::unreadable::UnreadableParts;
 
@@ -36,6 +38,10 @@ pub struct Mission {
     pub transitions: Vec<Transition>,
     /// The sub-missions.
     pub submissions: Vec<Submission>,
+    /// What is drawn on the map.
+    pub map: Option<SiteMap>,
+    /// The routes over the map, as drawn; their places and transitions are among the others.
+    pub routes: Vec<DrawnRoute>,
     /// The statements to be proven, as text.
     pub checks: Vec<Spanned<String>>,
     /// The `<mission>` tag.
@@ -278,6 +284,31 @@ pub struct Transition {
 }
 
 impl Transition {
+    /// A transition with these arcs and no conditions.
+    pub(crate) fn new(name: Spanned<String>, arcs: Vec<Arc>) -> Self {
+        Self {
+            name,
+            arcs,
+            sets: Vec::new(),
+            on: None,
+            interval: None,
+            when: None,
+            priority: 0,
+            class: Class::Normal,
+            autonomy: Autonomy::Auto,
+            lost_link: None,
+            not_before: None,
+            not_after: None,
+            missed: None,
+            on_stop_fail: None,
+            on_start_fail: None,
+            overrun: None,
+            autonomy_at: None,
+            answer_at: None,
+            is_doubtful: false,
+        }
+    }
+
     /// The places that tokens are taken from.
     pub fn inputs(&self) -> impl Iterator<Item = &Arc> {
         self.arcs.iter().filter(|arc| arc.kind == ArcKind::Take)

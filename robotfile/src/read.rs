@@ -4,6 +4,9 @@ mod frame;
 mod layout;
 mod limits;
 mod mission;
+mod position;
+mod route;
+mod site_map;
 mod system;
 mod transition;
 

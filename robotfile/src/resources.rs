@@ -26,8 +26,17 @@ pub struct ResourceLimits {
     pub realtime: Option<Spanned<u8>>,
     /// The processors on which it may run, from 0.
     pub cpus: Option<Spanned<BTreeSet<usize>>>,
+    /// Its share of the processors' time.
+    pub cpu: Option<Spanned<CpuShare>>,
     /// The memory that it may allocate, in bytes.
     pub memory: Option<Spanned<u64>>,
+}
+
+/// A share of the processors' time, in thousandths of one processor: 1500 is one and a half.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CpuShare {
+    /// Thousandths of one processor.
+    pub permille: u32,
 }
 
 /// Reads a niceness, such as `5`.
@@ -77,6 +86,34 @@ fn expected_cpus() -> String {
     format!("numbers and ranges of processors from 0 to {MAX_CPU} are expected, such as \"0 2-3\"")
 }
 
+/// Reads a share of one processor, such as `50%` or, of two, `150%`.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_cpu(text: &str) -> Result<CpuShare, String> {
+    let expected =
+        || "a share of one processor is expected, such as 50%, or 150% of two".to_owned();
+    let number = text.strip_suffix('%').ok_or_else(expected)?;
+    let (whole, tenth) = number.split_once('.').unwrap_or((number, "0"));
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if !is_number(whole) || !is_number(tenth) || tenth.len() > 1 {
+        return Err(expected());
+    }
+    let read = |text: &str| text.parse::<u32>().ok();
+    let permille = read(whole).and_then(|whole| whole.checked_mul(10)?.checked_add(read(tenth)?));
+    let permille = permille.filter(|permille| *permille <= MAX_CPU_PERMILLE);
+    let permille = permille.ok_or("this is more than a computer has")?;
+    if permille < LEAST_CPU_PERMILLE {
+        return Err("the kernel limits a process to 1% or more".into());
+    }
+    Ok(CpuShare { permille })
+}
+
+/// All processors that a file may name.
+const MAX_CPU_PERMILLE: u32 = (MAX_CPU as u32 + 1) * 1000;
+/// The kernel accepts no quota below a millisecond of its period of 100 ms.
+const LEAST_CPU_PERMILLE: u32 = 10;
+
 /// Reads an amount of memory in bytes, such as `512MiB`.
 ///
 /// # Errors
@@ -113,6 +150,16 @@ mod tests {
         assert_eq!(parse_cpus("3 0-1"), Ok(BTreeSet::from([0, 1, 3])));
         assert_eq!(parse_memory("512MiB"), Ok(512 << 20));
         assert_eq!(parse_memory("2GB"), Ok(2_000_000_000));
+        for (text, permille) in
+            [("50%", 500), ("12.5%", 125), ("1%", 10), ("250%", 2500), ("102400%", 1_024_000)]
+        {
+            assert_eq!(parse_cpu(text), Ok(CpuShare { permille }), "{text}");
+        }
+        for wrong in
+            ["", "%", "50", "0.5", "0%", "0.9%", "-5%", "+5%", "12.55%", "5.%", "102401%", "0 2-3"]
+        {
+            assert!(parse_cpu(wrong).is_err(), "{wrong}");
+        }
         for wrong in ["20", "-21", "+5", "1.5", "", "low"] {
             assert!(parse_nice(wrong).is_err(), "{wrong}");
         }

@@ -38,6 +38,17 @@ impl Source {
         &self.text
     }
 
+    /// Returns the text with some pieces replaced, in any order; none of them overlap.
+    pub fn text_with(&self, replaced: &[(Span, String)]) -> String {
+        let mut text = self.text().to_owned();
+        let mut replaced: Vec<_> = replaced.iter().collect();
+        replaced.sort_by_key(|(span, _)| std::cmp::Reverse(*span));
+        for (span, new) in replaced {
+            text.replace_range(span.start()..span.end(), new);
+        }
+        text
+    }
+
     /// Line and column of a byte offset, both counted from 1; columns count characters.
     pub fn line_column(&self, at: usize) -> (usize, usize) {
         let at = self.text.floor_char_boundary(at);

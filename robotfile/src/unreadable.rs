@@ -28,6 +28,8 @@ pub(crate) struct UnreadableParts {
     pub(crate) in_moves: bool,
     /// Whether a part is unreadable that specifies where tokens are at the start.
     pub(crate) in_start: bool,
+    /// Whether a part of the map is unreadable.
+    pub(crate) in_map: bool,
 }
 
 impl UnreadableParts {

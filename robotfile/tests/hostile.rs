@@ -2,6 +2,8 @@
 
 mod entry;
 mod input;
+#[path = "../../fuzz/kept_corpus.rs"]
+mod kept_corpus;
 mod memory;
 
 use std::path::Path;
@@ -11,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use armor_robotfile::{Colours, MAX_FINDINGS, check, read};
 
-use entry::{ENTRIES, read_all, spans_hold};
+use entry::{ENTRIES, EXAMPLES, read_all, spans_hold};
 use input::input;
 
 fn refused(code: &str, bytes: &[u8]) {
@@ -20,6 +22,22 @@ fn refused(code: &str, bytes: &[u8]) {
     let codes: Vec<_> = reading.findings.iter().map(|finding| finding.code.as_str()).collect();
     assert!(codes.contains(&code), "{codes:?}");
     assert!(!reading.is_valid());
+}
+
+/// Inputs that are kept of each reader, next to the examples, and the longest of them in bytes.
+const KEPT: usize = 24;
+const KEPT_LEN: usize = 1 << 10;
+
+#[test]
+fn the_kept_inputs_of_every_reader_get_an_answer() {
+    let make = || -> Vec<Vec<u8>> {
+        let inputs = (0..10_000).map(|number| input(0x5eed, number));
+        let short = inputs.filter(|input| input.len() <= KEPT_LEN).take(KEPT);
+        EXAMPLES.iter().map(|text| text.as_bytes().to_vec()).chain(short).collect()
+    };
+    for (name, run) in ENTRIES {
+        kept_corpus::run_corpus(name, run, make);
+    }
 }
 
 #[test]

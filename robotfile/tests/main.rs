@@ -2,6 +2,7 @@
 // A test may panic where a program may not.
 #![allow(clippy::unwrap_used)]
 
+mod drawn;
 mod edit_hostile;
 mod edit_sequences;
 mod edits;

@@ -56,6 +56,21 @@ if command -v pkg-config >/dev/null; then
   "$out/relay" --describe >/dev/null
 fi
 
+# What `armor message export` writes, as the tests of sdk/definitions keep it: it compiles, and in C++ has
+# the schema that it was written from.
+kept="$PWD/sdk/definitions/tests/kept"
+echo "#include \"$kept/reading.h\"" >"$out/reading.c"
+cc -std=c11 -Wall -Wextra -Werror -I "$out/prefix/include/armor" -fsyntax-only "$out/reading.c"
+cat >"$out/reading.cpp" <<END
+#include "$kept/reading.hpp"
+#include <iostream>
+int main() { std::cout << armor::schema_of<Reading>() << "\\n" << armor::schema_of<ReadingView>() << "\\n"; }
+END
+c++ -std=c++17 -Wall -Wextra -Werror -I "$out/prefix/include/armor" "$out/reading.cpp" -o "$out/reading" \
+  "$out/prefix/lib/libarmor.a" -lgcc_s -lpthread -lm -ldl
+[ "$("$out/reading" | grep -cFxf "$kept/reading.schema")" = 2 ] \
+  || { "$out/reading"; fail "an exported message has another schema"; }
+
 # The listings of the guides.
 listing() { awk -v n="$2" '/^```(c|cpp)$/ { count++; inside = count == n; next } /^```/ { inside = 0 } inside' "docs/$1"; }
 {

@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use armor_socket::random_id;
+use armor_socket::{own_key, random_id};
 use armor_wire::codec;
 use armor_wire::frame::FrameKind;
 use armor_wire::hello::{Hello, Purpose};
 use armor_wire::registry::ComponentEntry;
+use armor_wire::run_key::NameKey;
 use armor_wire::transport::Transport;
 use parking_lot::Mutex;
 use thiserror::Error;
@@ -77,23 +78,24 @@ impl ControlConnection {
         instance: u64,
         sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
-        let hello = Hello::new(from, instance, Purpose::Control { role });
+        let hello = name_role(from, instance, role, own_key(&entry.name));
         let dialled = dial::dial_component(entry, &hello, Transport::Auto)?;
         Self::begin(dialled, &entry.endpoint, sink)
     }
 
     /// As [`Self::connect`], for a process that is known only by where it listens. A process that has
-    /// taken its place is not noticed.
+    /// taken its place is not noticed. `key` is its own, if the launcher of its run has given it one.
     ///
     /// # Errors
     /// [`ConnectError`] if it cannot be reached.
     pub fn connect_to(
         address: &str,
+        key: Option<NameKey>,
         role: Role,
         from: &str,
         sink: impl FnMut(ControlEvent) + Send + 'static,
     ) -> Result<Self, ConnectError> {
-        let hello = Hello::new(from, random_id(), Purpose::Control { role });
+        let hello = name_role(from, random_id(), role, key);
         Self::begin(dial::dial(address, &hello)?, address, sink)
     }
 
@@ -152,6 +154,15 @@ impl ControlConnection {
             }
         })
     }
+}
+
+/// Returns the hello of a connection to a component with this key, which it needs for some roles.
+fn name_role(from: &str, instance: u64, role: Role, key: Option<NameKey>) -> Hello {
+    let mut hello = Hello::new(from, instance, Purpose::Control { role });
+    if let Some(key) = key {
+        key.prove(&mut hello);
+    }
+    hello
 }
 
 impl Drop for ControlConnection {

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-use armor_socket::random_id;
 pub use armor_socket::{HostPlace, adopt_place};
+use armor_socket::{own_key, random_id};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode};
 use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};
 use parking_lot::{Condvar, Mutex};
@@ -79,7 +79,10 @@ impl Directory {
         entry: Option<ComponentEntry>,
         clock: Arc<SystemClock>,
     ) -> Self {
-        let hello = Hello::new(name, instance, Purpose::Registry { entry });
+        let mut hello = Hello::new(name, instance, Purpose::Registry { entry });
+        if let Some(key) = own_key(name) {
+            key.prove(&mut hello);
+        }
         let inner = Arc::new(RegistryLink {
             address: address.into(),
             hello,
@@ -252,6 +255,16 @@ impl Directory {
         }
         state.watchers.push(sender);
         receiver
+    }
+
+    /// Reserves names for processes that the launcher starts, in place of those before, now and after
+    /// every restart of the registry. Only for the launcher.
+    pub fn reserve_names(&self, names: Vec<String>) {
+        let mut state = self.inner.lock_state();
+        if state.reserved.as_ref() != Some(&names) {
+            state.send_request(&RegistryRequest::Reserve { names: names.clone() });
+            state.reserved = Some(names);
+        }
     }
 
     /// The clock of this process, with its estimate of the registry's clock.

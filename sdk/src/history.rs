@@ -144,10 +144,14 @@ impl<'a> History<'a> {
 
     /// The message whose stamp is nearest to a time in seconds; of several the newest.
     pub fn nearest(&self, stamp_s: f64) -> Option<PastMessage<'a>> {
+        self.get(self.nearest_age(stamp_s)?)
+    }
+
+    /// The age of the message that [`nearest`](Self::nearest) returns.
+    pub fn nearest_age(&self, stamp_s: f64) -> Option<usize> {
         let distance = |age: usize| (self.stamp(age) - stamp_s).abs();
         let ages = (0..self.len()).filter(|age| distance(*age).is_finite());
-        let nearest = ages.min_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
-        self.get(nearest)
+        ages.min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
     }
 
     /// The two messages between which a time in seconds lies, the earlier one first, to interpolate:
@@ -155,16 +159,22 @@ impl<'a> History<'a> {
     /// newest. Both are the same message if its stamp is that time exactly. Messages may be
     /// missing between them ([`PastMessage::follows_gap`] of the later one).
     pub fn around(&self, stamp_s: f64) -> Option<(PastMessage<'a>, PastMessage<'a>)> {
+        let (earlier, later) = self.ages_around(stamp_s)?;
+        self.get(earlier).zip(self.get(later))
+    }
+
+    /// The ages of the messages that [`around`](Self::around) returns, that of the earlier one first.
+    pub fn ages_around(&self, stamp_s: f64) -> Option<(usize, usize)> {
         for age in 0..self.len() {
             if self.stamp(age) == stamp_s {
-                return self.get(age).map(|it| (it, it));
+                return Some((age, age));
             }
             let is_between = age + 1 < self.len()
                 && self.stamp(age + 1) < stamp_s
                 && stamp_s < self.stamp(age)
                 && self.instance(age + 1) == self.instance(age);
             if is_between {
-                return self.get(age + 1).zip(self.get(age));
+                return Some((age + 1, age));
             }
         }
         None

@@ -18,5 +18,7 @@ pub(crate) mod payload;
 pub(crate) mod publishing;
 pub(crate) mod pull;
 pub(crate) mod queue;
+#[cfg(test)]
+mod simulation;
 mod stream;
 pub(crate) mod wire_out;

@@ -7,13 +7,17 @@ use std::io::IsTerminal;
 use std::sync::OnceLock;
 
 use tracing_subscriber::Registry;
-use tracing_subscriber::filter::Targets;
+use tracing_subscriber::filter::{LevelFilter, ParseError, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::reload::{self, Handle};
 use tracing_subscriber::util::SubscriberInitExt;
 
 /// Longest filter that is accepted, in bytes.
 const MAX_FILTER_LEN: usize = 1 << 10;
+
+/// Libraries that log as INFO what is of use only to them, and the level from which on they are logged.
+/// `notify` does so whenever a file that is watched is replaced.
+const QUIET: [(&str, LevelFilter); 1] = [("notify", LevelFilter::WARN)];
 
 static FILTER: OnceLock<Handle<Targets, Registry>> = OnceLock::new();
 
@@ -22,8 +26,8 @@ static FILTER: OnceLock<Handle<Targets, Registry>> = OnceLock::new();
 /// Does nothing if the process has a log already.
 pub fn init() {
     let filter = std::env::var("ARMOR_LOG").unwrap_or_else(|_| "info".into());
-    let targets: Targets =
-        filter.parse().unwrap_or_else(|_| Targets::new().with_default(tracing::Level::INFO));
+    let targets = parse_targets(&filter)
+        .unwrap_or_else(|_| Targets::new().with_default(tracing::Level::INFO));
     let (targets, handle) = reload::Layer::new(targets);
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
@@ -44,13 +48,25 @@ pub(crate) fn set_filter(filter: &str) -> Result<(), String> {
     handle.reload(parse_filter(filter)?).map_err(|error| error.to_string())
 }
 
+/// Reads a filter; the modules of [`QUIET`] have their level if it does not name them.
+fn parse_targets(filter: &str) -> Result<Targets, ParseError> {
+    let targets: Targets = filter.parse()?;
+    let quiet = QUIET.iter().filter(|(module, _)| !filter.contains(module));
+    // A filter that is stricter stays as it is.
+    let quiet = quiet.filter(|(_, level)| targets.default_level().is_none_or(|it| it > *level));
+    let quiet: Vec<_> = quiet.collect();
+    Ok(quiet
+        .into_iter()
+        .fold(targets, |targets, (module, level)| targets.with_target(*module, *level)))
+}
+
 fn parse_filter(filter: &str) -> Result<Targets, String> {
     let known = "write error, warn, info, debug, trace or off, or modules with their levels, such as \
                  my_crate=debug,info";
     if filter.trim().is_empty() || filter.len() > MAX_FILTER_LEN {
         return Err(format!("this is no filter: {known}"));
     }
-    let targets: Targets = filter.parse().map_err(|error| format!("{error}; {known}"))?;
+    let targets = parse_targets(filter).map_err(|error| format!("{error}; {known}"))?;
     // A word that is no level is read as a module of which everything is logged: a typing mistake.
     let is_word = !filter.contains(['=', ',', ':']);
     if is_word && targets.default_level().is_none() {
@@ -62,7 +78,17 @@ fn parse_filter(filter: &str) -> Result<Targets, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tracing_subscriber::filter::LevelFilter;
+
+    #[test]
+    fn libraries_are_quiet_unless_the_filter_names_them() {
+        let logs = |filter: &str, level| {
+            parse_filter(filter).is_ok_and(|it| it.would_enable("notify::inotify", &level))
+        };
+        assert!(!logs("info", tracing::Level::INFO) && logs("info", tracing::Level::WARN));
+        assert!(!logs("armor_configd=debug,info", tracing::Level::INFO));
+        assert!(logs("notify=info,info", tracing::Level::INFO));
+        assert!(!logs("error", tracing::Level::WARN), "it makes nothing louder");
+    }
 
     #[test]
     fn a_filter_is_a_level_or_levels_of_modules() {

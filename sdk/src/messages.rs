@@ -10,18 +10,20 @@ pub use armor_wire::config::ConfigurationState;
 
 pub use crate::progress::ProgressPace;
 
+mod definitions;
 mod geometry;
 mod navigation;
 mod sensing;
 mod standard;
 
+pub use definitions::{DEFINITION_SOURCES, StandardDefinition, standard_definitions};
 pub use geometry::{
     FrameTransform, FrameTransforms, Point, Pose, Pose2D, PoseArray, PoseStamped,
     PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Twist, TwistWithCovariance, Vector3,
 };
 pub use navigation::{
     MapMetaData, OccupancyGrid, OccupancyGridUpdate, OccupancyGridUpdateView, OccupancyGridView,
-    Odometry, Path, SlamDiagnostics,
+    Odometry, Path, SlamDiagnostics, Zone, ZoneRule, Zones,
 };
 pub use sensing::{
     BatteryState, CompressedImage, CompressedImageView, Image, ImageView, Imu, LaserScan,

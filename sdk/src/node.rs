@@ -65,10 +65,13 @@ impl SystemNode {
         let participant = Arc::new(Participant::new(identity, Declarations::default(), false)?);
         participant.lifecycle.set_non_controllable();
         declare(&Armor { participant: Arc::clone(&participant) })?;
-        join_system(&participant, &options.registry, limit)?;
-        provide_outputs(&participant);
-        participant.lifecycle.enter_state(RunState::Active, 0);
-        Ok(Self { participant })
+        let started = join_system(&participant, &options.registry, limit);
+        // One that is refused leaves: its threads would try again, and take the name later.
+        let node = Self { participant };
+        started?;
+        provide_outputs(&node.participant);
+        node.participant.lifecycle.enter_state(RunState::Active, 0);
+        Ok(node)
     }
 
     /// The functions of a component, of which those that publish and return the time are useful

@@ -169,7 +169,10 @@ impl Participant {
     /// Leaves the system: the registry first, so that no new subscriber is sent here, then every
     /// connection.
     pub fn leave_system(&self) {
-        self.directory().close();
+        // One that could not begin to listen has none.
+        if let Some(directory) = self.directory.get() {
+            directory.close();
+        }
         self.lifecycle.set_left();
         self.ports.close_links();
         self.wakers.wake_service();

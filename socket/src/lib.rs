@@ -18,6 +18,7 @@ pub mod owner;
 mod passing;
 pub mod port_holder;
 mod proxy;
+pub mod run_keys;
 pub mod stream;
 mod tuning;
 
@@ -33,5 +34,6 @@ pub use loopback::is_loopback_name;
 pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group, own_connection};
 pub use port_holder::explain_bind_error;
 pub use proxy::has_proxy;
+pub use run_keys::{adopt_secret, own_key, own_secret};
 pub use stream::Stream;
 pub use tuning::{enlarge_send_buffer, tune, tune_between_hosts};

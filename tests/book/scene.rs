@@ -34,10 +34,10 @@ pub fn scene_names() -> Vec<&'static str> {
 pub fn make_folder(name: &str, needs_recording: bool) -> Folder {
     let folder = Folder::new(name);
     let repository = Path::new(REPOSITORY).canonicalize().expect("it is there");
-    for shared in ["missions", "docs"] {
-        std::os::unix::fs::symlink(repository.join(shared), folder.path().join(shared))
-            .expect("a link");
-    }
+    // A copy: a command may write a parameter into its mission.
+    copy_folder(&repository.join("missions"), &folder.path().join("missions"));
+    std::os::unix::fs::symlink(repository.join("docs"), folder.path().join("docs"))
+        .expect("a link");
     let office = std::fs::read_to_string(repository.join("missions/office.xml")).expect("a file");
     let office = office.replace("\"worlds/", "\"missions/worlds/");
     let (before, mission) = office.split_once("<mission").expect("it has a mission");
@@ -51,6 +51,19 @@ pub fn make_folder(name: &str, needs_recording: bool) -> Folder {
         write_recordings(&folder);
     }
     folder
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir(to).expect("writable");
+    for entry in std::fs::read_dir(from).expect("readable") {
+        let entry = entry.expect("an entry");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy_folder(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).expect("writable");
+        }
+    }
 }
 
 /// A log of CARMEN: a robot stands in the middle of a round room. The player reads it as it is,

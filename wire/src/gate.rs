@@ -37,6 +37,8 @@ pub enum GateRequest {
     },
     /// Answer with the time of that host, so that both clocks can be compared.
     Clock,
+    /// Examine that host, as `armor doctor` does there; only a host may ask for it.
+    Examine,
 }
 
 /// From the gate to the client.
@@ -69,4 +71,37 @@ pub enum GateReply {
         /// In microseconds since 1970.
         time_us: u64,
     },
+    /// What was found of that host.
+    Examined {
+        /// Its release and its findings.
+        examination: HostExamination,
+    },
+}
+
+/// What `armor doctor` finds of a host.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct HostExamination {
+    /// The release of Armor there.
+    pub release: String,
+    /// The version of the protocol that it speaks.
+    pub protocol: u16,
+    /// Until when the host's key is valid, in seconds since 1970.
+    pub key_ends_s: i64,
+    /// What was found, subject by subject.
+    pub findings: Vec<HostFinding>,
+}
+
+/// What was found of one subject of a host.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct HostFinding {
+    /// What it is about, in one or two words.
+    pub subject: String,
+    /// `ok`, `note`, `warning` or `fault`.
+    pub condition: String,
+    /// What was found.
+    pub found: String,
+    /// What to do; empty if nothing.
+    pub remedy: String,
 }

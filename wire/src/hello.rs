@@ -11,6 +11,7 @@ use crate::keep::{Keep, MAX_KEEP, Wake};
 use crate::name::split_data;
 pub use crate::refusal::{Refusal, RefusalCode};
 use crate::registry::ComponentEntry;
+use crate::run_key::KEY_LEN;
 use crate::shared_memory::MemoryUse;
 
 /// The first bytes of the first frame's body.
@@ -33,6 +34,9 @@ pub struct Hello {
     pub instance: u64,
     /// The purpose of the connection.
     pub purpose: Purpose,
+    /// The proof of the key that the launcher has given this process ([`crate::run_key`]); none from one
+    /// that was started by hand.
+    pub proof: Option<[u8; KEY_LEN]>,
 }
 
 /// What a connection is for.
@@ -56,6 +60,16 @@ pub enum Purpose {
         /// Its role.
         role: Role,
     },
+}
+
+impl Purpose {
+    /// What the client registers as, if it does.
+    pub fn entry(&self) -> Option<&ComponentEntry> {
+        match self {
+            Self::Registry { entry } => entry.as_ref(),
+            Self::Config | Self::Link { .. } | Self::Control { .. } => None,
+        }
+    }
 }
 
 /// A request for the data of an output.
@@ -116,7 +130,7 @@ pub enum HandshakeError {
 impl Hello {
     /// A hello of this version.
     pub fn new(from: &str, instance: u64, purpose: Purpose) -> Self {
-        Self { magic: MAGIC, version: VERSION, from: from.into(), instance, purpose }
+        Self { magic: MAGIC, version: VERSION, from: from.into(), instance, purpose, proof: None }
     }
 
     /// Reads the first frame of a connection.

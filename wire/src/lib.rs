@@ -29,6 +29,7 @@ pub mod peer;
 pub mod refusal;
 pub mod registry;
 pub mod remote_process;
+pub mod run_key;
 pub mod schema;
 pub mod shared_memory;
 pub mod text_format;

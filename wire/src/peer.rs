@@ -19,6 +19,7 @@ pub struct PeerId(pub u64);
 
 /// An event of a connection. For each peer: `Connected`, then any `Message` and `Beat` in the
 /// order in which they were sent, then `Closed` unless the daemon itself ended it.
+#[expect(clippy::large_enum_variant, reason = "there is one `Connected` for each connection")]
 #[derive(Debug)]
 pub enum PeerEvent<Q> {
     /// A peer has sent a well-formed hello; it waits for `Welcome` or `Refuse`.

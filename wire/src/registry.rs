@@ -87,6 +87,12 @@ pub enum RegistryRequest {
     },
     /// A sign of life.
     Beat,
+    /// The names that belong to processes which the launcher starts, in place of those before. Only the
+    /// launcher may send it.
+    Reserve {
+        /// The names.
+        names: Vec<String>,
+    },
 }
 
 /// From the registry to a process.

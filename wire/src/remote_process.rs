@@ -73,6 +73,8 @@ pub struct ProcessResources {
     pub realtime: Option<u8>,
     /// The processors on which it may run; all if there are none.
     pub cpus: Vec<u32>,
+    /// The processor time of all its processes together, in thousandths of one processor.
+    pub cpu_permille: Option<u32>,
     /// The bytes that each of its processes may allocate.
     pub memory: Option<u64>,
 }

@@ -1,10 +1,11 @@
 //! Conversions between the standard messages and the geometry of `armor-grid`: `read_…` takes a
-//! message, `build_…` makes one. Where sensors are on the robot, and moving frames in a tree
-//! (`armor-frames`).
+//! message, `build_…` makes one. Where sensors are on the robot, moving frames in a tree
+//! (`armor-frames`), and zones (`armor-zones`).
 
 mod frame;
 mod mount;
 mod transforms;
+mod zones;
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
 use armor_sdk::messages::{
@@ -16,6 +17,7 @@ use thiserror::Error;
 pub use frame::{FrameNews, FrameWatch, build_frame, read_epoch};
 pub use mount::{MountError, locate_level, locate_on_base};
 pub use transforms::{build_transform, take_transforms};
+pub use zones::{ZoneWatch, ZonesError, build_zones, read_zones};
 
 /// An occupancy grid whose data do not fill it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

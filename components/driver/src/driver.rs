@@ -2,7 +2,10 @@
 //! follows from them.
 //! Time is passed in: there is no clock.
 
+use std::sync::Arc;
+
 use armor_grid::{Grid, Occupancy, Point2, Pose2, wrap_angle};
+use armor_zones::ZoneMap;
 
 use crate::follower::lead_point;
 use crate::guard::guard_velocity;
@@ -12,6 +15,7 @@ use crate::recovery::StuckRecovery;
 use crate::surroundings::{DriverScan, list_obstacles};
 use crate::track::PoseTrack;
 use crate::window::{Distances, DynamicWindow, HORIZON_S};
+use crate::zones_around::{ZonesAround, cut_path, fastest_mps};
 
 /// The robot heads for a point at least this far ahead on its path, in metres, and as far as it
 /// gets within the window's horizon.
@@ -54,6 +58,11 @@ pub struct Driving {
     track: PoseTrack,
     recovery: StuckRecovery,
     map: Option<Grid<Occupancy>>,
+    zones: Arc<ZoneMap>,
+    /// Whether it is known where the robot may be.
+    are_zones_known: bool,
+    /// The zone that the path leads into, if the robot stands before it.
+    zone_ahead: Option<String>,
     path: Option<Received<Vec<Pose2>>>,
     manual: Option<Received<Velocity>>,
     is_stopped: bool,
@@ -87,6 +96,9 @@ impl Driving {
             track: PoseTrack::default(),
             recovery: StuckRecovery::default(),
             map: None,
+            zones: Arc::default(),
+            are_zones_known: true,
+            zone_ahead: None,
             path: None,
             manual: None,
             is_stopped: false,
@@ -99,10 +111,28 @@ impl Driving {
         }
     }
 
-    /// Resets the state. Only the map and the order to stand are kept: they are not sent again.
+    /// Resets the state. Only the map, the zones and the order to stand are kept: they are not sent
+    /// again.
     pub fn reset_state(&mut self, settings: DriverSettings) {
-        let (map, is_stopped) = (self.map.take(), self.is_stopped);
-        *self = Self { map, is_stopped, ..Self::new(settings) };
+        let (map, zones) = (self.map.take(), std::mem::take(&mut self.zones));
+        let (is_stopped, are_zones_known) = (self.is_stopped, self.are_zones_known);
+        *self = Self { map, zones, is_stopped, are_zones_known, ..Self::new(settings) };
+    }
+
+    /// Takes the newest zones, replacing those before.
+    pub fn zones_seen(&mut self, zones: ZoneMap) {
+        self.zones = Arc::new(zones);
+    }
+
+    /// Takes whether the zones of the robot's frame are known. While they are not, no path is
+    /// followed.
+    pub fn set_zones_known(&mut self, are_known: bool) {
+        self.are_zones_known = are_known;
+    }
+
+    /// Returns the zone that the path leads into, if the robot stands before it.
+    pub fn zone_ahead(&self) -> Option<&str> {
+        self.zone_ahead.as_deref()
     }
 
     /// Takes the newest map: what it shows is kept clear of where the laser does not look.
@@ -178,6 +208,7 @@ impl Driving {
     pub fn step(&mut self, now_s: f64) -> Velocity {
         let interval_s = (now_s - self.stepped_s).clamp(0.02, LONGEST_S);
         self.stepped_s = now_s;
+        self.zone_ahead = None;
         let wanted = self.fresh_value(&self.manual, now_s).copied();
         self.command = if self.is_stopped {
             self.phase = DrivingPhase::Stopped;
@@ -222,28 +253,52 @@ impl Driving {
             self.phase = DrivingPhase::Blind;
             return None;
         };
-        Some(guard_velocity(&self.build_window(&limits, &senses.obstacles, interval_s), wanted))
+        let zones = Arc::clone(&self.zones);
+        let around = self.zones_around(&zones, senses.map_from_robot);
+        let window = self.build_window(&limits, &senses.obstacles, around.as_ref(), interval_s);
+        let fastest_mps = self.zone_speed_mps(senses.map_from_robot);
+        let speed_mps = wanted.speed_mps.clamp(-fastest_mps, fastest_mps);
+        Some(guard_velocity(&window, Velocity { speed_mps, ..wanted }))
     }
 
     /// The next step on the path; `None` without one, or if it is not known where the robot is.
     fn continue_path(&mut self, now_s: f64, interval_s: f64) -> Option<Velocity> {
         let path = self.fresh_value(&self.path, now_s)?.clone();
+        if !self.are_zones_known {
+            self.phase = DrivingPhase::WithoutZones;
+            return None;
+        }
         self.phase = DrivingPhase::Blind;
         let senses = self.gather_senses(now_s)?;
         let robot = senses.map_from_robot?;
         let limits = self.settings.limits;
-        let window = self.build_window(&limits, &senses.obstacles, interval_s);
-        if let Some(goal) = path.last()
-            && robot.point().distance_m(goal.point()) <= self.settings.tolerance_m
-        {
+        let zones = Arc::clone(&self.zones);
+        let around = self.zones_around(&zones, senses.map_from_robot);
+        let window = self.build_window(&limits, &senses.obstacles, around.as_ref(), interval_s);
+        let tolerance_m = self.settings.tolerance_m;
+        let is_at = |pose: &Pose2| robot.point().distance_m(pose.point()) <= tolerance_m;
+        if let Some(goal) = path.last().filter(|goal| is_at(goal)) {
             self.phase = DrivingPhase::AtGoal;
             return Some(self.face_target(wrap_angle(goal.yaw_rad - robot.yaw_rad), &window));
         }
+        let cut = cut_path(&zones, &path, robot.point(), self.settings.radius_m);
+        let path = &path[..cut.as_ref().map_or(path.len(), |(count, _)| *count)];
+        if let Some((_, zone)) = cut
+            && path.last().is_none_or(is_at)
+        {
+            self.phase = DrivingPhase::AtZone;
+            self.zone_ahead = Some(zone);
+            self.recovery.rest();
+            return Some(limits.brake_velocity(self.command, interval_s));
+        }
         if let Some(escape) = self.recovery.step(robot, !path.is_empty(), &window, now_s) {
             self.phase = DrivingPhase::Escaping;
+            let fastest_mps = self.zone_speed_mps(Some(robot));
+            let speed_mps = escape.speed_mps.clamp(-fastest_mps, fastest_mps);
+            let escape = Velocity { speed_mps, ..escape };
             return Some(limits.approach_velocity(self.command, escape, interval_s));
         }
-        Some(self.follow_path(&path, robot, &window))
+        Some(self.follow_path(path, robot, &window))
     }
 
     /// Where the robot is and what is around it; `None` without a fresh scan and odometry.
@@ -254,20 +309,40 @@ impl Driving {
         let now_from_then = self.track.odom_from_robot()?.inverse().compose(odom_from_then);
         let map_from_robot = self.track.map_from_robot();
         let map = self.map.as_ref().zip(map_from_robot);
-        let reach_m = NEAR_M.max(self.settings.radius_m + self.settings.limits.stopping_m());
-        let obstacles = list_obstacles(scan, now_from_then, map, reach_m);
+        let obstacles = list_obstacles(scan, now_from_then, map, self.reach_m());
         Some(DriverSenses { map_from_robot, obstacles })
+    }
+
+    /// What is further from the robot does not matter to the next step, in metres.
+    fn reach_m(&self) -> f64 {
+        NEAR_M.max(self.settings.radius_m + self.settings.limits.stopping_m())
+    }
+
+    fn zones_around<'a>(
+        &self,
+        zones: &'a ZoneMap,
+        map_from_robot: Option<Pose2>,
+    ) -> Option<ZonesAround<'a>> {
+        Some(ZonesAround::new(zones, map_from_robot?, self.reach_m()))
+    }
+
+    /// How fast the robot may be where it is; infinite if that is not known.
+    fn zone_speed_mps(&self, map_from_robot: Option<Pose2>) -> f64 {
+        let Some(robot) = map_from_robot else { return f64::INFINITY };
+        let DriverSettings { radius_m, limits, .. } = &self.settings;
+        fastest_mps(&self.zones, robot.point(), *radius_m, self.command.speed_mps, limits)
     }
 
     fn build_window<'a>(
         &self,
         limits: &'a DriveLimits,
         obstacles: &'a [Point2],
+        zones: Option<&'a ZonesAround<'a>>,
         interval_s: f64,
     ) -> DynamicWindow<'a> {
         let keep_m = self.settings.radius_m + self.settings.margin_m / 2.0;
         let distances = Distances { keep_m, comfort_m: keep_m + COMFORT_M };
-        DynamicWindow { limits, distances, obstacles, now: self.command, interval_s }
+        DynamicWindow { limits, distances, obstacles, zones, now: self.command, interval_s }
     }
 
     /// At the goal: turns to its heading, then stands.
@@ -302,6 +377,7 @@ impl Driving {
         // Slow enough to stop at the end of the path.
         let stopping_mps = (limits.acceleration_mps2 * lead.remaining_m).sqrt();
         let fastest_mps = limits.speed_mps.min(stopping_mps).max(0.05);
+        let fastest_mps = fastest_mps.min(self.zone_speed_mps(Some(robot)));
         match window.choose_velocity(target, fastest_mps) {
             Some(velocity) if velocity.speed_mps > 0.01 => velocity,
             // Nothing but standing is safe: look for an opening towards the target.

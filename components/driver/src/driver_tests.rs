@@ -9,6 +9,9 @@ use super::*;
 use crate::box_world::{BoxWalls, BoxWorld, Noise, two_rooms};
 use crate::window::Distances;
 
+#[path = "zone_tests.rs"]
+mod zone_tests;
+
 const TICK_S: f64 = 0.05;
 const EXACT: Noise = Noise { range_m: 0.0, pose_m: 0.0, odometry: 0.0, seed: 1 };
 const START: Pose2 = Pose2::new(1.0, 1.0, 0.0);
@@ -364,6 +367,7 @@ fn a_base_that_rolls_along_a_wall_is_not_turned_into_it() {
         limits: &DriverSettings::default().limits,
         distances: Distances { keep_m: 0.205, comfort_m: 0.355 },
         obstacles: &wall,
+        zones: None,
         now,
         interval_s: TICK_S,
     };

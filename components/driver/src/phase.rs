@@ -13,6 +13,10 @@ pub enum DrivingPhase {
     Blind,
     /// Stands: the path is empty.
     WithoutPath,
+    /// Stands: the zones of the robot's map frame are not known.
+    WithoutZones,
+    /// Stands: the path leads into a zone where no robot may be.
+    AtZone,
     /// Drives along a path.
     Following {
         /// The rest of the path, in metres.
@@ -33,6 +37,8 @@ impl DrivingPhase {
             Self::Manual => "manual driving",
             Self::Blind => "waiting for scan, odometry and pose",
             Self::WithoutPath => "waiting for a path",
+            Self::WithoutZones => "waiting for the zones",
+            Self::AtZone => "standing before a zone",
             Self::Following { .. } => "driving",
             Self::Escaping => "freeing the stuck robot",
             Self::AtGoal => "at the goal",

@@ -1,8 +1,8 @@
 //! The driver as a component: path, pose, scan and odometry in, or a manual velocity; velocities out.
 
 use armor_convert::{
-    FrameNews, FrameWatch, MountError, locate_level, read_occupancy, read_odometry_pose, read_path,
-    read_robot_pose,
+    FrameNews, FrameWatch, MountError, ZoneWatch, locate_level, read_occupancy, read_odometry_pose,
+    read_path, read_robot_pose,
 };
 use armor_grid::{Pose2, Thresholds};
 use armor_sdk::prelude::*;
@@ -82,6 +82,9 @@ pub struct Driver {
     robot_from_laser: Result<Pose2, MountError>,
     driving: Driving,
     frames: FrameWatch,
+    zones: ZoneWatch,
+    /// Why the zones are not known, as logged last.
+    zone_fault: Option<String>,
     pace: ProgressPace,
 }
 
@@ -107,6 +110,11 @@ impl Component for Driver {
         ("scan", "what is around the robot now"),
         ("odometry", "extrapolates the pose until the next one"),
         ("map", "what is where the laser does not look"),
+        (
+            "zones",
+            "where the robot may be, and how fast; if it is linked, no path is followed without zones \
+             of the map's frame",
+        ),
         ("manual", "manual velocity: has priority over the path while it is fresh"),
         ("stop", "true: stands, whatever the other inputs, until false"),
         ("velocity", "speed and turn rate, at every tick"),
@@ -121,15 +129,24 @@ impl Component for Driver {
         armor.subscribe::<LaserScan>("scan")?;
         armor.subscribe::<Odometry>("odometry")?;
         armor.subscribe::<Optional<OccupancyGrid>>("map")?;
+        armor.subscribe::<Optional<Zones>>("zones")?;
         armor.subscribe::<Optional<Twist>>("manual")?;
         armor.subscribe::<Optional<Flag>>("stop")?;
         armor.provide::<Twist>("velocity")?;
         armor.provide::<Progress>("progress")?;
         let parameters = DriverParameters::request(&armor)?;
         let driving = Driving::new(parameters.settings());
-        let (frames, pace) = (FrameWatch::default(), ProgressPace::default());
         let robot_from_laser = locate_level(&parameters.frames, &parameters.laser_frame);
-        Ok(Self { armor, parameters, robot_from_laser, driving, frames, pace })
+        Ok(Self {
+            armor,
+            parameters,
+            robot_from_laser,
+            driving,
+            frames: FrameWatch::default(),
+            zones: ZoneWatch::default(),
+            zone_fault: None,
+            pace: ProgressPace::default(),
+        })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -171,6 +188,11 @@ impl Component for Driver {
                 self.frame_seen(&map.frame);
                 self.driving.map_seen(read_occupancy(&map, Thresholds::default())?);
             }
+            "zones" => {
+                if let Some(zones) = self.zones.zones_seen(&data.decode()?) {
+                    self.driving.zones_seen(zones);
+                }
+            }
             "manual" => {
                 let Twist { linear, angular } = data.decode()?;
                 let wanted = Velocity { speed_mps: linear.x, turn_radps: angular.z };
@@ -187,16 +209,21 @@ impl Component for Driver {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.driving.reset_state(self.parameters.settings()),
+            Call::Started => {
+                self.zones.expect_zones(self.armor.subscribed_data("zones").is_some());
+                self.driving.reset_state(self.parameters.settings());
+            }
             Call::Stopping => self.driving.forget_orders(),
             _ => {}
         }
+        self.check_zones();
         let now_s = self.armor.timestamp();
         let Velocity { speed_mps, turn_radps } = self.driving.step(now_s);
         self.armor.send_data("velocity", &Twist::planar(speed_mps, turn_radps))?;
         // A frozen driver has no task, even if it stands for another reason.
         let phase = if call == Call::Stopping { DrivingPhase::Idle } else { self.driving.phase() };
-        let describe = || (None, phase.detail());
+        let zone_ahead = self.driving.zone_ahead();
+        let describe = || (None, zone_ahead.map_or_else(|| phase.detail(), str::to_owned));
         if let Some(progress) = self.pace.next_progress(now_s, phase.task(), describe) {
             self.armor.send_data("progress", &progress)?;
         }
@@ -206,6 +233,18 @@ impl Component for Driver {
 }
 
 impl Driver {
+    /// Follows no path while it is not known where the robot may be.
+    fn check_zones(&mut self) {
+        let fault = self.zones.fault(&self.frames);
+        self.driving.set_zones_known(fault.is_none());
+        if fault != self.zone_fault {
+            if let Some(fault) = &fault {
+                tracing::warn!("no path is followed: {fault}");
+            }
+            self.zone_fault = fault;
+        }
+    }
+
     /// Takes the frame of a pose or a map; what is known of another epoch is dropped.
     fn frame_seen(&mut self, frame: &str) {
         match self.frames.frame_seen(frame) {
@@ -281,8 +320,18 @@ mod tests {
         Ok(())
     }
 
-    /// Sends what a robot at the origin sees, and a path ahead; returns the speed that follows.
+    /// Sends what a robot at the origin sees, no zones, and a path ahead; returns the speed that
+    /// follows.
     fn follow(driver: &mut TestedComponent, pose: &str, path: &str) -> Result<f64, TestError> {
+        driver.send("zones", &Zones { frame: pose.into(), ..Zones::default() })?;
+        follow_among_zones(driver, pose, path)
+    }
+
+    fn follow_among_zones(
+        driver: &mut TestedComponent,
+        pose: &str,
+        path: &str,
+    ) -> Result<f64, TestError> {
         let stamp = driver.timestamp();
         let odom = Odometry { stamp, ..Odometry::default() };
         driver.send("odometry", &odom)?;
@@ -332,6 +381,40 @@ mod tests {
         follow(&mut driver, "map#3f2a", "map#3f2a")?;
         assert!(follow(&mut driver, "map#3f2a", "map#3f2a")? > 0.0);
         assert_eq!(driver.reports(), [changed], "it is reported once");
+        Ok(())
+    }
+
+    #[test]
+    fn the_robot_stands_until_the_zones_of_its_epoch_arrive() -> Result<(), TestError> {
+        let mut driver = TestedComponent::build::<Driver>(&[LASER])?;
+        driver.start()?;
+        let mut speed = |zones: Option<&str>| -> Result<(f64, String), TestError> {
+            if let Some(frame) = zones {
+                driver.send("zones", &Zones { frame: frame.into(), ..Zones::default() })?;
+            }
+            follow_among_zones(&mut driver, "map", "map")?;
+            let speed_mps = follow_among_zones(&mut driver, "map", "map")?;
+            Ok((speed_mps, driver.last_output::<Progress>("progress")?.task))
+        };
+        assert_eq!(speed(None)?, (0.0, "waiting for the zones".into()));
+        assert!(speed(Some("map"))?.0 > 0.0);
+        assert_eq!(speed(Some("map#3f2a"))?, (0.0, "waiting for the zones".into()));
+        Ok(())
+    }
+
+    #[test]
+    fn a_path_into_a_no_go_zone_is_not_followed_to_its_end() -> Result<(), TestError> {
+        let mut driver = TestedComponent::build::<Driver>(&[LASER])?;
+        driver.start()?;
+        let centre = Point { x: 0.75, ..Point::default() };
+        let pond = Zone { name: "pond".into(), centre, radius: 0.5, ..Zone::default() };
+        driver.send("zones", &Zones { frame: "map".into(), zones: vec![pond], stamp: 0.0 })?;
+        for _ in 0..10 {
+            assert_eq!(follow_among_zones(&mut driver, "map", "map")?, 0.0);
+        }
+        let progress = driver.last_output::<Progress>("progress")?;
+        assert_eq!(progress.task, "standing before a zone");
+        assert_eq!(progress.detail, "pond");
         Ok(())
     }
 

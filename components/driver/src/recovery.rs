@@ -119,7 +119,9 @@ mod tests {
     fn check(has_path: bool, obstacles: &[Point2], expected: [Option<Velocity>; 9]) {
         let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
         let now = Velocity::ZERO;
-        let window = DynamicWindow { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 };
+        let (zones, interval_s) = (None, 0.1);
+        let window =
+            DynamicWindow { limits: &LIMITS, distances, obstacles, zones, now, interval_s };
         let mut recovery = StuckRecovery::default();
         let mut did = [None; 9];
         for tick in 0..=80_u32 {
@@ -157,8 +159,14 @@ mod tests {
     fn a_robot_that_moves_is_left_alone() {
         let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
         let now = Velocity::ZERO;
-        let window =
-            DynamicWindow { limits: &LIMITS, distances, obstacles: &[], now, interval_s: 0.1 };
+        let window = DynamicWindow {
+            limits: &LIMITS,
+            distances,
+            obstacles: &[],
+            zones: None,
+            now,
+            interval_s: 0.1,
+        };
         let mut recovery = StuckRecovery::default();
         for tick in 0..300 {
             let robot = Pose2::new(f64::from(tick) * 0.005, 0.0, 0.0);

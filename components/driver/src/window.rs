@@ -5,6 +5,7 @@
 use armor_grid::{Point2, Pose2};
 
 use crate::limits::{DriveLimits, REACTION_S, Velocity};
+use crate::zones_around::ZonesAround;
 
 /// Arcs are looked at this far ahead, in seconds.
 pub(crate) const HORIZON_S: f64 = 1.2;
@@ -72,6 +73,8 @@ pub(crate) struct DynamicWindow<'a> {
     pub(crate) distances: Distances,
     /// Everything near, in the robot's frame.
     pub(crate) obstacles: &'a [Point2],
+    /// The zones near the robot; `None` if it is not known where it is on the map.
+    pub(crate) zones: Option<&'a ZonesAround<'a>>,
     /// The velocity now.
     pub(crate) now: Velocity,
     /// Until the next choice, in seconds.
@@ -102,12 +105,20 @@ impl DynamicWindow<'_> {
         let speed_mps = self.now.speed_mps.abs();
         let stop_m =
             speed_mps * REACTION_S + speed_mps * speed_mps / (2.0 * self.limits.acceleration_mps2);
-        stop_m < ROLLED_OUT_M || self.nearest_m(Pose2::IDENTITY) > self.distances.keep_m + stop_m
+        let keep_m = self.distances.keep_m + stop_m;
+        let is_clear = || {
+            self.nearest_m(Pose2::IDENTITY) > keep_m
+                && self.zone_room_m(Pose2::IDENTITY, |_| keep_m).is_some()
+        };
+        stop_m < ROLLED_OUT_M || is_clear()
     }
 
     /// Returns whether nothing is closer than `clear_m` to the straight line to a point in the
     /// robot's frame, or no closer than it is to the robot now.
     pub(crate) fn is_way_clear(&self, to: Point2, clear_m: f64) -> bool {
+        if !self.zones.is_none_or(|zones| zones.is_line_clear(to, clear_m)) {
+            return false;
+        }
         let clear_m = clear_m.min(self.nearest_m(Pose2::IDENTITY));
         let length_m2 = (to.x_m * to.x_m + to.y_m * to.y_m).max(1e-9);
         self.obstacles.iter().all(|point| {
@@ -150,11 +161,14 @@ impl DynamicWindow<'_> {
     /// long it can be driven; `None` if that comes too close.
     fn nearest_on_arc(&self, velocity: Velocity) -> Option<(f64, f64)> {
         let start_m = self.nearest_m(Pose2::IDENTITY);
-        // A robot that stands too close already may move, but hardly closer.
         let speed_mps = velocity.speed_mps.abs();
-        let crept_m = (start_m - CLOSER_M).max(self.distances.keep_m - SLACK_M);
-        let slack_m = crept_m.min(start_m - ROUNDING_M);
-        let keep_m = (self.distances.keep_m + CARE_S * speed_mps).min(slack_m);
+        // A robot that stands too close already may move, but hardly closer.
+        let keep_from = |start_m: f64| {
+            let crept_m = (start_m - CLOSER_M).max(self.distances.keep_m - SLACK_M);
+            let slack_m = crept_m.min(start_m - ROUNDING_M);
+            (self.distances.keep_m + CARE_S * speed_mps).min(slack_m)
+        };
+        let keep_m = keep_from(start_m);
         let stop_s = REACTION_S + self.interval_s + speed_mps / self.limits.acceleration_mps2;
         let mut nearest_m = start_m;
         let mut time_s = 0.0;
@@ -162,10 +176,11 @@ impl DynamicWindow<'_> {
             let next_s = time_s + STEP_S;
             let pose = self.pose_after(velocity, next_s);
             let away_m = self.nearest_m(pose);
-            if away_m < keep_m {
+            let room_m = self.zone_room_m(pose, keep_from).filter(|_| away_m >= keep_m);
+            let Some(room_m) = room_m else {
                 return (next_s > stop_s).then_some((nearest_m, time_s));
-            }
-            nearest_m = nearest_m.min(away_m);
+            };
+            nearest_m = nearest_m.min(away_m).min(room_m);
             time_s = next_s;
         }
         Some((nearest_m, time_s))
@@ -190,6 +205,11 @@ impl DynamicWindow<'_> {
             velocity.turn_radps,
             time_s,
         )
+    }
+
+    /// The least room that zones leave at a pose; `None` if one leaves less than it must.
+    fn zone_room_m(&self, pose: Pose2, keep_m: impl Fn(f64) -> f64) -> Option<f64> {
+        self.zones.map_or(Some(f64::INFINITY), |zones| zones.check_room(pose.point(), keep_m))
     }
 
     fn nearest_m(&self, pose: Pose2) -> f64 {
@@ -218,7 +238,7 @@ mod tests {
 
     fn window(obstacles: &[Point2], now: Velocity) -> DynamicWindow<'_> {
         let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
-        DynamicWindow { limits: &LIMITS, distances, obstacles, now, interval_s: 0.1 }
+        DynamicWindow { limits: &LIMITS, distances, obstacles, zones: None, now, interval_s: 0.1 }
     }
 
     const CRUISE: Velocity = Velocity { speed_mps: 0.5, turn_radps: 0.0 };

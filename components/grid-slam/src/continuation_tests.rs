@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::pose::{Point, Pose};
+use crate::record_bytes::seal_records;
 use crate::scan::BeamReach;
-use crate::state::{StateHeader, encode_header, seal_records};
+use crate::state::{StateHeader, encode_header};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -236,7 +237,7 @@ fn no_content_of_a_state_is_a_panic() {
             let at = header().len() + random.next_u64() as usize % (file.len() - header().len());
             damaged[at] = random.next_u64() as u8;
         }
-        seal_records(&mut damaged);
+        seal_records(&mut damaged[header().len()..]);
         match judge_state(Some(&damaged), LATER, &Config::default(), &scan) {
             Continuation::Known(mut known) => {
                 continued += 1;

@@ -17,6 +17,7 @@ mod ports;
 pub mod pose;
 pub mod prior;
 pub mod recognition;
+mod record_bytes;
 pub mod recorder;
 pub mod refine;
 pub mod scan;

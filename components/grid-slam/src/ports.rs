@@ -1,14 +1,19 @@
 //! The mapper as a component: scans and odometry in, poses and the map out.
 
+mod messages;
+mod parameters;
+
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use armor_convert::{MountError, build_frame, build_transform, locate_level};
+use armor_convert::{build_frame, build_transform};
 use armor_grid::Pose2 as GridPose2;
 use armor_sdk::prelude::*;
 
-use crate::config::Config;
+use messages::{build_estimate, build_map, build_pose, build_trajectory, build_update, read_scan};
+use parameters::GridSlamParameters;
+
 use crate::continuation::{
     Continuation, KnownMap, MapperStart, RefusedState, draw_epoch, judge_state, mark_not_begun,
 };
@@ -23,8 +28,6 @@ use crate::snapshot::GridSnapshot;
 use crate::state::{StateFit, StateHeader, encode_header};
 use crate::state_file::{StateFile, read_state, replace_state};
 
-/// An angle of one degree, in radians.
-const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Frame of the map (REP-105).
 const MAP: &str = "map";
 /// Frame of the odometry (REP-105).
@@ -38,56 +41,6 @@ const LATER: &str = "later";
 /// that second the next mapper finds its place in it less exactly.
 const STATE_PERIOD: Duration = Duration::from_millis(200);
 
-/// What can be set in the file.
-#[derive(Debug, Parameters)]
-struct GridSlamParameters {
-    /// hypotheses about trajectory and map that are followed in parallel
-    #[parameter(default = 8, range = 1.0..=500.0)]
-    particles: usize,
-    /// the same seed and data give the same map
-    #[parameter(default = 1, range = 0.0..=1e15)]
-    seed: u64,
-    /// cores to use, 0 for all; changes nothing but the speed
-    #[parameter(default = 0, range = 0.0..=64.0)]
-    threads: usize,
-    /// old places are recognised, and the whole map is corrected by them
-    #[parameter(default = true)]
-    loop_closing: bool,
-    /// side of a map cell
-    #[parameter(unit = "m", default = "0.05m", range = 0.01..=1.0)]
-    resolution_m: f64,
-    /// the frames of the file: where the laser is on the robot
-    #[parameter(default = "", format = "frames")]
-    frames: Vec<FixedFrame>,
-    /// the laser's frame
-    #[parameter(default = "laser", format = "frame")]
-    laser_frame: String,
-    /// period at which the whole map is published if it has changed; changes at every tick
-    #[parameter(unit = "s", default = "1s", range = 0.05..=3600.0)]
-    map_period_s: f64,
-    /// the map is drawn on after moving this far
-    #[parameter(unit = "m", default = "0.2m", range = 0.01..=10.0)]
-    keyframe_distance_m: f64,
-    /// or after turning this far
-    #[parameter(unit = "deg", default = "10deg", range = 0.5 * DEG..=180.0 * DEG)]
-    keyframe_turn_rad: f64,
-    /// expected odometry error, as a share of the distance driven
-    #[parameter(default = 0.06, range = 0.001..=1.0)]
-    slip: f64,
-    /// expected odometry error, heading for each metre driven
-    #[parameter(unit = "deg", default = "0.02rad", range = 0.005 * DEG..=60.0 * DEG)]
-    bend_rad: f64,
-    /// expected odometry error, as a share of the angle turned
-    #[parameter(default = 0.08, range = 0.001..=1.0)]
-    skid: f64,
-    /// the map is kept in a file: after its own death the mapper continues in the same frame
-    #[parameter(default = true)]
-    keep_state: bool,
-    /// folder of that file, within the run's folder
-    #[parameter(default = "states", written)]
-    state_folder: PathBuf,
-}
-
 /// What it reports to the mission.
 #[derive(Debug, Events)]
 enum GridSlamEvent {
@@ -97,31 +50,6 @@ enum GridSlamEvent {
     Continued,
     /// after a restart: the stored map could not be continued, the frame has another origin
     FrameChanged,
-}
-
-impl GridSlamParameters {
-    fn robot_from_laser(&self) -> Result<Pose2, MountError> {
-        let placed = locate_level(&self.frames, &self.laser_frame)?;
-        Ok(Pose2::new(placed.x_m, placed.y_m, placed.yaw_rad))
-    }
-
-    fn config(&self) -> Config {
-        Config {
-            particles: self.particles,
-            seed: self.seed,
-            threads: self.threads,
-            loop_closing: self.loop_closing,
-            resolution_m: self.resolution_m,
-            // Without it no scan is taken.
-            robot_from_laser: self.robot_from_laser().unwrap_or_default(),
-            keyframe_m: self.keyframe_distance_m,
-            keyframe_rad: self.keyframe_turn_rad,
-            slip: self.slip,
-            bend_radpm: self.bend_rad,
-            skid: self.skid,
-            ..Config::default()
-        }
-    }
 }
 
 /// Draws a map while the robot drives, and publishes the robot's pose on it.
@@ -242,7 +170,7 @@ impl Component for GridSlam {
             "scan" => {
                 // Where the beams were is not assumed.
                 self.parameters.robot_from_laser()?;
-                self.pairing.scan_seen(as_scan(&data.decode()?));
+                self.pairing.scan_seen(read_scan(&data.decode()?));
             }
             "odometry" => {
                 let odometry: Odometry = data.decode()?;
@@ -453,63 +381,23 @@ impl GridSlam {
         match changes {
             Some(changes) if !is_due => {
                 for (corner, size) in changes {
-                    self.armor
-                        .send_data("map_updates", &self.build_update(&snapshot, corner, size))?;
+                    let update =
+                        build_update(self.stamp_s, self.frame(), &snapshot, (corner, size));
+                    self.armor.send_data("map_updates", &update)?;
                 }
             }
             // It has outgrown what was published, but not for long.
             _ if !is_due => return Ok(()),
             _ => {
-                self.armor.send_data("trajectory", &self.trajectory())?;
-                self.armor.send_data("map", &self.build_map(&snapshot))?;
+                let trajectory = build_trajectory(self.stamp_s, self.frame(), &self.slam);
+                self.armor.send_data("trajectory", &trajectory)?;
+                self.armor.send_data("map", &build_map(self.stamp_s, self.frame(), &snapshot))?;
                 (self.is_new, self.published_s) = (false, now_s);
                 self.published_scans = self.slam.scans();
             }
         }
         self.published = Some(snapshot);
         Ok(())
-    }
-
-    fn build_map(&self, snapshot: &GridSnapshot) -> OccupancyGrid {
-        OccupancyGrid {
-            stamp: self.stamp_s,
-            frame: self.frame(),
-            info: MapMetaData {
-                map_load_time: self.stamp_s,
-                resolution: snapshot.resolution_m as f32,
-                width: snapshot.width as u32,
-                height: snapshot.height as u32,
-                origin: Pose::planar(as_message(&snapshot.origin)),
-            },
-            data: snapshot.cells.clone().into(),
-        }
-    }
-
-    fn build_update(
-        &self,
-        snapshot: &GridSnapshot,
-        corner: [usize; 2],
-        size: [usize; 2],
-    ) -> OccupancyGridUpdate {
-        OccupancyGridUpdate {
-            stamp: self.stamp_s,
-            frame: self.frame(),
-            x: corner[0] as i32,
-            y: corner[1] as i32,
-            width: size[0] as u32,
-            height: size[1] as u32,
-            data: snapshot.rows(corner, size).flatten().copied().collect::<Vec<i8>>().into(),
-        }
-    }
-
-    fn trajectory(&self) -> Path {
-        let pose = |(stamp, pose): (f64, Pose2)| PoseStamped {
-            stamp,
-            frame: self.frame(),
-            pose: Pose::planar(as_message(&pose)),
-        };
-        let poses = self.slam.trajectory().map(pose).collect();
-        Path { stamp: self.stamp_s, frame: self.frame(), poses }
     }
 
     fn publish_diagnostics(
@@ -532,44 +420,20 @@ impl GridSlam {
     }
 
     fn publish_particles(&self, stamp: f64) -> Result<(), Fault> {
-        let poses = self.slam.particles().map(|pose| Pose::planar(as_message(&pose))).collect();
+        let poses = self.slam.particles().map(|pose| build_pose(&pose)).collect();
         self.armor.send_data("particles", &PoseArray { stamp, frame: self.frame(), poses })?;
         Ok(())
     }
 
     fn publish_pose(&self, stamp: f64, estimate: &ScanEstimate) -> Result<(), Fault> {
-        let mut covariance = [0.0; 36];
-        for (row, from) in [0, 1, 5].into_iter().enumerate() {
-            for (column, to) in [0, 1, 5].into_iter().enumerate() {
-                covariance[from * 6 + to] = estimate.covariance[(row, column)];
-            }
-        }
-        let pose = Pose::planar(as_message(&estimate.pose));
-        let pose = PoseWithCovariance { pose, covariance };
-        self.armor
-            .send_data("pose", &PoseWithCovarianceStamped { stamp, frame: self.frame(), pose })?;
+        self.armor.send_data("pose", &build_estimate(stamp, self.frame(), estimate))?;
         let Pose2 { x_m, y_m, yaw_rad } = estimate.map_from_odom;
         let map_from_odom = GridPose2::new(x_m, y_m, yaw_rad);
         let transforms = build_transform(stamp, &self.frame(), ODOM, map_from_odom);
         self.armor.send_data("transforms", &transforms)?;
-        let pose = Pose::planar(as_message(&estimate.map_from_odom));
+        let pose = build_pose(&estimate.map_from_odom);
         self.armor.send_data("correction", &PoseStamped { stamp, frame: self.frame(), pose })?;
         Ok(())
-    }
-}
-
-fn as_message(pose: &Pose2) -> Pose2D {
-    Pose2D { x: pose.x_m, y: pose.y_m, theta: pose.yaw_rad }
-}
-
-fn as_scan(scan: &LaserScan) -> MapperScan {
-    MapperScan {
-        stamp_s: scan.stamp,
-        angle_min_rad: f64::from(scan.angle_min),
-        increment_rad: f64::from(scan.angle_increment),
-        range_min_m: f64::from(scan.range_min),
-        range_max_m: f64::from(scan.range_max),
-        ranges_m: scan.ranges.to_vec(),
     }
 }
 
@@ -578,11 +442,6 @@ mod tests {
     use armor_sdk::testing::{TestError, TestedComponent};
 
     use super::*;
-
-    #[test]
-    fn the_declared_defaults_are_those_of_the_algorithm() {
-        assert_eq!(GridSlamParameters::defaults().config(), Config::default());
-    }
 
     /// Sends odometry and a scan of a round room.
     fn look_around(mapper: &mut TestedComponent) -> Result<f64, TestError> {

@@ -1,24 +1,18 @@
 //! What the mapper writes down, so that it can continue after its own death: a header, and batches
 //! of records that are only added to the end. Pure: bytes in, bytes out.
 //!
-//! A record is `length: u32, kind: u8, payload, CRC-32C of kind and payload: u32`, little endian. A
-//! batch ends with a record of the kind `Here`; what follows the last one was being written when
-//! the mapper died, and does not count.
+//! A batch ends with a record of the kind `Here`; what follows the last one was being written when
+//! the mapper died, and does not count. The bytes of a record: `record_bytes.rs`.
 
 use crate::config::Config;
 use crate::graph::PoseEdge;
 use crate::pose::Pose;
+use crate::record_bytes::{Payload, PayloadReader, RawRecord, append_record, is_torn, take_record};
 use crate::scan::MapperScan;
-use crc::{CRC_32_ISCSI, Crc};
 use nalgebra::Matrix3;
 use thiserror::Error;
 
 const MAGIC: &[u8; 8] = b"armslam1";
-const SUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
-/// Most bytes of a record: a scan of 250,000 beams.
-const MAX_RECORD: usize = 1 << 20;
-/// Coordinates beyond it are no place on a map, metres.
-const MAX_M: f64 = 1e5;
 
 /// Why a file is no state that can be continued from.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -154,9 +148,9 @@ pub fn encode_header(header: &StateHeader) -> Vec<u8> {
     payload.number(resolution_m);
     payload.pose(&robot_from_laser);
     reach_m.iter().for_each(|metres| payload.number(*metres));
-    payload.0.push(u8::from(loop_closing));
+    payload.byte(u8::from(loop_closing));
     let mut bytes = MAGIC.to_vec();
-    append_record(&mut bytes, 0, &payload.0);
+    append_record(&mut bytes, 0, &payload);
     bytes
 }
 
@@ -173,7 +167,7 @@ pub fn encode_record(bytes: &mut Vec<u8>, record: &StateRecord<'_>) {
                 payload.number(number);
             }
             for range_m in &scan.ranges_m {
-                payload.0.extend(range_m.to_le_bytes());
+                payload.range(*range_m);
             }
             1
         }
@@ -181,7 +175,7 @@ pub fn encode_record(bytes: &mut Vec<u8>, record: &StateRecord<'_>) {
             payload.index(number);
             payload.index(edge.from);
             payload.index(edge.to);
-            payload.0.push(u8::from(edge.is_closure));
+            payload.byte(u8::from(edge.is_closure));
             payload.pose(&edge.motion);
             edge.covariance.iter().for_each(|number| payload.number(*number));
             2
@@ -205,7 +199,7 @@ pub fn encode_record(bytes: &mut Vec<u8>, record: &StateRecord<'_>) {
             5
         }
     };
-    append_record(bytes, kind, &payload.0);
+    append_record(bytes, kind, &payload);
 }
 
 /// Reads what a state belongs to.
@@ -219,14 +213,14 @@ pub fn decode_header(bytes: &[u8]) -> Result<StateHeader, StateError> {
     else {
         return Err(StateError::Unknown);
     };
-    let mut reader = PayloadReader(payload);
+    let mut reader = PayloadReader::new(payload);
     let mut read = || {
         let (run, epoch) = (reader.text()?, reader.text()?);
         let (resolution_m, robot_from_laser) = (reader.number()?, reader.pose()?);
         let reach_m = [reader.number()?, reader.number()?];
         let loop_closing = reader.byte()? != 0;
         let fit = StateFit { resolution_m, robot_from_laser, reach_m, loop_closing };
-        reader.0.is_empty().then_some(StateHeader { run, epoch, fit })
+        reader.is_empty().then_some(StateHeader { run, epoch, fit })
     };
     read().ok_or(StateError::Contradiction { at: MAGIC.len() })
 }
@@ -253,7 +247,7 @@ pub fn decode_state(bytes: &[u8]) -> Result<SavedState, StateError> {
         at += record.len;
         if record.kind == 5 {
             for (at, kind, payload) in batch.drain(..) {
-                let known = state.apply_record(kind, PayloadReader(payload));
+                let known = state.apply_record(kind, PayloadReader::new(payload));
                 known.ok_or(StateError::Contradiction { at })?;
             }
             state.is_whole().then_some(()).ok_or(StateError::Contradiction { at })?;
@@ -297,7 +291,7 @@ impl SavedState {
                 let first = payload.index()?;
                 (first <= self.poses.len()).then_some(())?;
                 self.poses.truncate(first);
-                while !payload.0.is_empty() {
+                while !payload.is_empty() {
                     self.poses.push(payload.pose()?);
                 }
             }
@@ -313,7 +307,7 @@ impl SavedState {
             }
             _ => return None,
         }
-        payload.0.is_empty().then_some(())
+        payload.is_empty().then_some(())
     }
 
     /// Returns whether every index leads somewhere.
@@ -323,127 +317,6 @@ impl SavedState {
         count == self.keyframes.len()
             && self.edges.iter().all(is_edge)
             && self.track.iter().all(|(_, keyframe, _)| *keyframe < count)
-    }
-}
-
-struct RawRecord<'a> {
-    kind: u8,
-    payload: &'a [u8],
-    /// Bytes of all of it.
-    len: usize,
-}
-
-fn append_record(bytes: &mut Vec<u8>, kind: u8, payload: &[u8]) {
-    let begin = bytes.len() + 4;
-    bytes.extend((payload.len() as u32).to_le_bytes());
-    bytes.push(kind);
-    bytes.extend(payload);
-    bytes.extend(SUM.checksum(&bytes[begin..]).to_le_bytes());
-}
-
-/// The record at the begin of the bytes, if it is whole.
-fn take_record(bytes: &[u8]) -> Option<RawRecord<'_>> {
-    let (length, rest) = bytes.split_first_chunk()?;
-    let length = u32::from_le_bytes(*length) as usize;
-    let body = rest.get(..length.checked_add(1).filter(|all| *all <= MAX_RECORD)?)?;
-    let sum = rest[body.len()..].first_chunk()?;
-    let is_whole = SUM.checksum(body) == u32::from_le_bytes(*sum);
-    let (kind, payload) = body.split_first()?;
-    is_whole.then_some(RawRecord { kind: *kind, payload, len: body.len() + 8 })
-}
-
-/// Returns whether what is left can be the begin of a record, or bytes that the disk never got.
-fn is_torn(rest: &[u8]) -> bool {
-    if rest.iter().all(|byte| *byte == 0) {
-        return true;
-    }
-    let Some((length, body)) = rest.split_first_chunk() else { return true };
-    let length = u32::from_le_bytes(*length) as usize;
-    length < MAX_RECORD && body.len() <= length + 5
-}
-
-#[derive(Default)]
-struct Payload(Vec<u8>);
-
-impl Payload {
-    fn number(&mut self, number: f64) {
-        self.0.extend(number.to_le_bytes());
-    }
-
-    fn index(&mut self, index: usize) {
-        self.0.extend((index as u32).to_le_bytes());
-    }
-
-    fn pose(&mut self, pose: &Pose) {
-        [pose.x_m, pose.y_m, pose.yaw_rad].into_iter().for_each(|number| self.number(number));
-    }
-
-    fn text(&mut self, text: &str) {
-        self.index(text.len());
-        self.0.extend(text.as_bytes());
-    }
-}
-
-struct PayloadReader<'a>(&'a [u8]);
-
-impl PayloadReader<'_> {
-    fn byte(&mut self) -> Option<u8> {
-        let (first, rest) = self.0.split_first()?;
-        self.0 = rest;
-        Some(*first)
-    }
-
-    fn number_or_infinite(&mut self) -> Option<f64> {
-        let (bytes, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(f64::from_le_bytes(*bytes)).filter(|number| !number.is_nan())
-    }
-
-    fn number(&mut self) -> Option<f64> {
-        self.number_or_infinite().filter(|number| number.is_finite())
-    }
-
-    fn index(&mut self) -> Option<usize> {
-        let (bytes, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(u32::from_le_bytes(*bytes) as usize)
-    }
-
-    fn far_pose(&mut self) -> Option<Pose> {
-        Some(Pose::new(self.number()?, self.number()?, self.number()?))
-    }
-
-    /// A pose on a map.
-    fn pose(&mut self) -> Option<Pose> {
-        self.far_pose().filter(|pose| pose.x_m.abs().max(pose.y_m.abs()) < MAX_M)
-    }
-
-    fn text(&mut self) -> Option<String> {
-        let length = self.index()?;
-        let (text, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        Some(std::str::from_utf8(text).ok()?.to_owned())
-    }
-
-    /// All that is left, as ranges.
-    fn ranges(&mut self) -> Option<Vec<f32>> {
-        let (ranges, rest) = std::mem::take(&mut self.0).as_chunks();
-        rest.is_empty().then(|| ranges.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
-    }
-}
-
-/// Gives every record the sum of its bytes, as far as their lengths lead.
-#[cfg(test)]
-pub(crate) fn seal_records(bytes: &mut [u8]) {
-    let mut at = MAGIC.len();
-    while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk()) {
-        let end = at + 5 + u32::from_le_bytes(*length) as usize;
-        if end + 4 > bytes.len() {
-            return;
-        }
-        let sum = SUM.checksum(&bytes[at + 4..end]);
-        bytes[end..end + 4].copy_from_slice(&sum.to_le_bytes());
-        at = end + 4;
     }
 }
 

@@ -99,6 +99,17 @@ impl CostMap {
         Self { factor, clearance_m }
     }
 
+    /// Changes what the open cells cost: `change` takes each of them and its cost per metre, and
+    /// returns the new one, at least 1; infinite closes it.
+    pub fn change_open_cells(&mut self, mut change: impl FnMut(Cell, f32) -> f32) {
+        let geometry = *self.geometry();
+        for (index, factor) in self.factor.values_mut().iter_mut().enumerate() {
+            if factor.is_finite() {
+                *factor = change(geometry.cell(index), *factor);
+            }
+        }
+    }
+
     /// Returns where the map lies.
     pub const fn geometry(&self) -> &Geometry {
         self.factor.geometry()
@@ -159,9 +170,14 @@ impl Inflation {
             (Occupancy::Unknown, Some(weight)) => weight,
             _ => 0.0,
         };
+        (1.0 + self.near_factor(clearance_m) + unknown) as f32
+    }
+
+    /// Returns how many times its length a path costs on top, this far from something that must not
+    /// be touched.
+    pub fn near_factor(&self, clearance_m: f64) -> f64 {
         let comfort = (self.comfort_m - clearance_m) / (self.comfort_m - self.radius_m);
-        let near = if comfort > 0.0 { self.weight * comfort * comfort } else { 0.0 };
-        (1.0 + near + unknown) as f32
+        if comfort > 0.0 { self.weight * comfort * comfort } else { 0.0 }
     }
 }
 
@@ -202,6 +218,18 @@ mod tests {
         assert!(!CostMap::new(&map, &INFLATION).is_open(Cell::new(2, 0)));
         let costly = Inflation { unknown_weight: Some(3.0), ..INFLATION };
         assert_eq!(CostMap::new(&map, &costly).factor(Cell::new(2, 0)), Some(4.0));
+    }
+
+    #[test]
+    fn open_cells_become_closed_or_costlier_and_closed_ones_stay() {
+        let mut map = CostMap::new(&ascii_map(0.1, &["#......."]), &INFLATION);
+        map.change_open_cells(|cell, factor| match cell.column {
+            6 => f32::INFINITY,
+            7 => factor + 2.0,
+            _ => factor,
+        });
+        let factors: Vec<_> = [1, 5, 6, 7].map(|c| map.factor(Cell::new(c, 0))).into();
+        assert_eq!(factors, [None, Some(1.0), None, Some(3.0)]);
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! The path over the map: A* on the inflated grid, planned again about once a second.
 
 use armor_grid::{CostMap, Grid, Inflation, Occupancy, Point2, Pose2, shortest_path};
+use armor_zones::ZoneMap;
+
+use crate::zone_costs::ZoneCosts;
 
 /// A path is planned again no more often than this when the map changes, in seconds.
 const CHANGED_S: f64 = 0.5;
@@ -17,26 +20,34 @@ pub(crate) struct PlannedPath {
     /// With the margin and, where that leaves no path, without: a map may be a cell thicker than
     /// the world, and close a gap that the robot came through.
     inflations: [Inflation; 2],
+    /// The robot's fastest speed, in metres per second.
+    speed_mps: f64,
     map: Option<Grid<Occupancy>>,
-    /// What they cost on the map, as far as it was asked for.
+    zones: ZoneMap,
+    /// What they cost on the map among the zones, as far as it was asked for.
     costs: [Option<CostMap>; 2],
-    /// Whether `costs` are older than `map`.
+    /// Whether `costs` are older than `map` or `zones`.
     map_changed: bool,
     goal: Option<Point2>,
     planned_s: f64,
     poses: Vec<Pose2>,
+    /// The zone that the goal is in, if it is in one that no robot may be in.
+    goal_zone: Option<String>,
 }
 
 impl PlannedPath {
-    pub(crate) fn new(inflations: [Inflation; 2]) -> Self {
+    pub(crate) fn new(inflations: [Inflation; 2], speed_mps: f64) -> Self {
         Self {
             inflations,
+            speed_mps,
             map: None,
+            zones: ZoneMap::default(),
             costs: [None, None],
             map_changed: false,
             goal: None,
             planned_s: f64::NEG_INFINITY,
             poses: Vec::new(),
+            goal_zone: None,
         }
     }
 
@@ -46,9 +57,22 @@ impl PlannedPath {
         self.map_changed = true;
     }
 
-    /// Takes the newest map out.
-    pub(crate) fn take_map(&mut self) -> Option<Grid<Occupancy>> {
-        self.map.take()
+    /// Takes the newest zones, replacing those before. A path through one that is new must not be
+    /// followed any longer.
+    pub(crate) fn zones_seen(&mut self, zones: ZoneMap) {
+        self.zones = zones;
+        self.map_changed = true;
+        self.forget_path();
+    }
+
+    /// Takes the newest map and zones out.
+    pub(crate) fn take_map(&mut self) -> (Option<Grid<Occupancy>>, ZoneMap) {
+        (self.map.take(), std::mem::take(&mut self.zones))
+    }
+
+    /// Returns the zone that the goal of the last path is in, if no robot may be there.
+    pub(crate) fn goal_zone(&self) -> Option<&str> {
+        self.goal_zone.as_deref()
     }
 
     /// Drops the map and the path.
@@ -60,7 +84,7 @@ impl PlannedPath {
     /// Drops the path, so that the next goal gets a new one.
     pub(crate) fn forget_path(&mut self) {
         self.poses.clear();
-        self.goal = None;
+        (self.goal, self.goal_zone) = (None, None);
     }
 
     /// Returns the poses from where the robot was when the path was planned to the goal, each
@@ -86,20 +110,43 @@ impl PlannedPath {
         if std::mem::take(&mut self.map_changed) {
             self.costs = [None, None];
         }
-        let points = self.map.as_ref().and_then(|map| {
-            self.costs.iter_mut().zip(&self.inflations).find_map(|(costs, by)| {
-                let costs = costs.get_or_insert_with(|| CostMap::new(map, by));
-                search_costs(costs, robot, goal)
-            })
-        });
+        let [_, Inflation { radius_m, .. }] = self.inflations;
+        let barrier = self.zones.barrier_at(goal, radius_m);
+        self.goal_zone = barrier.map(|barrier| barrier.name().to_owned());
+        let points = if self.goal_zone.is_none() { self.search_path(robot, goal) } else { None };
         self.poses = looking_ahead(&points.unwrap_or_default());
         self.goal = Some(goal);
     }
+
+    fn search_path(&mut self, robot: Point2, goal: Point2) -> Option<Vec<Point2>> {
+        let Self { map, zones, costs, inflations, speed_mps, .. } = self;
+        let (map, zones, inflations) = (map.as_ref()?, &*zones, &*inflations);
+        costs.iter_mut().zip(inflations).find_map(|(costs, inflation)| {
+            let by_zones = ZoneCosts { zones, inflation, speed_mps: *speed_mps };
+            let build = |leaving: Option<Point2>| {
+                let mut costs = CostMap::new(map, inflation);
+                by_zones.apply(&mut costs, leaving);
+                costs
+            };
+            let costs = costs.get_or_insert_with(|| build(None));
+            if by_zones.is_too_near(map.geometry(), robot) {
+                return search_costs(&build(Some(robot)), robot, costs, goal);
+            }
+            search_costs(costs, robot, costs, goal)
+        })
+    }
 }
 
-fn search_costs(costs: &CostMap, robot: Point2, goal: Point2) -> Option<Vec<Point2>> {
+/// `goal_costs` decide where the path may end: a robot may be in a zone that it leaves, but it must
+/// not stop there.
+fn search_costs(
+    costs: &CostMap,
+    robot: Point2,
+    goal_costs: &CostMap,
+    goal: Point2,
+) -> Option<Vec<Point2>> {
     let from = costs.nearest_open(robot, BORDER_M)?;
-    let to = costs.nearest_open(goal, BORDER_M)?;
+    let to = goal_costs.nearest_open(goal, BORDER_M)?;
     let mut points = shortest_path(costs, from, to)?;
     // Cells are coarse: the last step goes to the goal itself where a robot may stand there.
     if costs.geometry().cell_at(goal) == to {

@@ -1,6 +1,7 @@
 //! Which goal has priority, and the path to publish. Time is passed in: there is no clock.
 
 use armor_grid::{Grid, Inflation, Occupancy, Pose2};
+use armor_zones::ZoneMap;
 
 use crate::planned_path::PlannedPath;
 
@@ -18,6 +19,8 @@ pub struct PlannerSettings {
     pub radius_m: f64,
     /// Kept free around it, in metres.
     pub margin_m: f64,
+    /// Fastest speed, in metres per second: what a slower zone costs is measured against it.
+    pub speed_mps: f64,
     /// Goals older than this do not count, in seconds.
     pub timeout_s: f64,
 }
@@ -42,6 +45,8 @@ pub struct Planning {
     robot: Option<Pose2>,
     path: PlannedPath,
     has_goal: bool,
+    /// Whether it is known where the robot may be.
+    are_zones_known: bool,
 }
 
 impl Planning {
@@ -59,16 +64,37 @@ impl Planning {
             timeout_s: settings.timeout_s,
             goals: [None; 3],
             robot: None,
-            path: PlannedPath::new(inflations),
+            path: PlannedPath::new(inflations, settings.speed_mps),
             has_goal: false,
+            are_zones_known: true,
         }
     }
 
-    /// Resets the state. Only the map is kept: it may not be sent again.
+    /// Resets the state. Only the map and the zones are kept: they may not be sent again.
     pub fn reset_state(&mut self, settings: PlannerSettings) {
-        let map = self.path.take_map();
-        *self = Self::new(settings);
+        let (map, zones) = self.path.take_map();
+        *self = Self { are_zones_known: self.are_zones_known, ..Self::new(settings) };
         map.into_iter().for_each(|map| self.map_seen(map));
+        self.path.zones_seen(zones);
+    }
+
+    /// Takes the newest zones.
+    pub fn zones_seen(&mut self, zones: ZoneMap) {
+        self.path.zones_seen(zones);
+    }
+
+    /// Takes whether the zones of the robot's frame are known. While they are not, every path is
+    /// empty.
+    pub fn set_zones_known(&mut self, are_known: bool) {
+        if !are_known {
+            self.path.forget_path();
+        }
+        self.are_zones_known = are_known;
+    }
+
+    /// Returns the zone that the goal of the last step is in, if no robot may be there.
+    pub fn goal_zone(&self) -> Option<&str> {
+        self.path.goal_zone()
     }
 
     /// Takes the newest map.
@@ -101,7 +127,7 @@ impl Planning {
     }
 
     /// Returns what to publish at time `now_s`: the path to the goal that has priority, empty if no
-    /// path exists; one empty path when the last goal has ended; `None` without a goal.
+    /// path exists or the goal is where no robot may be; one empty path when the last goal has ended; `None` without a goal.
     ///
     /// A path goes from where the robot was when it was planned to the goal, or as near to it as a
     /// robot may stand, and ends with the goal's heading.
@@ -111,7 +137,7 @@ impl Planning {
             return std::mem::take(&mut self.has_goal).then_some(&[]);
         };
         self.has_goal = true;
-        let Some(robot) = self.robot else { return Some(&[]) };
+        let Some(robot) = self.robot.filter(|_| self.are_zones_known) else { return Some(&[]) };
         Some(self.path.path_to(goal, robot.point(), now_s))
     }
 
@@ -126,3 +152,7 @@ impl Planning {
 #[cfg(test)]
 #[path = "planning_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "zone_tests.rs"]
+mod zone_tests;

@@ -1,7 +1,7 @@
 //! The planner as a component: map, pose and goals in, paths out.
 
 use armor_convert::{
-    FrameNews, FrameWatch, build_path, read_occupancy, read_pose, read_robot_pose,
+    FrameNews, FrameWatch, ZoneWatch, build_path, read_occupancy, read_pose, read_robot_pose,
 };
 use armor_grid::Thresholds;
 use armor_sdk::prelude::*;
@@ -17,6 +17,9 @@ struct PlannerParameters {
     /// kept free around it
     #[parameter(unit = "m", default = "0.05m", range = 0.0..=1.0)]
     margin_m: f64,
+    /// the robot's fastest speed: a slower zone costs the time that is lost in it
+    #[parameter(unit = "m/s", default = "0.6m/s", range = 0.05..=50.0)]
+    speed_mps: f64,
     /// a goal older than this is ignored
     #[parameter(unit = "s", default = "0.5s", range = 0.05..=10.0)]
     timeout_s: f64,
@@ -24,8 +27,8 @@ struct PlannerParameters {
 
 impl PlannerParameters {
     fn settings(&self) -> PlannerSettings {
-        let Self { radius_m, margin_m, timeout_s } = *self;
-        PlannerSettings { radius_m, margin_m, timeout_s }
+        let Self { radius_m, margin_m, speed_mps, timeout_s } = *self;
+        PlannerSettings { radius_m, margin_m, speed_mps, timeout_s }
     }
 }
 
@@ -43,6 +46,11 @@ pub struct Planner {
     frames: FrameWatch,
     /// Whether a goal of another epoch was refused since the last one of this epoch.
     has_refused: bool,
+    zones: ZoneWatch,
+    /// Why the zones are not known, as logged last.
+    zone_fault: Option<String>,
+    /// The zone that the goal of the last step was in.
+    goal_zone: Option<String>,
 }
 
 /// What it reports to the mission.
@@ -50,6 +58,8 @@ pub struct Planner {
 enum PlannerEvent {
     /// the map frame has another origin: goals and path of before are dropped
     FrameChanged,
+    /// the goal is in a no-go zone, outside of the stay-in zones, or within the margin of either
+    GoalInZone,
 }
 
 impl Component for Planner {
@@ -66,6 +76,11 @@ impl Component for Planner {
         ("override", "a goal that has priority over the other one while it is fresh"),
         ("operator", "a person's goal; has priority over both while it is fresh"),
         (
+            "zones",
+            "where the robot may be, and how fast; if it is linked, no path is planned without zones \
+             of the map's frame",
+        ),
+        (
             "path",
             "the path to the goal, at every tick while one is fresh: from where the robot was \
              when it was planned to the goal's heading; empty if no path exists, and once when the \
@@ -81,11 +96,20 @@ impl Component for Planner {
         armor.subscribe::<Optional<PoseStamped>>("goal")?;
         armor.subscribe::<Optional<PoseStamped>>("override")?;
         armor.subscribe::<Optional<PoseStamped>>("operator")?;
+        armor.subscribe::<Optional<Zones>>("zones")?;
         armor.provide::<Path>("path")?;
         let parameters = PlannerParameters::request(&armor)?;
         let planning = Planning::new(parameters.settings());
-        let frames = FrameWatch::default();
-        Ok(Self { armor, parameters, planning, frames, has_refused: false })
+        Ok(Self {
+            armor,
+            parameters,
+            planning,
+            frames: FrameWatch::default(),
+            has_refused: false,
+            zones: ZoneWatch::default(),
+            zone_fault: None,
+            goal_zone: None,
+        })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -106,6 +130,12 @@ impl Component for Planner {
                 self.planning.pose_seen(read_robot_pose(&pose));
                 return Ok(());
             }
+            "zones" => {
+                if let Some(zones) = self.zones.zones_seen(&data.decode()?) {
+                    self.planning.zones_seen(zones);
+                }
+                return Ok(());
+            }
             "goal" => Rank::Task,
             "override" => Rank::Override,
             _ => Rank::Operator,
@@ -120,17 +150,27 @@ impl Component for Planner {
 
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
         match call {
-            Call::Started => self.planning.reset_state(self.parameters.settings()),
+            Call::Started => {
+                self.zones.expect_zones(self.armor.subscribed_data("zones").is_some());
+                self.planning.reset_state(self.parameters.settings());
+            }
             Call::Stopping => self.planning.forget_goals(),
             _ => {}
         }
+        self.check_zones();
         let now_s = self.armor.timestamp();
         if let Some(poses) = self.planning.step(now_s) {
             let frame = self.frames.frame().unwrap_or("map");
             self.armor.send_data("path", &build_path(now_s, frame, poses))?;
         }
-        let has_changed = self.frames.take_change();
-        Ok(if has_changed { PlannerEvent::FrameChanged.into() } else { Outcome::CarryOn })
+        if self.frames.take_change() {
+            return Ok(PlannerEvent::FrameChanged.into());
+        }
+        Ok(if self.is_goal_newly_in_zone() {
+            PlannerEvent::GoalInZone.into()
+        } else {
+            Outcome::CarryOn
+        })
     }
 }
 
@@ -146,6 +186,29 @@ impl Planner {
                 self.planning.forget_frame();
             }
         }
+    }
+
+    /// Plans no path while it is not known where the robot may be.
+    fn check_zones(&mut self) {
+        let fault = self.zones.fault(&self.frames);
+        self.planning.set_zones_known(fault.is_none());
+        if fault != self.zone_fault {
+            if let Some(fault) = &fault {
+                tracing::warn!("no path is planned: {fault}");
+            }
+            self.zone_fault = fault;
+        }
+    }
+
+    /// Returns whether the goal is in a zone that it was not in at the last call; logs it.
+    fn is_goal_newly_in_zone(&mut self) -> bool {
+        let zone = self.planning.goal_zone().map(str::to_owned);
+        let is_new = zone.is_some() && zone != self.goal_zone;
+        if let Some(zone) = zone.as_deref().filter(|_| is_new) {
+            tracing::warn!("no path to the goal: the zone {zone} does not allow a robot there");
+        }
+        self.goal_zone = zone;
+        is_new
     }
 
     /// Returns whether a goal is of another epoch than the newest pose or map. The first one is
@@ -173,7 +236,13 @@ mod tests {
 
     const TICK: Duration = Duration::from_millis(100);
 
+    /// Sends no zones, which is not the same as sending nothing.
     fn send_map_and_pose(planner: &mut TestedComponent, frame: &str) -> Result<(), TestError> {
+        planner.send("zones", &Zones { frame: frame.into(), ..Zones::default() })?;
+        send_place(planner, frame)
+    }
+
+    fn send_place(planner: &mut TestedComponent, frame: &str) -> Result<(), TestError> {
         let (width, height, resolution) = (40, 40, 0.1);
         let info = MapMetaData { width, height, resolution, ..MapMetaData::default() };
         let data = vec![0; 1600].into();
@@ -208,6 +277,67 @@ mod tests {
         send_goal(&mut planner, "map#3f2a")?;
         assert!(planner.last_output::<Path>("path")?.poses.len() > 2);
         assert_eq!(planner.reports(), [changed], "it is reported once");
+        Ok(())
+    }
+
+    /// A no-go zone of `size` by `size` metres around the goal of `send_goal`.
+    fn square(frame: &str, size: f64) -> Zones {
+        let corner = |x, y| Point { x: 3.0 + x * size / 2.0, y: 3.0 + y * size / 2.0, z: 0.0 };
+        let polygon =
+            vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let zone = Zone { name: "school".into(), polygon, ..Zone::default() };
+        Zones { stamp: 0.0, frame: frame.into(), zones: vec![zone] }
+    }
+
+    #[test]
+    fn a_goal_in_a_no_go_zone_gets_no_path_and_is_reported_once() -> Result<(), TestError> {
+        let mut planner = TestedComponent::build::<Planner>(&[])?;
+        planner.start()?;
+        send_map_and_pose(&mut planner, "map")?;
+        planner.send("zones", &square("map", 1.0))?;
+        send_goal(&mut planner, "map")?;
+        send_goal(&mut planner, "map")?;
+        assert_eq!(planner.last_output::<Path>("path")?.poses, []);
+        let reported = ReportKind::Event { name: "goal_in_zone".into(), value: 1.0 };
+        assert_eq!(planner.reports(), std::slice::from_ref(&reported));
+        planner.send("zones", &Zones { frame: "map".into(), ..Zones::default() })?;
+        send_goal(&mut planner, "map")?;
+        assert!(planner.last_output::<Path>("path")?.poses.len() > 2, "the zone is gone");
+        planner.send("zones", &square("map", 1.0))?;
+        send_goal(&mut planner, "map")?;
+        assert_eq!(planner.reports(), [reported.clone(), reported]);
+        Ok(())
+    }
+
+    #[test]
+    fn without_zones_of_its_frame_no_path_is_planned() -> Result<(), TestError> {
+        let mut planner = TestedComponent::build::<Planner>(&[])?;
+        planner.start()?;
+        send_map_and_pose(&mut planner, "map")?;
+        let length = |planner: &mut TestedComponent, zones: &Zones| -> Result<usize, TestError> {
+            planner.send("zones", zones)?;
+            send_goal(planner, "map")?;
+            Ok(planner.last_output::<Path>("path")?.poses.len())
+        };
+        assert_eq!(length(&mut planner, &square("map#3f2a", 1.0))?, 0, "they are of another epoch");
+        let mut faulty = square("map", 1.0);
+        faulty.zones[0].polygon.truncate(2);
+        assert_eq!(length(&mut planner, &faulty)?, 0, "a zone without a shape");
+        let empty = Zones { frame: "map".into(), ..Zones::default() };
+        assert!(length(&mut planner, &empty)? > 2);
+        Ok(())
+    }
+
+    #[test]
+    fn before_the_zones_have_arrived_no_path_is_planned() -> Result<(), TestError> {
+        let mut planner = TestedComponent::build::<Planner>(&[])?;
+        planner.start()?;
+        send_place(&mut planner, "map")?;
+        send_goal(&mut planner, "map")?;
+        assert_eq!(planner.last_output::<Path>("path")?.poses, []);
+        planner.send("zones", &Zones { frame: "map".into(), ..Zones::default() })?;
+        send_goal(&mut planner, "map")?;
+        assert!(planner.last_output::<Path>("path")?.poses.len() > 2);
         Ok(())
     }
 

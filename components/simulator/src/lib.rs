@@ -1,6 +1,6 @@
 //! The simulator: a robot with its sensors among walls, people and other robots.
 //!
-//! Pure and without a clock: [`drawing`] and `map_server` read worlds, [`world`] answers rays and
+//! Pure and without a clock: [`drawing`] and `armor-map-file` read worlds, [`world`] answers rays and
 //! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with
 //! [`steering`] and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins
 //! them in fixed steps, [`pace`] maps the host's time to simulated time, [`truth`] is the world as
@@ -15,12 +15,9 @@ pub mod drive;
 pub mod gps;
 pub mod imu;
 pub mod laser;
-pub mod map_error;
-pub mod map_server;
 pub mod odometry;
 pub mod pace;
 pub mod people;
-mod pgm;
 mod ports;
 pub mod pose;
 pub mod random;

@@ -3,9 +3,9 @@
 //! one. All beyond the picture is solid.
 
 use armor_grid::{Cell, Geometry, Grid, Point2, traverse};
+use armor_map_file::{MapFileError, MapFileFault};
 
 use crate::drawing::limits;
-use crate::map_error::{MapFileError, MapFileFault};
 use crate::pose::{Portable, Pose2};
 use crate::segment::Segment;
 

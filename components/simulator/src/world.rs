@@ -4,12 +4,12 @@
 
 use std::path::Path;
 
+use armor_map_file::{MapFileError, read_solid_cells};
+
 use crate::drawing::WorldDrawing;
 pub use crate::drawing::{DrawingError, DrawingFault};
-use crate::map_error::MapFileError;
-use crate::map_server;
 use crate::pose::{Portable, Pose2};
-use crate::raster::Raster;
+use crate::raster::{Raster, SolidCells};
 use crate::route::WalkedRoute;
 pub use crate::segment::Segment;
 pub use crate::start::WorldStart;
@@ -76,10 +76,11 @@ impl World {
     pub fn read_from(path: &Path, start: &WorldStart) -> Result<Self, WorldError> {
         let is_map = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
         if is_map {
-            let (cells, sheet_from_cells) = map_server::read(path)?;
+            let (solid, sheet_from_cells) = read_solid_cells(path)?;
             let sheet_from_map = start.otherwise.unwrap_or_default();
             let map_from_cells = sheet_from_map.inverted().then(sheet_from_cells);
             let file = path.display().to_string();
+            let cells = SolidCells { file: file.clone(), solid };
             Ok(Self::from_raster(file, sheet_from_map, Raster::new(cells, map_from_cells)?))
         } else {
             Ok(Self::from_drawing(path.display().to_string(), WorldDrawing::read(path, start)?))

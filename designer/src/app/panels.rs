@@ -12,7 +12,9 @@ use crate::app::dialogs::Dialog;
 use crate::commands::{Command, about};
 use crate::help::pages::HelpPage;
 use crate::messages::MessageKind;
+use crate::remedy::{APPLIES, offers};
 use crate::view::View;
+use crate::window_words::in_window_words;
 
 /// A panel at a side gets at most this share of the window.
 const SIDE_SHARE: f32 = 0.35;
@@ -161,14 +163,24 @@ impl Designer {
                 ui.weak(place);
             }
             let message = shown(&finding.message);
-            let whole = format!("{message}\n{}", shown(&finding.remedy));
+            let remedy = shown(&in_window_words(&finding.remedy));
+            let whole = format!("{message}\n{remedy}");
             if ui.link(message).on_hover_text(whole).clicked()
                 && let Some(at) = &finding.at
             {
                 self.workspace.shown = self.workspace.project.item_at(at);
             }
-            if !finding.remedy.is_empty() {
-                ui.weak(shown(&finding.remedy));
+            for offer in offers(finding, &self.workspace.project) {
+                if !self.workspace.can_apply(&offer.edit) {
+                    continue;
+                }
+                let button = ui.small_button(shown(&offer.label)).on_hover_text(APPLIES);
+                if button.clicked() {
+                    self.workspace.apply_offer(&offer);
+                }
+            }
+            if !remedy.is_empty() {
+                ui.weak(remedy);
             }
         });
     }

@@ -1,6 +1,9 @@
 //! Places nodes so that wires lead from left to right: in layers by the longest path to each
 //! (Sugiyama, Tagawa and Toda 1981), each layer sorted so that few wires cross, each node near the
-//! middle of its neighbours.
+//! middle of its neighbours. A large drawing gets about the shape of the window: high layers are
+//! split, and a long row of layers is broken into several, one below the other.
+
+mod shape;
 
 use std::collections::HashMap;
 
@@ -9,6 +12,8 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::unionfind::UnionFind;
 use petgraph::visit::DfsPostOrder;
+
+use shape::{arrange_to_shape, extent};
 
 /// Space between two layers, and between two nodes of one.
 const ACROSS: f32 = 110.0;
@@ -19,16 +24,22 @@ const PASSING: Vec2 = vec2(0.0, 6.0);
 const MAX_NODES: usize = 20_000;
 /// How many times the layers are sorted, forwards and backwards.
 const SWEEPS: usize = 12;
-/// Parts that are not connected are put into rows so that the whole gets about the shape of a
-/// window, width to height; a row no longer than `ROW` is not broken.
-const SHAPE: f32 = 1.6;
+/// The shape of a window, width to height, if it is not known.
+pub const SHAPE: f32 = 1.6;
+/// Parts that are not connected are put into rows; a row no longer than this is not broken.
 const ROW: f32 = 1200.0;
 /// Space between two parts.
 const APART: Vec2 = vec2(ACROSS * 0.7, DOWN * 1.5);
 
 /// Returns the positions of the upper left corners of the nodes `wanted`, in their order, the whole
 /// beginning at the origin. `sizes` and `links` are of all nodes; links to others do not count.
-pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Vec<Vec2> {
+/// `shape` is the width of the window to its height.
+pub fn arrange(
+    sizes: &[Vec2],
+    links: &[(usize, usize)],
+    wanted: &[usize],
+    shape: f32,
+) -> Vec<Vec2> {
     let mut number = vec![usize::MAX; sizes.len()];
     for (n, node) in wanted.iter().enumerate() {
         number[*node] = n;
@@ -50,14 +61,13 @@ pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Ve
     let parts: Vec<_> = connected_parts(&next)
         .into_iter()
         .map(|part| {
-            let placed = arrange_part(&own, &forward, &layer, &part);
-            let inner = placed.iter().zip(&part);
-            let size = inner.fold(Vec2::ZERO, |size, (at, n)| size.max(*at + own[*n]));
+            let placed = arrange_to_shape(&own, &forward, &layer, &part, shape);
+            let size = extent(&placed, &own, &part);
             (part, placed, size)
         })
         .collect();
     let sizes: Vec<_> = parts.iter().map(|(.., size)| *size).collect();
-    for ((part, placed, _), corner) in parts.into_iter().zip(place_in_rows(&sizes)) {
+    for ((part, placed, _), corner) in parts.into_iter().zip(place_in_rows(&sizes, shape)) {
         for (n, at) in part.iter().zip(placed) {
             let at = corner + at;
             positions[*n] = vec2((at.x / 10.0).round() * 10.0, (at.y / 10.0).round() * 10.0);
@@ -67,9 +77,9 @@ pub fn arrange(sizes: &[Vec2], links: &[(usize, usize)], wanted: &[usize]) -> Ve
 }
 
 /// The corners of parts of these sizes, put into rows one below the other.
-fn place_in_rows(sizes: &[Vec2]) -> Vec<Vec2> {
+fn place_in_rows(sizes: &[Vec2], shape: f32) -> Vec<Vec2> {
     let area: f32 = sizes.iter().map(|size| (size.x + APART.x) * (size.y + APART.y)).sum();
-    let longest = (area * SHAPE).sqrt().max(ROW);
+    let longest = (area * shape).sqrt().max(ROW);
     let (mut corner, mut row_height) = (Vec2::ZERO, 0.0_f32);
     let corners = sizes.iter().map(|size| {
         if corner.x > 0.0 && corner.x + size.x > longest {
@@ -103,19 +113,28 @@ fn connected_parts(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     parts
 }
 
-/// Positions of the nodes of one part, whose links `forward` form no cycle.
-fn arrange_part(
-    sizes: &[Vec2],
-    forward: &[Vec<usize>],
-    layer: &[usize],
-    own: &[usize],
-) -> Vec<Vec2> {
+/// The nodes of each layer.
+fn rows_of(layer: &[usize], own: &[usize]) -> Vec<Vec<usize>> {
     let last = own.iter().map(|node| layer[*node]).max();
     let mut rows = vec![Vec::new(); last.map_or(0, |last| last + 1)];
     for node in own {
         rows[layer[*node]].push(*node);
     }
-    let (forward, sizes, part) = with_passing_nodes(forward, sizes, layer, &mut rows, own);
+    rows
+}
+
+/// Positions of the nodes of one part, in these layers; its links `forward` form no cycle.
+fn arrange_part(
+    sizes: &[Vec2],
+    forward: &[Vec<usize>],
+    mut rows: Vec<Vec<usize>>,
+    own: &[usize],
+) -> Vec<Vec2> {
+    let mut layer = vec![0; forward.len()];
+    for (number, row) in rows.iter().enumerate() {
+        row.iter().for_each(|node| layer[*node] = number);
+    }
+    let (forward, sizes, part) = with_passing_nodes(forward, sizes, &layer, &mut rows, own);
     let (sizes, part) = (sizes.as_slice(), part.as_slice());
     let mut before = vec![Vec::new(); forward.len()];
     for node in part {
@@ -319,7 +338,7 @@ mod tests {
     fn check(count: usize, links: &[(usize, usize)]) -> Vec<Vec2> {
         let sizes: Vec<_> = (0..count).map(|n| vec2(150.0, 60.0 + 20.0 * (n % 4) as f32)).collect();
         let wanted: Vec<_> = (0..count).collect();
-        let at = arrange(&sizes, links, &wanted);
+        let at = arrange(&sizes, links, &wanted, SHAPE);
         let areas: Vec<_> = at
             .iter()
             .zip(&sizes)

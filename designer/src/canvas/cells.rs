@@ -22,11 +22,16 @@ pub(super) struct CellIndex {
 impl CellIndex {
     pub(super) fn of<Id: DiagramId>(diagram: &Diagram<Id>) -> Self {
         let mut grid = Self::default();
-        for (n, node) in diagram.nodes.iter().enumerate() {
-            enter(&mut grid.nodes, node.area().expand(PORT_REACH), n);
+        for n in 0..diagram.nodes.len() {
+            enter(&mut grid.nodes, diagram.area(n).expand(PORT_REACH), n);
         }
         for n in 0..diagram.wires.len() {
-            for piece in path(diagram, n, |_| Vec2::ZERO, 8).unwrap_or_default().windows(2) {
+            // Alone, and as it is drawn in its bundle.
+            let alone = path(diagram, n, |_| Vec2::ZERO, 8).unwrap_or_default();
+            let bundle = diagram.bundle(n);
+            let bundled = bundle.and_then(|it| diagram.bundled_path(it, n, |_| Vec2::ZERO, 8));
+            let bundled = bundled.map(|pieces| pieces.concat()).unwrap_or_default();
+            for piece in alone.windows(2).chain(bundled.windows(2)) {
                 enter(&mut grid.wires, Rect::from_two_pos(piece[0], piece[1]).expand(8.0), n);
             }
         }

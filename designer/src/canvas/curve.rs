@@ -7,26 +7,10 @@ const MIN_REACH: f32 = 30.0;
 const MAX_REACH: f32 = 220.0;
 /// Between a block and a wire that leads back below it.
 pub(super) const BELOW: f32 = 22.0;
+/// Largest distance from a corner at which it begins to be round.
+const MAX_ROUND: f32 = 14.0;
 /// Most pieces of the curve of a wire.
 const MAX_PIECES: usize = 24;
-
-/// A smooth line that passes points from left to right.
-pub(super) fn through(
-    [(from, out), (to, into)]: [(Pos2, Vec2); 2],
-    via: &[Pos2],
-    pieces: usize,
-) -> Vec<Pos2> {
-    const RIGHT: Vec2 = Vec2::new(1.0, 0.0);
-    let mut points = Vec::new();
-    let mut start = (from, out);
-    let each = (pieces / (via.len() + 1)).max(4);
-    for at in via {
-        points.extend(curve([start, (*at, -RIGHT)], each));
-        start = (*at, RIGHT);
-    }
-    points.extend(curve([start, (to, into)], each));
-    points
-}
 
 /// A line out to the right, below, and back in from the left, with round corners.
 pub(super) fn around(from: Pos2, to: Pos2, low: f32, away: f32) -> Vec<Pos2> {
@@ -38,11 +22,17 @@ pub(super) fn around(from: Pos2, to: Pos2, low: f32, away: f32) -> Vec<Pos2> {
         Pos2::new(to.x - away, to.y),
         to,
     ];
-    let mut points = vec![from];
-    for at in 1..corners.len() - 1 {
-        let (before, corner, after) = (corners[at - 1], corners[at], corners[at + 1]);
-        let reach =
-            ((before - corner).length() / 2.0).min((after - corner).length() / 2.0).min(14.0);
+    rounded(&corners)
+}
+
+/// A line from corner to corner, each of them round.
+pub(super) fn rounded(corners: &[Pos2]) -> Vec<Pos2> {
+    let [first, .., last] = corners else { return corners.to_vec() };
+    let mut points = vec![*first];
+    for three in corners.windows(3) {
+        let (before, corner, after) = (three[0], three[1], three[2]);
+        let reach = ((before - corner).length() / 2.0).min((after - corner).length() / 2.0);
+        let reach = reach.min(MAX_ROUND);
         let enters = corner + (before - corner).normalized() * reach;
         let leaves = corner + (after - corner).normalized() * reach;
         for n in 0..=4 {
@@ -51,7 +41,7 @@ pub(super) fn around(from: Pos2, to: Pos2, low: f32, away: f32) -> Vec<Pos2> {
             points.push(a + (b - a) * t);
         }
     }
-    points.push(to);
+    points.push(*last);
     points
 }
 
@@ -78,6 +68,20 @@ pub(super) fn controls([(from, out), (to, into)]: [(Pos2, Vec2); 2]) -> [Pos2; 2
     let reach = apart.length() * 0.4;
     let reach = reach.clamp(MIN_REACH.min(apart.length() / 2.0), MAX_REACH);
     [from + out * reach, to + into * reach]
+}
+
+/// Returns the point at a share of the length of a wire.
+pub fn point_at(points: &[Pos2], share: f32) -> Pos2 {
+    let lengths = points.windows(2).map(|pair| pair[0].distance(pair[1]));
+    let mut rest = share * lengths.sum::<f32>();
+    for pair in points.windows(2) {
+        let length = pair[0].distance(pair[1]);
+        if rest <= length {
+            return pair[0].lerp(pair[1], rest / length.max(f32::EPSILON));
+        }
+        rest -= length;
+    }
+    points.last().copied().unwrap_or_default()
 }
 
 /// How far a point is from a line of points.
@@ -110,6 +114,17 @@ mod tests {
         assert_eq!((points[0], points[16]), (ends[0].0, ends[1].0));
         assert!(points[1].y.abs() < points[1].x, "it leaves to the right");
         assert_eq!(curve(ends, 1).len(), 2);
+    }
+
+    #[test]
+    fn a_point_at_a_share_of_a_line_is_found_by_its_length() {
+        let points = [Pos2::new(0.0, 0.0), Pos2::new(10.0, 0.0), Pos2::new(10.0, 30.0)];
+        for (share, expected) in
+            [(0.0, Pos2::new(0.0, 0.0)), (0.25, Pos2::new(10.0, 0.0)), (0.5, Pos2::new(10.0, 10.0))]
+        {
+            assert!(point_at(&points, share).distance(expected) < 0.01, "{share}");
+        }
+        assert!(point_at(&points, 1.0).distance(points[2]) < 0.01);
     }
 
     #[test]

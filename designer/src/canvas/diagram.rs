@@ -5,8 +5,11 @@ use std::hash::Hash;
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
-use crate::canvas::detour::{Detour, detour};
+use crate::canvas::bar_text::{BarText, place_texts};
+use crate::canvas::bundle::{Bundle, bundles};
+use crate::canvas::edges::route_ends;
 use crate::canvas::node::{Decoration, DiagramNode, NodePort, PortAt, Wire};
+use crate::canvas::route::{Route, route};
 use crate::canvas::snap::snapped;
 
 /// What identifies a thing that is drawn, to the caller that made the drawing.
@@ -26,7 +29,13 @@ pub struct Diagram<Id> {
     /// Number of each item's node.
     index: HashMap<Id, usize>,
     /// How each wire gets around the blocks between its ends.
-    detours: Vec<Detour>,
+    routes: Vec<Route>,
+    /// The text of each node that is a bar.
+    texts: Vec<Option<BarText>>,
+    /// Links that are drawn as one.
+    bundles: Vec<Bundle>,
+    /// The bundle of each wire that is in one.
+    bundle_of: HashMap<usize, usize>,
 }
 
 impl<Id: DiagramId> Diagram<Id> {
@@ -37,18 +46,48 @@ impl<Id: DiagramId> Diagram<Id> {
         decorations: Vec<Decoration<Id>>,
     ) -> Self {
         let index = nodes.iter().enumerate().map(|(n, node)| (node.item, n)).collect();
-        let detours = wires.iter().enumerate().map(|(n, wire)| detour(&nodes, wire, n)).collect();
-        Self { nodes, wires, decorations, index, detours }
+        let texts = place_texts(&nodes);
+        let areas = nodes.iter().map(|node| node.rect).enumerate();
+        let text_areas = texts.iter().enumerate().filter_map(|(n, text)| Some((n, (*text)?.area)));
+        let obstacles: Vec<_> = areas.chain(text_areas).collect();
+        let ends = wires.iter().map(|wire| route_ends(&nodes, wire)).enumerate();
+        let routes = ends.map(|(n, ends)| match ends {
+            Some(ends) => route(&obstacles, &ends, n),
+            None => Route::Curve,
+        });
+        let routes = routes.collect();
+        let bundles = bundles(&nodes, &wires, &obstacles);
+        let numbered = bundles.iter().enumerate();
+        let bundle_of =
+            numbered.flat_map(|(n, bundle)| bundle.wires.iter().map(move |wire| (*wire, n)));
+        let bundle_of = bundle_of.collect();
+        Self { nodes, wires, decorations, index, routes, texts, bundles, bundle_of }
     }
 
-    /// The lower edge of the blocks that a wire leading back has to pass below.
-    pub(super) fn low(&self, wire: usize) -> f32 {
-        self.detours.get(wire).map_or(f32::NEG_INFINITY, |detour| detour.low)
+    /// How a wire gets around the blocks between its ends.
+    pub(super) fn route(&self, wire: usize) -> &Route {
+        self.routes.get(wire).unwrap_or(&Route::Curve)
     }
 
-    /// The points that a wire passes to get around blocks.
-    pub(super) fn via(&self, wire: usize) -> &[Pos2] {
-        self.detours.get(wire).map(|detour| detour.via.as_slice()).unwrap_or_default()
+    /// The text of a node, if it is a bar.
+    pub(super) fn bar_text(&self, node: usize) -> Option<BarText> {
+        self.texts.get(node).copied().flatten()
+    }
+
+    /// The links that are drawn as one with a wire, itself among them.
+    pub(super) fn bundle(&self, wire: usize) -> Option<&Bundle> {
+        self.bundles.get(*self.bundle_of.get(&wire)?)
+    }
+
+    /// All bundles.
+    pub(super) fn bundles(&self) -> &[Bundle] {
+        &self.bundles
+    }
+
+    /// Where a node is with its text.
+    pub fn area(&self, node: usize) -> Rect {
+        let rect = self.nodes.get(node).map_or(Rect::NOTHING, |node| node.rect);
+        self.bar_text(node).map_or(rect, |text| rect.union(text.area))
     }
 
     /// The number of an item's node.
@@ -102,14 +141,14 @@ impl<Id: DiagramId> Diagram<Id> {
         ways.sort_by(|one, other| one.length().total_cmp(&other.length()));
         let is_free = |way: &Vec2| {
             let wanted = Rect::from_center_size(at + *way, room);
-            !self.nodes.iter().any(|node| node.area().intersects(wanted))
+            !(0..self.nodes.len()).any(|node| self.area(node).intersects(wanted))
         };
         snapped(at + ways.into_iter().find(is_free).unwrap_or_default())
     }
 
     /// The smallest area with everything in it but the wires; none if there is nothing.
     pub fn bounds(&self) -> Option<Rect> {
-        let nodes = self.nodes.iter().map(DiagramNode::area);
+        let nodes = (0..self.nodes.len()).map(|node| self.area(node));
         nodes.chain(self.decorations.iter().map(|d| d.rect)).reduce(Rect::union)
     }
 }

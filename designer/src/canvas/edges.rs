@@ -2,10 +2,12 @@
 
 use eframe::egui::{Pos2, Rect, Vec2};
 
-use crate::canvas::curve::{BELOW, around, curve, through};
+use crate::canvas::bundle::Bundle;
+use crate::canvas::curve::{curve, rounded};
 use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::node::{DiagramNode, NodeShape, PortAt, PortSide, Wire};
+use crate::canvas::route::{Route, RouteEnd, below};
 
 /// Where a wire begins and ends, each with the direction in which it leaves its node; `shift` is
 /// how far a node is being dragged.
@@ -66,6 +68,25 @@ fn leaves(rect: Rect, way: Vec2) -> Pos2 {
     if reach.is_finite() { rect.center() + way * reach } else { rect.center() }
 }
 
+/// The two ends of a wire, for its route: of one that may end anywhere on the border of its node,
+/// the middle of the node.
+pub(super) fn route_ends<Id: DiagramId>(
+    nodes: &[DiagramNode<Id>],
+    wire: &Wire<Id>,
+) -> Option<[RouteEnd; 2]> {
+    let side = |at: PortAt| Some(nodes.get(at.node)?.ports.get(at.port)?.side);
+    let at = |at: PortAt| anchor(nodes.get(at.node)?, at, Vec2::ZERO);
+    let (start, end) = (at(wire.from)?, at(wire.to)?);
+    let way = (end - start).normalized();
+    let route_end = |port: PortAt, at: Pos2, way: Vec2| {
+        let side = side(port)?;
+        let is_sided = side != PortSide::Around;
+        let out = if is_sided { side.outward() } else { way };
+        Some(RouteEnd { at, out, is_sided, node: port.node })
+    };
+    Some([route_end(wire.from, start, way)?, route_end(wire.to, end, -way)?])
+}
+
 /// Returns the route of a wire as points of the drawing, in about `pieces` pieces. A wire that
 /// leads back goes around below both blocks.
 pub fn path<Id: DiagramId>(
@@ -75,23 +96,79 @@ pub fn path<Id: DiagramId>(
     pieces: usize,
 ) -> Option<Vec<Pos2>> {
     let wire = diagram.wires.get(number)?;
-    let ends = wire_ends(diagram, wire, &shift)?;
+    let nodes = [wire.from.node, wire.to.node];
+    let mut ends = wire_ends(diagram, wire, &shift)?;
+    let route = diagram.route(number);
+    if let Route::Along(via) = route
+        && let [Some(first), Some(last)] = [via.first(), via.last()]
+        && !is_dragged(nodes, &shift)
+    {
+        let (from, to) = (diagram.nodes.get(nodes[0])?, diagram.nodes.get(nodes[1])?);
+        let start = anchor(from, wire.from, Vec2::ZERO)?;
+        let end = anchor(to, wire.to, Vec2::ZERO)?;
+        ends[0].0 = border(from, wire.from, start, *first, Vec2::ZERO);
+        ends[1].0 = border(to, wire.to, end, *last, Vec2::ZERO);
+    }
+    Some(lead(diagram, ends, (nodes, route, number), shift, pieces))
+}
+
+/// Whether one of two nodes is being dragged: its wires then take no detour.
+fn is_dragged(nodes: [usize; 2], shift: &impl Fn(usize) -> Vec2) -> bool {
+    nodes.into_iter().any(|node| shift(node) != Vec2::ZERO)
+}
+
+/// The points between two ends by a route.
+fn lead<Id: DiagramId>(
+    diagram: &Diagram<Id>,
+    ends: [(Pos2, Vec2); 2],
+    (nodes, route, number): ([usize; 2], &Route, usize),
+    shift: impl Fn(usize) -> Vec2,
+    pieces: usize,
+) -> Vec<Pos2> {
     let [(from, out), (to, into)] = ends;
-    let is_sideways = out.x > 0.9 && into.x < -0.9;
-    if pieces > 1 && is_sideways && to.x < from.x + 10.0 {
-        let bottom = |node: usize| diagram.nodes[node].rect.max.y + shift(node).y;
-        // Several of them keep apart.
-        let lane = (number % 7) as f32 * 7.0;
-        let own = bottom(wire.from.node).max(bottom(wire.to.node));
-        let low = own.max(diagram.low(number)) + BELOW + lane;
-        return Some(around(from, to, low, 22.0 + lane));
+    if pieces <= 1 {
+        return vec![from, to];
     }
-    let via = diagram.via(number);
-    let is_dragged = shift(wire.from.node) != Vec2::ZERO || shift(wire.to.node) != Vec2::ZERO;
-    if pieces > 1 && !via.is_empty() && !is_dragged {
-        return Some(through(ends, via, pieces));
+    let is_dragged = is_dragged(nodes, &shift);
+    match route {
+        Route::Along(via) if !is_dragged => {
+            let corners: Vec<_> =
+                [from].into_iter().chain(via.iter().copied()).chain([to]).collect();
+            rounded(&corners)
+        }
+        Route::Below(low) if !is_dragged => below(from, to, *low, number),
+        _ if out.x > 0.9 && into.x < -0.9 && to.x < from.x + 10.0 => {
+            let bottom = |node: usize| diagram.nodes[node].rect.max.y + shift(node).y;
+            below(from, to, bottom(nodes[0]).max(bottom(nodes[1])), number)
+        }
+        _ => curve(ends, pieces),
     }
-    Some(curve(ends, pieces))
+}
+
+impl<Id: DiagramId> Diagram<Id> {
+    /// A wire in its bundle: from its port to where the links come together, from there to where
+    /// they part, and on to the other port.
+    pub(super) fn bundled_path(
+        &self,
+        bundle: &Bundle,
+        number: usize,
+        shift: impl Fn(usize) -> Vec2,
+        pieces: usize,
+    ) -> Option<[Vec<Pos2>; 3]> {
+        const RIGHT: Vec2 = Vec2::new(1.0, 0.0);
+        let [(from, out), (to, into)] = wire_ends(self, self.wires.get(number)?, &shift)?;
+        let [start, end] = bundle.ends;
+        let [start, end] = [start + shift(bundle.nodes[0]), end + shift(bundle.nodes[1])];
+        let ends = [(start, RIGHT), (end, -RIGHT)];
+        let trunk =
+            lead(self, ends, (bundle.nodes, &bundle.route, bundle.wires[0]), &shift, pieces);
+        let fan = pieces.clamp(1, 6);
+        Some([
+            curve([(from, out), (start, -RIGHT)], fan),
+            trunk,
+            curve([(end, RIGHT), (to, into)], fan),
+        ])
+    }
 }
 
 impl<Id: DiagramId> Diagram<Id> {

@@ -5,7 +5,7 @@ use eframe::egui::{Pos2, Rect, Vec2};
 use crate::canvas::cells::PORT_REACH;
 use crate::canvas::curve::distance;
 use crate::canvas::diagram::{Diagram, DiagramId};
-use crate::canvas::edges::{path, wire_ends};
+use crate::canvas::edges::wire_ends;
 use crate::canvas::node::{NodeShape, PortAt, PortSide};
 use crate::canvas::state::Canvas;
 use crate::canvas::viewport::DETAIL;
@@ -100,7 +100,7 @@ impl<Id: DiagramId> Canvas<Id> {
             }
         }
         let near = self.grid.nodes_in(near, diagram.nodes.len());
-        if let Some(n) = near.into_iter().rev().find(|n| diagram.nodes[*n].area().contains(at)) {
+        if let Some(n) = near.into_iter().rev().find(|n| diagram.area(*n).contains(at)) {
             return Some(Hit::Node(n));
         }
         if let Some(note) = self.decoration(diagram, at, true) {
@@ -110,7 +110,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let near = Rect::from_center_size(at, Vec2::splat(2.0 * reach));
         let wires = self.grid.wires_in(near, diagram.wires.len());
         let away = |n: &usize| {
-            let points = path(diagram, *n, |_| Vec2::ZERO, 24);
+            let points = self.wire_path(diagram, *n, |_| Vec2::ZERO, 24);
             points.map_or(f32::INFINITY, |points| distance(&points, at))
         };
         let nearest = wires.iter().map(|n| (away(n), *n)).min_by(|a, b| a.0.total_cmp(&b.0));

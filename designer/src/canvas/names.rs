@@ -3,8 +3,10 @@
 use eframe::egui::accesskit::{Action, Rect as Bounds, Role};
 use eframe::egui::{self, Pos2, Rect, Vec2};
 
+use crate::canvas::curve::point_at;
 use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
+use crate::canvas::edges::path;
 use crate::canvas::state::Canvas;
 
 /// Side of the square around the middle of a port.
@@ -59,7 +61,7 @@ impl<Id: DiagramId> Canvas<Id> {
             if let [Some(from), Some(to)] = ends
                 && shown.intersects(Rect::from_two_pos(from, to).expand(1.0))
             {
-                let middle: Pos2 = self.to_window(from + (to - from) / 2.0);
+                let middle: Pos2 = self.to_window(self.name_point(diagram, n));
                 let area = Rect::from_center_size(middle, Vec2::splat(8.0));
                 describe(
                     ctx,
@@ -89,6 +91,18 @@ impl<Id: DiagramId> Canvas<Id> {
                 entry.set_role(Role::Note);
             });
         }
+    }
+}
+
+impl<Id: DiagramId> Canvas<Id> {
+    /// The point of a wire that is its alone: its middle, or in a bundle that of its first piece.
+    fn name_point(&self, diagram: &Diagram<Id>, wire: usize) -> Pos2 {
+        let still = |_| Vec2::ZERO;
+        let points = match self.closed_bundle(diagram, wire) {
+            Some(bundle) => diagram.bundled_path(bundle, wire, still, 24).map(|[out, ..]| out),
+            None => path(diagram, wire, still, 24),
+        };
+        point_at(&points.unwrap_or_default(), 0.5)
     }
 }
 

@@ -6,8 +6,9 @@ use eframe::egui::{Color32, Rect, Vec2};
 pub(super) const BAR_LINE: f32 = 14.0;
 /// Largest width of that text.
 pub(super) const BAR_TEXT: f32 = 220.0;
-/// Approximate width of a letter of it.
-const BAR_LETTER: f32 = 6.5;
+/// Approximate width of a letter of its first line, and of the others.
+const TITLE_LETTER: f32 = 7.4;
+const LINE_LETTER: f32 = 6.6;
 
 /// A block, a place, a transition.
 #[derive(Clone, Debug)]
@@ -205,12 +206,17 @@ impl<Id> DiagramNode<Id> {
         if self.shape != NodeShape::Bar {
             return self.rect;
         }
-        let texts = self.lines.iter().map(|line| line.text.as_str()).chain([self.title.as_str()]);
-        let longest = texts.map(|text| text.chars().count()).max().unwrap_or(0);
-        let width = (longest as f32 * BAR_LETTER).min(BAR_TEXT);
-        let height = BAR_LINE * (1 + self.lines.len()) as f32;
-        let top = self.rect.center_bottom() + Vec2::new(-width / 2.0, 3.0);
-        self.rect.union(Rect::from_min_size(top, Vec2::new(width, height)))
+        let size = self.text_size();
+        let top = self.rect.center_bottom() + Vec2::new(-size.x / 2.0, 3.0);
+        self.rect.union(Rect::from_min_size(top, size))
+    }
+
+    /// The size of the text of a bar, at most.
+    pub fn text_size(&self) -> Vec2 {
+        let width = |text: &str, letter: f32| text.chars().count() as f32 * letter;
+        let lines = self.lines.iter().map(|line| width(&line.text, LINE_LETTER));
+        let longest = lines.fold(width(&self.title, TITLE_LETTER), f32::max);
+        Vec2::new(longest.min(BAR_TEXT), BAR_LINE * (1 + self.lines.len()) as f32)
     }
 }
 

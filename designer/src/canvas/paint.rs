@@ -56,6 +56,7 @@ impl<Id: DiagramId> Canvas<Id> {
         for (n, decoration) in diagram.decorations.iter().enumerate().filter(|(_, d)| !d.is_note) {
             self.paint_decoration(&frame, n, decoration);
         }
+        self.reserve_bar_texts(&frame, shown);
         for wire in self.grid.wires_in(shown, diagram.wires.len()) {
             self.paint_wire(&frame, wire);
         }

@@ -1,7 +1,10 @@
 //! How a drawing is looked at: where, how large, what is selected, what is being dragged.
 
+use std::collections::HashMap;
+
 use eframe::egui::{self, Popup, Pos2, Rect, Sense, Stroke, StrokeKind};
 
+use crate::canvas::arrange::SHAPE;
 use crate::canvas::cells::CellIndex;
 use crate::canvas::diagram::Diagram;
 use crate::canvas::diagram::DiagramId;
@@ -44,8 +47,12 @@ pub struct Canvas<Id> {
     /// The area to fit into the window once its size is known.
     pub(super) fit: Option<FitTarget>,
     pub(super) rect: Rect,
-    /// Where texts of wires have been painted in this frame.
+    /// Where texts of bars and wires are painted in this frame.
     pub(super) labels: Vec<Rect>,
+    /// How many lines of the text of a bar are painted in this frame.
+    pub(super) bar_lines: HashMap<usize, usize>,
+    /// The links that are drawn one by one, because the pointer is at their bundle: its two ends.
+    pub(super) open_bundle: Option<(Id, Id)>,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Whether the whole drawing stays fitted into the window: until the user moves the view.
@@ -76,6 +83,8 @@ impl<Id: DiagramId> Canvas<Id> {
             fit: Some(FitTarget::Everything),
             rect: Rect::ZERO,
             labels: Vec::new(),
+            bar_lines: HashMap::new(),
+            open_bundle: None,
             wheel_turned: f64::NEG_INFINITY,
             stays_fitted: true,
             pointer: None,
@@ -110,6 +119,11 @@ impl<Id: DiagramId> Canvas<Id> {
     /// Where the canvas is in the window.
     pub fn rect(&self) -> Rect {
         self.rect
+    }
+
+    /// The width of the canvas to its height; before it is shown, that of most windows.
+    pub fn shape(&self) -> f32 {
+        if self.rect.is_positive() { self.rect.aspect_ratio() } else { SHAPE }
     }
 
     /// The point of the drawing under a point of the window.
@@ -188,6 +202,7 @@ impl<Id: DiagramId> Canvas<Id> {
         let pointer = response.hover_pos().or_else(|| response.interact_pointer_pos());
         let hovered =
             pointer.filter(|_| !in_map).and_then(|at| self.hit(diagram, self.to_drawing(at)));
+        self.open_hovered_bundle(diagram, pointer.filter(|_| !in_map), hovered);
         if !in_map {
             self.handle_pointer(ui, diagram, rules, &response, hovered, &mut events);
         }

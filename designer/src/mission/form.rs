@@ -250,7 +250,7 @@ pub fn wrong(ui: &mut egui::Ui, why: &str) {
 }
 
 fn not_understood(ui: &mut egui::Ui, text: &str) {
-    wrong(ui, &format!("`{}` is not understood", crate::text::short(text, 60)));
+    wrong(ui, &format!("not understood: {}", crate::text::short(text, 60)));
 }
 
 /// A row of a form: a name and what is edited.
@@ -313,7 +313,7 @@ pub fn is_guard(text: &str) -> Result<(), String> {
         Ok(_) => Ok(()),
         Err(error) => {
             let place = text.get(error.at.clone()).filter(|place| !place.trim().is_empty());
-            let place = place.map_or_else(|| "at its end".to_owned(), |at| format!("at `{at}`"));
+            let place = place.map_or_else(|| "at its end".to_owned(), |at| format!("at {at}"));
             Err(format!("{place}: {}; {}", error.message, error.remedy))
         }
     }
@@ -364,7 +364,7 @@ mod tests {
         assert!(is_date("2026-11-21T14:30Z").is_ok() && is_date("tomorrow").is_err());
         assert!(is_guard("battery < 30%").is_ok() && is_guard("").is_ok());
         let why = is_guard("battery < ) 3").unwrap_err();
-        assert!(why.starts_with("at `)`"), "{why}");
+        assert!(why.starts_with("at )"), "{why}");
         assert!(is_check("always home").is_ok() && is_check("often home").is_err());
     }
 }

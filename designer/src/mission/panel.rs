@@ -69,6 +69,6 @@ fn findings(
     }
     section(ui, "Findings");
     for finding in found {
-        show_finding(ui, finding, requests);
+        show_finding(ui, finding, shown.project, requests);
     }
 }

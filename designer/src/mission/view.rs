@@ -38,6 +38,7 @@ impl MissionView {
             match request {
                 PanelRequest::Show(item) => workspace.shown = Some(item),
                 PanelRequest::Play(trace) => self.play_trace(&trace, workspace),
+                PanelRequest::Apply(offer) => workspace.apply_offer(&offer),
             }
         }
     }

@@ -2,6 +2,8 @@
 
 use armor_robotfile::{Code, Finding, Reading};
 
+use crate::window_words::in_window_words;
+
 /// What is malformed in the reading `after` and was not in the one `before`.
 pub(super) fn find_added_fault(before: &Reading, after: &Reading) -> Option<String> {
     let count = |reading: &Reading, fault: &Finding| {
@@ -13,6 +15,6 @@ pub(super) fn find_added_fault(before: &Reading, after: &Reading) -> Option<Stri
     let added = faults.find(|fault| count(after, fault) > count(before, fault))?;
     match added.remedy.is_empty() {
         true => Some(added.message.to_string()),
-        false => Some(format!("{}: {}", added.message, added.remedy)),
+        false => Some(format!("{}: {}", added.message, in_window_words(&added.remedy))),
     }
 }

@@ -361,7 +361,7 @@ fn place(
     let links: Vec<_> = wires.iter().map(|wire| (wire.from.node, wire.to.node)).collect();
     let sizes: Vec<_> = nodes.iter().map(|node| node.rect.size()).collect();
     let wanted: Vec<_> = unplaced.iter().copied().collect();
-    let positions = arrange::arrange(&sizes, &links, &wanted);
+    let positions = arrange::arrange(&sizes, &links, &wanted, arrange::SHAPE);
     let corner =
         bounds.map_or(Pos2::new(40.0, 40.0), |bounds| Pos2::new(bounds.min.x, bounds.max.y + 60.0));
     for (n, at) in wanted.into_iter().zip(positions) {

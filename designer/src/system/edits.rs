@@ -156,13 +156,13 @@ pub fn place(documents: &mut Documents, places: &[(Item, Pos2)]) -> Result<(), R
 }
 
 /// Gives the places of nodes that are arranged again: all, or those given. The middle of what is
-/// arranged stays where it is.
-pub fn arrange_all(diagram: &Diagram<Item>, only: &[usize]) -> Vec<(Item, Pos2)> {
+/// arranged stays where it is. `shape` is the width of the window to its height.
+pub fn arrange_all(diagram: &Diagram<Item>, only: &[usize], shape: f32) -> Vec<(Item, Pos2)> {
     let all: Vec<usize> = (0..diagram.nodes.len()).collect();
     let wanted = if only.len() > 1 { only } else { &all };
     let sizes: Vec<_> = diagram.nodes.iter().map(|node| node.rect.size()).collect();
     let links: Vec<_> = diagram.wires.iter().map(|wire| (wire.from.node, wire.to.node)).collect();
-    let positions = arrange::arrange(&sizes, &links, wanted);
+    let positions = arrange::arrange(&sizes, &links, wanted, shape);
     let old = wanted.iter().map(|n| diagram.nodes[*n].rect).reduce(Rect::union);
     let corner = old.map_or(Pos2::new(40.0, 40.0), |old| crate::canvas::snapped(old.min));
     let places = wanted.iter().zip(positions);

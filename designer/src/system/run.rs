@@ -198,7 +198,7 @@ impl SystemView {
         let diagram = &self.drawing.diagram;
         let selected = self.pane.selected().into_iter();
         let only: Vec<_> = selected.filter_map(|item| diagram.node(item)).collect();
-        let places = edits::arrange_all(diagram, &only);
+        let places = edits::arrange_all(diagram, &only, self.pane.canvas.shape());
         self.pane.place("arrange", &places, workspace);
         if only.len() < 2 {
             self.pane.canvas.fit_everything();

@@ -127,6 +127,26 @@ fn view_parameters() -> Vec<ParameterManifest> {
     names.map(|name| parameter(name, ParameterType::Text, Some("1"))).to_vec()
 }
 
+/// A kind with so many parameters that they are grouped.
+pub fn station() -> Manifest {
+    let names = [
+        "laser_sigma",
+        "laser_range",
+        "laser_rate",
+        "gps_rate",
+        "gps_sigma",
+        "gps_wander",
+        "seed",
+        "start_x",
+        "start_y",
+        "mass",
+        "width",
+        "height",
+    ];
+    let parameters = names.map(|name| parameter(name, ParameterType::Text, Some("1"))).to_vec();
+    kind("station", vec![], vec![], parameters)
+}
+
 /// The same as the designer knows them.
 pub fn kinds() -> Kinds {
     Kinds::of(manifests(), "stock")

@@ -1,8 +1,9 @@
 //! Parameters and other properties: each change of a field is one step.
 
+use armor_designer::Kinds;
 use eframe::egui::{Key, Modifiers};
 
-use crate::ui::Window;
+use crate::ui::{Window, bench_kinds};
 
 const EYE: &str = r#"<armor version="1">
   <system name="bench">
@@ -167,6 +168,7 @@ fn what_a_component_may_use_of_the_host_is_edited() {
         ("component nice", "5", r#"nice="5""#),
         ("component realtime", "10", r#"realtime="10""#),
         ("component cpus", "0 2-3", r#"cpus="0 2-3""#),
+        ("component cpu", "150%", r#"cpu="150%""#),
         ("component memory", "512MiB", r#"memory="512MiB""#),
     ] {
         window.fill(field, text);
@@ -209,4 +211,33 @@ fn parameters_are_filtered_by_words_and_by_whether_they_are_changed() {
     assert!(window.has("4 parameters are hidden"));
     window.click("component eye");
     assert!(window.has("parameter device"), "few parameters are not filtered");
+}
+
+#[test]
+fn many_parameters_are_grouped_by_the_first_word_of_their_names() {
+    let text = EYE.replace(
+        "</system>",
+        r#"<component name="base" kind="station"><parameter name="gps_rate" value="5"/></component></system>"#,
+    );
+    let mut window = Window::open_as(Some(&text), |_, start| {
+        let kinds = bench_kinds::manifests().into_iter().chain([bench_kinds::station()]);
+        start.kinds = Some(Kinds::of(kinds, "stock"));
+    });
+    window.click("component base");
+    assert!(window.has("laser (3)") && window.has("gps (3, 1 changed)"));
+    assert!(window.has("parameter start_x"), "two of a word are no group");
+    assert!(window.has("parameter gps_sigma"), "what is changed is open");
+    assert!(!window.has("parameter laser_range"), "what has its defaults is folded");
+    window.click("laser (3)");
+    window.harness.run_steps(20);
+    window.fill("parameter laser_range", "7");
+    assert!(window.text().contains(r#"name="laser_range" value="7""#), "{}", window.text());
+    window.click("changed only");
+    assert!(window.has("laser (1, 1 changed)") && window.has("gps (1, 1 changed)"));
+    assert!(window.has("10 parameters are hidden"));
+    window.click("changed only");
+    window.click("filter of parameters");
+    window.write("sigma");
+    assert!(window.has("parameter laser_sigma") && window.has("parameter gps_sigma"));
+    assert!(!window.has("parameter seed") && !window.has("parameter laser_rate"));
 }

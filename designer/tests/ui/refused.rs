@@ -57,7 +57,7 @@ fn it_stays_in_its_field_with_the_reason_and_never_reaches_the_file() {
         (late, "timeout", "-5s", "is not between 0s"),
         (late, "timeout", "1e300s", "is not between 0s"),
         (late, "timeout", "9m", ""),
-        (late, "guard", "round < ) 3", "at `)`"),
+        (late, "guard", "round < ) 3", "at )"),
         (late, "priority", "high", "a whole number from"),
         (late, "not after this date", "2030", ""),
         (late, "sets round to", "round +", ""),

@@ -100,7 +100,7 @@ fn act(project: &mut Project, act: &Act) -> Result<(), Refused> {
             system::place(d, &places)
         }),
         Act::Arrange => {
-            let places = system::arrange_all(&drawing.diagram, &[]);
+            let places = system::arrange_all(&drawing.diagram, &[], 1.6);
             project.edit("arrange", |d| system::place(d, &places))
         }
         Act::Align(how) => {

@@ -120,7 +120,7 @@ fn a_word_that_is_none_of_the_choices_is_reported() {
     let mut window = Window::open(Some(&text));
     window.click("view: Mission");
     window.click("transition asks");
-    assert!(window.has("! `ask` is not understood"));
+    assert!(window.has("! not understood: ask"));
     window.click("who decides");
     window.click("the robot");
     assert!(!window.text().contains("autonomy"), "{}", window.text());

@@ -7,6 +7,7 @@ use crate::plan::{Plan, PlanNames};
 use crate::planned::{ComponentId, PlannedComponent, PlannedPlace, PlannedTransition};
 use armor_petri::{NetBuilder, PlaceId, TransitionId};
 use armor_robotfile::guard::{Count, Guard, Name};
+use armor_robotfile::list_scopes;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -156,23 +157,24 @@ impl PlanBuilder {
     /// # Errors
     /// The name of a variable that there is not.
     pub fn guard(&mut self, transition: &str, guard: Guard) -> Result<PlannedGuard, Name> {
-        let mission = mission_of(transition);
         let mut operands = Vec::new();
         for name in guard.names() {
             operands.push(match name.data() {
                 Some(data) => Operand::Field(self.watch(data, &name.fields())),
-                None => {
-                    let named = |variable: &PlannedVariable| {
-                        variable.name.strip_prefix(mission) == Some(name.as_str())
-                    };
-                    match self.variables.iter().position(named) {
-                        Some(variable) => Operand::Variable(variable),
-                        None => Operand::Counter(self.counter_named(mission, name)?),
-                    }
-                }
+                None => self.variable_named(transition, name)?,
             });
         }
         Ok(PlannedGuard { guard, operands })
+    }
+
+    fn variable_named(&self, transition: &str, name: &Name) -> Result<Operand, Name> {
+        let operand = |mission: &str| {
+            let is_it = |full: &str| full.strip_prefix(mission) == Some(name.as_str());
+            let variable = self.variables.iter().position(|it| is_it(&it.name));
+            let counter = || self.counters.iter().position(|it| is_it(&it.name));
+            variable.map(Operand::Variable).or_else(|| counter().map(Operand::Counter))
+        };
+        list_scopes(transition).find_map(operand).ok_or_else(|| name.clone())
     }
 
     /// For each watch, the transitions whose guards look at it.
@@ -201,16 +203,17 @@ impl PlanBuilder {
     /// # Errors
     /// The name of a counter that there is not.
     pub fn set(&self, transition: &str, counter: usize, value: Count) -> Result<PlannedSet, Name> {
-        let mission = mission_of(transition);
         let operands: Result<_, _> =
-            value.names().iter().map(|name| self.counter_named(mission, name)).collect();
+            value.names().iter().map(|name| self.counter_named(transition, name)).collect();
         Ok(PlannedSet { counter, operands: operands?, value })
     }
 
-    fn counter_named(&self, mission: &str, name: &Name) -> Result<usize, Name> {
-        let named =
-            |counter: &PlannedCounter| counter.name.strip_prefix(mission) == Some(name.as_str());
-        self.counters.iter().position(named).ok_or_else(|| name.clone())
+    fn counter_named(&self, transition: &str, name: &Name) -> Result<usize, Name> {
+        let counter = |mission: &str| {
+            let is_it = |full: &str| full.strip_prefix(mission) == Some(name.as_str());
+            self.counters.iter().position(|it| is_it(&it.name))
+        };
+        list_scopes(transition).find_map(counter).ok_or_else(|| name.clone())
     }
 
     /// For each counter, the transitions whose guards look at it.
@@ -228,9 +231,4 @@ impl PlanBuilder {
         }
         readers
     }
-}
-
-/// What the names of a transition's mission begin with.
-fn mission_of(transition: &str) -> &str {
-    transition.rfind('.').map_or("", |dot| &transition[..=dot])
 }

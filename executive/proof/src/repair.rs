@@ -244,7 +244,8 @@ fn explained(mut faults: Vec<Finding>, found: &[FileEdit]) -> Finding {
         }
         finding.trace = finding.trace.take().or(fault.trace);
     }
-    finding.remedy(remedy_of(found))
+    let offered = found.iter().filter_map(FileEdit::offered);
+    finding.remedy(remedy_of(found)).offer(offered)
 }
 
 fn remedy_of(found: &[FileEdit]) -> String {

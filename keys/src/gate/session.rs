@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use armor_wire::acting::Preface;
 use armor_wire::frame::{self, FrameKind};
-use armor_wire::gate::{GateReply, GateRequest};
-use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::gate::{GateReply, GateRequest, HostExamination};
+use armor_wire::hello::{Refusal, RefusalCode, VERSION};
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::remote_process::RemoteStart;
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, copy_bidirectional_with_sizes};
@@ -43,6 +43,7 @@ impl Gate {
         let process = match &client.request {
             GateRequest::Watch => "the gate",
             GateRequest::Clock => "the clock",
+            GateRequest::Examine => "the examination",
             GateRequest::Connect { address, .. } => address,
             GateRequest::Run { start } => &start.component,
         };
@@ -59,12 +60,48 @@ impl Gate {
                 }
                 GateRequest::Run { start } => self.run(client, place, start, address).await,
                 GateRequest::Clock => answer_time(client).await,
+                GateRequest::Examine => self.examine_host(client, place, address).await,
             },
             Err(text) => {
                 self.log_once(address.ip(), &text);
                 let refusal = Refusal::new(RefusalCode::Limit, text);
                 refuse(&mut client.stream, refusal).await;
             }
+        }
+    }
+
+    /// Answers with what is found of this host.
+    async fn examine_host(&self, client: Client, mut place: SessionPlace, address: SocketAddr) {
+        let Client { mut stream, facts, .. } = client;
+        if facts.role().is_some() {
+            let text = format!("only a host may examine this one, not {}", facts.holder.name);
+            self.log_once(address.ip(), &text);
+            return refuse(&mut stream, Refusal::new(RefusalCode::Role, text)).await;
+        }
+        let examine = async {
+            let _one_at_a_time = self.examining.lock().await;
+            let examiner = Arc::clone(&self.examiner);
+            tokio::task::spawn_blocking(move || examiner()).await
+        };
+        let examined = tokio::select! {
+            _ = place.ended() => return,
+            examined = examine => examined,
+        };
+        let findings = match examined {
+            Ok(findings) => findings,
+            Err(error) => {
+                return refuse(&mut stream, Refusal::new(RefusalCode::Limit, error.to_string()))
+                    .await;
+            }
+        };
+        let examination = HostExamination {
+            release: env!("CARGO_PKG_VERSION").into(),
+            protocol: VERSION,
+            key_ends_s: self.keys.facts().not_after_s,
+            findings,
+        };
+        if write_control(&mut stream, &GateReply::Examined { examination }).await.is_ok() {
+            let _ = stream.shutdown().await;
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ use clap::Args;
 
 use super::serving::serve_until_signal;
 use crate::arguments::{OutputFormat, default_registry, parse_pair};
+use crate::doctor::examine_own_host;
 use crate::keys_cli::KeysDirectory;
 use crate::run::descriptors;
 use crate::verb::Verb;
@@ -75,7 +77,14 @@ impl Verb for GateArguments {
         let reach = SystemReach::new(self.registry, keys.host_name())
             .with_hosts(self.list_components(), Arc::clone(&routes));
         let (listen, reach) = (self.listen, Arc::new(reach));
-        let options = GateOptions { listen, keys, reach, runs: None, limits };
+        let options = GateOptions {
+            listen,
+            keys,
+            reach,
+            runs: None,
+            examiner: Arc::new(|| examine_own_host(&own_folder(), &[])),
+            limits,
+        };
         let ending = serve_until_signal(async {
             if !is_alone {
                 let (listener, _) = listen_for_processes(self.router)
@@ -93,6 +102,11 @@ impl Verb for GateArguments {
         })?;
         Ok(ending.into())
     }
+}
+
+/// The folder into which the system writes, or would.
+fn own_folder() -> PathBuf {
+    std::env::var_os("ARMOR_OUT").unwrap_or_else(|| "out".into()).into()
 }
 
 impl GateArguments {

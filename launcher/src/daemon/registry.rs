@@ -23,6 +23,7 @@ impl Verb for RegistryArguments {
         armor_sdk::log::init();
         let options = armor_registry::RegistryOptions {
             listen: self.listen,
+            secret: armor_socket::own_secret(),
             ..armor_registry::RegistryOptions::default()
         };
         let ending = serve_until_signal(async {

@@ -1,8 +1,11 @@
 //! What the facts about a host mean for a system, and what to do.
 
+use std::borrow::Cow;
+
 use super::host::{HostFacts, ProcessLimit};
 use super::network::LoopbackFault;
 use crate::run::control_group::GroupObstacle;
+use armor_wire::hello::VERSION;
 
 /// Descriptors of a system of 100 components, measured as about 5 each in the launcher, and as many
 /// links in a component with many.
@@ -38,6 +41,14 @@ pub enum HostCondition {
 }
 
 impl HostCondition {
+    /// All of them.
+    const ALL: [Self; 4] = [Self::Good, Self::Note, Self::Warning, Self::Fault];
+
+    /// Returns the one of this name; a note for one that is not known.
+    pub fn named(name: &str) -> Self {
+        Self::ALL.into_iter().find(|one| one.as_str() == name).unwrap_or(Self::Note)
+    }
+
     /// Its name, for people and programs.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -52,8 +63,10 @@ impl HostCondition {
 /// What was found about one subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnosis {
+    /// The other host that has found it of itself; none for what was found here.
+    pub host: Option<String>,
     /// What it is about, in one or two words.
-    pub subject: &'static str,
+    pub subject: Cow<'static, str>,
     /// How it is.
     pub condition: HostCondition,
     /// What was found.
@@ -63,17 +76,20 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    fn good(subject: &'static str, found: impl Into<String>) -> Self {
-        Self { subject, condition: HostCondition::Good, found: found.into(), remedy: String::new() }
+    /// One that needs no remedy.
+    pub fn good(subject: impl Into<Cow<'static, str>>, found: impl Into<String>) -> Self {
+        Self::new(subject, HostCondition::Good, found, "")
     }
 
-    fn new(
-        subject: &'static str,
+    /// One of this host.
+    pub fn new(
+        subject: impl Into<Cow<'static, str>>,
         condition: HostCondition,
         found: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        Self { subject, condition, found: found.into(), remedy: remedy.into() }
+        let (subject, found, remedy) = (subject.into(), found.into(), remedy.into());
+        Self { host: None, subject, condition, found, remedy }
     }
 }
 
@@ -83,7 +99,7 @@ pub fn diagnose(facts: &HostFacts) -> Vec<Diagnosis> {
         Diagnosis::good(
             "versions",
             format!(
-                "armor {}, {}, {}",
+                "armor {}, protocol {VERSION}, {}, {}",
                 env!("CARGO_PKG_VERSION"),
                 facts.kernel,
                 count_cores(facts.cores)
@@ -98,10 +114,11 @@ pub fn diagnose(facts: &HostFacts) -> Vec<Diagnosis> {
         diagnose_disk(facts),
         diagnose_send_buffer(facts.send_buffer),
         diagnose_watches(facts.watches),
-        diagnose_shared_memory(facts.free_shared_memory),
+        diagnose_shared_memory(facts.shared_memory.as_deref()),
         diagnose_clock(facts.clock_doubts.as_deref()),
         diagnose_realtime(facts.realtime),
         diagnose_control_group(facts.control_group),
+        diagnose_cpu_shares(facts.control_group.is_none() && facts.has_cpu_controller),
         diagnose_display(facts.has_display),
     ];
     all.extend(diagnose_components(facts));
@@ -259,11 +276,17 @@ fn diagnose_watches(watches: Option<(u64, u64)>) -> Diagnosis {
     Diagnosis::new(SUBJECT, HostCondition::Warning, found, remedy)
 }
 
-fn diagnose_shared_memory(free: Option<u64>) -> Diagnosis {
+fn diagnose_shared_memory(obstacle: Option<&str>) -> Diagnosis {
     const SUBJECT: &str = "shared memory";
-    match free {
-        None => Diagnosis::new(SUBJECT, HostCondition::Note, "/dev/shm is not there", ""),
-        Some(free) => Diagnosis::good(SUBJECT, format!("{} free in /dev/shm", format_bytes(free))),
+    match obstacle {
+        None => Diagnosis::good(SUBJECT, "links of large messages can share memory (memfd)"),
+        Some(obstacle) => Diagnosis::new(
+            SUBJECT,
+            HostCondition::Note,
+            format!("processes cannot share memory: {obstacle}"),
+            "large messages go through sockets, which costs more time; allow memfd_create and its \
+             seals in the sandbox, and a file size (`ulimit -f`) of 64 MiB and more",
+        ),
     }
 }
 
@@ -289,6 +312,21 @@ fn diagnose_realtime((current, _): ProcessLimit) -> Diagnosis {
         Some(priority) => Diagnosis::good(SUBJECT, format!("priorities up to {priority}")),
         None => Diagnosis::good(SUBJECT, "all priorities"),
     }
+}
+
+fn diagnose_cpu_shares(can_be_kept: bool) -> Diagnosis {
+    const SUBJECT: &str = "cpu shares";
+    if can_be_kept {
+        return Diagnosis::good(SUBJECT, "the file may limit the processor time of a component");
+    }
+    Diagnosis::new(
+        SUBJECT,
+        HostCondition::Note,
+        "the processor time of a component cannot be limited: no control group with the controller \
+         `cpu` can be divided",
+        "needed only by components with `cpu` in the file: `systemd-run --user --scope -p \
+         Delegate=yes armor run …`, or `Delegate=yes` in the service of systemd",
+    )
 }
 
 fn diagnose_control_group(obstacle: Option<GroupObstacle>) -> Diagnosis {
@@ -374,12 +412,13 @@ mod tests {
             out: PathBuf::from("/data/out"),
             is_out_writable: true,
             free_disk: Some(20 << 30),
-            free_shared_memory: Some(1 << 30),
+            shared_memory: None,
             registry_ports: (101, 101),
             loopback: None,
             name: ("robot".to_owned(), true),
             clock_doubts: None,
             control_group: None,
+            has_cpu_controller: true,
             kinds: 11,
             component_findings: Vec::new(),
             has_display: true,
@@ -401,7 +440,7 @@ mod tests {
     #[test]
     fn everything_that_is_wrong_has_a_remedy() {
         type Change = fn(&mut HostFacts);
-        let cases: [(&str, HostCondition, Change); 16] = [
+        let cases: [(&str, HostCondition, Change); 18] = [
             ("memory", HostCondition::Warning, |it| it.free_memory = Some(100 << 20)),
             ("descriptors", HostCondition::Fault, |it| it.descriptors = (Some(64), Some(64))),
             ("descriptors", HostCondition::Warning, |it| it.descriptors = (Some(256), Some(512))),
@@ -417,6 +456,10 @@ mod tests {
             ("disk", HostCondition::Warning, |it| it.free_disk = Some(200 << 20)),
             ("send buffers", HostCondition::Note, |it| it.send_buffer = Some(212_992)),
             ("file watches", HostCondition::Warning, |it| it.watches = Some((65536, 1))),
+            ("shared memory", HostCondition::Note, |it| {
+                it.shared_memory = Some("not permitted".into());
+            }),
+            ("cpu shares", HostCondition::Note, |it| it.has_cpu_controller = false),
             ("clock", HostCondition::Note, |it| {
                 it.clock_doubts = Some("chronyc is missing".into());
             }),

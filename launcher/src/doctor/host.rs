@@ -10,14 +10,19 @@ use std::time::Duration;
 use anyhow::Result;
 use armor_robotfile::Finding;
 use armor_wire::registry::DEFAULT_PORT;
-use rustix::fs::{Access, access, statvfs};
+use rustix::fs::{
+    Access, MemfdFlags, SealFlags, access, fcntl_add_seals, ftruncate, memfd_create, statvfs,
+};
 use rustix::process::{Resource, Rlimit, getrlimit};
 
 use super::network::{self, LoopbackFault};
 use crate::kinds::Catalogue;
 use crate::run::control_group::{ControlGroup, GroupObstacle};
+use crate::run::cpu_share;
 use crate::run::port::LAST_PORT;
 
+/// Bytes of shared memory that are tried: the longest message.
+const SHARED_LEN: u64 = 64 << 20;
 /// Longest wait for the resolver.
 const RESOLVE_WITHIN: Duration = Duration::from_secs(3);
 
@@ -47,8 +52,8 @@ pub struct HostFacts {
     pub is_out_writable: bool,
     /// Free bytes there.
     pub free_disk: Option<u64>,
-    /// Free bytes of shared memory.
-    pub free_shared_memory: Option<u64>,
+    /// Why processes cannot share memory, if they cannot.
+    pub shared_memory: Option<String>,
     /// Ports for a registry that are free, of all.
     pub registry_ports: (usize, usize),
     /// What keeps processes of this host from reaching each other.
@@ -59,6 +64,8 @@ pub struct HostFacts {
     pub clock_doubts: Option<String>,
     /// Why a run has no control groups, if it has none.
     pub control_group: Option<GroupObstacle>,
+    /// Whether this process's control group has the controller of the processors' time.
+    pub has_cpu_controller: bool,
     /// Kinds of components, and what is wrong with the component directories.
     pub kinds: usize,
     /// What is wrong with them.
@@ -102,18 +109,26 @@ impl HostFacts {
                 && access(&existing, Access::WRITE_OK | Access::EXEC_OK).is_ok(),
             free_disk: read_free_space(&existing),
             out: existing,
-            free_shared_memory: read_free_space(Path::new("/dev/shm")),
+            shared_memory: try_shared_memory().err().map(|error| error.to_string()),
             registry_ports: count_free_ports(),
             loopback: network::find_loopback_fault(),
             name: (name, is_resolved),
             clock_doubts: armor_executive::clock_doubts(),
             control_group: ControlGroup::make().err(),
+            has_cpu_controller: cpu_share::has_controller(),
             kinds: catalogue.kinds.len(),
             component_findings: catalogue.findings(None),
             has_display,
             kernel,
         })
     }
+}
+
+/// Makes memory of the size that a link of large messages may need, as such a link does.
+fn try_shared_memory() -> rustix::io::Result<()> {
+    let file = memfd_create("armor-doctor", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
+    ftruncate(&file, SHARED_LEN)?;
+    fcntl_add_seals(&file, SealFlags::SHRINK)
 }
 
 /// Returns the path itself, or the nearest folder above it that exists.

@@ -1,17 +1,31 @@
 //! Whether this host reaches the agents of the other hosts that a file names: by dialling them, as
 //! `armor run` does, with the key of this host.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::time::UNIX_EPOCH;
 
 use anyhow::{Context, Result};
-use armor_keys::HostKeys;
 use armor_keys::connect::{GateClient, GateError};
-use armor_keys::expiry::{describe_notice, find_notice, now_s};
-use armor_robotfile::model::Host;
+use armor_keys::expiry::{format_date, now_s};
+use armor_keys::{CertificateFacts, HostKeys};
 use armor_wire::clock::ClockSample;
+use armor_wire::gate::HostExamination;
 use armor_wire::remote_process::HostAddress;
 
 use super::diagnosis::{Diagnosis, HostCondition};
+use super::examination::{judge_examination, judge_key};
+
+/// The list of revoked keys, in the folder of the host's key.
+const REVOKED: &str = "revoked";
+
+/// A host to examine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExaminedHost {
+    /// Its name, as in its key.
+    pub name: String,
+    /// Where its agent or gate may listen.
+    pub addresses: Vec<String>,
+}
 
 /// What was found of a host.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +34,8 @@ struct DialledHost {
     own: String,
     /// The clock found at each of its addresses.
     answers: Vec<(String, Result<ClockSample, GateError>)>,
+    /// What it finds of itself; none if no address answers.
+    examination: Option<Result<HostExamination, GateError>>,
 }
 
 /// Clocks that are further apart, in seconds, do not follow the same time service.
@@ -29,13 +45,12 @@ const CLOCK_TOLERANCE_S: f64 = 0.1;
 ///
 /// # Errors
 /// If no event loop can be started.
-pub fn examine_hosts(hosts: &[Host], keys: &Path) -> Result<Vec<Diagnosis>> {
+pub fn examine_hosts(hosts: &[ExaminedHost], keys: &Path) -> Result<Vec<Diagnosis>> {
     let own = match HostKeys::read(keys) {
         Ok(keys) => keys,
         Err(error) => return Ok(vec![refuse_keys(error.to_string())]),
     };
-    let facts = own.facts();
-    let mut found = vec![judge_key(&facts.holder.name, facts.not_after_s, keys.to_owned())];
+    let mut found = vec![judge_own_key(&own.facts(), keys, now_s())];
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.context("the event loop cannot be started")?;
     let dialled = runtime.block_on(async {
@@ -46,22 +61,37 @@ pub fn examine_hosts(hosts: &[Host], keys: &Path) -> Result<Vec<Diagnosis>> {
         }
         dialled
     });
-    found.extend(dialled.iter().filter_map(judge_clock));
-    found.extend(dialled.into_iter().map(judge_host));
+    for host in dialled {
+        found.extend(judge_clock(&host));
+        let examination = host.examination.clone();
+        let name = host.host.clone();
+        found.push(judge_host(host));
+        found.extend(
+            examination.map(|it| judge_examination(&name, it, now_s())).unwrap_or_default(),
+        );
+    }
     runtime.shutdown_background();
     Ok(found)
 }
 
-/// Dials all addresses of a host, since a run may need each of them.
-fn dial(host: &Host, keys: &HostKeys) -> impl Future<Output = DialledHost> + Send + 'static {
-    let (host, addresses) = (host.name.value.clone(), host.addresses.value.clone());
+/// Dials all addresses of a host, since a run may need each of them, and has it examine itself.
+fn dial(
+    host: &ExaminedHost,
+    keys: &HostKeys,
+) -> impl Future<Output = DialledHost> + Send + 'static {
+    let ExaminedHost { name: host, addresses } = host.clone();
+    let keys = keys.clone();
     let own = keys.host_name().to_owned();
+    let client = |addresses: &[String]| {
+        let gate = HostAddress { host: host.clone(), addresses: addresses.to_vec() };
+        GateClient::of_host(&gate, keys.clone())
+    };
     let dial_one = |address: &String| {
-        let gate = HostAddress { host: host.clone(), addresses: vec![address.clone()] };
-        let client = GateClient::of_host(&gate, keys.clone());
+        let client = client(std::slice::from_ref(address));
         tokio::spawn(async move { client.compare_clocks().await })
     };
     let dials: Vec<_> = addresses.iter().map(dial_one).collect();
+    let any = client(&addresses);
     async move {
         let mut answers = Vec::new();
         for (address, dial) in addresses.into_iter().zip(dials) {
@@ -69,32 +99,36 @@ fn dial(host: &Host, keys: &HostKeys) -> impl Future<Output = DialledHost> + Sen
                 answers.push((address, answer));
             }
         }
-        DialledHost { host, own, answers }
+        let examination = match answers.iter().any(|(_, answer)| answer.is_ok()) {
+            true => Some(any.examine_host().await),
+            false => None,
+        };
+        DialledHost { host, own, answers, examination }
     }
 }
 
 fn refuse_keys(found: String) -> Diagnosis {
     let remedy = "armor keys add NAME --role host, where the authority is; copy the key and the list \
                   `revoked` into a folder of its own, and name it with --keys (docs/hosts.md)";
-    let condition = HostCondition::Fault;
-    Diagnosis { subject: "key", condition, found, remedy: remedy.into() }
+    Diagnosis::new("key", HostCondition::Fault, found, remedy)
 }
 
-fn judge_key(name: &str, not_after_s: i64, folder: PathBuf) -> Diagnosis {
-    let now_s = now_s();
-    let notice =
-        find_notice(not_after_s, now_s).and_then(|_| describe_notice(name, not_after_s, now_s));
-    let (condition, found, remedy) = match notice {
-        Some(notice) => {
-            let remedy = format!("armor keys renew {name}, where the authority is");
-            (HostCondition::Warning, notice, remedy)
-        }
-        None => {
-            let found = format!("this is the host {name}, by its key in {}", folder.display());
-            (HostCondition::Good, found, String::new())
-        }
-    };
-    Diagnosis { subject: "key", condition, found, remedy }
+/// Judges the key of this host, and the list of revoked keys next to it.
+fn judge_own_key(facts: &CertificateFacts, folder: &Path, now_s: i64) -> Diagnosis {
+    let name = &facts.holder.name;
+    let changed = std::fs::metadata(folder.join(REVOKED)).and_then(|it| it.modified()).ok();
+    let changed = changed.and_then(|it| it.duration_since(UNIX_EPOCH).ok());
+    let list = changed.map(|it| i64::try_from(it.as_secs()).unwrap_or_default());
+    let list = list.map_or_else(String::new, |changed_s| {
+        format!("; its list of revoked keys is of {}", format_date(changed_s))
+    });
+    let found = format!(
+        "this is the host {name}, by its key in {}, of {}, valid until {}{list}",
+        folder.display(),
+        format_date(facts.not_before_s),
+        format_date(facts.not_after_s),
+    );
+    judge_key(name, facts.not_after_s, now_s, found)
 }
 
 /// Judges how far the clock of the host is from that of this one, by the quickest answer.
@@ -117,11 +151,11 @@ fn judge_clock(dialled: &DialledHost) -> Option<Diagnosis> {
     } else {
         (HostCondition::Good, String::new())
     };
-    Some(Diagnosis { subject: "clock", condition, found, remedy })
+    Some(Diagnosis::new("clock", condition, found, remedy))
 }
 
 fn judge_host(dialled: DialledHost) -> Diagnosis {
-    let DialledHost { host, own, answers } = dialled;
+    let DialledHost { host, own, answers, .. } = dialled;
     let mut good = Vec::new();
     let mut failures = Vec::new();
     let mut is_refused = false;
@@ -169,7 +203,7 @@ fn judge_host(dialled: DialledHost) -> Diagnosis {
              closes the port"
         ),
     };
-    Diagnosis { subject: "host", condition, found, remedy }
+    Diagnosis::new("host", condition, found, remedy)
 }
 
 #[cfg(test)]
@@ -179,7 +213,7 @@ mod tests {
     fn dialled(answers: &[Result<ClockSample, GateError>]) -> DialledHost {
         let addresses = ["arm.local:7410", "10.0.0.2:7410"].map(str::to_owned);
         let answers = addresses.into_iter().zip(answers.iter().cloned()).collect();
-        DialledHost { host: "arm".into(), own: "robot".into(), answers }
+        DialledHost { host: "arm".into(), own: "robot".into(), answers, examination: None }
     }
 
     fn judge(answers: &[Result<ClockSample, GateError>]) -> Diagnosis {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role, RunState};
+use armor_wire::run_key::NameKey;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until, timeout_at};
 
@@ -27,6 +28,8 @@ const FROM: &str = "agent";
 pub(super) trait FreezableProcess: Send + Sync + 'static {
     /// Where it listens; not known before another host has connected to it.
     fn port(&self) -> Option<u16>;
+    /// Its key, if the launcher has given it one.
+    fn key(&self) -> Option<NameKey>;
     /// Whether it runs.
     fn is_alive(&self) -> bool;
     /// Whether an executive activates and freezes it.
@@ -111,7 +114,7 @@ pub(super) async fn freeze_while_cut_off(process: Arc<impl FreezableProcess>, la
 
 async fn keep_frozen(process: &impl FreezableProcess, launcher: &str) -> Result<(), String> {
     let port = process.port().ok_or("it has not registered yet")?;
-    let (connection, mut events) = connect(port).await?;
+    let (connection, mut events) = connect(port, process.key()).await?;
     let mut freezing = Freezing::default();
     let mut deadline = Instant::now();
     let mut is_replaced = false;
@@ -182,7 +185,7 @@ async fn activate_again(
 ) -> Result<(), String> {
     let (connection, mut events) = match open {
         Some(open) => open,
-        None => connect(port).await?,
+        None => connect(port, process.key()).await?,
     };
     send(&connection, &Command::Activate { activation, parameters: Vec::new() })?;
     let until = Instant::now() + STARTS_WITHIN;
@@ -196,13 +199,16 @@ async fn activate_again(
 }
 
 /// Connects to the component that listens on a port of this host.
-async fn connect(port: u16) -> Result<(ControlConnection, mpsc::Receiver<ControlEvent>), String> {
+async fn connect(
+    port: u16,
+    key: Option<NameKey>,
+) -> Result<(ControlConnection, mpsc::Receiver<ControlEvent>), String> {
     let (sender, events) = mpsc::channel(MAX_EVENTS);
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port)).to_string();
     let connecting = tokio::task::spawn_blocking(move || {
         // Waits where nothing is read: the component is not slowed down by a second of that.
         let sink = move |event| drop(sender.blocking_send(event));
-        ControlConnection::connect_to(&address, Role::Executive, FROM, sink)
+        ControlConnection::connect_to(&address, key, Role::Executive, FROM, sink)
     });
     let connection = connecting.await.map_err(|error| error.to_string())?;
     Ok((connection.map_err(|error| error.to_string())?, events))

@@ -8,11 +8,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use armor_keys::connect::now_us;
+use armor_socket::run_keys::{KEY_VARIABLE, read_key};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::{
     CutOff, OutputStream, ProcessEnd, ProcessResources, REGISTRY_PORT, RemoteEvent, RemoteOrder,
     RemoteStart, VariableSetting,
 };
+use armor_wire::run_key::NameKey;
 use parking_lot::Mutex;
 use tokio::io::{AsyncRead, AsyncReadExt};
 use tokio::process::{Child, Command};
@@ -348,6 +350,11 @@ impl AgentProcess {
 }
 
 impl FreezableProcess for AgentProcess {
+    fn key(&self) -> Option<NameKey> {
+        let set = self.start.settings.iter().find(|setting| setting.name == KEY_VARIABLE)?;
+        read_key(&set.value, &self.key.component)
+    }
+
     fn port(&self) -> Option<u16> {
         self.state.lock().port
     }
@@ -428,10 +435,14 @@ fn read_resources(wanted: &ProcessResources) -> Result<GuardedResources, String>
         nice: wanted.nice,
         realtime: wanted.realtime,
         cpus: wanted.cpus.iter().map(|cpu| *cpu as usize).collect(),
+        cpu_permille: wanted.cpu_permille,
         memory: wanted.memory,
     };
-    let obstacle =
-        resources.refuse_nice().or_else(|| resources.refuse_realtime()).or(resources.refuse_cpus());
+    let obstacle = resources
+        .refuse_nice()
+        .or_else(|| resources.refuse_realtime())
+        .or_else(|| resources.refuse_cpus())
+        .or_else(|| resources.refuse_cpu());
     obstacle.map_or(Ok(resources), Err)
 }
 

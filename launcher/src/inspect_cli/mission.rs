@@ -2,6 +2,7 @@
 //! journal of a mission.
 
 pub mod arguments;
+mod expand;
 pub(super) mod file;
 mod firing;
 mod journal;
@@ -59,6 +60,7 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
         MissionCommand::Journal { action: None, path, journal, running } => {
             return journal::print(path.or(journal).as_deref(), &running, format);
         }
+        MissionCommand::Expand { file } => return expand::print_expanded(&file),
         MissionCommand::Replay(arguments) => return replay::run(&arguments, format),
         MissionCommand::Operate(by) => return orders::operate(&by, format),
         MissionCommand::Fire { transition, by } => (by, Order::Fire { transition }),

@@ -14,7 +14,7 @@ use crate::arguments::{OutputFormat, RunningSystem};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, flatten_text, print_line, terminal_width};
 use crate::verb::Verb;
-use armor_inspect::run_control::{AbsentComponent, AbsentState, HostLink, HostReport};
+use armor_inspect::run_control::{AbsentComponent, AbsentState, HostReport};
 use armor_inspect::words::{describe_call, format_duration, format_short_time};
 use armor_inspect::{CONFIGD, HANGING_CALL_S, Sighting};
 
@@ -102,7 +102,7 @@ fn print_processes(
         let table = Table::new(&headings, rows).dispensable(&["CLOCK", "CALLS", "UPTIME"]);
         let mut text = table.format(terminal_width()).trim_end().to_owned();
         for report in &hosts {
-            text += &format!("\nhost {}", flatten_text(&describe_host(report)));
+            text += &format!("\nhost {}", flatten_text(&report.describe()));
         }
         print_line(text)
     })
@@ -121,15 +121,7 @@ fn explain_cut(mut row: Vec<String>, hosts: &[HostReport], host: Option<&String>
 
 /// Why a component on this host cannot be reached, if the host is cut off.
 fn describe_cut(hosts: &[HostReport], host: &str) -> Option<String> {
-    let report = hosts.iter().find(|report| report.host == host)?;
-    let is_cut = report.link == HostLink::CutOff;
-    is_cut.then(|| format!("{host} is {}", report.describe_link()))
-}
-
-/// A line about another host: whether it is connected, and its clock.
-fn describe_host(report: &HostReport) -> String {
-    let clock = report.describe_clock().map(|clock| format!("; {clock}")).unwrap_or_default();
-    format!("{}: {}{clock}", report.host, report.describe_link())
+    hosts.iter().find(|report| report.host == host)?.describe_cut()
 }
 
 fn has_several_hosts(sightings: &[Sighting]) -> bool {
@@ -238,6 +230,8 @@ fn json_of(sighting: &Sighting, of_file: Option<&str>) -> serde_json::Value {
 
 #[cfg(test)]
 mod tests {
+    use armor_inspect::run_control::HostLink;
+
     use super::*;
 
     #[test]
@@ -251,11 +245,6 @@ mod tests {
             clock_error_s: Some(0.001),
         };
         let reports = [report(HostLink::CutOff)];
-        let line = describe_host(&reports[0]);
-        assert!(
-            line.starts_with("arm: cut off for 3.0 s (it has fallen silent); its clock"),
-            "{line}"
-        );
         let why = describe_cut(&reports, "arm");
         assert_eq!(why.as_deref(), Some("arm is cut off for 3.0 s (it has fallen silent)"));
         assert_eq!(describe_cut(&reports, "robot"), None);

@@ -15,6 +15,7 @@ use armor_wire::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use tracing::debug;
 
+use super::modules::ModulesIdentity;
 use super::probe::{ProbeProblem, find_interpreter};
 
 /// Set to anything, nothing is remembered.
@@ -41,6 +42,9 @@ pub struct Identity {
     /// Of a script, what runs it now: another Python may lack what it imports.
     #[serde(default)]
     interpreter: Option<String>,
+    /// Of a script of Python, the modules next to it, which it may import.
+    #[serde(default)]
+    modules: Option<ModulesIdentity>,
 }
 
 impl Identity {
@@ -48,20 +52,24 @@ impl Identity {
     pub fn of(path: &Path) -> io::Result<Self> {
         let metadata = fs::metadata(path)?;
         let ns = |s: i64, ns: i64| i128::from(s) * 1_000_000_000 + i128::from(ns);
+        let interpreter = find_interpreter(path);
+        let is_python = interpreter.as_ref().is_some_and(|it| it.contains("python"));
         Ok(Self {
             len: metadata.len(),
             device: metadata.dev(),
             inode: metadata.ino(),
             modified_ns: ns(metadata.mtime(), metadata.mtime_nsec()),
             changed_ns: ns(metadata.ctime(), metadata.ctime_nsec()),
-            interpreter: find_interpreter(path),
+            modules: is_python.then(|| ModulesIdentity::of_script(path)),
+            interpreter,
         })
     }
 
     /// Waits until a further change of the file would show in its times.
     pub fn wait_until_settled(&self) {
         let now_ns = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |now| now.as_nanos());
-        let age_ns = i128::try_from(now_ns).unwrap_or(i128::MAX).saturating_sub(self.changed_ns);
+        let changed_ns = self.modules.as_ref().map_or(0, |it| it.changed_ns).max(self.changed_ns);
+        let age_ns = i128::try_from(now_ns).unwrap_or(i128::MAX).saturating_sub(changed_ns);
         // A time in the future is another clock's, and nothing to wait for.
         if let Ok(age_ns) = u64::try_from(age_ns)
             && let Some(left) = TICK.checked_sub(Duration::from_nanos(age_ns))

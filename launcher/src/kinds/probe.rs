@@ -172,9 +172,24 @@ fn read_answer(path: &Path, child: &mut Child, deadline: Instant) -> Result<Vec<
     if let Some(module) = find_missing_module(&last_words) {
         return Err(lacks_module(path, module, &how));
     }
-    let last_words = Some(last_words).filter(|line| !line.is_empty());
+    let place = find_python_place(&complaint, path);
+    let last_words = Some(place + &last_words).filter(|line| !line.is_empty());
     let last_words = last_words.map(|line| format!(": {line}")).unwrap_or_default();
     Err(no_manifest(format!("--describe ended with {how}{last_words}")))
+}
+
+/// The file and line of Python that an exception is at, as `file:line: `: the last ones of the traceback
+/// that are in the folder of the script. Empty if there is none.
+fn find_python_place(complaint: &[u8], script: &Path) -> String {
+    let text = String::from_utf8_lossy(complaint);
+    let folder = script.parent().unwrap_or(script);
+    let mut places = text.lines().filter_map(|line| {
+        let (file, rest) = line.trim().strip_prefix("File \"")?.split_once("\", line ")?;
+        let line = rest.split(',').next()?.trim();
+        line.parse::<u32>().ok().filter(|_| Path::new(file).starts_with(folder))?;
+        Some(format!("{}:{line}: ", shown_line(file)))
+    });
+    places.next_back().unwrap_or_default()
 }
 
 /// The name of the module that a script of Python could not import.
@@ -362,6 +377,24 @@ fn find_foreign_output(text: &str) -> Option<ProbeProblem> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_place_of_an_exception_is_the_last_one_in_the_folder_of_the_script() {
+        let script = Path::new("/robot/components/arm.py");
+        let place = |text: &str| find_python_place(text.as_bytes(), script);
+        let syntax =
+            "  File \"/robot/components/arm.py\", line 7\n    def x(\nSyntaxError: '(' ...";
+        assert_eq!(place(syntax), "/robot/components/arm.py:7: ");
+        let raised = "Traceback (most recent call last):\n\
+                      \x20 File \"/robot/components/arm.py\", line 3, in <module>\n\
+                      \x20 File \"/robot/components/grip/hand.py\", line 12, in close\n\
+                      \x20 File \"/usr/lib/python3/json/__init__.py\", line 346, in loads\nValueError: x";
+        assert_eq!(place(raised), "/robot/components/grip/hand.py:12: ");
+        for other in ["", "error: no port", "  File \"/usr/lib/a.py\", line 3, in f\nKeyError: 'x'"]
+        {
+            assert_eq!(place(other), "", "{other}");
+        }
+    }
 
     #[test]
     fn a_panic_is_shown_by_its_own_lines() {

@@ -32,8 +32,10 @@ stock! {
     armor_board::Board,
     armor_camera::Camera,
     armor_carmen_player::CarmenPlayer,
+    armor_chart::Chart,
     armor_driver::Driver,
     armor_explorer::Explorer,
+    armor_fence::Fence,
     armor_grid_slam::GridSlam,
     armor_homing::Homing,
     armor_map_writer::MapWriter,
@@ -51,7 +53,7 @@ mod tests {
     /// Programs of their own: one brings a window, the other serves a program that few robots need.
     const SEPARATE: [&str; 2] = ["foxglove", "operator-view"];
     /// What components share.
-    const SHARED: [&str; 2] = ["convert", "grid"];
+    const SHARED: [&str; 4] = ["convert", "grid", "map-file", "zones"];
 
     #[test]
     fn the_folders_and_the_readme_of_the_components_list_them_all() {

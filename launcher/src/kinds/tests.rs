@@ -199,6 +199,32 @@ fn an_executable_is_asked_once_until_it_is_another_one() {
 }
 
 #[test]
+fn a_script_of_python_is_asked_again_when_a_module_next_to_it_changes() {
+    let scratch = ScratchFolder::new("cached-modules");
+    // The interpreter of the #! line decides; this one is a shell.
+    let interpreter = scratch.path().join("bin/python3");
+    std::fs::create_dir_all(scratch.path().join("bin")).expect("writable");
+    std::os::unix::fs::symlink("/bin/sh", &interpreter).expect("writable");
+    let path = scratch.path().join("c/arm");
+    let module = scratch.path().join("c/parts/hand.py");
+    std::fs::create_dir_all(module.parent().expect("a folder")).expect("writable");
+    let write_module = |kind: &str| {
+        std::fs::write(&module, format!("echo '{}'", manifest(kind))).expect("writable");
+    };
+    write_module("one");
+    script(&path, &format!("#!{}\n. '{}'", interpreter.display(), module.display()));
+    let kinds = || gathered(&scratch, &[scratch.path().join("c")], &[]).kinds;
+    assert!(kinds().contains_key("one"));
+    write_module("two");
+    assert!(kinds().contains_key("two"), "{:?}", kinds().keys());
+    // Another module that appears counts, too.
+    std::fs::write(scratch.path().join("c/parts/finger.py"), "").expect("writable");
+    let identity = Identity::of(&path).expect("it exists");
+    std::fs::remove_file(scratch.path().join("c/parts/finger.py")).expect("it exists");
+    assert_ne!(Identity::of(&path).expect("it exists"), identity);
+}
+
+#[test]
 fn a_damaged_or_unwritable_cache_only_costs_time() {
     let scratch = ScratchFolder::new("damaged");
     counting(&scratch, "one");

@@ -80,6 +80,7 @@ const TAKEN: &[&str] = &[
     "multiprocessing",
     "nonlocal",
     "not",
+    "none",
     "numbers",
     "numpy",
     "operator",
@@ -188,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_name_that_would_hide_a_module_of_python_is_taken() {
-        assert!(is_taken("random") && is_taken("class"));
+        assert!(is_taken("random") && is_taken("class") && is_taken("none"));
         assert!(!is_taken("wall-follower"));
     }
 }

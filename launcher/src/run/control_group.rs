@@ -14,6 +14,8 @@ use std::time::Duration;
 use rustix::fs::{Access, access};
 use rustix::process::geteuid;
 
+use super::cpu_share;
+
 /// What the names of all groups of runs begin with; the launcher's process id follows.
 const PREFIX: &str = "armor-";
 /// How many names are tried: another launcher may remove a new group before it is locked.
@@ -82,6 +84,8 @@ impl ControlGroup {
     /// If the kernel refuses it, such as at its limit of groups.
     pub fn make_for(&self, process: &str) -> io::Result<ProcessControlGroup> {
         let path = self.path.join(process);
+        // Limits of a process need the controller in the group of the run.
+        cpu_share::pass_on(&self.path);
         match fs::create_dir(&path) {
             Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
             _ => Ok(ProcessControlGroup(path)),
@@ -163,10 +167,11 @@ pub fn kill_left_groups() -> usize {
     killed
 }
 
-/// Finds the group of this process.
-fn find_own() -> Result<PathBuf, GroupObstacle> {
+/// Finds the group of this process that can be divided.
+pub fn find_own() -> Result<PathBuf, GroupObstacle> {
     let read = |path| fs::read_to_string(path).unwrap_or_default();
     let own = locate_own(&read("/proc/self/mountinfo"), &read("/proc/self/cgroup"));
+    let own = own.map(cpu_share::leave_leaf);
     let own = own.filter(|own| own.join("cgroup.procs").exists());
     let own = own.ok_or(GroupObstacle::NotMounted)?;
     // A process moves only between groups whose common one its user may write.

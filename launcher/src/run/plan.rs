@@ -13,7 +13,8 @@ use armor_robotfile::{Configuration, advise_similar};
 use armor_sdk::messages::Progress;
 use armor_wire::Message;
 use armor_wire::name::is_name;
-use armor_wire::remote_process::{ProcessResources, RemoteStart};
+use armor_wire::remote_process::{ProcessResources, RemoteStart, VariableSetting};
+use armor_wire::run_key::RunSecret;
 
 use super::arguments::RunArguments;
 use super::environment::select_variables;
@@ -28,6 +29,7 @@ use crate::kinds::build::{find_build, fingerprint_manifest};
 use crate::kinds::{Catalogue, ComponentKind, Origin};
 use crate::playback_cli::played::{PLAYBACK_CLOCK, PlayedRecording};
 use armor_socket::GROUP_VARIABLE;
+use armor_socket::run_keys::{KEY_VARIABLE, format_key, format_secret};
 
 /// The launcher's own name in the log.
 pub const LAUNCHER: &str = "launcher";
@@ -242,6 +244,33 @@ impl ProcessPlan {
         }
     }
 
+    /// Gives every process its key: the secret itself to what serves or commands the whole system.
+    pub fn set_keys(&mut self, secret: RunSecret) {
+        for (duty, start) in self.duties.iter().zip(&mut self.starts) {
+            let key = match duty.role {
+                // It takes part under the names of the components that it plays.
+                ChildRole::Component if duty.name == PLAYBACK => Some(format_secret(secret)),
+                ChildRole::Component => Some(format_key(&duty.name, secret)),
+                ChildRole::Registry | ChildRole::Configd | ChildRole::Executive => {
+                    Some(format_secret(secret))
+                }
+                ChildRole::Gate => None,
+            };
+            match start {
+                PlannedStart::Here(start) => {
+                    // That of the shell is of another run.
+                    start.environment.retain(|(known, _)| known != KEY_VARIABLE);
+                    start.environment.extend(key.map(|key| (KEY_VARIABLE.into(), key.into())));
+                }
+                PlannedStart::Remote(plan) => {
+                    let name = KEY_VARIABLE.to_owned();
+                    let key = key.map(|value| VariableSetting { name, value });
+                    plan.start.settings.extend(key);
+                }
+            }
+        }
+    }
+
     /// Returns the names of all processes that write to the log.
     pub fn names(&self) -> Vec<&str> {
         [LAUNCHER].into_iter().chain(self.duties.iter().map(|duty| duty.name.as_str())).collect()
@@ -336,7 +365,7 @@ impl ProcessPlan {
             plan.start.executable_len = std::fs::metadata(path).map_or(0, |it| it.len());
             plan.executable = Some(path.clone());
         }
-        let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+        let ResourceLimits { nice, realtime, cpus, cpu, memory } = &component.resources;
         plan.start = RemoteStart {
             component: name.clone(),
             kind: component.kind.value.clone(),
@@ -351,6 +380,7 @@ impl ProcessPlan {
                     .flat_map(|it| &it.value)
                     .filter_map(|it| (*it).try_into().ok())
                     .collect(),
+                cpu_permille: cpu.as_ref().map(|cpu| cpu.value.permille),
                 memory: memory.as_ref().map(|memory| memory.value),
             },
             ..plan.start
@@ -422,17 +452,19 @@ fn find_kind<'a>(component: &Component, catalogue: &'a Catalogue) -> Result<&'a 
 /// # Errors
 /// If the host or the user cannot grant it.
 fn find_resources(component: &Component) -> Result<GuardedResources> {
-    let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+    let ResourceLimits { nice, realtime, cpus, cpu, memory } = &component.resources;
     let resources = GuardedResources {
         nice: nice.as_ref().map(|nice| nice.value),
         realtime: realtime.as_ref().map(|priority| priority.value),
         cpus: cpus.iter().flat_map(|cpus| cpus.value.iter().copied()).collect(),
+        cpu_permille: cpu.as_ref().map(|cpu| cpu.value.permille),
         memory: memory.as_ref().map(|memory| memory.value),
     };
     let obstacles = [
         (nice.as_ref().map(|nice| &nice.at), resources.refuse_nice()),
         (realtime.as_ref().map(|priority| &priority.at), resources.refuse_realtime()),
         (cpus.as_ref().map(|cpus| &cpus.at), resources.refuse_cpus()),
+        (cpu.as_ref().map(|cpu| &cpu.at), resources.refuse_cpu()),
     ];
     for obstacle in obstacles {
         if let (Some(at), Some(why)) = obstacle {

@@ -95,7 +95,8 @@ struct Launcher {
     inputs: mpsc::Sender<LauncherInput>,
     /// Failed starts, which the supervisor gets after the current actions.
     failed: VecDeque<SupervisorEvent>,
-    watching: bool,
+    /// The registry, once it was started.
+    directory: Option<Directory>,
     watches_gate: bool,
     /// A shortage of descriptors was reported.
     is_short: bool,
@@ -130,7 +131,7 @@ pub async fn supervise(
         given_up: GivenUpReports::default(),
         inputs: sender,
         failed: VecDeque::new(),
-        watching: false,
+        directory: None,
         watches_gate: false,
         is_short: false,
         log: log.clone(),
@@ -150,6 +151,8 @@ pub async fn supervise(
     let mut event = Some(SupervisorEvent::Tick);
     loop {
         let mut actions = Vec::new();
+        // Two hundred components beat four hundred times a second; a beat starts and ends none.
+        let is_beat = matches!(event, Some(SupervisorEvent::Heard(..)));
         if let Some(event) = event.take() {
             let now = log.elapsed();
             for id in supervisor.list_overdue(now) {
@@ -167,6 +170,9 @@ pub async fn supervise(
         if let Some(verdict) = launcher.perform_actions(actions) {
             launcher.group_killers.dismiss();
             return Ok(verdict);
+        }
+        if let Some(directory) = launcher.directory.as_ref().filter(|_| !is_beat) {
+            directory.reserve_names(supervisor.list_owed());
         }
         launcher.replace_group_killers();
         if let Some(failed) = launcher.failed.pop_front() {
@@ -286,8 +292,7 @@ impl Launcher {
                     self.watches_gate = true;
                     self.watch_gate();
                 }
-                if self.plan.duties[id].role == ChildRole::Registry && !self.watching {
-                    self.watching = true;
+                if self.plan.duties[id].role == ChildRole::Registry && self.directory.is_none() {
                     self.watch_registry();
                 }
             }
@@ -346,9 +351,11 @@ impl Launcher {
     }
 
     /// Watches the registry for processes that appear and go.
-    fn watch_registry(&self) {
+    fn watch_registry(&mut self) {
         let name = format!("{LAUNCHER}-{}", std::process::id());
-        let changes = Directory::observer(&self.plan.registry.to_string(), &name).watch_changes();
+        let directory = Directory::observer(&self.plan.registry.to_string(), &name);
+        let changes = directory.watch_changes();
+        self.directory = Some(directory);
         let inputs = self.inputs.clone();
         tokio::task::spawn_blocking(move || {
             while let Ok(change) = changes.recv() {

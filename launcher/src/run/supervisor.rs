@@ -150,6 +150,12 @@ impl Supervisor {
         absent.take(MAX_LISTED).collect()
     }
 
+    /// Returns the components that run, or are started without another order.
+    pub fn list_owed(&self) -> Vec<String> {
+        let owed = self.children.iter().filter(|child| child.duty.role == ChildRole::Component);
+        owed.filter(|child| child.is_owed()).map(|child| child.duty.name.clone()).collect()
+    }
+
     /// Returns the starts and ends of a component's processes.
     pub fn describe_history(&self, id: ChildId) -> ComponentHistory {
         let child = &self.children[id];
@@ -280,7 +286,7 @@ impl Supervisor {
         match (&self.stage, request) {
             (RunStage::Running, StopRequest::Interrupt) => self.stop(RunVerdict::Interrupted),
             (RunStage::Running, StopRequest::TimeUp) => {
-                let failed = self.failed_components();
+                let failed = self.failing_components();
                 self.stop(RunVerdict::TimeUp { failed });
             }
             (RunStage::Running, StopRequest::Ordered) => {
@@ -388,6 +394,15 @@ impl Supervisor {
 
     fn has_mission(&self) -> bool {
         self.children.iter().any(|child| child.duty.role == ChildRole::Executive)
+    }
+
+    /// As [`failed_components`](Self::failed_components), with those that have died and have not been
+    /// ready since: the time is over before they are given up, as it may be after a slow start.
+    fn failing_components(&self) -> Vec<String> {
+        let mut names = self.failed_components();
+        let failing = self.children.iter().filter(|child| child.is_failing());
+        names.extend(failing.map(|child| child.duty.name.clone()));
+        names
     }
 
     fn failed_components(&self) -> Vec<String> {

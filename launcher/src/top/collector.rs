@@ -11,6 +11,7 @@ use armor_sdk::control::Status;
 use armor_socket::host_name;
 use armor_wire::registry::ComponentEntry;
 
+use super::known_rows::KnownRows;
 use super::launcher_link::LauncherLink;
 use super::poller::{PolledSystem, StatusPoller};
 use super::process_usage::{ProcessUsage, UsageTable};
@@ -34,6 +35,7 @@ pub struct Collector {
     launcher: LauncherLink,
     usage: UsageTable,
     rates: RateTable,
+    known_rows: KnownRows,
     lost_since: Option<Instant>,
 }
 
@@ -68,6 +70,7 @@ impl Collector {
             launcher,
             usage: UsageTable::default(),
             rates: RateTable::default(),
+            known_rows: KnownRows::default(),
             lost_since: None,
         })
     }
@@ -101,6 +104,9 @@ impl Collector {
             |it: &&AbsentComponent| components.iter().all(|row| row.name != it.component);
         let without: Vec<_> = absent.iter().filter(is_shown).map(describe_absent).collect();
         components.extend(without);
+        // Without its registry the system has probably ended, and the launcher with it.
+        let hosts = if is_found { self.launcher.hosts() } else { Vec::new() };
+        self.known_rows.mark_cut_off(&mut components, &hosts, Instant::now());
         self.usage.keep(|pid| components.iter().any(|row| row.pid == Some(pid)));
         let is_present = |name: &str, instance: u64| {
             polled.entries.iter().any(|entry| entry.name == name && entry.instance == instance)
@@ -112,6 +118,7 @@ impl Collector {
             is_found,
             components,
             links: if is_found { polled.links } else { Vec::new() },
+            hosts,
             mission: self.describe_mission(is_found),
         }
     }

@@ -6,7 +6,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::{Cell, Paragraph, Row, Table, TableState};
 
-use super::snapshot::{HOST_CELL, ProcessRow, SortKey};
+use super::snapshot::{CUT_OFF, HOST_CELL, ProcessRow, SortKey};
 use super::view::{ShownTable, TopView};
 
 /// A column of the components: its cell, the width that it needs, and how important it is; the least
@@ -39,13 +39,18 @@ const COLUMNS: [Column; 10] = [
     column(HOST_CELL, 10, 8),
 ];
 
+/// Most lines about other hosts; the components need the rest.
+const MAX_HOST_LINES: usize = 8;
+
 /// Draws the whole.
 pub fn draw(frame: &mut Frame<'_>, view: &TopView) {
-    let [head, table, last] =
-        Layout::vertical([Constraint::Length(2), Constraint::Min(0), Constraint::Length(1)])
-            .areas(frame.area());
-    let lines = [view.snapshot.describe_system(), view.snapshot.describe_mission()];
-    frame.render_widget(Paragraph::new(lines.map(Line::from).to_vec()), head);
+    let mut lines = vec![view.snapshot.describe_system(), view.snapshot.describe_mission()];
+    lines.extend(view.snapshot.describe_hosts().into_iter().take(MAX_HOST_LINES));
+    let head_height = u16::try_from(lines.len()).unwrap_or(u16::MAX);
+    let heights = [Constraint::Length(head_height), Constraint::Min(0), Constraint::Length(1)];
+    let [head, table, last] = Layout::vertical(heights).areas(frame.area());
+    let lines: Vec<_> = lines.into_iter().map(Line::from).collect();
+    frame.render_widget(Paragraph::new(lines), head);
     match view.shows {
         ShownTable::Components => draw_components(frame, view, table),
         ShownTable::Links => draw_links(frame, view, table),
@@ -110,7 +115,7 @@ fn align(cell: usize, text: String) -> Cell<'static> {
 fn style_of(row: &ProcessRow) -> Style {
     let color = match row.state.as_str() {
         "failed" | "given up" => Color::Red,
-        "suspected" | "starting" | "stopped" => Color::Yellow,
+        "suspected" | "starting" | "stopped" | CUT_OFF => Color::Yellow,
         _ if row.losses > 0 => Color::Yellow,
         _ => Color::Reset,
     };
@@ -160,7 +165,9 @@ mod tests {
     use ratatui::backend::TestBackend;
     use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-    use super::super::snapshot::tests::{row, snapshot};
+    use armor_inspect::run_control::HostLink;
+
+    use super::super::snapshot::tests::{report, row, snapshot};
     use super::*;
 
     fn drawn(view: &TopView, width: u16, height: u16) -> Vec<String> {
@@ -210,6 +217,17 @@ mod tests {
         let lines = drawn(&view, 100, 24);
         assert!(lines[2].ends_with("HOST"), "{}", lines[2]);
         assert!(lines[22].starts_with("part-099"), "{lines:#?}");
+    }
+
+    #[test]
+    fn a_host_that_is_cut_off_has_a_line_and_its_components_are_marked() {
+        let mut view = view();
+        view.snapshot.hosts = vec![report("arm", HostLink::CutOff)];
+        (view.snapshot.components[0].host, view.snapshot.components[0].state) =
+            ("arm".into(), CUT_OFF.into());
+        let lines = drawn(&view, 100, 24);
+        assert_eq!(lines[2], "host arm: cut off for 3.0 s (it has fallen silent)");
+        assert!(lines[4].contains("cut off") && lines[4].ends_with("arm"), "{lines:#?}");
     }
 
     #[test]

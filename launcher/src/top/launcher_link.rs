@@ -1,12 +1,12 @@
 //! What the launcher of the system reports and does: the components whose processes do not run, the
-//! number of starts, and requests to stop or restart one. On threads of its own, since it may be busy.
+//! other hosts, the number of starts, and requests to stop or restart one. On threads of its own, since it may be busy.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use armor_inspect::run_control::{self, AbsentComponent, RunRequest};
+use armor_inspect::run_control::{self, AbsentComponent, HostReport, RunRequest};
 use parking_lot::Mutex;
 
 use crate::arguments::RunningSystem;
@@ -24,6 +24,7 @@ pub struct LauncherLink {
 #[derive(Default)]
 struct LauncherReport {
     absent: Vec<AbsentComponent>,
+    hosts: Vec<HostReport>,
     /// The process start for which the number is to be known, or is known.
     wanted: HashMap<String, u64>,
     starts: HashMap<String, (u64, u32)>,
@@ -52,6 +53,11 @@ impl LauncherLink {
     /// Returns the components whose processes do not run.
     pub fn absent(&self) -> Vec<AbsentComponent> {
         self.shared.lock().absent.clone()
+    }
+
+    /// Returns the other hosts of the system.
+    pub fn hosts(&self) -> Vec<HostReport> {
+        self.shared.lock().hosts.clone()
     }
 
     /// Returns how many times a component was started again, up to this start of its process; none
@@ -89,12 +95,17 @@ impl LauncherLink {
 
 fn ask_launcher(running: &RunningSystem, shared: &Mutex<LauncherReport>) {
     let Ok(record) = system::find_record(running) else {
-        shared.lock().absent.clear();
+        let mut report = shared.lock();
+        report.absent.clear();
+        report.hosts.clear();
         return;
     };
     let reply = run_control::request(&record, &RunRequest::List);
-    let absent = reply.map(|reply| reply.absent).unwrap_or_default();
-    shared.lock().absent = absent;
+    let (absent, hosts) = reply.map(|reply| (reply.absent, reply.hosts)).unwrap_or_default();
+    {
+        let mut report = shared.lock();
+        (report.absent, report.hosts) = (absent, hosts);
+    }
     // Each process start is asked about once: two hundred questions a second would be a load.
     let due: Vec<(String, u64)> = {
         let report = shared.lock();

@@ -3,11 +3,15 @@
 use std::cmp::Ordering;
 
 use armor_inspect::ObservedLink;
+use armor_inspect::run_control::{HostLink, HostReport};
 use armor_inspect::words::{format_bytes, format_duration};
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::print::Table;
+use crate::print::{Table, flatten_text};
+
+/// The state of a row that shows what was known of a component before its host was cut off.
+pub const CUT_OFF: &str = HostLink::CutOff.word();
 
 /// What is known about a system now.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -20,6 +24,8 @@ pub struct TopSnapshot {
     pub is_found: bool,
     pub components: Vec<ProcessRow>,
     pub links: Vec<ObservedLink>,
+    /// The other hosts, as the launcher sees them; none if it cannot be asked.
+    pub hosts: Vec<HostReport>,
     pub mission: Option<MissionLine>,
 }
 
@@ -28,7 +34,7 @@ pub struct TopSnapshot {
 pub struct ProcessRow {
     pub name: String,
     pub kind: String,
-    /// What it does; why it does not run, if it does not.
+    /// What it does; why it does not run, if it does not; [`CUT_OFF`] if its host is.
     pub state: String,
     pub host: String,
     /// None if its process does not run.
@@ -155,8 +161,9 @@ impl TopSnapshot {
 
     /// Returns whether every component that runs has answered often enough for its rates.
     pub fn has_all_rates(&self) -> bool {
-        let has_rates =
-            |row: &ProcessRow| row.pid.is_none() || row.exec_hz.is_some() || row.state == "up";
+        let has_rates = |row: &ProcessRow| {
+            row.pid.is_none() || row.exec_hz.is_some() || row.state == "up" || row.state == CUT_OFF
+        };
         self.is_found && !self.components.is_empty() && self.components.iter().all(has_rates)
     }
 
@@ -164,12 +171,19 @@ impl TopSnapshot {
     pub fn has_several_hosts(&self) -> bool {
         let mut hosts = self.components.iter().map(|row| &row.host).filter(|host| !host.is_empty());
         let first = hosts.next();
-        hosts.any(|host| Some(host) != first)
+        !self.hosts.is_empty() || hosts.any(|host| Some(host) != first)
+    }
+
+    /// Returns a line for each other host.
+    pub fn describe_hosts(&self) -> Vec<String> {
+        let describe = |report: &HostReport| format!("host {}", flatten_text(&report.describe()));
+        self.hosts.iter().map(describe).collect()
     }
 
     /// Returns the line about the whole system.
     pub fn describe_system(&self) -> String {
-        let running = self.components.iter().filter(|row| row.pid.is_some()).count();
+        let is_running = |row: &&ProcessRow| row.pid.is_some() && row.state != CUT_OFF;
+        let running = self.components.iter().filter(is_running).count();
         let cpu: f64 = self.components.iter().filter_map(|row| row.cpu_percent).sum();
         let memory: u64 = self.components.iter().filter_map(|row| row.memory_bytes).sum();
         let losses: u64 = self.components.iter().map(|row| row.losses).sum();
@@ -213,7 +227,9 @@ impl TopSnapshot {
         }
         let table = Table::new(&table_headings, rows);
         let table = table.dispensable(&["THR", "RST", "EXEC/s", "OUTPUT/s"]).format(width);
-        format!("{}\n{}\n\n{table}", self.describe_system(), self.describe_mission())
+        let mut head = vec![self.describe_system(), self.describe_mission()];
+        head.extend(self.describe_hosts());
+        format!("{}\n\n{table}", head.join("\n"))
     }
 }
 
@@ -265,6 +281,18 @@ pub mod tests {
         }
     }
 
+    /// A host whose link has been so for three seconds.
+    pub fn report(host: &str, link: HostLink) -> HostReport {
+        HostReport {
+            host: host.into(),
+            link,
+            reason: "it has fallen silent".into(),
+            for_s: 3.0,
+            clock_offset_s: None,
+            clock_error_s: None,
+        }
+    }
+
     /// Three components and a mission.
     pub fn snapshot() -> TopSnapshot {
         TopSnapshot {
@@ -273,6 +301,7 @@ pub mod tests {
             is_found: true,
             components: vec![row("north", 1.5, 0), row("watcher", 20.25, 4), row("arm", 1.5, 9)],
             links: Vec::new(),
+            hosts: Vec::new(),
             mission: Some(MissionLine {
                 mission: "work".into(),
                 stage: "playing".into(),
@@ -313,6 +342,12 @@ pub mod tests {
         assert!(lines.iter().all(|line| line.len() <= 80), "{text}");
         shown.components[0].host = "arm".into();
         assert!(shown.format(None).contains("HOST"));
+        shown.hosts = vec![report("arm", HostLink::CutOff)];
+        shown.components[0].state = CUT_OFF.into();
+        let text = shown.format(None);
+        assert!(text.contains("\nhost arm: cut off for 3.0 s (it has fallen silent)\n"), "{text}");
+        assert!(text.starts_with("probes: 2 processes"), "{text}");
+        shown.hosts.clear();
         shown.mission = None;
         assert!(shown.format(None).contains("\nno mission\n"));
     }

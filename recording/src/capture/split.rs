@@ -8,6 +8,8 @@ use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
 use super::fault::RecorderError;
+use super::repeated_values::RepeatedValues;
+use crate::summary::BEGIN_KEY;
 use crate::taps::TappedMessage;
 use crate::writer::{Compression, RecordingWriter, WriteError};
 
@@ -52,6 +54,7 @@ pub(crate) struct SplitWriter {
     /// The files that are complete.
     finished: Vec<PathBuf>,
     finished_len: u64,
+    repeated: RepeatedValues,
     /// Messages that do not have the layout of their type.
     pub unreadable: u64,
     pub written: u64,
@@ -84,6 +87,7 @@ impl SplitWriter {
             present,
             finished: Vec::new(),
             finished_len: 0,
+            repeated: RepeatedValues::default(),
             unreadable: 0,
             written: 0,
         })
@@ -99,12 +103,13 @@ impl SplitWriter {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&mut self, message: &TappedMessage) -> Result<(), RecorderError> {
-        let writer = &mut self.present.writer;
-        let written = writer
-            .add_output(&message.data, &message.output_type)
-            .and_then(|output| writer.write(output, &message.head, &message.payload));
-        match written {
-            Ok(()) => self.written += 1,
+        match self.present.write(message) {
+            Ok(()) => {
+                self.written += 1;
+                if self.limits.can_split() {
+                    self.repeated.take(message);
+                }
+            }
             Err(error @ WriteError::File(_)) => return Err(self.present.fail(error)),
             Err(_) => self.unreadable += 1,
         }
@@ -131,17 +136,22 @@ impl SplitWriter {
         Ok(())
     }
 
-    /// Passes on what waits to the file, lets it be synced, and begins the next file if it is due.
+    /// Passes on what waits to the file, lets it be synced, and begins the next file if it is due:
+    /// at the system time `now_s`, with the values that hold then.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn flush(&mut self) -> Result<(), RecorderError> {
+    pub fn flush(&mut self, now_s: f64) -> Result<(), RecorderError> {
         self.present.flush()?;
         let is_long = self.limits.len.is_some_and(|most| self.present.len() >= most);
         let is_old = self.limits.time.is_some_and(|most| self.present.begun.elapsed() >= most);
         if is_long || is_old {
             let created = self.path.create_next(self.finished.len() + 1)?;
-            let next = PresentFile::create(created, &self.contents)?;
+            self.contents.about.insert(BEGIN_KEY.into(), now_s.to_string());
+            let mut next = PresentFile::create(created, &self.contents)?;
+            for message in self.repeated.messages() {
+                next.write(message).map_err(|error| next.fail(error))?;
+            }
             let last = std::mem::replace(&mut self.present, next);
             let (path, len) = last.finish()?;
             self.finished.push(path);
@@ -159,6 +169,12 @@ impl SplitWriter {
         let (path, last_len) = self.present.finish()?;
         files.push(path);
         Ok((files, len + last_len))
+    }
+}
+
+impl SplitLimits {
+    fn can_split(&self) -> bool {
+        self.len.is_some() || self.time.is_some()
     }
 }
 
@@ -208,6 +224,11 @@ impl PresentFile {
         writer.flush().map_err(fail)?;
         let syncs = BackgroundSyncs::start(file.try_clone().map_err(io_fail)?).map_err(io_fail)?;
         Ok(Self { path, file, writer, begun: Instant::now(), syncs })
+    }
+
+    fn write(&mut self, message: &TappedMessage) -> Result<(), WriteError> {
+        let output = self.writer.add_output(&message.data, &message.output_type)?;
+        self.writer.write(output, &message.head, &message.payload)
     }
 
     fn flush(&mut self) -> Result<(), RecorderError> {
@@ -279,7 +300,16 @@ fn number_path(path: &Path, number: usize) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use armor_sdk::messages::Number;
+    use armor_wire::codec;
+    use armor_wire::message::WireType;
+
     use super::*;
+    use crate::copy::{CopiedPart, copy_recordings};
+    use crate::head::MessageHead;
+    use crate::reader::Recording;
+    use crate::trail::{PARAMETERS, RecordedParameter};
+    use crate::writer::{OutputType, RecordingForm};
 
     #[test]
     fn further_files_have_numbers_before_the_extension() {
@@ -298,5 +328,69 @@ mod tests {
         assert_eq!(names, ["a.mcap", "a-2.mcap", "a-3.mcap"]);
         assert!(RecordingPath::New(path).create_next(0).is_err());
         assert_eq!(next.create_next(1).unwrap().0, folder.path().join("a-4.mcap"));
+    }
+
+    fn message(data: &str, latched: bool, sequence: u64, payload: Vec<u8>) -> TappedMessage {
+        let schema = match data {
+            PARAMETERS => RecordedParameter::schema(),
+            _ => Number::schema(),
+        };
+        let output_type = OutputType { name: data.into(), schema: schema.to_string(), latched };
+        let head = MessageHead { sequence, stamp_s: sequence as f64, instance: 1, lost: 0 };
+        TappedMessage { data: data.into(), output_type: output_type.into(), head, payload }
+    }
+
+    fn number(data: &str, latched: bool, sequence: u64) -> TappedMessage {
+        let payload = codec::encode(&Number { data: sequence as f64 }).unwrap();
+        message(data, latched, sequence, payload)
+    }
+
+    fn parameter(sequence: u64, name: &str, value: &str) -> TappedMessage {
+        let (parameter, value) = (name.to_owned(), value.to_owned());
+        let recorded = RecordedParameter { parameter, value, ..RecordedParameter::default() };
+        message(PARAMETERS, false, sequence, codec::encode(&recorded).unwrap())
+    }
+
+    fn sequences(path: &Path) -> Vec<(String, u64)> {
+        let mut recording = Recording::open(path).unwrap();
+        let messages = std::iter::from_fn(|| recording.next_message().unwrap());
+        messages.map(|message| (message.data, message.head.sequence)).collect()
+    }
+
+    #[test]
+    fn each_file_begins_with_the_values_that_hold_and_together_they_have_each_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = RecordingPath::New(folder.path().join("a.mcap"));
+        let compression = Compression::None;
+        let contents = FileContents { about: BTreeMap::new(), files: Vec::new(), compression };
+        let limits = SplitLimits { len: Some(1), time: None };
+        let mut writer = SplitWriter::begin(path, contents, limits).unwrap();
+        for message in [
+            parameter(0, "speed", "1"),
+            parameter(1, "turn", "2"),
+            number("a.map", true, 2),
+            number("a.map", true, 3),
+            number("a.pose", false, 4),
+            parameter(5, "speed", "3"),
+        ] {
+            writer.write(&message).unwrap();
+        }
+        writer.flush(6.0).unwrap();
+        writer.write(&number("a.pose", false, 7)).unwrap();
+        let (files, _) = writer.finish().unwrap();
+        let [first, second] = &files[..] else { panic!("{files:?}") };
+        let named = |it: &[(&str, u64)]| -> Vec<(String, u64)> {
+            it.iter().map(|(data, sequence)| ((*data).to_owned(), *sequence)).collect()
+        };
+        let repeated = [(PARAMETERS, 1), ("a.map", 3), (PARAMETERS, 5), ("a.pose", 7)];
+        assert_eq!(sequences(second), named(&repeated));
+        assert_eq!(Recording::open(second).unwrap().summary().begin_s(), Some(6.0));
+
+        let sink = File::create(folder.path().join("all.mcap")).unwrap();
+        let (paths, all) = ([first.as_path(), second.as_path()], CopiedPart::default());
+        copy_recordings(&paths, &all, sink, compression, RecordingForm::Armor).unwrap();
+        let mut each = sequences(first);
+        each.push(("a.pose".into(), 7));
+        assert_eq!(sequences(&folder.path().join("all.mcap")), each);
     }
 }

@@ -1,11 +1,12 @@
 //! The messages of a recording in the order of their stamps. A recorder writes them as they arrive,
 //! which is nearly that order.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 
 use armor_wire::name;
 
+use crate::held_values::keep_newest;
 use crate::message_stream::{ReadError, RecordedMessage};
 use crate::reader::Recording;
 use crate::reports::REPORTS;
@@ -58,8 +59,13 @@ pub(crate) trait MessageSource {
         0
     }
     fn next_message(&mut self) -> Result<Option<RecordedMessage>, ReadError>;
-    /// Continues at the latest at the first message with this stamp or a later one.
-    fn seek(&mut self, stamp_s: f64) -> Result<(), ReadError>;
+    /// Continues at the latest at the first message with this stamp or a later one. Returns what these
+    /// latched outputs held before, as far as it is not among what comes next.
+    fn seek(
+        &mut self,
+        stamp_s: f64,
+        latched: &BTreeSet<String>,
+    ) -> Result<BTreeMap<String, RecordedMessage>, ReadError>;
 }
 
 impl MessageSource for Recording {
@@ -71,8 +77,12 @@ impl MessageSource for Recording {
         Self::next_message(self)
     }
 
-    fn seek(&mut self, stamp_s: f64) -> Result<(), ReadError> {
-        Self::seek(self, stamp_s)
+    fn seek(
+        &mut self,
+        stamp_s: f64,
+        latched: &BTreeSet<String>,
+    ) -> Result<BTreeMap<String, RecordedMessage>, ReadError> {
+        self.seek_with_held(stamp_s, latched)
     }
 }
 
@@ -81,8 +91,9 @@ pub(crate) struct PlaybackQueue<S> {
     source: S,
     selection: OutputSelection,
     renames: Vec<DataRename>,
-    /// Whether a latched output is played: what it held before the beginning is sought.
-    has_latched: bool,
+    /// The latched outputs that are played, by their recorded names: what they held before the
+    /// beginning is sought.
+    latched: BTreeSet<String>,
     /// In the order in which they are played.
     ahead: VecDeque<QueuedMessage>,
     ahead_bytes: usize,
@@ -105,10 +116,10 @@ impl PlaybackQueue<Recording> {
     ) -> Result<(Self, RecordingSummary), ReadError> {
         let recording = Recording::open(path)?;
         let summary = recording.summary().clone();
-        let is_latched = |data: &str| selection.holds(&find_played(&renames, data));
-        let has_latched =
-            summary.outputs.iter().any(|output| output.latched && is_latched(&output.data));
-        Ok((Self::new(recording, selection, renames, has_latched), summary))
+        let is_played = |data: &str| selection.holds(&find_played(&renames, data));
+        let latched = summary.outputs.iter().filter(|it| it.latched && is_played(&it.data));
+        let latched = latched.map(|output| output.data.clone()).collect();
+        Ok((Self::new(recording, selection, renames, latched), summary))
     }
 }
 
@@ -123,13 +134,13 @@ impl<S: MessageSource> PlaybackQueue<S> {
         source: S,
         selection: OutputSelection,
         renames: Vec<DataRename>,
-        has_latched: bool,
+        latched: BTreeSet<String>,
     ) -> Self {
         Self {
             source,
             selection,
             renames,
-            has_latched,
+            latched,
             ahead: VecDeque::new(),
             ahead_bytes: 0,
             newest_s: f64::NEG_INFINITY,
@@ -152,14 +163,22 @@ impl<S: MessageSource> PlaybackQueue<S> {
         self.ahead.clear();
         (self.ahead_bytes, self.newest_s, self.has_ended) = (0, f64::NEG_INFINITY, false);
         let recent_s = from_s - RECENT_S;
-        self.source.seek(if self.has_latched { f64::NEG_INFINITY } else { recent_s })?;
         let mut before = BTreeMap::new();
+        for mut message in self.source.seek(recent_s, &self.latched)?.into_values() {
+            match message.payload {
+                Ok(_) => {
+                    message.data = find_played(&self.renames, &message.data);
+                    before.insert(message.data.clone(), message);
+                }
+                Err(_) => self.unreadable += 1,
+            }
+        }
         while let Some(message) = self.read_selected()? {
             let is_before = message.head.stamp_s < from_s;
             if is_before {
                 let is_shown = message.output_type.latched || message.head.stamp_s >= recent_s;
                 if is_shown && message.data != REPORTS {
-                    before.insert(message.data.clone(), message);
+                    keep_newest(&mut before, message);
                 }
                 // What comes later in the file may have been published earlier.
                 continue;

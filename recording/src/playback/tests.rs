@@ -1,6 +1,6 @@
 //! Tests of what is played when, without a file, a system and a clock.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use armor_sdk::control::{InputStatus, LinkStatus, OutputStatus, RunState, Status};
@@ -27,12 +27,18 @@ impl MessageSource for Messages {
         Ok(self.all.get(self.next - 1).cloned())
     }
 
-    fn seek(&mut self, stamp_s: f64) -> Result<(), ReadError> {
+    fn seek(
+        &mut self,
+        stamp_s: f64,
+        latched: &BTreeSet<String>,
+    ) -> Result<BTreeMap<String, RecordedMessage>, ReadError> {
         // As a file with chunks of one second.
         let chunk_s = stamp_s.floor();
         let at = self.all.iter().position(|message| message.head.stamp_s >= chunk_s);
         self.next = at.unwrap_or(self.all.len());
-        Ok(())
+        let before = self.all.iter().filter(|it| it.head.stamp_s < stamp_s);
+        let held = before.filter(|message| latched.contains(&message.data));
+        Ok(held.map(|message| (message.data.clone(), message.clone())).collect())
     }
 }
 
@@ -48,10 +54,11 @@ fn message(data: &str, stamp_s: f64) -> RecordedMessage {
 
 fn queue(recorded: &[(&str, f64)]) -> PlaybackQueue<Messages> {
     let all: Vec<_> = recorded.iter().map(|(data, stamp_s)| message(data, *stamp_s)).collect();
-    let has_latched = all.iter().any(|message| message.output_type.latched);
+    let latched = all.iter().filter(|message| message.output_type.latched);
+    let latched = latched.map(|message| message.data.clone()).collect();
     let renames = vec!["b.x=c.y".parse::<DataRename>().unwrap()];
     let selection = OutputSelection { exclude: vec!["d.*".into()], ..OutputSelection::default() };
-    PlaybackQueue::new(Messages { all, next: 0 }, selection, renames, has_latched)
+    PlaybackQueue::new(Messages { all, next: 0 }, selection, renames, latched)
 }
 
 fn drain(queue: &mut PlaybackQueue<Messages>) -> Vec<(String, f64)> {

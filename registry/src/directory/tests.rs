@@ -1,6 +1,9 @@
 //! The state machine in memory, with time by hand.
 
+mod names;
 mod oracle;
+
+use std::sync::LazyLock;
 
 use armor_wire::WireType;
 use armor_wire::peer::CloseReason;
@@ -9,6 +12,9 @@ use super::*;
 use crate::limits::{MAX_SCHEMA_LEN, MAX_WAITING_PER_CONNECTION};
 
 const ADDRESS: ([u8; 4], u16) = ([127, 0, 0, 1], 40_000);
+
+/// That of a run.
+static SECRET: LazyLock<RunSecret> = LazyLock::new(|| RunSecret::new([3; 16]));
 
 /// A directory, its clock, and the next connection's id.
 struct Bench {
@@ -39,6 +45,15 @@ impl Bench {
 
     fn observer(&mut self) -> PeerId {
         self.hello(Purpose::Registry { entry: None }).0
+    }
+
+    /// As a process that the launcher has started, or the launcher itself.
+    fn hello_proven(&mut self, from: &str, entry: Option<ComponentEntry>) -> (PeerId, Actions) {
+        self.peers += 1;
+        let (peer, address) = (PeerId(self.peers), ADDRESS.into());
+        let mut hello = Hello::new(from, 1, Purpose::Registry { entry });
+        SECRET.key_of(from).prove(&mut hello);
+        (peer, self.handle(PeerEvent::Connected { peer, address, hello, preface: None }))
     }
 
     fn register(&mut self, entry: &ComponentEntry) -> (PeerId, Actions) {

@@ -16,8 +16,12 @@ use armor_wire::registry::{RegistryReply, RegistryRequest};
 use client::{Client, entry, scan};
 
 fn registry_with(limits: ServerLimits) -> BackgroundRegistry {
-    BackgroundRegistry::start(RegistryOptions { listen: ([127, 0, 0, 1], 0).into(), limits })
-        .unwrap()
+    BackgroundRegistry::start(RegistryOptions {
+        listen: ([127, 0, 0, 1], 0).into(),
+        limits,
+        secret: None,
+    })
+    .unwrap()
 }
 
 fn registry() -> (BackgroundRegistry, SocketAddr) {

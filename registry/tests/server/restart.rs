@@ -31,7 +31,8 @@ fn a_registration_survives_the_registry() {
         assert_eq!(registration.changed().await, RegistrationStatus::Away);
         let limits = ServerLimits::default();
         let _registry =
-            BackgroundRegistry::start(RegistryOptions { listen: address, limits }).unwrap();
+            BackgroundRegistry::start(RegistryOptions { listen: address, limits, secret: None })
+                .unwrap();
         let RegistrationStatus::Registered { registry: second } = registration.changed().await
         else {
             panic!("not registered again")

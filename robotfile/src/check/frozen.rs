@@ -99,11 +99,7 @@ impl Activity<'_> {
             let (component, _) = data.split_once('.')?;
             return Some((component.to_owned(), format!("{name} is data of {component}")));
         }
-        // In a sub-mission, the name of the transition has the prefix that the variable has.
-        let (prefix, _) = transition.name.value.rsplit_once('.').unwrap_or_default();
-        let separator = if prefix.is_empty() { "" } else { "." };
-        let variable = format!("{prefix}{separator}{name}");
-        let variable = self.mission.variables.iter().find(|it| it.name.value == variable)?;
+        let variable = self.mission.variable_of(&transition.name.value, name.as_str())?;
         let source = &variable.source.as_ref()?.value;
         let (component, _) = source.split_once('.')?;
         Some((component.to_owned(), format!("{name} follows {source}")))

@@ -39,6 +39,7 @@ pub(super) fn check(system: &System, manifests: Option<&Manifests>, findings: &m
         parameters_once(component, findings);
         possible_times(component, findings);
         report_nice_in_real_time(component, findings);
+        report_cpu_without_effect(component, findings);
         if RESERVED_NAMES.contains(&component.name.value.as_str()) {
             let message = format!("{} is a reserved name", component.name.value);
             let finding = Finding::new(Code::ReservedName, &component.name.at, message);
@@ -117,6 +118,30 @@ fn report_nice_in_real_time(component: &Component, findings: &mut Findings) {
         let message = "nice has no effect on a process in real time";
         let finding = Finding::new(Code::NoEffect, &nice.at, message);
         findings.push(finding.remedy("remove it, or remove realtime"));
+    }
+}
+
+/// The kernel limits the time of processes that are not in real time, and no process uses more than all
+/// of the processors on which it may run.
+fn report_cpu_without_effect(component: &Component, findings: &mut Findings) {
+    let limits = &component.resources;
+    let Some(cpu) = &limits.cpu else { return };
+    if limits.realtime.is_some() {
+        let message = "cpu does not limit a process in real time";
+        let finding = Finding::new(Code::NoEffect, &cpu.at, message);
+        findings.push(finding.remedy("remove it, or remove realtime"));
+        return;
+    }
+    let Some(cpus) = &limits.cpus else { return };
+    let count = cpus.value.len();
+    if cpu.value.permille as usize >= count * 1000 {
+        let message = format!(
+            "`{}` is no limit: cpus names {count} processor{}, which are {count}00% together",
+            cpu.at.text(),
+            if count == 1 { "" } else { "s" }
+        );
+        let finding = Finding::new(Code::NoEffect, &cpu.at, message);
+        findings.push(finding.remedy(format!("write less than {count}00%, or remove it")));
     }
 }
 

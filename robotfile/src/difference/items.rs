@@ -36,7 +36,11 @@ pub(super) struct Aspect {
 }
 
 impl ComparedItem {
-    fn new(subject: Subject, name: impl Into<String>, aspects: Vec<Option<Aspect>>) -> Self {
+    pub(super) fn new(
+        subject: Subject,
+        name: impl Into<String>,
+        aspects: Vec<Option<Aspect>>,
+    ) -> Self {
         let aspects = aspects.into_iter().flatten().collect();
         Self { subject, name: name.into(), owner: None, aspects }
     }
@@ -106,7 +110,7 @@ fn of_component(component: &Component) -> ComparedItem {
         Restart::Never => "never",
     };
     let (rate, watchdog) = (component.rate_hz.as_ref(), component.watchdog.as_ref());
-    let ResourceLimits { nice, realtime, cpus, memory } = &component.resources;
+    let ResourceLimits { nice, realtime, cpus, cpu, memory } = &component.resources;
     let aspects = vec![
         plain_aspect("kind", &*component.kind.value),
         text_aspect("host", &component.host),
@@ -125,6 +129,7 @@ fn of_component(component: &Component) -> ComparedItem {
             .as_ref()
             .map(|priority| new_aspect("realtime", priority.value.to_string(), priority.at.text())),
         cpus.as_ref().map(|cpus| new_aspect("cpus", format!("{:?}", cpus.value), cpus.at.text())),
+        cpu.as_ref().map(|cpu| new_aspect("cpu", cpu.value.permille.to_string(), cpu.at.text())),
         memory
             .as_ref()
             .map(|memory| new_aspect("memory", memory.value.to_string(), memory.at.text())),
@@ -195,6 +200,7 @@ fn of_mission(mission: &Mission) -> Vec<ComparedItem> {
         plain_aspect("checks", checks.join("; ")),
     ];
     let mut items = vec![ComparedItem::new(Subject::Mission, "", itself)];
+    items.extend(super::drawn::of_drawing(mission));
     items.extend(mission.variables.iter().map(of_variable));
     items.extend(mission.places.iter().map(of_place));
     for exclusive in &mission.exclusives {
@@ -326,12 +332,12 @@ fn date_aspect(name: &str, date: &Option<Spanned<Date>>) -> Option<Aspect> {
     date.as_ref().map(|date| new_aspect(name, date.value.to_string(), date.at.text()))
 }
 
-fn text_aspect(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {
+pub(super) fn text_aspect(name: &str, text: &Option<Spanned<String>>) -> Option<Aspect> {
     text.as_ref().and_then(|text| plain_aspect(name, &*text.value))
 }
 
 /// An attribute whose text is its value; none if it is empty.
-fn plain_aspect(name: &str, value: impl Into<String>) -> Option<Aspect> {
+pub(super) fn plain_aspect(name: &str, value: impl Into<String>) -> Option<Aspect> {
     let value = value.into();
     (!value.is_empty()).then(|| new_aspect(name, value.clone(), &value))
 }
@@ -340,6 +346,6 @@ fn some_aspect(aspect: Aspect) -> Option<Aspect> {
     (!aspect.value.is_empty()).then_some(aspect)
 }
 
-fn new_aspect(name: &str, value: String, shown: &str) -> Aspect {
+pub(super) fn new_aspect(name: &str, value: String, shown: &str) -> Aspect {
     Aspect { name: name.into(), value, shown: shown.into() }
 }

@@ -18,6 +18,17 @@ const ORDER: &[&str] = &[
     "component",
     "link",
     "mission",
+    "map",
+    "point",
+    "zone",
+    "line",
+    "rally",
+    "symbol",
+    "route",
+    "leg",
+    "stay",
+    "meet",
+    "otherwise",
     "variable",
     "place",
     "exclusive",
@@ -51,6 +62,7 @@ impl Document {
         let parent = match owner {
             "system" => self.path_of(Item::System)?,
             "mission" => self.path_of(Item::Mission)?,
+            "map" => self.path_of(Item::Map)?,
             _ => Vec::new(),
         };
         let index = number_for(self.element(&parent)?, sort);
@@ -71,7 +83,7 @@ impl Document {
     ) -> Result<(), EditError> {
         let path = self.path_of(item)?;
         match (item, name) {
-            (Item::System | Item::Mission, _) => {}
+            (Item::System | Item::Mission | Item::Map, _) => {}
             (Item::Link { from, .. }, "to") => {
                 let to = value.unwrap_or_default();
                 self.check_link(from, to)?;

@@ -32,30 +32,52 @@ pub enum Item<'a> {
     Transition(&'a str),
     /// The variable with this name.
     Variable(&'a str),
+    /// The mission's `<map>`.
+    Map,
+    /// The point on the map with this name.
+    MapPoint(&'a str),
+    /// The rally point with this name.
+    Rally(&'a str),
+    /// The zone with this name.
+    Zone(&'a str),
+    /// The line with this name.
+    MapLine(&'a str),
+    /// The route with this name.
+    Route(&'a str),
 }
 
 impl<'a> Item<'a> {
     /// Returns its name, if other elements refer to it by a name.
     pub(crate) fn name(self) -> Option<&'a str> {
         match self {
-            Self::System | Self::Mission | Self::Link { .. } => None,
+            Self::System | Self::Mission | Self::Map | Self::Link { .. } => None,
             Self::Frame(name)
             | Self::Component(name)
             | Self::Place(name)
             | Self::Transition(name)
-            | Self::Variable(name) => Some(name),
+            | Self::Variable(name)
+            | Self::MapPoint(name)
+            | Self::Rally(name)
+            | Self::Zone(name)
+            | Self::MapLine(name)
+            | Self::Route(name) => Some(name),
         }
     }
 
     /// Returns the same kind of item with another name.
     pub(crate) fn renamed(self, new: &str) -> Option<Item<'_>> {
         match self {
-            Self::System | Self::Mission | Self::Link { .. } => None,
+            Self::System | Self::Mission | Self::Map | Self::Link { .. } => None,
             Self::Frame(_) => Some(Item::Frame(new)),
             Self::Component(_) => Some(Item::Component(new)),
             Self::Place(_) => Some(Item::Place(new)),
             Self::Transition(_) => Some(Item::Transition(new)),
             Self::Variable(_) => Some(Item::Variable(new)),
+            Self::MapPoint(_) => Some(Item::MapPoint(new)),
+            Self::Rally(_) => Some(Item::Rally(new)),
+            Self::Zone(_) => Some(Item::Zone(new)),
+            Self::MapLine(_) => Some(Item::MapLine(new)),
+            Self::Route(_) => Some(Item::Route(new)),
         }
     }
 
@@ -70,6 +92,12 @@ impl<'a> Item<'a> {
             Self::Place(_) => ("mission", "place"),
             Self::Transition(_) => ("mission", "transition"),
             Self::Variable(_) => ("mission", "variable"),
+            Self::Map => ("mission", "map"),
+            Self::MapPoint(_) => ("map", "point"),
+            Self::Rally(_) => ("map", "rally"),
+            Self::Zone(_) => ("map", "zone"),
+            Self::MapLine(_) => ("map", "line"),
+            Self::Route(_) => ("mission", "route"),
         }
     }
 
@@ -85,7 +113,7 @@ impl<'a> Item<'a> {
         };
         element.name == self.names().1
             && match self {
-                Self::System | Self::Mission => true,
+                Self::System | Self::Mission | Self::Map => true,
                 Self::Link { from, to } => has("from", from) && has("to", to),
                 named => named.name().is_some_and(|name| has("name", name)),
             }
@@ -97,13 +125,18 @@ impl fmt::Display for Item<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sort = self.names().1;
         match self {
-            Self::System | Self::Mission => write!(f, "<{sort}>"),
+            Self::System | Self::Mission | Self::Map => write!(f, "<{sort}>"),
             Self::Link { from, to } => write!(f, "link from {from} to {to}"),
             Self::Frame(name)
             | Self::Component(name)
             | Self::Place(name)
             | Self::Transition(name)
-            | Self::Variable(name) => write!(f, "{sort} {name}"),
+            | Self::Variable(name)
+            | Self::MapPoint(name)
+            | Self::Rally(name)
+            | Self::Zone(name)
+            | Self::MapLine(name)
+            | Self::Route(name) => write!(f, "{sort} {name}"),
         }
     }
 }
@@ -113,6 +146,7 @@ pub(crate) fn find(tree: &Tree, item: Item<'_>) -> Option<Vec<usize>> {
     let mut path = match item.names().0 {
         "armor" => Vec::new(),
         "system" => find(tree, Item::System)?,
+        "map" => find(tree, Item::Map)?,
         _ => find(tree, Item::Mission)?,
     };
     let parent = tree.element(&path)?;

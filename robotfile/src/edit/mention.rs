@@ -101,6 +101,8 @@ enum Within {
     Mission,
     Place,
     Transition,
+    Map,
+    Route,
     SystemLayout,
     MissionLayout,
     Elsewhere,
@@ -114,6 +116,8 @@ impl Within {
             (Self::Armor, "mission") => Self::Mission,
             (Self::Mission, "place") => Self::Place,
             (Self::Mission, "transition") => Self::Transition,
+            (Self::Mission, "map") => Self::Map,
+            (Self::Mission, "route") => Self::Route,
             (Self::System, "layout") | (Self::SystemLayout, _) => Self::SystemLayout,
             (Self::Mission, "layout") | (Self::MissionLayout, _) => Self::MissionLayout,
             _ => Self::Elsewhere,
@@ -219,6 +223,29 @@ fn find_uses(
             ));
             uses
         }
+        (Item::MapPoint(_), W::Map, "point")
+        | (Item::Rally(_), W::Map, "rally")
+        | (Item::Zone(_), W::Map, "zone")
+        | (Item::MapLine(_), W::Map, "line") => vec![definition],
+        (Item::Route(_), W::Mission, "route") => vec![definition],
+        (Item::Route(_), W::Route, "meet") => needed(&["with"], ListForm::Whole),
+        (Item::MapPoint(_) | Item::Rally(_), W::Mission, "route") => {
+            needed(&["start"], ListForm::Whole)
+        }
+        (Item::MapPoint(_) | Item::Rally(_), W::Route, "leg" | "otherwise") => {
+            needed(&["to"], ListForm::Whole)
+        }
+        (Item::Place(_), W::Mission, "route") => needed(&["in", "out", "safe"], ListForm::Whole),
+        (Item::Component(_), W::Mission, "route") => {
+            let mut uses: Vec<_> = needed(&["mover", "pace", "pose"], ListForm::Dotted);
+            uses.push(("components", ListForm::List, MentionRole::Listed));
+            uses
+        }
+        (Item::Component(_), W::Route, "leg" | "stay") => {
+            let mut uses: Vec<_> = needed(&["on"], ListForm::Dotted);
+            uses.push(("components", ListForm::List, MentionRole::Listed));
+            uses
+        }
         (Item::Variable(_), W::Transition, "set") => needed(&["variable"], ListForm::Whole),
         (Item::Place(_), W::Transition, _) => needed(&["from", "to", "place"], ListForm::Whole),
         (Item::Place(_), W::Mission, "submission") => needed(&["in", "out"], ListForm::Whole),
@@ -232,7 +259,7 @@ fn find_uses(
         _ => Vec::new(),
     };
     let (attribute, form) = match (within, element) {
-        (W::Mission, "transition") => ("when", expressions.guard),
+        (W::Mission, "transition") | (W::Route, "otherwise") => ("when", expressions.guard),
         (W::Transition, "set") => ("value", expressions.guard),
         (W::Mission, "check") => (TEXT, expressions.check),
         _ => return uses,

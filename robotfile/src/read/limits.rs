@@ -13,6 +13,21 @@ pub const MAX_LINKS: usize = 16_384;
 /// Most frames of a system: as many as a tree of transforms has.
 pub const MAX_FRAMES: usize = 256;
 
+/// Most zones, and most lines, of a map: every leg and every exit is compared with each.
+pub const MAX_ZONES: usize = 256;
+/// Most rally points of a map: the exits of each leg are compared with each.
+pub const MAX_RALLIES: usize = 16;
+/// Most points of one shape: the edges of a polygon are compared with each other.
+pub const MAX_SHAPE_CORNERS: usize = 256;
+/// Most points of all shapes of a map.
+pub const MAX_MAP_CORNERS: usize = 2_048;
+/// Most routes of a mission.
+pub const MAX_ROUTES: usize = 8;
+/// Most steps of a route.
+pub const MAX_ROUTE_STEPS: usize = 64;
+/// Most exits of a route: each step has each.
+pub const MAX_ROUTE_EXITS: usize = 16;
+
 /// Adds to a list up to a limit; false, once with a finding, beyond it.
 pub(super) fn add_limited<T>(
     list: &mut Vec<T>,

@@ -12,15 +12,25 @@ use crate::mission::{
     Class, Exclusive, Mission, Place, PlaceParameter, Resume, Submission, Variable,
 };
 use crate::read::layout;
-use crate::read::limits::{MAX_ELEMENTS, add_limited};
+use crate::read::limits::{MAX_ELEMENTS, MAX_ROUTES, add_limited};
 use crate::read::system::assignment;
-use crate::read::transition;
+use crate::read::{route, site_map, transition};
+use crate::route::add_nets;
 use crate::source::{Location, Source, Spanned, plain_path};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
 
-const CHILDREN: &[&str] =
-    &["variable", "place", "exclusive", "transition", "check", "submission", "layout"];
+const CHILDREN: &[&str] = &[
+    "map",
+    "route",
+    "variable",
+    "place",
+    "exclusive",
+    "transition",
+    "check",
+    "submission",
+    "layout",
+];
 
 pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Mission {
     let mut fields = ElementFields::new(element, source, findings);
@@ -39,6 +49,8 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         exclusives: Vec::new(),
         transitions: Vec::new(),
         submissions: Vec::new(),
+        map: None,
+        routes: Vec::new(),
         checks: Vec::new(),
         at: fields.at(),
         layout: Vec::new(),
@@ -47,6 +59,7 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
     for child in fields.finish(CHILDREN) {
         read_child(&mut mission, child, source, findings);
     }
+    add_nets(&mut mission, findings);
     for child in element.elements() {
         // An unknown element with a name may be a place under another noun, such as <state>.
         let is_unknown = !CHILDREN.contains(&child.name.as_str())
@@ -75,6 +88,17 @@ fn read_child(
         };
     }
     match child.name.as_str() {
+        "map" => read_map(mission, child, source, findings),
+        "route" => {
+            let before = findings.total();
+            let read = route::read(child, source, findings);
+            // A step that could not be read may lead to any place, and activate any component.
+            mission.unreadable.in_start |= findings.total() > before;
+            mission.unreadable.in_moves |= findings.total() > before;
+            if let Some(read) = read {
+                add_limited(&mut mission.routes, read, MAX_ROUTES, &child.at(source), findings);
+            }
+        }
         "variable" => into!(variables, read_variable(child, source, findings)),
         "place" => {
             let before = findings.total();
@@ -102,6 +126,26 @@ fn read_child(
             into!(submissions, read);
         }
         _ => layout::read(child, source, &mut mission.layout),
+    }
+}
+
+/// A mission has one map; a further one is a finding.
+fn read_map(
+    mission: &mut Mission,
+    child: &Element,
+    source: &Shared<Source>,
+    findings: &mut Findings,
+) {
+    let before = findings.total();
+    let map = site_map::read(child, source, findings);
+    let in_map = findings.total() > before;
+    mission.unreadable.in_map |= in_map;
+    match &mission.map {
+        None => mission.map = Some(map),
+        Some(first) => {
+            let finding = Finding::new(Code::DuplicateElement, &map.at, "<map> occurs twice");
+            findings.push(finding.remedy("keep one of them").related(&first.at, "first here"));
+        }
     }
 }
 

@@ -16,7 +16,9 @@ use crate::model::{
 };
 use crate::read::limits::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS, add_limited};
 use crate::read::{frame, layout};
-use crate::resources::{ResourceLimits, parse_cpus, parse_memory, parse_nice, parse_realtime};
+use crate::resources::{
+    ResourceLimits, parse_cpu, parse_cpus, parse_memory, parse_nice, parse_realtime,
+};
 use crate::source::{Source, Spanned};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
@@ -159,6 +161,7 @@ fn read_component(
         nice: fields.converted("nice", parse_nice),
         realtime: fields.converted("realtime", parse_realtime),
         cpus: fields.converted("cpus", parse_cpus),
+        cpu: fields.converted("cpu", parse_cpu),
         memory: fields.converted("memory", parse_memory),
     };
     let children = fields.finish(&["parameter"]);

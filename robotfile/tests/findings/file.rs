@@ -95,6 +95,8 @@ fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
         (r#"nice="20""#, "from -20"),
         (r#"realtime="0""#, "from 1 to 99"),
         (r#"cpus="0,1""#, "such as \"0 2-3\""),
+        (r#"cpu="0.5""#, "such as 50%"),
+        (r#"cpu="0.5%""#, "1% or more"),
         (r#"memory="512""#, "such as 512MiB"),
         (r#"memory="1kB""#, "at least 16MiB"),
     ] {
@@ -102,9 +104,11 @@ fn what_a_component_may_use_is_a_number_a_list_or_an_amount() {
             found_in(&system(&format!(r#"<component name="a" kind="k" {attribute}/>"#)));
         assert!(codes == ["E0019"] && shown.contains(words), "{words}\n{shown}");
     }
-    let all = r#"<component name="a" kind="k" nice="-5" cpus="0 2-3" memory="64MiB"/>"#;
+    let all = r#"<component name="a" kind="k" nice="-5" cpus="0 2-3" cpu="250%" memory="64MiB"/>"#;
     none(&system(all));
     one("W0027", &system(r#"<component name="a" kind="k" realtime="10" nice="[[-5]]"/>"#));
+    one("W0027", &system(r#"<component name="a" kind="k" realtime="10" cpu="[[50%]]"/>"#));
+    one("W0027", &system(r#"<component name="a" kind="k" cpus="0-1" cpu="[[200%]]"/>"#));
 }
 
 #[test]

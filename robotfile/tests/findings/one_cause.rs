@@ -106,7 +106,7 @@ fn a_transition_of_the_safety_class_does_not_lead_to_the_goal_while_done_leads_t
 
 #[test]
 fn an_element_of_another_noun_may_be_the_place_that_is_missing() {
-    let file = mission(r#"<zone name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
+    let file = mission(r#"<station name="b"/><transition name="t" from="a" to="b" timeout="5s"/>"#);
     only_of("E0015", "known elements", &file);
 }
 

@@ -216,6 +216,7 @@ const ATTRIBUTES: &[&str] = &[
     "nice",
     "realtime",
     "cpus",
+    "cpu",
     "memory",
     "on-stop-fail",
     "on-start-fail",

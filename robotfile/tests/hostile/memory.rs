@@ -158,6 +158,33 @@ const FILLED: &[(&str, &str, &str, &str)] = &[
     ("foreign attributes", "<armor version='1' xmlns:m='u'>", "<system m:a='#'/>", "</armor>"),
 ];
 
+/// As many zones, rally points, steps and exits as are allowed, all in each other's way.
+fn drawing() -> Vec<u8> {
+    let mut out =
+        String::from(MISSION) + "<map><point name='p' at='0 0'/><point name='q' at='9 9'/>";
+    for n in 0..256 {
+        out += &format!("<zone name='z{n}' kind='no-go' margin='1m' shape='");
+        for corner in 0..8 {
+            let angle = f64::from(corner) * 0.7 + f64::from(n);
+            out += &format!("{:.3},{:.3} ", 20.0 * angle.cos(), 20.0 * angle.sin());
+        }
+        out += "'/>";
+    }
+    for n in 0..16 {
+        out += &format!("<rally name='r{n}' at='{n} -{n}'/>");
+    }
+    out += "</map>";
+    for route in 0..8 {
+        out += &format!("<route name='r{route}' mover='a.route' start='p'>");
+        for n in 0..32 {
+            out += &format!("<leg name='a{n}' to='q' by='1s'/><leg name='b{n}' to='p' by='1s'/>");
+        }
+        out += &"<otherwise on='blocked late recall lost-link' do='rally'/>".repeat(16);
+        out += "</route>";
+    }
+    (out + MISSION_END).into_bytes()
+}
+
 /// Files that are not one piece over and over.
 fn others() -> Vec<(&'static str, Vec<u8>)> {
     let mut laughs = String::from("<!DOCTYPE lolz [<!ENTITY lol0 \"lol\">");
@@ -174,6 +201,7 @@ fn others() -> Vec<(&'static str, Vec<u8>)> {
         ("zeros", vec![0; 16 << 20]),
         ("no UTF-8", vec![0xff; MAX_FILE_BYTES]),
         ("the worst of everything", everything()),
+        ("a drawing", drawing()),
     ]
 }
 

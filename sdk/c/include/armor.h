@@ -53,6 +53,8 @@ typedef enum armor_error {
   ARMOR_ERROR_TEST = 13,
   // A bug of the library.
   ARMOR_ERROR_INTERNAL = 14,
+  // The history has no such message, or the link of the input keeps no history.
+  ARMOR_ERROR_NO_MESSAGE = 15,
 } armor_error;
 
 // The type of a field of a struct.
@@ -335,6 +337,20 @@ typedef struct armor_piece {
   size_t len;
 } armor_piece;
 
+// A message of a history: when it was created, and what is missing before it.
+typedef struct armor_past {
+  // Counts what the output has published, from 0.
+  uint64_t sequence;
+  // When it was created: system time in seconds.
+  double stamp_s;
+  // Process start that published it.
+  uint64_t instance;
+  // How many messages were lost immediately before it.
+  uint64_t lost;
+  // Whether the message before it in the history is not the one that was published before it.
+  bool follows_gap;
+} armor_past;
+
 // A parameter's value for a component under test, as in a file.
 typedef struct armor_setting {
   // The parameter.
@@ -574,6 +590,76 @@ const char *armor_value_text(const struct armor_value *value);
 // Contract:
 // `value` is NULL or valid.
 const char *armor_value_path(const struct armor_value *value);
+
+// Reads how many messages the history of an input has: those since the component was activated, at
+// most as many as `history="n"` of its link. `ARMOR_ERROR_NO_MESSAGE` if the link keeps no history.
+//
+// `input`: NULL for the input of `data`. `source`: the data of which the history is, `component.output`;
+// NULL for that of `data`, or for the only one of another input.
+//
+// Contract:
+// The pointers are NULL or valid.
+int armor_history_len(const struct armor_data *data,
+                      const char *input,
+                      const char *source,
+                      size_t *len);
+
+// Describes the message of that age in a history: 0 is the newest, which is the one that is being
+// received if `data` is of this input. `ARMOR_ERROR_NO_MESSAGE` if there is none.
+//
+// Contract:
+// The pointers are NULL or valid.
+int armor_history_get(const struct armor_data *data,
+                      const char *input,
+                      const char *source,
+                      size_t age,
+                      struct armor_past *past);
+
+// Returns the bytes of the message of that age; valid during the call of `data_received`. NULL if there
+// is none.
+//
+// Contract:
+// The pointers are NULL or valid.
+const uint8_t *armor_history_bytes(const struct armor_data *data,
+                                   const char *input,
+                                   const char *source,
+                                   size_t age,
+                                   size_t *len);
+
+// Decodes the message of that age, as `armor_decode`; `ARMOR_HISTORY_DECODE` checks the type of the
+// struct.
+//
+// Contract:
+// As `armor_decode`.
+int armor_history_decode(const struct armor_data *data,
+                         const char *input,
+                         const char *source,
+                         size_t age,
+                         const struct armor_type *table,
+                         void *message);
+
+// Returns the age of the message whose stamp is nearest to a time; of several, of the newest.
+// `ARMOR_NO_AGE` if there are no messages.
+//
+// Contract:
+// The pointers are NULL or valid.
+size_t armor_history_nearest(const struct armor_data *data,
+                             const char *input,
+                             const char *source,
+                             double stamp_s);
+
+// Returns the age of the later one of the two messages between which a time lies, to interpolate; that
+// of the earlier one, if `earlier_age` is not NULL, is written there. Both are the same if the stamp of a
+// message is that time exactly. `ARMOR_NO_AGE` if the time lies between no two messages of the same
+// process start of the publisher.
+//
+// Contract:
+// The pointers are NULL or valid.
+size_t armor_history_around(const struct armor_data *data,
+                            const char *input,
+                            const char *source,
+                            double stamp_s,
+                            size_t *earlier_age);
 
 // Builds a component for a test; the parameters that are not given have their defaults. It is frozen
 // until `armor_test_start`. NULL if it cannot be built, with the reason in `armor_last_error`. Free it

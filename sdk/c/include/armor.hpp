@@ -31,6 +31,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -113,11 +114,95 @@ struct Header {
   std::uint64_t lost;
 };
 
+class Component;
+
+// A message of a history. Spans and string_views that are decoded from it are valid during the call of
+// `data_received`.
+class Past {
+ public:
+  Past(const armor_data *data, std::string input, std::string source, std::string_view schema, std::size_t age)
+      : data_(data), input_(std::move(input)), source_(std::move(source)), schema_(schema), age_(age) {
+    check(armor_history_get(data_, input_.c_str(), c_source(), age_, &header_));
+  }
+  // When it was created: system time in seconds.
+  double stamp_s() const { return header_.stamp_s; }
+  std::uint64_t sequence() const { return header_.sequence; }
+  std::uint64_t instance() const { return header_.instance; }
+  // How many messages were lost immediately before it.
+  std::uint64_t lost() const { return header_.lost; }
+  // Whether the message before it in the history is not the one that was published before it.
+  bool follows_gap() const { return header_.follows_gap; }
+  // 0 is the newest.
+  std::size_t age() const { return age_; }
+
+  template <class T>
+  T decode() const {
+    const std::string &used = schema_of<T>();
+    if (used != schema_) {
+      throw Error(ARMOR_ERROR_OTHER_TYPE, "input `" + input_ + "` is declared as " + std::string(schema_) +
+                                              ", but its history was decoded as " + used);
+    }
+    std::size_t len = 0;
+    const std::uint8_t *bytes = armor_history_bytes(data_, input_.c_str(), c_source(), age_, &len);
+    if (bytes == nullptr) throw Error(ARMOR_ERROR_NO_MESSAGE, armor_last_error());
+    return decode_message<T>(bytes, len, *arena_);
+  }
+
+ private:
+  const char *c_source() const { return source_.empty() ? nullptr : source_.c_str(); }
+
+  const armor_data *data_;
+  std::string input_, source_;
+  std::string_view schema_;
+  std::size_t age_;
+  armor_past header_{};
+  std::shared_ptr<Arena> arena_ = std::make_shared<Arena>();
+};
+
+// The last messages of an input since the component was activated, newest first; valid during the call
+// of `data_received`.
+class History {
+ public:
+  History(const armor_data *data, std::string input, std::string source, std::string_view schema)
+      : data_(data), input_(std::move(input)), source_(std::move(source)), schema_(schema) {
+    check(armor_history_len(data_, input_.c_str(), c_source(), &len_));
+  }
+  std::size_t size() const { return len_; }
+  bool empty() const { return len_ == 0; }
+  // The message of that age: 0 is the newest.
+  Past operator[](std::size_t age) const { return {data_, input_, source_, schema_, age}; }
+  // The message whose stamp is nearest to a time.
+  std::optional<Past> nearest(double stamp_s) const {
+    return find(armor_history_nearest(data_, input_.c_str(), c_source(), stamp_s));
+  }
+  // The two messages between which a time lies, the earlier one first; twice the same if its stamp is that
+  // time exactly.
+  std::optional<std::pair<Past, Past>> around(double stamp_s) const {
+    std::size_t earlier = ARMOR_NO_AGE;
+    const std::size_t later = armor_history_around(data_, input_.c_str(), c_source(), stamp_s, &earlier);
+    if (later == ARMOR_NO_AGE) return std::nullopt;
+    return std::make_pair((*this)[earlier], (*this)[later]);
+  }
+
+ private:
+  const char *c_source() const { return source_.empty() ? nullptr : source_.c_str(); }
+  std::optional<Past> find(std::size_t age) const {
+    if (age == ARMOR_NO_AGE) return std::nullopt;
+    return (*this)[age];
+  }
+
+  const armor_data *data_;
+  std::string input_, source_;
+  std::string_view schema_;
+  std::size_t len_ = 0;
+};
+
 // The content of received data.
 class Data {
  public:
-  Data(const armor_data *data, std::string_view input, std::string_view schema)
-      : data_(data), input_(input), schema_(schema) {}
+  Data(const armor_data *data, std::string_view input, std::string_view schema,
+       const Component *component = nullptr)
+      : data_(data), input_(input), schema_(schema), component_(component) {}
 
   // Reads the message. Spans and string_views in it are valid during the call of `data_received`.
   template <class T>
@@ -127,6 +212,11 @@ class Data {
     const std::uint8_t *bytes = armor_data_bytes(data_, &len);
     return decode_message<T>(bytes, len, arena_);
   }
+
+  // The last messages of the input that this message is of (`history="n"` of its link), this one among
+  // them; or of another input, whose `source` must be named if it has several.
+  History history() const { return {data_, std::string(input_), "", schema_}; }
+  History history(const std::string &input, const std::string &source = "") const;
 
   // Keeps the message beyond the call.
   template <class T>
@@ -148,10 +238,9 @@ class Data {
   const armor_data *data_;
   std::string_view input_;
   std::string_view schema_;
+  const Component *component_;
   mutable Arena arena_;
 };
-
-class Component;
 
 // What is declared of a parameter; `docs/manifest.md` explains it.
 class ParameterOptions {
@@ -284,6 +373,8 @@ class Component {
   // Declares an output. `flags`: 0 or ARMOR_LATCHED.
   template <class T>
   void provide(const std::string &id, const std::string &doc = "", std::uint32_t flags = 0) {
+    // After the constructor it is refused.
+    if (handle_ != nullptr) check(armor_provide_schema(handle_, id.c_str(), schema_of<T>().c_str(), flags));
     ports_.push_back({id, doc, "", &schema_of<T>(), flags, true});
   }
   // Declares an input. `flags`: ARMOR_OPTIONAL, ARMOR_MANY. `stale_after`: the age from which on its
@@ -291,6 +382,7 @@ class Component {
   template <class T>
   void subscribe(const std::string &id, const std::string &doc = "", std::uint32_t flags = 0,
                  const std::string &stale_after = "") {
+    if (handle_ != nullptr) check(armor_subscribe_schema(handle_, id.c_str(), schema_of<T>().c_str(), flags));
     ports_.push_back({id, doc, stale_after, &schema_of<T>(), flags, false});
   }
   // Declares an event that `exec` reports.
@@ -322,6 +414,11 @@ class Component {
   }
   // The current time of the whole system in seconds since the Unix epoch.
   double timestamp() const { return armor_timestamp(handle()); }
+  // Requests a parameter again: its value arrives in `parameter_received`. Those that are members have been
+  // requested before the first call of `exec`.
+  void get_parameter(const char *name) const { check(armor_get_parameter(handle(), name)); }
+  // Waits until every requested parameter has arrived, for at most ten seconds.
+  void synchronize() const { check(armor_synchronize(handle())); }
   // The system-wide name of what an output publishes; empty if there is no such output.
   std::string provided_data(const char *id) const { return own(armor_provided_data(handle(), id)); }
   // The system-wide names of what feeds an input; empty if nothing does.
@@ -333,6 +430,7 @@ class Component {
   template <class T>
   friend class Parameter;
   friend class Runner;
+  friend class Data;
 
   struct Port {
     std::string id, doc, stale_after;
@@ -373,6 +471,11 @@ class Component {
   const armor_handle *handle_ = nullptr;
   std::string reported_;
 };
+
+inline History Data::history(const std::string &input, const std::string &source) const {
+  const std::string *schema = component_ == nullptr ? nullptr : component_->find_schema(input, false);
+  return {data_, input, source, schema == nullptr ? std::string_view() : *schema};
+}
 
 template <class T>
 Parameter<T>::Parameter(Component *component, ParameterOptions options) {
@@ -482,7 +585,7 @@ class Runner {
       const Header given{header->id,      header->data,     header->sequence,
                          header->stamp_s, header->instance, header->lost};
       const std::string *schema = component.find_schema(given.id, false);
-      component.data_received(given, Data(data, given.id, schema == nullptr ? std::string_view() : *schema));
+      component.data_received(given, Data(data, given.id, schema == nullptr ? std::string_view() : *schema, &component));
     });
   }
 

@@ -38,6 +38,9 @@
     }                                          \
   } while (0)
 
+// What the search of a history returns if it finds no message.
+#define ARMOR_NO_AGE ((size_t)-1)
+
 // A list in a struct: a pointer and a length. A received list is read-only.
 #define ARMOR_LIST_OF(type) \
   struct {                  \
@@ -201,6 +204,8 @@ ARMOR_PRINTF(1, 2) static inline armor_outcome armor_failed(const char *format, 
   armor_send_data(handle, id, &type##_type, 1 ? (message) : (const type *)0)
 #define ARMOR_DECODE(data, type, message) \
   armor_decode(data, &type##_type, 1 ? (message) : (type *)0)
+#define ARMOR_HISTORY_DECODE(data, input, source, age, type, message) \
+  armor_history_decode(data, input, source, age, &type##_type, 1 ? (message) : (type *)0)
 #define ARMOR_DECODE_KEPT(kept, type, message) \
   armor_decode_kept(kept, &type##_type, 1 ? (message) : (type *)0)
 #define ARMOR_TEST_SEND(test, input, type, message) \

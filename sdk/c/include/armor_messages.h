@@ -1,5 +1,5 @@
 // The standard messages, with the names and fields of armor-sdk; units and axes by REP-103.
-// Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-c --test messages
+// Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-definitions
 
 #ifndef ARMOR_MESSAGES_H
 #define ARMOR_MESSAGES_H
@@ -286,6 +286,60 @@ ARMOR_STRUCT(armor_slam_diagnostics, "SlamDiagnostics",
   ARMOR_FIELD(armor_slam_diagnostics, closures, ""),
   ARMOR_FIELD(armor_slam_diagnostics, update_time, "s"),
   ARMOR_FIELD(armor_slam_diagnostics, dropped, ""));
+
+// What a zone of the map requires of a robot (our own; ROS has no such message).
+typedef enum armor_zone_rule {
+  // It must not enter.
+  ARMOR_ZONE_RULE_NO_GO,
+  // It must not leave. Of several such zones, it must be in one.
+  ARMOR_ZONE_RULE_STAY_IN,
+  // It must not be faster than the zone's speed.
+  ARMOR_ZONE_RULE_SPEED,
+  // Nothing: that a robot comes near it is reported.
+  ARMOR_ZONE_RULE_OBSERVE,
+} armor_zone_rule;
+ARMOR_ENUM(armor_zone_rule, "ZoneRule", "NoGo", "StayIn", "Speed", "Observe");
+
+// An area of the map, with its boundary: a polygon or a circle (our own).
+typedef struct armor_zone {
+  // Its name, unique among the zones.
+  armor_string name;
+  // What it requires.
+  armor_zone_rule kind;
+  // Distance that the robot's outline must keep from it, in metres; from its boundary where the
+  // robot must stay in it.
+  double margin;
+  // Fastest speed in a `Speed` zone, in metres per second; 0 in the others.
+  double speed;
+  // Corners of the polygon, in either order, the first one not repeated; empty for a circle.
+  ARMOR_LIST_OF(armor_point) polygon;
+  // Centre of the circle, if it is one.
+  armor_point centre;
+  // Radius of the circle, in metres; 0 for a polygon.
+  double radius;
+} armor_zone;
+ARMOR_STRUCT(armor_zone, "Zone",
+  ARMOR_FIELD(armor_zone, name, ""),
+  ARMOR_NESTED(armor_zone, kind, armor_zone_rule, ""),
+  ARMOR_FIELD(armor_zone, margin, "m"),
+  ARMOR_FIELD(armor_zone, speed, "m/s"),
+  ARMOR_NESTED_LIST(armor_zone, polygon, armor_point),
+  ARMOR_NESTED(armor_zone, centre, armor_point, ""),
+  ARMOR_FIELD(armor_zone, radius, "m"));
+
+// All zones of a map; they replace those before (our own).
+typedef struct armor_zones {
+  // System time in seconds.
+  double stamp;
+  // Frame of the map.
+  armor_string frame;
+  // The zones.
+  ARMOR_LIST_OF(armor_zone) zones;
+} armor_zones;
+ARMOR_STRUCT(armor_zones, "Zones",
+  ARMOR_FIELD(armor_zones, stamp, "s"),
+  ARMOR_FIELD(armor_zones, frame, ""),
+  ARMOR_NESTED_LIST(armor_zones, zones, armor_zone));
 
 // The robot's pose and velocity, estimated from its own motion.
 typedef struct armor_odometry {

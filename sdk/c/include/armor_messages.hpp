@@ -1,5 +1,5 @@
 // The standard messages, with the names and fields of armor-sdk; units and axes by REP-103.
-// Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-c --test messages
+// Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-definitions
 
 #ifndef ARMOR_MESSAGES_HPP
 #define ARMOR_MESSAGES_HPP
@@ -258,6 +258,50 @@ struct SlamDiagnostics {
   uint64_t dropped{};
 };
 ARMOR_MESSAGE_NAMED("SlamDiagnostics", SlamDiagnostics, (stamp, "s"), particles, effective_particles, match_score, closures, (update_time, "s"), dropped)
+
+// What a zone of the map requires of a robot (our own; ROS has no such message).
+enum class ZoneRule : uint32_t {
+  // It must not enter.
+  NoGo,
+  // It must not leave. Of several such zones, it must be in one.
+  StayIn,
+  // It must not be faster than the zone's speed.
+  Speed,
+  // Nothing: that a robot comes near it is reported.
+  Observe,
+};
+ARMOR_MESSAGE_ENUM(ZoneRule, NoGo, StayIn, Speed, Observe)
+
+// An area of the map, with its boundary: a polygon or a circle (our own).
+struct Zone {
+  // Its name, unique among the zones.
+  std::string name{};
+  // What it requires.
+  ZoneRule kind{};
+  // Distance that the robot's outline must keep from it, in metres; from its boundary where the
+  // robot must stay in it.
+  double margin{};
+  // Fastest speed in a `Speed` zone, in metres per second; 0 in the others.
+  double speed{};
+  // Corners of the polygon, in either order, the first one not repeated; empty for a circle.
+  std::vector<Point> polygon{};
+  // Centre of the circle, if it is one.
+  Point centre{};
+  // Radius of the circle, in metres; 0 for a polygon.
+  double radius{};
+};
+ARMOR_MESSAGE_NAMED("Zone", Zone, name, kind, (margin, "m"), (speed, "m/s"), polygon, centre, (radius, "m"))
+
+// All zones of a map; they replace those before (our own).
+struct Zones {
+  // System time in seconds.
+  double stamp{};
+  // Frame of the map.
+  std::string frame{};
+  // The zones.
+  std::vector<Zone> zones{};
+};
+ARMOR_MESSAGE_NAMED("Zones", Zones, (stamp, "s"), frame, zones)
 
 // The robot's pose and velocity, estimated from its own motion.
 struct Odometry {

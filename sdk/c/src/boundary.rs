@@ -11,6 +11,7 @@
 #![allow(unsafe_code)]
 
 mod handles;
+mod history;
 mod process;
 mod read;
 mod testing;
@@ -25,8 +26,9 @@ use armor_sdk::Fault;
 use armor_sdk::foreign::{ForeignArmor, KeptMessage, PortType, run};
 
 pub use handles::*;
+pub use history::*;
 pub(crate) use process::flush_printed;
-use process::survive_broken_pipes;
+use process::{print_by_lines, survive_broken_pipes};
 pub use testing::*;
 
 use crate::codec::{Arena, EncodedMessage, KeptBytes, decode_struct};
@@ -96,6 +98,7 @@ pub unsafe extern "C" fn armor_run(
         let kind = unsafe { read_kind(component) }?;
         let functions = CFunctions(*component);
         survive_broken_pipes()?;
+        print_by_lines();
         Ok(Some(c_int::from(run(&kind, arguments, |armor| {
             Ok(Box::new(create_component(functions, armor)?.0))
         }))))

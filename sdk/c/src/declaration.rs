@@ -244,6 +244,22 @@ pub struct ArmorHeader {
     pub lost: u64,
 }
 
+/// A message of a history: when it was created, and what is missing before it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ArmorPast {
+    /// Counts what the output has published, from 0.
+    pub sequence: u64,
+    /// When it was created: system time in seconds.
+    pub stamp_s: f64,
+    /// Process start that published it.
+    pub instance: u64,
+    /// How many messages were lost immediately before it.
+    pub lost: u64,
+    /// Whether the message before it in the history is not the one that was published before it.
+    pub follows_gap: bool,
+}
+
 /// A parameter's value for a component under test, as in a file.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]

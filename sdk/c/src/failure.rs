@@ -6,7 +6,7 @@ use std::ffi::{CStr, CString, c_int};
 
 use armor_sdk::foreign::PortTypeError;
 use armor_sdk::testing::TestError;
-use armor_sdk::{DeclareError, SendError, ValueError};
+use armor_sdk::{DataError, DeclareError, SendError, ValueError};
 
 /// What a function returns: `ARMOR_ERROR_NONE`, or why it has done nothing. `armor_last_error` has the
 /// details.
@@ -43,13 +43,15 @@ pub enum ArmorError {
     Test = 13,
     /// A bug of the library.
     Internal = 14,
+    /// The history has no such message, or the link of the input keeps no history.
+    NoMessage = 15,
 }
 
 impl ArmorError {
     /// All codes.
     ///
     /// cbindgen:ignore
-    pub(crate) const ALL: [Self; 15] = [
+    pub(crate) const ALL: [Self; 16] = [
         Self::None,
         Self::Failed,
         Self::Null,
@@ -65,6 +67,7 @@ impl ArmorError {
         Self::Parameter,
         Self::Test,
         Self::Internal,
+        Self::NoMessage,
     ];
 
     /// Its meaning, in one sentence.
@@ -85,6 +88,7 @@ impl ArmorError {
             Self::Parameter => c"the parameter has no such value",
             Self::Test => c"the test cannot do this",
             Self::Internal => c"a bug of libarmor; please report it",
+            Self::NoMessage => c"the history has no such message",
         }
     }
 
@@ -126,6 +130,28 @@ impl From<DeclareError> for Failure {
             _ => ArmorError::Declaration,
         };
         Self::new(code, error.to_string())
+    }
+}
+
+impl From<DataError> for Failure {
+    fn from(error: DataError) -> Self {
+        let code = match error {
+            DataError::UnknownInput { .. } | DataError::UnknownSource { .. } => {
+                ArmorError::UnknownPort
+            }
+            DataError::OtherType { .. } => ArmorError::OtherType,
+            DataError::Malformed { .. } => ArmorError::Malformed,
+            DataError::NoHistory { .. } | DataError::SeveralSources { .. } => ArmorError::NoMessage,
+        };
+        let text = match &error {
+            DataError::SeveralSources { input, sources } => {
+                format!(
+                    "input `{input}` has several sources: give one of them as `source`, of {sources}"
+                )
+            }
+            error => error.to_string(),
+        };
+        Self::new(code, text)
     }
 }
 

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 /// The files that declare what C sees.
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 7] = [
     "src/failure.rs",
     "src/declaration.rs",
     "src/boundary/handles.rs",
     "src/boundary.rs",
     "src/boundary/received.rs",
+    "src/boundary/history.rs",
     "src/boundary/testing.rs",
 ];
 /// The enums, which no function names: C gives and takes their numbers.

@@ -36,6 +36,15 @@ impl NumberType {
         Self { name: "f64", typestr: "<f8", len: 8 },
     ];
 
+    /// What a value of this type is in Python.
+    pub fn python_name(self) -> &'static str {
+        match self.name {
+            "f32" | "f64" => "float",
+            "i64" => "int",
+            other => other,
+        }
+    }
+
     /// The type of this schema, if it is one of numbers.
     pub fn of_schema(schema: &Schema) -> Option<Self> {
         let name = schema.to_string();
@@ -121,15 +130,25 @@ impl<'py> ContiguousArray<'py> {
         let options = PyDict::new(py);
         options.set_item("order", "C")?;
         options.set_item("casting", "same_kind")?;
-        let array =
-            array.call_method("astype", (number.typestr,), Some(&options)).map_err(|_| {
-                let dtype = array.getattr("dtype").map(|dtype| dtype.to_string());
-                let (dtype, name) = (dtype.unwrap_or_default(), number.name);
-                let why =
-                    format!("an array of {dtype} is no array of {name}; convert it with astype");
-                PyTypeError::new_err(why)
-            })?;
-        let converted = Self::of_interface(&array, number)?;
+        let refuse = |of: &Bound<'py, PyAny>| {
+            let dtype = of.getattr("dtype").map(|dtype| dtype.to_string());
+            let (dtype, name) = (dtype.unwrap_or_default(), number.name);
+            let why = format!("an array of {dtype} is no array of {name}; convert it with astype");
+            PyTypeError::new_err(why)
+        };
+        let converted = array.call_method("astype", (number.typestr,), Some(&options));
+        let converted = converted.map_err(|_| refuse(&array))?;
+        // numpy converts whole numbers that do not fit to others.
+        let is_whole = !number.name.starts_with('f');
+        if is_whole
+            && !numpy.call_method1("array_equal", (&array, &converted))?.extract::<bool>()?
+        {
+            let name = number.name;
+            return Err(PyTypeError::new_err(format!(
+                "a number of the array is out of range for {name}"
+            )));
+        }
+        let converted = Self::of_interface(&converted, number)?;
         converted.ok_or_else(|| PyTypeError::new_err("an array without memory of its own"))
     }
 

@@ -101,15 +101,21 @@ impl ForeignComponent for PythonComponent {
                 let layout = layout.ok_or_else(|| ArmorError::new_err("an unknown input"))?;
                 let keep = || data.keep();
                 let message = MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?;
-                let header = self.names.wrap(py, header)?;
-                self.data_received.bind(py).call1((header, message))?;
+                let in_python = self.names.wrap(py, header)?;
+                self.handle.get().histories().add_message(header, data, &in_python, py);
+                self.data_received.bind(py).call1((in_python, message))?;
                 Ok(())
             };
-            receive().map_err(|error| explain_exception(py, &error))
+            let received = receive();
+            self.handle.get().histories().end_message();
+            received.map_err(|error| explain_exception(py, &error))
         })
     }
 
     fn exec(&mut self, call: armor_sdk::Call) -> Result<armor_sdk::Outcome, Fault> {
+        if call == armor_sdk::Call::Started {
+            self.handle.get().histories().clear();
+        }
         Python::attach(|py| {
             let returned = self.exec.bind(py).call1((PythonCall::from(call),));
             let outcome = returned.and_then(|returned| self.reports.read_outcome(&returned));

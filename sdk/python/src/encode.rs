@@ -5,7 +5,7 @@ use std::fmt::Display;
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyBytes, PyList, PyString, PyTuple};
 
 use crate::array::{ContiguousArray, NumberType};
 use crate::fault::MessageError;
@@ -176,12 +176,20 @@ impl<'py> EncodedMessage<'py> {
         number: NumberType,
         value: &Bound<'py, PyAny>,
     ) -> Result<(), ValueProblem> {
+        // `True` is an int of Python, and what was meant is another field.
+        if value.is_instance_of::<PyBool>() {
+            return Err(wrong_type(number.python_name(), value));
+        }
         let bytes = &mut self.bytes;
         match number.name {
             "f64" => bytes.extend_from_slice(&read_number::<f64>("float", value)?.to_le_bytes()),
             "f32" => {
-                bytes
-                    .extend_from_slice(&(read_number::<f64>("float", value)? as f32).to_le_bytes());
+                let wide = read_number::<f64>("float", value)?;
+                let narrow = wide as f32;
+                if narrow.is_infinite() && wide.is_finite() {
+                    return Err(out_of_range("f32", value));
+                }
+                bytes.extend_from_slice(&narrow.to_le_bytes());
             }
             "u8" => bytes.extend_from_slice(&read_number::<u8>("u8", value)?.to_le_bytes()),
             "i8" => bytes.extend_from_slice(&read_number::<i8>("i8", value)?.to_le_bytes()),
@@ -233,10 +241,14 @@ fn read_number<'py, T: FromPyObjectOwned<'py>>(
     value.extract::<T>().map_err(|error| {
         let error: PyErr = error.into();
         if error.is_instance_of::<PyOverflowError>(value.py()) {
-            return PyTypeError::new_err(format!("{value} is out of range for {expected}")).into();
+            return out_of_range(expected, value);
         }
         wrong_type(expected, value)
     })
+}
+
+fn out_of_range(expected: &str, value: &Bound<'_, PyAny>) -> ValueProblem {
+    PyTypeError::new_err(format!("{value} is out of range for {expected}")).into()
 }
 
 fn list_items<'py>(value: &Bound<'py, PyAny>) -> Result<Vec<Bound<'py, PyAny>>, ValueProblem> {

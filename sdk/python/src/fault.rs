@@ -11,6 +11,7 @@ create_exception!(_armor, ArmorError, PyException, "What Armor refuses, and why.
 create_exception!(_armor, DeclareError, ArmorError, "A port that cannot be declared.");
 create_exception!(_armor, SendError, ArmorError, "Data that were not published.");
 create_exception!(_armor, MessageError, ArmorError, "A message or its class that is malformed.");
+create_exception!(_armor, EndedError, ArmorError, "The end of what was observed, and why.");
 create_exception!(_armor, TestError, ArmorError, "What a test cannot do, or why a step failed.");
 
 /// Replaces what only a reader of Rust understands in a text of the SDK.

@@ -1,6 +1,6 @@
 //! Nine of the twelve functions, for a component's instance.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
 use armor_sdk::foreign::ForeignArmor;
 use armor_sdk::{DeclareError as RefusedPort, SendError as RefusedData};
@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 
 use crate::encode::EncodedMessage;
 use crate::fault::{ArmorError, DeclareError, SendError, in_python_words};
+use crate::history::{Histories, PythonHistory};
 use crate::layout::Layout;
 
 /// The handle of one component.
@@ -17,12 +18,19 @@ pub struct Handle {
     armor: ForeignArmor,
     outputs: Mutex<Vec<(String, Py<Layout>)>>,
     inputs: Mutex<Vec<(String, Py<Layout>)>>,
+    histories: Mutex<Histories>,
 }
 
 impl Handle {
     /// The handle of a component that declares its ports next.
     pub fn new(armor: ForeignArmor) -> Self {
-        Self { armor, outputs: Mutex::default(), inputs: Mutex::default() }
+        let (outputs, inputs) = (Mutex::default(), Mutex::default());
+        Self { armor, outputs, inputs, histories: Mutex::default() }
+    }
+
+    /// The histories of the inputs.
+    pub fn histories(&self) -> MutexGuard<'_, Histories> {
+        self.histories.lock().expect("no panic while it is locked")
     }
 
     /// The layout of what an input receives.
@@ -118,6 +126,23 @@ impl Handle {
         let pieces = encoded.pieces();
         let sent = py.detach(|| self.armor.send_data(id, &pieces));
         sent.map(|_| ()).map_err(refused_data)
+    }
+
+    fn history(
+        &self,
+        py: Python<'_>,
+        input: &str,
+        source: Option<&str>,
+    ) -> PyResult<PythonHistory> {
+        let Some(layout) = self.find_input(py, input) else {
+            let inputs = self.inputs.lock().expect("no panic while it is locked");
+            let known: Vec<_> = inputs.iter().map(|(id, _)| id.as_str()).collect();
+            return Err(ArmorError::new_err(format!(
+                "there is no input `{input}` whose history could be read (there are: {})",
+                known.join(", ")
+            )));
+        };
+        self.histories().open(py, input, source, layout)
     }
 
     fn timestamp(&self) -> f64 {

@@ -1,5 +1,6 @@
 //! Where data come from, as `data_received` gets it.
 
+use armor_sdk::tap::TapData;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -24,6 +25,23 @@ pub struct PythonHeader {
     /// The number of messages that were lost immediately before them.
     #[pyo3(get)]
     lost: u64,
+}
+
+impl PythonHeader {
+    /// The header of a message that a tool has received from `data`.
+    pub fn of_tap(py: Python<'_>, data: &str, message: &TapData) -> PyResult<Py<Self>> {
+        let header = &message.header;
+        let name = PyString::new(py, data).unbind();
+        let of_message = Self {
+            id: name.clone_ref(py),
+            data: name,
+            sequence: header.sequence,
+            stamp_s: header.stamp_s,
+            instance: header.instance,
+            lost: message.lost,
+        };
+        Py::new(py, of_message)
+    }
 }
 
 #[pymethods]

@@ -9,7 +9,9 @@ mod encode;
 mod fault;
 mod handle;
 mod header;
+mod history;
 mod layout;
+mod observe;
 mod outcome;
 mod tested;
 mod values;
@@ -21,13 +23,17 @@ mod _armor {
     #[pymodule_export]
     use crate::component::{log, manifest, run};
     #[pymodule_export]
-    use crate::fault::{ArmorError, DeclareError, MessageError, SendError, TestError};
+    use crate::fault::{ArmorError, DeclareError, EndedError, MessageError, SendError, TestError};
     #[pymodule_export]
     use crate::handle::Handle;
     #[pymodule_export]
     use crate::header::PythonHeader;
     #[pymodule_export]
+    use crate::history::{PythonHistory, PythonPast};
+    #[pymodule_export]
     use crate::layout::{Layout, decode, encode};
+    #[pymodule_export]
+    use crate::observe::{DataFeed, DataPublisher, SystemObserver, schema_parts};
     #[pymodule_export]
     use crate::outcome::{PythonCall, PythonOutcome};
     #[pymodule_export]

@@ -330,5 +330,52 @@ class TestRefusals(unittest.TestCase):
         self.assertIn("test_components.py, line", str(caught.exception))
 
 
+class Stepper(armor.Component):
+    """Reads a history."""
+
+    def __init__(self) -> None:
+        self.subscribe("steps", Count)
+        self.subscribe("other", Count)
+        self.seen: List[List[int]] = []
+
+    def data_received(self, header: armor.Header, data: Count) -> None:
+        self.seen.append([past.data.count for past in self.history("steps")])
+
+
+class TestHistory(unittest.TestCase):
+    def setUp(self) -> None:
+        self.stepper = TestedComponent(Stepper)
+        self.stepper.start()
+        for count in (1, 2, 3):
+            self.stepper.send("steps", Count(count=count))
+            self.stepper.pass_time(1.0)
+
+    def test_the_newest_message_is_the_first_and_is_the_one_that_is_received(self) -> None:
+        self.assertEqual(self.stepper.component.seen, [[1], [2, 1], [3, 2, 1]])
+        history = self.stepper.component.history("steps")
+        self.assertEqual(len(history), 3)
+        self.assertEqual([past.header.sequence for past in history], [2, 1, 0])
+        self.assertEqual(history[-1].data.count, 1)
+        self.assertFalse(history[0].follows_gap)
+        with self.assertRaises(IndexError):
+            history[3]
+
+    def test_a_time_finds_the_nearest_message_and_those_around_it(self) -> None:
+        history = self.stepper.component.history("steps")
+        nearest = history.nearest(1000.9)
+        self.assertEqual(nearest and nearest.data.count, 2)
+        for stamp_s, counts in ((1000.5, [1, 2]), (1001.0, [2, 2]), (999.0, None), (1003.0, None)):
+            around = history.around(stamp_s)
+            self.assertEqual(around and [past.data.count for past in around], counts, stamp_s)
+
+    def test_an_activation_forgets_the_history_and_a_wrong_input_is_named(self) -> None:
+        self.stepper.stop()
+        self.stepper.start()
+        self.assertEqual(len(self.stepper.component.history("steps")), 0)
+        self.assertIsNone(self.stepper.component.history("other").nearest(1000.0))
+        with self.assertRaisesRegex(armor.ArmorError, "no input `step`.*steps, other"):
+            self.stepper.component.history("step")
+
+
 if __name__ == "__main__":
     unittest.main()

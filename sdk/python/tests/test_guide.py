@@ -33,7 +33,7 @@ def run_listing(code: str, name: str) -> Dict[str, Any]:
 
 class TestListings(unittest.TestCase):
     def test_the_guide(self) -> None:
-        component, messages, test = listings("docs/python.md")
+        component, messages, test, _ = listings("docs/python.md")
         follower = TestedComponent(run_listing(component, "follower")["Follower"])
         follower.start()
         follower.send("scan", LaserScan(ranges=[0.9]))

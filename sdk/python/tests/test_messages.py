@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import importlib.util
 import math
 import pickle
 import unittest
@@ -18,6 +19,8 @@ from armor import messages
 from armor.messages import Image, LaserScan, Odometry, PowerSupplyStatus, Quaternion, Twist, Vector3
 
 SCHEMAS = Path(__file__).parents[2] / "tests" / "sdk" / "standard_messages.txt"
+# What `armor message export` writes of one message.
+KEPT = Path(__file__).parents[2] / "definitions" / "tests" / "kept"
 
 
 class Side(enum.Enum):
@@ -63,7 +66,17 @@ def everything() -> Everything:
     )
 
 
+
 class TestSchemas(unittest.TestCase):
+    def test_a_module_of_message_export_has_the_schema_that_it_was_written_from(self) -> None:
+        spec = importlib.util.spec_from_file_location("reading", KEPT / "reading.py")
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        self.assertEqual(armor.schema_of(module.Reading), (KEPT / "reading.schema").read_text().strip())
+        sent = module.Reading(ranges=[1.0], depth=2.0, state=module.Mode.Busy, names=["a"])
+        self.assertEqual(armor.decode(module.Reading, armor.encode(sent)), sent)
+
     def test_the_standard_messages_have_the_schemas_of_rust(self) -> None:
         expected = SCHEMAS.read_text().split()
         names = [schema.split("{")[0].split("<")[0] for schema in expected]
@@ -108,6 +121,89 @@ class TestSchemas(unittest.TestCase):
         with self.assertRaises(armor.MessageError) as raised:
             armor.schema_of(3)  # type: ignore[arg-type]
         self.assertIn("not a message class", str(raised.exception))
+
+
+class TestConversions(unittest.TestCase):
+    def test_a_number_that_would_become_another_one_is_refused_with_its_field(self) -> None:
+        @armor.message
+        class Mixed:
+            whole: int = 0
+            small: armor.u8 = 0
+            number: float = 0.0
+            single: armor.f32 = 0.0
+            flag: bool = False
+
+        for field, value, why in [
+            ("whole", 1.5, "type int is needed, not one of type float"),
+            ("whole", math.nan, "not one of type float"),
+            ("whole", 2**64, "out of range for int"),
+            ("whole", True, "not one of type bool"),
+            ("small", 256, "256 is out of range for u8"),
+            ("small", -1, "out of range for u8"),
+            ("number", True, "type float is needed, not one of type bool"),
+            ("number", "1", "not one of type str"),
+            ("single", 1e300, "out of range for f32"),
+            ("flag", 1, "type bool is needed"),
+        ]:
+            with self.assertRaises(armor.MessageError, msg=f"{field} = {value}") as raised:
+                armor.encode(Mixed(**{field: value}))
+            self.assertIn(f"Mixed.{field}: ", str(raised.exception))
+            self.assertIn(why, str(raised.exception))
+        kept = Mixed(whole=-(2**63), small=np.uint8(255), number=3, single=math.inf)  # type: ignore[arg-type]
+        self.assertEqual(armor.decode(Mixed, armor.encode(kept)), kept)
+
+    def test_so_is_one_of_an_array(self) -> None:
+        @armor.message
+        class Bytes:
+            data: NDArray[np.int8]
+
+        for values, why in [
+            (np.array([1.5]), "an array of float64 is no array of i8"),
+            (np.array([200]), "out of range for i8"),
+        ]:
+            with self.assertRaises(armor.MessageError) as raised:
+                armor.encode(Bytes(values))  # type: ignore[arg-type]
+            self.assertIn("Bytes.data: ", str(raised.exception))
+            self.assertIn(why, str(raised.exception))
+        self.assertEqual(armor.encode(Bytes(np.array([-5])))[8:], b"\xfb")  # type: ignore[arg-type]
+
+    def test_a_list_for_an_array_keeps_its_numbers_or_is_refused_with_its_field(self) -> None:
+        for values, why in [
+            ([300], "OccupancyGrid.data: 300 is out of range for int8"),
+            ([1.5], "OccupancyGrid.data: float64 values are no int8"),
+            ([math.nan], "OccupancyGrid.data: float64 values are no int8"),
+            ([b"1"], "OccupancyGrid.data: |S1 values are no int8"),
+        ]:
+            with self.assertRaises(armor.MessageError) as raised:
+                messages.OccupancyGrid(data=values)
+            self.assertIn(why, str(raised.exception))
+        with self.assertRaises(armor.MessageError) as raised:
+            LaserScan(ranges=[1e300])
+        self.assertIn("LaserScan.ranges: 1e+300 is out of range", str(raised.exception))
+        with self.assertRaises(armor.MessageError):
+            LaserScan(ranges=[True])
+        self.assertEqual(list(LaserScan(ranges=[1, 2.5]).ranges), [1.0, 2.5])
+        self.assertEqual(LaserScan(ranges=[]).ranges.dtype, np.float32)
+
+    def test_a_misspelt_field_is_refused_with_its_name(self) -> None:
+        with self.assertRaisesRegex(TypeError, "'y_m'"):
+            Spot(y_m=1.0)  # type: ignore[call-arg]
+        spot = Spot(1.0)
+        with self.assertRaisesRegex(AttributeError, "xx"):
+            spot.xx = 2.0  # type: ignore[attr-defined]
+        with self.assertRaisesRegex(AttributeError, "rangs"):
+            LaserScan().rangs = []  # type: ignore[attr-defined]
+
+        @armor.message
+        class Derived(Spot):
+            y: float = 0.0
+
+        derived = Derived(1.0, y=2.0)
+        derived.y = 3.0
+        with self.assertRaisesRegex(AttributeError, "z"):
+            derived.z = 1.0  # type: ignore[attr-defined]
+        self.assertEqual(armor.decode(Derived, armor.encode(derived)), derived)
+        self.assertEqual(pickle.loads(pickle.dumps(spot)), spot)
 
 
 class Component:

@@ -56,6 +56,8 @@ pub(super) struct RegistryState {
     pub(super) stranger: Option<Refusal>,
     pub(super) next_request: u64,
     pub(super) provided: Vec<DataEntry>,
+    /// What the launcher reserves.
+    pub(super) reserved: Option<Vec<String>>,
     pub(super) lookups: HashMap<u64, PendingLookup>,
     pub(super) lists: HashMap<u64, ListAnswer>,
     pub(super) watchers: Vec<mpsc::Sender<DirectoryChange>>,
@@ -88,6 +90,9 @@ impl RegistryState {
     }
 
     pub(super) fn declare_again(&mut self) {
+        if let Some(names) = self.reserved.clone() {
+            self.send_request(&RegistryRequest::Reserve { names });
+        }
         for entry in self.provided.clone() {
             let request = self.fresh_request();
             self.send_request(&RegistryRequest::Provide { request, entry });

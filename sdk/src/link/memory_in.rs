@@ -6,6 +6,7 @@ use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
+use armor_memory::step::{ProtocolStep, pass_step};
 use armor_memory::{LinkPage, PageLayout, RingEntry, RingReader, SlotView};
 use armor_wire::codec;
 use armor_wire::frame::{DataHeader, Frame, FrameKind};
@@ -51,6 +52,7 @@ impl MemoryReader {
         let offer: MemoryOfferBody = read_body(frame)?;
         let layout = PageLayout { cells: offer.cells, slots: offer.slots };
         let page = LinkPage::map(&take_file(files)?, layout).map_err(|e| e.to_string())?;
+        pass_step(ProtocolStep::PageMapped);
         Ok(Self {
             page: Arc::new(page),
             ring: RingReader::default(),
@@ -80,6 +82,7 @@ impl MemoryReader {
         let offer: SlotOfferBody = read_body(frame)?;
         let view = SlotView::map(&take_file(files)?, offer.len as usize)
             .map_err(|error| error.to_string())?;
+        pass_step(ProtocolStep::SlotMapped);
         self.slots.retain(|slot| slot.number != offer.slot);
         let offered = OfferedSlot { number: offer.slot, view: Arc::new(view), index: offer.index };
         self.slots.push(offered);
@@ -116,6 +119,7 @@ impl MemoryReader {
     /// Asks to be woken by the next message. `false` if there is one already.
     pub fn announce_sleep(&self) -> bool {
         self.page.words().announce_sleep();
+        pass_step(ProtocolStep::SleepAnnounced);
         !self.has_messages()
     }
 }

@@ -6,6 +6,7 @@ use std::os::fd::OwnedFd;
 use std::sync::atomic::AtomicU64;
 
 use armor_memory::page::{MAX_CELLS, MAX_SLOTS};
+use armor_memory::step::{ProtocolStep, pass_step};
 use armor_memory::{
     LinkPage, MemoryError, PageLayout, PageWords, Placement, RingEntry, RingWriter, SlotMemory,
     SlotPool,
@@ -172,9 +173,12 @@ impl LinkMemory {
         }
         let slot = &slots.slots()[place];
         words.lend(slot.index);
+        pass_step(ProtocolStep::SlotLent);
         let old = self.ring.push(words, RingEntry { slot: slot.number, fresh });
+        pass_step(ProtocolStep::EntryPushed);
         if let Some(old) = old.and_then(|old| slots.find(old.slot)) {
             words.release(old.index);
+            pass_step(ProtocolStep::EntryReplaced);
         }
         RingResult::Pushed { missed: old.is_some() }
     }
@@ -216,11 +220,13 @@ pub(super) fn place_message<'a>(
             let needed = SLOT_HEADER_LEN + len;
             let len = (needed + needed / 8).next_multiple_of(SLOT_STEP);
             let memory = SlotMemory::create(len)?;
+            pass_step(ProtocolStep::SlotCreated);
             removed = instead_of.map(|place| slots.remove(place).number);
             slots.add(index, len, memory)
         }
     };
     slots.mark_used(place);
+    pass_step(ProtocolStep::SlotPlaced);
     Ok(Some((place, removed)))
 }
 

@@ -4,6 +4,7 @@
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 use armor_memory::MemoryError;
+use armor_memory::step::{ProtocolStep, pass_step};
 use armor_wire::codec::{self, Encodable, EncodeError};
 use armor_wire::frame::{self, DATA_HEADER_LEN, DataHeader, Frame, FrameKind, PREFIX_LEN};
 use armor_wire::keep::Keep;
@@ -94,9 +95,11 @@ impl OutputState {
         };
         let slot = self.slots.slot_mut(place).memory.bytes_mut();
         write_slot_header(slot, header, len);
+        pass_step(ProtocolStep::HeaderWritten);
         if !write(&mut slot[SLOT_HEADER_LEN..]) {
             return;
         }
+        pass_step(ProtocolStep::SlotWritten);
         for at in takers {
             self.links[at].offer_slot(&self.slots, place, header.sequence);
         }
@@ -182,10 +185,12 @@ impl OutgoingLink {
                 return;
             }
         };
+        pass_step(ProtocolStep::PageCreated);
         let layout = memory.layout();
         let body =
             MemoryOfferBody { cells: layout.cells, slots: layout.slots, held: memory.most_held() };
         if self.send_with_file(FrameKind::MemoryOffer, &body, file.as_fd()) {
+            pass_step(ProtocolStep::PageOffered);
             self.memory = Some(memory);
         }
     }
@@ -202,6 +207,7 @@ impl OutgoingLink {
             {
                 return self.miss_message(sequence);
             }
+            pass_step(ProtocolStep::SlotOffered);
         }
         let fresh = self.fresh;
         let Some(memory) = &mut self.memory else { return };
@@ -222,6 +228,7 @@ impl OutgoingLink {
         self.last_sequence = Some(sequence);
         self.patience.restart();
         if must_wake && self.queue.is_empty() {
+            pass_step(ProtocolStep::WakeClaimed);
             // If the socket is full, the subscriber has bytes to wake up for.
             self.write(&frame::signal(FrameKind::Ready));
         }
@@ -239,6 +246,7 @@ impl OutgoingLink {
         if !was_offered || self.broken {
             return;
         }
+        pass_step(ProtocolStep::SlotRemoved);
         let Ok(bytes) = frame::to_bytes(FrameKind::SlotEnd, &SlotEndBody { slot }) else { return };
         self.send_unqueued(&bytes);
     }

@@ -5,6 +5,7 @@ use std::ops::{Deref, Range};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use armor_memory::step::{ProtocolStep, pass_step};
 use armor_memory::{LinkPage, SlotView};
 
 /// A message in a slot that this process holds. The last clone gives the slot back.
@@ -39,7 +40,9 @@ impl HeldSlot {
 
 impl Drop for SlotHold {
     fn drop(&mut self) {
+        pass_step(ProtocolStep::SlotReturning);
         self.page.words().release(self.index);
+        pass_step(ProtocolStep::SlotReturned);
         self.held.fetch_sub(1, Ordering::Relaxed);
     }
 }
@@ -74,7 +77,9 @@ impl<'a> Payload<'a> {
     pub fn store(self, spare: StoredPayload) -> StoredPayload {
         match self {
             Self::Slot(slot) if slot.0.held.load(Ordering::Relaxed) <= slot.0.most => {
-                StoredPayload::Slot(slot.clone())
+                let stored = StoredPayload::Slot(slot.clone());
+                pass_step(ProtocolStep::MessageStored);
+                stored
             }
             Self::Slot(_) | Self::Buffer(_) => {
                 let mut bytes = match spare {

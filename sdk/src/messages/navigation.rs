@@ -96,6 +96,58 @@ pub struct SlamDiagnostics {
     pub dropped: u64,
 }
 
+/// What a zone of the map requires of a robot (our own; ROS has no such message).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub enum ZoneRule {
+    /// It must not enter.
+    #[default]
+    NoGo,
+    /// It must not leave. Of several such zones, it must be in one.
+    StayIn,
+    /// It must not be faster than the zone's speed.
+    Speed,
+    /// Nothing: that a robot comes near it is reported.
+    Observe,
+}
+
+/// An area of the map, with its boundary: a polygon or a circle (our own).
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Zone {
+    /// Its name, unique among the zones.
+    pub name: String,
+    /// What it requires.
+    pub kind: ZoneRule,
+    /// Distance that the robot's outline must keep from it, in metres; from its boundary where the
+    /// robot must stay in it.
+    #[message(unit = "m")]
+    pub margin: f64,
+    /// Fastest speed in a `Speed` zone, in metres per second; 0 in the others.
+    #[message(unit = "m/s")]
+    pub speed: f64,
+    /// Corners of the polygon, in either order, the first one not repeated; empty for a circle.
+    pub polygon: Vec<Point>,
+    /// Centre of the circle, if it is one.
+    pub centre: Point,
+    /// Radius of the circle, in metres; 0 for a polygon.
+    #[message(unit = "m")]
+    pub radius: f64,
+}
+
+/// All zones of a map; they replace those before (our own).
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Zones {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the map.
+    pub frame: String,
+    /// The zones.
+    pub zones: Vec<Zone>,
+}
+
 /// The robot's pose and velocity, estimated from its own motion.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use armor_socket::{OwnerError, Stream, check_client, is_temporary};
+use armor_socket::{OwnerError, Stream, check_client, is_temporary, own_key};
 use armor_wire::acting::{Opening, Preface};
 use armor_wire::codec::MAX_HELLO_LEN;
 use armor_wire::control::Role;
@@ -144,6 +144,7 @@ impl Handshakes {
         datagrams: &mut DatagramService,
     ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
+        check_role(&hello, &self.participant.identity.name)?;
         let from = match pending.opening.preface() {
             Some(preface) if preface.role().is_some() => name_remote_tool(&hello.from, preface),
             // A process of this host, or of another host of the system.
@@ -316,6 +317,26 @@ impl PendingHandshake {
                 }
             }
         }
+    }
+}
+
+/// Refuses the roles that only the executive and the launcher of this run have.
+fn check_role(hello: &Hello, own_name: &str) -> Result<(), Refusal> {
+    let Purpose::Control { role: role @ (Role::Executive | Role::Launcher) } = hello.purpose else {
+        return Ok(());
+    };
+    match own_key(own_name) {
+        Some(key) if !key.verify(hello) => {
+            let text = format!(
+                "a control connection as {role:?} is only for the executive and the launcher of the \
+                 run that has started `{own_name}`, not for `{}`; order it through the mission \
+                 (armor mission) or the launcher (armor stop, armor restart)",
+                hello.from
+            );
+            Err(Refusal::new(RefusalCode::Role, text))
+        }
+        // It was started by hand.
+        None | Some(_) => Ok(()),
     }
 }
 

@@ -23,6 +23,7 @@ use crate::daemon::stream::AsyncStream;
 use armor_wire::peer::{CloseReason, PeerId};
 
 /// What a connection reports to the server.
+#[allow(clippy::large_enum_variant, reason = "there is one `Hello` for each connection")]
 pub(crate) enum ConnectionEvent<Q> {
     /// A hello was read.
     Hello { address: SocketAddr, hello: Hello, preface: Option<Preface>, outgoing: Arc<Outgoing> },

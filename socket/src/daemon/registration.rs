@@ -21,6 +21,7 @@ use tracing::{info, warn};
 
 use crate::connect::reject_self_connection;
 use crate::daemon::stream::AsyncStream;
+use crate::run_keys::own_key;
 use crate::stream::Stream;
 use crate::tuning::tune;
 
@@ -143,7 +144,10 @@ async fn run_session(
     tune(&stream)?;
     let stream = AsyncStream::new(stream)?;
     let purpose = Purpose::Registry { entry: Some(entry.clone()) };
-    let hello = Hello::new(&entry.name, entry.instance, purpose);
+    let mut hello = Hello::new(&entry.name, entry.instance, purpose);
+    if let Some(key) = own_key(&entry.name) {
+        key.prove(&mut hello);
+    }
     let mut frames = FrameReader::with_limit(MAX_CONTROL_LEN);
     let bytes = frame::to_bytes(FrameKind::Hello, &hello)?;
     let welcome = time::timeout(PATIENCE, async {

@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 use armor_carmen_player::log::CarmenLog;
+use armor_exchange::{PlanFormat, read_plan, write_plan};
 use armor_executive::journal::verify_bytes;
 use armor_grid_slam::state::decode_state;
 use armor_keys::revoked::parse_revoked;
@@ -27,7 +28,7 @@ use armor_wire::shared_memory::read_slot;
 pub type FileDecoder = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const DECODERS: [FileDecoder; 11] = [
+pub const DECODERS: [FileDecoder; 12] = [
     ("guards", read_guard),
     ("pnml", read_pnml),
     ("tina", read_tina),
@@ -39,6 +40,7 @@ pub const DECODERS: [FileDecoder; 11] = [
     ("rings", read_ring),
     ("datagrams", read_datagrams),
     ("recordings", read_recording),
+    ("plans", read_plans),
 ];
 
 /// Most messages of one input that are read: what is compressed may become much longer.
@@ -124,6 +126,19 @@ pub fn read_tina(bytes: &[u8]) {
             }
         }
         Err(error) => assert!(error.line > 0 && error.column > 0 && !error.to_string().is_empty()),
+    }
+}
+
+/// A plan of another planner, in any of the formats. What is read can be written in all formats,
+/// unless it has several routes.
+pub fn read_plans(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    for format in PlanFormat::ALL {
+        let Ok(plan) = read_plan(text, *format) else { continue };
+        for to in PlanFormat::ALL {
+            let written = write_plan(&plan, *to);
+            assert!(written.is_ok() || plan.routes.len() > 1, "{written:?}");
+        }
     }
 }
 

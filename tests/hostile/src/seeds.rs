@@ -1,4 +1,4 @@
-//! Well-formed inputs of each decoder. They are made here, so that none is stored.
+//! Well-formed inputs of each decoder, as the formats are today. `fuzz/corpus` keeps some of them.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
+use armor_exchange::{PlanFormat, read_plan, write_plan};
 use armor_executive::journal;
 use armor_grid_slam::config::Config;
 use armor_grid_slam::pose::Pose as SlamPose;
@@ -56,6 +57,15 @@ const WORLD: &str = r##"<svg width="10" height="8"><!-- walls --><g transform="t
 <circle id="start" cx="1" cy="0.5" r="0.2" transform="rotate(90)"/>
 <circle class="start" id="blue" cx="2" cy="0.5"/><polygon points="2,2 3,2 3,3"/></svg>"##;
 
+const WAYPOINTS: &str = "QGC WPL 110\n0 1 0 16 0 0 0 0 48.1 2.1 35 1\n\
+                         1 0 3 22 0 0 0 0 0 0 20 1\n2 0 3 16 5 0 0 0 48.2 2.2 20 1\n\
+                         3 0 2 178 1 4 -1 0 0 0 0 1\n4 0 2 177 2 3 0 0 0 0 0 1\n";
+
+const AREA: &str = r#"{"type":"FeatureCollection","features":[
+{"type":"Feature","properties":{"kind":"no-go"},"geometry":{"type":"Polygon","coordinates":[[[2,48],[2.2,48],[2.2,48.2],[2,48]]]}},
+{"type":"Feature","properties":{"kind":"stay-in","radius_m":50},"geometry":{"type":"Point","coordinates":[2.1,48.1]}},
+{"type":"Feature","properties":{"kind":"rally","name":"R"},"geometry":{"type":"Point","coordinates":[2.1,48.1]}}]}"#;
+
 const LOG: &str = "# a log\nPARAM robot_front_laser_max 81.9\n\
 ODOM 0.1 0.2 0.3 0.4 0.5 0.6 10.5 host 10.6\n\
 FLASER 4 1.0 2.5 81.9 0.3 0.1 0.2 0.3 0.1 0.2 0.3 10.5 host 10.6\n\
@@ -80,8 +90,21 @@ pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
         "rings" => make_rings(),
         "datagrams" => make_datagrams(),
         "recordings" => make_recordings()?,
+        "plans" => make_plans()?,
         _ => return Err(anyhow!("there is no decoder called {name}")),
     })
+}
+
+/// A plan with a fence and a rally point, in each format.
+fn make_plans() -> Result<Vec<Vec<u8>>> {
+    let mut plan = read_plan(WAYPOINTS, PlanFormat::WaypointList)?;
+    let area = read_plan(AREA, PlanFormat::GeoJson)?;
+    (plan.fences, plan.rally_points) = (area.fences, area.rally_points);
+    let mut plans = Vec::new();
+    for format in PlanFormat::ALL {
+        plans.push(write_plan(&plan, *format)?.0.into_bytes());
+    }
+    Ok(plans)
 }
 
 /// Small recordings: complete ones of each compression, and one whose recorder was killed.

@@ -1,5 +1,8 @@
 //! Thousands of damaged files for every decoder: each gets an answer, and none a panic.
 
+#[path = "../../../fuzz/kept_corpus.rs"]
+mod kept_corpus;
+
 use std::path::Path;
 
 use armor_hostile::damage::damage_one;
@@ -33,6 +36,28 @@ fn check(name: &str) {
             std::fs::write(&path, &input).expect("it is written");
             panic!("{name}: input {number} of seed {seed} is in {}", path.display());
         }
+    }
+}
+
+/// Damaged inputs that are kept of each decoder, next to the well-formed ones.
+const KEPT_DAMAGED: usize = 24;
+/// Longest of these, in bytes: a short one shows a fault better.
+const KEPT_LEN: usize = 2 << 10;
+
+/// What `fuzz/corpus` keeps of a decoder. A secret key is not kept, not even that of a test.
+fn make_corpus(name: &str) -> Vec<Vec<u8>> {
+    let seeds = make_seeds(name, &folder_of(&format!("corpus-{name}"))).expect("seeds");
+    let damaged = (0..1000).map(|number| damage_one(&seeds, &mut Rng::with_seed(number)));
+    let damaged = damaged.filter(|input| input.len() <= KEPT_LEN).take(KEPT_DAMAGED);
+    let corpus: Vec<Vec<u8>> = seeds.iter().cloned().chain(damaged).collect();
+    let has_secret = |input: &Vec<u8>| String::from_utf8_lossy(input).contains("PRIVATE");
+    corpus.into_iter().filter(|input| !has_secret(input)).collect()
+}
+
+#[test]
+fn the_kept_inputs_of_every_decoder_get_an_answer() {
+    for (name, decode) in DECODERS {
+        kept_corpus::run_corpus(name, decode, || make_corpus(name));
     }
 }
 
@@ -76,6 +101,11 @@ fn every_seed_is_well_formed() {
         let count = messages.filter(|message| message.payload.is_ok()).count();
         assert!(count == 6 || (!is_whole && count > 0), "{count}");
     }
+    for (seed, format) in seeds("plans").iter().zip(armor_exchange::PlanFormat::ALL) {
+        let plan = armor_exchange::read_plan(&text(seed), *format).expect("a plan");
+        let marks = plan.fences.len() + plan.rally_points.len();
+        assert!(plan.routes[0].items.len() + marks > 1, "{plan:?}");
+    }
     let keys = seeds("keys");
     assert!(armor_keys::revoked::parse_revoked(&text(&keys[0])).is_ok_and(|it| it.len() == 1));
     assert!(armor_keys::KeyFile::from_text(&text(&keys[1])).is_ok());
@@ -94,6 +124,11 @@ fn any_net_in_pnml_gets_an_answer() {
 #[test]
 fn any_net_of_tina_gets_an_answer() {
     check("tina");
+}
+
+#[test]
+fn any_plan_gets_an_answer() {
+    check("plans");
 }
 
 #[test]

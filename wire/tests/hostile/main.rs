@@ -1,9 +1,12 @@
 //! Hundreds of thousands of random and damaged inputs, from a fixed seed, on everything that reads
 //! a stranger's bytes: nothing panics, and a short input takes little memory.
 //!
-//! `HOSTILE_SEED` and `HOSTILE_INPUTS` choose others; `fuzz/` runs for hours.
+//! `HOSTILE_SEED` and `HOSTILE_INPUTS` choose others; `fuzz/` runs for hours. The inputs that it keeps run
+//! first.
 
 mod entry;
+#[path = "../../../fuzz/kept_corpus.rs"]
+mod kept_corpus;
 
 use std::alloc::System;
 
@@ -43,17 +46,20 @@ fn component() -> ComponentEntry {
     ComponentEntry { name, kind, instance: 9, pid: 4711, host, endpoint }
 }
 
-/// Well-formed inputs to damage: values, frames, schema texts, and payloads with their schema.
-fn seeds() -> Vec<Vec<u8>> {
-    fn add<T: WireType>(seeds: &mut Vec<Vec<u8>>, kind: FrameKind, value: &T) {
+/// Well-formed inputs to damage, each with the reader that it is for: values, frames, schema texts, and
+/// payloads with their schema.
+fn seeds() -> Vec<(&'static str, Vec<u8>)> {
+    type Seeds = Vec<(&'static str, Vec<u8>)>;
+    fn add<T: WireType>(seeds: &mut Seeds, kind: FrameKind, value: &T) {
         let body = codec::encode(value).expect("short");
         let schema = T::schema().to_string();
-        seeds.push([schema.as_bytes(), &[0], &body].concat());
-        seeds.push(schema.into());
+        seeds.push(("json", [schema.as_bytes(), &[0], &body].concat()));
+        seeds.push(("schema", schema.into()));
         let frame = to_bytes(kind, value).expect("short");
-        seeds.push([&[3], &frame[..], &signal(FrameKind::Beat), &frame].concat());
-        seeds.push(frame);
-        seeds.push(body);
+        let stream = [&[3], &frame[..], &signal(FrameKind::Beat), &frame].concat();
+        seeds.push(("frames", stream));
+        seeds.push(("hello", frame));
+        seeds.push(("control", body));
     }
     let link = LinkRequest {
         data: "laser.scan".into(),
@@ -88,7 +94,7 @@ fn seeds() -> Vec<Vec<u8>> {
         ..Default::default()
     };
     let outcome = ReportKind::Failed { reason: "no".into() };
-    let mut seeds = Vec::new();
+    let mut seeds = Seeds::new();
     let registered = Purpose::Registry { entry: Some(component()) };
     add(&mut seeds, FrameKind::Hello, &Hello::new("a", 1, Purpose::Link { link }));
     add(&mut seeds, FrameKind::Hello, &Hello::new("laser", 9, registered));
@@ -105,7 +111,7 @@ fn seeds() -> Vec<Vec<u8>> {
         to_bytes(FrameKind::Preface, &preface).expect("short"),
         to_bytes(FrameKind::Hello, &observer).expect("short"),
     ];
-    seeds.push(frames.concat());
+    seeds.push(("opening", frames.concat()));
     let address = "127.0.0.1:20001".into();
     add(&mut seeds, FrameKind::Control, &GateRequest::Connect { address, acts_for: Some(preface) });
     add(&mut seeds, FrameKind::Control, &remote_start());
@@ -113,10 +119,10 @@ fn seeds() -> Vec<Vec<u8>> {
     let event = RemoteEvent::Output { stream: OutputStream::Error, bytes: b"line\n".to_vec() };
     add(&mut seeds, FrameKind::Control, &event);
     let header = DataHeader { sequence: 1, stamp_s: 2.0, instance: 3, fresh: true };
-    seeds.push([&[200], &header.to_bytes(4)[..], b"data"].concat());
+    seeds.push(("frames", [&[200], &header.to_bytes(4)[..], b"data"].concat()));
     for text in ["[[[?u8]]]", "S{a:[E<A,B{x:[string]}>],b:[[f64;3];3]}", "2.5m/s", "10min"] {
-        seeds.push(text.into());
-        seeds.push([text.as_bytes(), &[0; 40]].concat());
+        seeds.push(("schema", text.into()));
+        seeds.push(("json", [text.as_bytes(), &[0; 40]].concat()));
     }
     seeds
 }
@@ -179,6 +185,29 @@ fn from_environment(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
+/// Damaged inputs that are kept of each reader, next to the well-formed ones.
+const KEPT_DAMAGED: usize = 24;
+/// Longest of these, in bytes: a short one shows a fault better.
+const KEPT_LEN: usize = 200;
+
+/// What `fuzz/corpus` keeps of a reader.
+fn make_corpus(reader: &str) -> Vec<Vec<u8>> {
+    let all: Vec<Vec<u8>> = seeds().into_iter().map(|(_, seed)| seed).collect();
+    let own = seeds().into_iter().filter(|(own, _)| *own == reader);
+    let mut corpus: Vec<Vec<u8>> = own.map(|(_, seed)| seed).collect();
+    let (mut random, well_formed) = (fastrand::Rng::with_seed(0x5eed), corpus.clone());
+    let mut tries = 0;
+    while corpus.len() < well_formed.len() + KEPT_DAMAGED && tries < 10_000 {
+        tries += 1;
+        let mut input = well_formed[random.usize(..well_formed.len())].clone();
+        damage(&mut input, &all, &mut random);
+        if input.len() <= KEPT_LEN {
+            corpus.push(input);
+        }
+    }
+    corpus
+}
+
 // One test, so that the memory of no other test is counted.
 #[test]
 fn damaged_input_neither_panics_nor_takes_much_memory() {
@@ -188,7 +217,11 @@ fn damaged_input_neither_panics_nor_takes_much_memory() {
         "HOSTILE_SEED={seed} HOSTILE_INPUTS={inputs}, each to {} readers",
         entry::ENTRIES.len()
     );
-    let (mut random, seeds) = (fastrand::Rng::with_seed(seed), seeds());
+    for (name, run) in entry::ENTRIES {
+        kept_corpus::run_corpus(name, run, || make_corpus(name));
+    }
+    let seeds: Vec<Vec<u8>> = seeds().into_iter().map(|(_, seed)| seed).collect();
+    let mut random = fastrand::Rng::with_seed(seed);
     let (mut worst, mut most) = (0, 0);
     for round in 0..inputs {
         let mut input = seeds[random.usize(..seeds.len())].clone();

@@ -8,6 +8,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod killed;
+mod pairs;
 mod recorded;
 mod worse;
 

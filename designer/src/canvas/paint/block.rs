@@ -44,7 +44,7 @@ impl<Id: DiagramId> Canvas<Id> {
         if let Some(badge) = &node.badge
             && frame.zoom > PLAIN
         {
-            self.paint_badge(frame, marked, badge);
+            self.paint_badge(frame, marked, badge, node.shape);
         }
         paint_mark(frame, node, marked);
     }
@@ -124,12 +124,23 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 
     /// The number of what is missing: ArMoR's, at the upper right.
-    pub(super) fn paint_badge(&mut self, frame: &PaintFrame<'_, Id>, area: Rect, badge: &Badge) {
+    pub(super) fn paint_badge(
+        &mut self,
+        frame: &PaintFrame<'_, Id>,
+        area: Rect,
+        badge: &Badge,
+        shape: NodeShape,
+    ) {
         // Less than this cannot be read.
         let size = 18.0 * frame.zoom.clamp(0.9, 1.3);
         let width = size.max(badge.text.chars().count() as f32 * size * 0.55 + size * 0.4);
         // Mostly above the block, so that it does not cover the name.
-        let at = area.right_top() + vec2(-width * 0.35, -size * 0.4);
+        let aside = match shape {
+            // A word at a bar would cover its mark: it begins at the middle of the bar.
+            NodeShape::Bar => width * 0.5 - area.width() * 0.5,
+            _ => -width * 0.35,
+        };
+        let at = area.right_top() + vec2(aside, -size * 0.4);
         let pill = Rect::from_center_size(at, vec2(width, size));
         let tint = badge.tint.unwrap_or(frame.colours.error);
         frame.painter.rect_filled(pill, size / 2.0, tint);

@@ -1,10 +1,10 @@
 //! The nodes of a net: places as pills with their tokens, transitions as bars.
 
-use eframe::egui::{Align2, Rect, Stroke, StrokeKind, Vec2, vec2};
+use eframe::egui::{Align, Align2, Pos2, Rect, Stroke, StrokeKind, Vec2, vec2};
 
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{ALONE, Label, draw};
+use crate::canvas::labels::{ALONE, Label, draw, measure};
 use crate::canvas::node::{BAR_LINE, BAR_TEXT, DiagramNode, NodeShape, Outline};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::state::Canvas;
@@ -13,6 +13,8 @@ use armor_picture::theme::{BODY, LEAST_TEXT, SMALL, mix};
 
 /// From line to line in a place.
 const LINE: f32 = 16.0;
+/// Least height of a line beneath a bar, in points.
+const LEAST_LINE: f32 = 15.0;
 /// Most tokens that are drawn as dots; more are a number.
 const MAX_DOTS: u32 = 4;
 
@@ -65,7 +67,7 @@ impl<Id: DiagramId> Canvas<Id> {
                     let halo = Stroke::new(1.0, colours.accent);
                     frame.painter.rect_stroke(area.expand(3.0), round, halo, StrokeKind::Outside);
                 }
-                self.paint_bar_texts(frame, node, area);
+                self.paint_bar_texts(frame, number);
             }
         }
     }
@@ -95,19 +97,80 @@ impl<Id: DiagramId> Canvas<Id> {
         }
     }
 
-    fn paint_bar_texts(&mut self, frame: &PaintFrame<'_, Id>, node: &DiagramNode<Id>, area: Rect) {
-        let (colours, zoom) = (frame.colours, frame.zoom);
-        let top = area.center_bottom() + Vec2::new(0.0, 4.0 + BAR_LINE / 2.0) * zoom;
+    /// Finds out which lines of the texts of bars have room at this size: a line that would cover
+    /// another text or a node is left out, with those after it. The tooltip has all of them.
+    pub(super) fn reserve_bar_texts(&mut self, frame: &PaintFrame<'_, Id>, shown: Rect) {
+        self.bar_lines.clear();
+        for number in self.grid.nodes_in(shown, frame.diagram.nodes.len()) {
+            let mut areas = Vec::new();
+            for (at, label) in self.bar_labels(frame, number) {
+                let Some(size) = measure(frame.painter, frame.zoom, label) else { break };
+                let area = label.anchor.anchor_size(at, size);
+                let is_covered = self.labels.iter().any(|other| other.intersects(area))
+                    || self.covers_node(frame, number, area);
+                if is_covered {
+                    break;
+                }
+                areas.push(area);
+            }
+            let count = areas.len();
+            self.labels.extend(areas);
+            self.bar_lines.insert(number, count);
+        }
+    }
+
+    /// Whether an area of the window covers a node other than this one.
+    fn covers_node(&self, frame: &PaintFrame<'_, Id>, own: usize, area: Rect) -> bool {
+        let nodes = &frame.diagram.nodes;
+        let area = Rect::from_min_max(self.to_drawing(area.min), self.to_drawing(area.max));
+        let shift = |n: &usize| self.shift_of(frame, *n) - self.shift_of(frame, own);
+        let near = self.grid.nodes_in(area, nodes.len()).into_iter().filter(|n| *n != own);
+        let mut near = near.filter(|n| shift(n) == Vec2::ZERO);
+        near.any(|n| nodes[n].rect.translate(self.shift_of(frame, own)).intersects(area))
+    }
+
+    fn shift_of(&self, frame: &PaintFrame<'_, Id>, node: usize) -> Vec2 {
+        let is_moved = self.selection.contains(frame.diagram.nodes[node].item);
+        if is_moved { frame.shift } else { Vec2::ZERO }
+    }
+
+    /// The lines of the text of a bar, each with its point in the window.
+    fn bar_labels<'a>(&self, frame: &PaintFrame<'a, Id>, number: usize) -> Vec<(Pos2, Label<'a>)> {
+        let (colours, zoom, diagram) = (frame.colours, frame.zoom, frame.diagram);
+        let node = &diagram.nodes[number];
+        let Some(text) = diagram.bar_text(number) else { return Vec::new() };
+        let area = text.area.translate(self.shift_of(frame, number));
+        let area = self.viewport.area_to_window(self.rect, area);
         let title = (&node.title, BODY, colours.text);
         let lines = node.lines.iter().map(|line| {
             (&line.text, SMALL, if line.is_weak { colours.weak } else { colours.text })
         });
-        for (n, (text, size, colour)) in [title].into_iter().chain(lines).enumerate() {
+        let lines = std::iter::once(title).chain(lines).enumerate();
+        let lines = lines.filter(|(_, (text, ..))| !text.is_empty());
+        let x = match text.align {
+            Align::Min => area.left(),
+            Align::Center => area.center().x,
+            Align::Max => area.right(),
+        };
+        let anchor = Align2([text.align, Align::Center]);
+        // Letters do not get smaller than they can be read: the bar is not covered then either.
+        let height = (BAR_LINE * zoom).max(LEAST_LINE);
+        let is_above = text.area.max.y <= node.rect.min.y;
+        let count = if BAR_LINE * zoom < LEAST_TEXT - 0.5 { 1 } else { 1 + node.lines.len() };
+        let top = if is_above { area.bottom() - height * count as f32 } else { area.top() };
+        let label = |(n, (text, size, colour)): (usize, (&'a String, f32, _))| {
+            let y = top + height * (n as f32 + 0.5);
             let room = if n == 0 { ALONE } else { BAR_LINE };
-            let at = top + Vec2::new(0.0, BAR_LINE * n as f32) * zoom;
             let width = BAR_TEXT * zoom;
-            let anchor = Align2::CENTER_CENTER;
-            draw(frame.painter, zoom, at, Label { text, size, room, width, colour, anchor });
+            (Pos2::new(x, y), Label { text, size, room, width, colour, anchor })
+        };
+        lines.map(label).collect()
+    }
+
+    fn paint_bar_texts(&mut self, frame: &PaintFrame<'_, Id>, number: usize) {
+        let count = self.bar_lines.get(&number).copied().unwrap_or(0);
+        for (at, label) in self.bar_labels(frame, number).into_iter().take(count) {
+            draw(frame.painter, frame.zoom, at, label);
         }
     }
 

@@ -5,7 +5,7 @@ use eframe::egui::{Align2, Color32, Pos2, Shape as Painted, Stroke, Vec2, vec2};
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
 use crate::canvas::labels::{Label, draw};
-use crate::canvas::node::{Direction, PortAt, PortSide};
+use crate::canvas::node::{Direction, NodePort, PortAt, PortSide};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
@@ -15,10 +15,10 @@ use armor_picture::theme::{SMALL, mix};
 const SIZE: f32 = 5.5;
 /// From port to port of a block.
 const PORT_ROOM: f32 = 20.0;
-/// The largest share of a block's width that a port's name takes.
-const NAME_SHARE: f32 = 0.62;
-/// The same if there is a port at the other side.
-const FACED_SHARE: f32 = 0.43;
+/// Space around the names of two ports that face each other.
+const NAME_MARGINS: f32 = 30.0;
+/// The least share of the width that one of them gets.
+const LEAST_SHARE: f32 = 0.38;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_ports(
@@ -77,11 +77,15 @@ impl<Id: DiagramId> Canvas<Id> {
                 PortSide::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
                 _ => (Align2::LEFT_CENTER, vec2(11.0, 0.0)),
             };
-            let is_faced = node.ports.iter().any(|other| {
+            // Two names that face each other share the width by their lengths.
+            let letters = |port: &NodePort| port.name.chars().count() as f32;
+            let facing = node.ports.iter().filter(|other| {
                 other.side != port.side && (other.at.y - port.at.y).abs() < PORT_ROOM / 2.0
             });
-            let share = if is_faced { FACED_SHARE } else { NAME_SHARE };
-            let width = node.rect.width() * share * frame.zoom;
+            let other = facing.map(letters).fold(0.0, f32::max);
+            let share = letters(port) / (letters(port) + other).max(1.0);
+            let share = if other > 0.0 { share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE) } else { 1.0 };
+            let width = (node.rect.width() - NAME_MARGINS) * share * frame.zoom;
             let label = Label {
                 text: &port.name,
                 size: SMALL,

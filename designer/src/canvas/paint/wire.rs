@@ -1,8 +1,9 @@
 //! Wires, and the one that is being dragged.
 
-use eframe::egui::{Align2, Color32, Pos2, Rect, Shape as Painted, Stroke, Vec2};
+use eframe::egui::{Align2, Color32, Pos2, Rect, Shape as Painted, Stroke, StrokeKind, Vec2};
 
-use crate::canvas::curve::curve;
+use crate::canvas::bundle::Bundle;
+use crate::canvas::curve::{curve, point_at};
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::edges::{path, wire_ends};
 use crate::canvas::hit::Hit;
@@ -23,6 +24,12 @@ const PIECE: f32 = 14.0;
 const LABEL_PLACES: [f32; 7] = [0.5, 0.38, 0.62, 0.26, 0.74, 0.16, 0.84];
 /// Space around the text of a wire.
 const LABEL_MARGIN: f32 = 3.0;
+/// Width of the common line of a bundle at actual size.
+const TRUNK: f32 = 3.0;
+/// Pieces of that line.
+const BUNDLE_PIECES: usize = 24;
+/// Space at both sides of the number of links in a bundle.
+const COUNT_MARGIN: f32 = 6.0;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_wire(&mut self, frame: &PaintFrame<'_, Id>, number: usize) {
@@ -41,6 +48,12 @@ impl<Id: DiagramId> Canvas<Id> {
             return;
         }
         let pieces = ((to - from).length() / PIECE).clamp(2.0, 24.0) as usize;
+        if let Some(bundle) = self.closed_bundle(frame.diagram, number) {
+            let parts = frame.diagram.bundled_path(bundle, number, shift, BUNDLE_PIECES);
+            return parts.into_iter().for_each(|parts| {
+                self.paint_bundled(frame, bundle, number, parts, stroke);
+            });
+        }
         let Some(points) = path(frame.diagram, number, shift, pieces) else { return };
         let points: Vec<Pos2> = points.into_iter().map(|at| self.to_window(at)).collect();
         paint_end(frame, &points, wire.end, stroke);
@@ -73,6 +86,56 @@ impl<Id: DiagramId> Canvas<Id> {
                     .set(back, Painted::rect_filled(rect.expand(LABEL_MARGIN), 3.0, paper));
             }
         }
+    }
+
+    /// Paints a link in its bundle: its ends, and with the first link the common line with the
+    /// number of links.
+    fn paint_bundled(
+        &mut self,
+        frame: &PaintFrame<'_, Id>,
+        bundle: &Bundle,
+        number: usize,
+        [out, trunk, into]: [Vec<Pos2>; 3],
+        stroke: Stroke,
+    ) {
+        let shown = |points: Vec<Pos2>| -> Vec<Pos2> {
+            points.into_iter().map(|at| self.to_window(at)).collect()
+        };
+        let [out, trunk, into] = [out, trunk, into].map(shown);
+        frame.painter.add(Painted::line(out, stroke));
+        frame.painter.add(Painted::line(into, stroke));
+        if bundle.wires.first() != Some(&number) {
+            return;
+        }
+        let zoom = frame.zoom.clamp(0.5, 1.5);
+        let colour = if frame.pending.is_some() {
+            frame.colours.wire.gamma_multiply(0.4)
+        } else {
+            frame.colours.wire
+        };
+        let middle = point_at(&trunk, 0.5);
+        let trunk_line = Stroke::new(stroke.width.max(TRUNK * zoom), colour);
+        frame.painter.add(Painted::line(trunk, trunk_line));
+        if frame.zoom < DETAIL {
+            return;
+        }
+        let count = bundle.wires.len().to_string();
+        let label = Label {
+            text: &count,
+            size: SMALL,
+            room: PORT_ROOM,
+            width: f32::INFINITY,
+            colour: frame.colours.text,
+            anchor: Align2::CENTER_CENTER,
+        };
+        let Some(size) = measure(frame.painter, frame.zoom, label) else { return };
+        let margin = Vec2::new(COUNT_MARGIN, 1.0);
+        let pill = Rect::from_center_size(middle, size + 2.0 * margin);
+        self.labels.push(pill);
+        let line = Stroke::new(1.0, colour);
+        let (round, paper) = (pill.height() / 2.0, frame.colours.background);
+        frame.painter.rect(pill, round, paper, line, StrokeKind::Inside);
+        draw(frame.painter, frame.zoom, middle, label);
     }
 
     fn wire_ink(&self, frame: &PaintFrame<'_, Id>, number: usize) -> (Color32, f32) {
@@ -159,20 +222,6 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 }
 
-/// Returns the point at a share of the length of a wire.
-fn point_at(points: &[Pos2], share: f32) -> Pos2 {
-    let lengths = points.windows(2).map(|pair| pair[0].distance(pair[1]));
-    let mut rest = share * lengths.sum::<f32>();
-    for pair in points.windows(2) {
-        let length = pair[0].distance(pair[1]);
-        if rest <= length {
-            return pair[0].lerp(pair[1], rest / length.max(f32::EPSILON));
-        }
-        rest -= length;
-    }
-    points.last().copied().unwrap_or_default()
-}
-
 fn paint_end<Id: DiagramId>(
     frame: &PaintFrame<'_, Id>,
     points: &[Pos2],
@@ -199,23 +248,5 @@ fn paint_end<Id: DiagramId>(
             let dot = Rect::from_center_size(*tip - way * size * 0.5, Vec2::splat(size));
             frame.painter.circle(dot.center(), size * 0.5, frame.colours.background, stroke);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use eframe::egui::pos2;
-
-    use super::*;
-
-    #[test]
-    fn a_point_at_a_share_of_a_wire_is_found_by_its_length() {
-        let points = [pos2(0.0, 0.0), pos2(10.0, 0.0), pos2(10.0, 30.0)];
-        for (share, expected) in
-            [(0.0, pos2(0.0, 0.0)), (0.25, pos2(10.0, 0.0)), (0.5, pos2(10.0, 10.0))]
-        {
-            assert!(point_at(&points, share).distance(expected) < 0.01, "{share}");
-        }
-        assert!(point_at(&points, 1.0).distance(points[2]) < 0.01);
     }
 }

@@ -24,7 +24,7 @@ const TITLE_WIDTH: f32 = 7.8;
 /// The same in the size of other lines.
 const LINE_WIDTH: f32 = 6.8;
 /// The height of a line.
-pub(super) const LINE: f32 = 16.0;
+const LINE: f32 = 16.0;
 /// Characters of a line of components.
 const COMPONENTS_WIDTH: usize = 26;
 /// Conditions that are shown at a bar; more of them are in the panel.

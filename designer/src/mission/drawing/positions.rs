@@ -6,7 +6,6 @@ use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
-use super::nodes::LINE;
 use crate::canvas::{DiagramNode, NodeShape, arrange, snapped};
 use crate::item::Item;
 
@@ -14,6 +13,8 @@ use crate::item::Item;
 const BELOW: f32 = 60.0;
 /// A sub-mission that the file shows nowhere is so far beneath the places it joins.
 const BENEATH: f32 = 40.0;
+/// Distance between a bar and its text.
+const TEXT_GAP: f32 = 4.0;
 
 /// Positions every node. Returns those without a position in the file.
 pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<Item> {
@@ -37,7 +38,8 @@ pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<I
         false => 0.0,
     };
     let items: Vec<_> = lost.iter().map(|number| nodes[*number].item).collect();
-    for (number, (_, at)) in lost.iter().zip(arranged_of(nodes, scene.mission, &items)) {
+    let placed = arranged_of(nodes, scene.mission, &items, arrange::SHAPE);
+    for (number, (_, at)) in lost.iter().zip(placed) {
         move_to(&mut nodes[*number], at + vec2(0.0, top));
     }
     unplaced
@@ -74,10 +76,11 @@ pub fn arranged(
     nodes: &[DiagramNode<Item>],
     mission: &Mission,
     items: &[Item],
+    shape: f32,
 ) -> Vec<(Item, Pos2)> {
     let all: Vec<_> = nodes.iter().map(|node| node.item).collect();
     let items = if items.is_empty() { &all } else { items };
-    let placed = arranged_of(nodes, mission, items);
+    let placed = arranged_of(nodes, mission, items, shape);
     // Some of them stay where they are as a whole.
     let old = nodes.iter().filter(|node| items.contains(&node.item) && items.len() < all.len());
     let corner = old.map(|node| node.rect.min).reduce(|a, b| a.min(b)).unwrap_or_default();
@@ -89,6 +92,7 @@ fn arranged_of(
     nodes: &[DiagramNode<Item>],
     mission: &Mission,
     items: &[Item],
+    shape: f32,
 ) -> Vec<(Item, Pos2)> {
     let numbers: BTreeMap<_, _> = items.iter().enumerate().map(|(n, item)| (item, n)).collect();
     let rooms: Vec<_> = items.iter().map(|item| room(nodes, item)).collect();
@@ -100,7 +104,7 @@ fn arranged_of(
         .collect();
     let sizes: Vec<_> = rooms.iter().map(|(size, _)| *size).collect();
     let all: Vec<_> = (0..items.len()).collect();
-    let corners = arrange::arrange(&sizes, &edges(mission, &numbers, &roots), &all);
+    let corners = arrange::arrange(&sizes, &edges(mission, &numbers, &roots), &all, shape);
     let at = |n: usize| snapped(corners[n].to_pos2() + rooms[n].1);
     items.iter().enumerate().map(|(n, item)| (*item, at(n))).collect()
 }
@@ -114,11 +118,10 @@ fn room(nodes: &[DiagramNode<Item>], item: &Item) -> (Vec2, Vec2) {
     if node.shape != NodeShape::Bar {
         return (size, Vec2::ZERO);
     }
-    let texts = node.lines.iter().map(|line| &line.text).chain([&node.title]);
-    let longest = texts.map(|text| text.chars().count()).max().unwrap_or(0) as f32;
-    let width = (longest * 6.4).max(size.x);
+    let text = node.text_size();
+    let width = text.x.max(size.x);
     // The same space above and below, so that arcs lead to the middle.
-    let beneath = (1 + node.lines.len()) as f32 * LINE;
+    let beneath = text.y + TEXT_GAP;
     (vec2(width, size.y + 2.0 * beneath), vec2((width - size.x) / 2.0, beneath))
 }
 

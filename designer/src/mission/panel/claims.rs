@@ -31,7 +31,7 @@ pub(super) fn show(
             given(text).map(|text| Change::Check(number, text))
         });
         for finding in found {
-            show_finding(ui, finding, requests);
+            show_finding(ui, finding, shown.project, requests);
         }
         ui.add_space(armor_picture::theme::NEAR);
     }

@@ -8,6 +8,8 @@ use crate::item::Item;
 use crate::kinds::Kinds;
 use crate::mission::marks::Marks;
 use crate::project::Project;
+use crate::remedy::{APPLIES, Offer, offers};
+use crate::window_words::in_window_words;
 use armor_picture::theme::ThemeColours;
 
 /// What the panels show.
@@ -27,12 +29,14 @@ pub struct PanelSource<'a> {
 }
 
 /// What a panel requests apart from changes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum PanelRequest {
     /// Show this.
     Show(Item),
     /// Play these firings, at their earliest or latest moments.
     Play(armor_robotfile::FiringTrace),
+    /// Apply this remedy.
+    Apply(Offer),
 }
 
 impl PanelSource<'_> {
@@ -54,7 +58,12 @@ impl PanelSource<'_> {
 }
 
 /// A finding in a few lines.
-pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<PanelRequest>) {
+pub fn show_finding(
+    ui: &mut egui::Ui,
+    finding: &Finding,
+    project: &Project,
+    requests: &mut Vec<PanelRequest>,
+) {
     let colours = ThemeColours::of(ui.visuals());
     let (sign, colour) = match finding.severity() {
         Severity::Error => ("x", colours.error),
@@ -63,7 +72,12 @@ pub fn show_finding(ui: &mut egui::Ui, finding: &Finding, requests: &mut Vec<Pan
     };
     ui.label(RichText::new(format!("{sign} {}", finding.message)).color(colour));
     if !finding.remedy.is_empty() {
-        ui.label(RichText::new(&finding.remedy).weak().small());
+        ui.label(RichText::new(in_window_words(&finding.remedy)).weak().small());
+    }
+    for offer in offers(finding, project) {
+        if ui.button(&offer.label).on_hover_text(APPLIES).clicked() {
+            requests.push(PanelRequest::Apply(offer));
+        }
     }
     if let Some(trace) = &finding.trace {
         let text = match trace.firings.len() + trace.circle.len() {

@@ -9,6 +9,7 @@ use super::parts::PanelSource;
 use crate::item::Item;
 use crate::mission::changes::Change;
 use crate::mission::form::{Form, given, is_guard, is_name, row, wrong};
+use crate::window_words::in_window_words;
 
 pub(super) fn report(
     ui: &mut egui::Ui,
@@ -93,7 +94,8 @@ pub(super) fn guard(
         let hint = "battery < 30% and not power.state.charging";
         form.hinted(ui, "guard", hint, value, &is_guard, |text| Some(set(text)));
         for finding in shown.marks.found(&item).filter(|found| is_of_guard(found.code)) {
-            wrong(ui, &format!("{} ({})", finding.message, finding.remedy));
+            let remedy = in_window_words(&finding.remedy);
+            wrong(ui, &format!("{} ({remedy})", finding.message));
         }
         ui.menu_button("Add a condition…", |ui| {
             egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {

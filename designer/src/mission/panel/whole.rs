@@ -96,7 +96,7 @@ fn proof(ui: &mut egui::Ui, shown: &PanelSource<'_>, requests: &mut Vec<PanelReq
     ui.label(RichText::new(verdict).color(colour));
     let with_traces = shown.marks.all().iter().filter(|found| found.trace.is_some());
     for finding in with_traces.filter(|found| found.code != armor_robotfile::Code::CheckFails) {
-        show_finding(ui, finding, requests);
+        show_finding(ui, finding, shown.project, requests);
     }
     if let Some(takes) = shown.marks.takes() {
         durations(ui, takes, requests);

@@ -47,7 +47,7 @@ impl World {
         for (number, guard) in stage.guards.iter().enumerate() {
             for name in guard.iter().flat_map(|guard| guard.names()) {
                 let transition = &stage.mission.transitions[number].name.value;
-                found.entry(key(transition, name)).or_default().push(transition.clone());
+                found.entry(key(stage, transition, name)).or_default().push(transition.clone());
             }
         }
         found.into_iter().map(|(name, transitions)| Sense { name, transitions }).collect()
@@ -68,7 +68,7 @@ impl World {
     pub fn holds(&self, stage: &Stage, number: usize) -> Option<bool> {
         let guard = stage.guards[number].as_ref()?;
         let transition = &stage.mission.transitions[number].name.value;
-        let value = |name: &Name| self.values.get(&key(transition, name)).cloned();
+        let value = |name: &Name| self.values.get(&key(stage, transition, name)).cloned();
         let values: Vec<_> = guard.names().iter().map(value).collect();
         guard.holds(&values)
     }
@@ -128,18 +128,15 @@ impl World {
         let before = self.values.clone();
         for set in &transition.sets {
             let Ok(count) = Count::parse(&set.value.value) else { continue };
-            let value = |named: &Name| match before.get(&key(name, named)) {
+            let value = |named: &Name| match before.get(&key(stage, name, named)) {
                 Some(Scalar::Number(number)) => *number as i64,
                 _ => 0,
             };
             let values: Vec<_> = count.names().iter().map(value).collect();
-            let mission = name.rfind('.').map_or("", |dot| &name[..=dot]);
-            let own = format!("{mission}{}", set.variable.value);
-            let counts = stage.mission.variables.iter().find(|known| known.name.value == own);
-            let counts = counts.and_then(armor_robotfile::mission::Variable::counts);
-            if let (Some(value), Some(counts)) = (count.of(&values), counts) {
+            let Some(own) = stage.mission.variable_of(name, &set.variable.value) else { continue };
+            if let (Some(value), Some(counts)) = (count.of(&values), own.counts()) {
                 let value = value.clamp(counts.minimum, counts.maximum);
-                self.values.insert(own, Scalar::Number(value as f64));
+                self.values.insert(own.name.value.clone(), Scalar::Number(value as f64));
             }
         }
     }
@@ -178,14 +175,12 @@ fn report(stage: &Stage, number: usize) -> Option<String> {
 }
 
 /// A field of data is everybody's; a variable is that of the mission its transition is written in.
-fn key(transition: &str, name: &Name) -> String {
-    match name.data() {
-        Some(_) => name.as_str().to_owned(),
-        None => {
-            let mission = transition.rfind('.').map_or("", |dot| &transition[..=dot]);
-            format!("{mission}{name}")
-        }
-    }
+fn key(stage: &Stage, transition: &str, name: &Name) -> String {
+    let variable = match name.data() {
+        Some(_) => None,
+        None => stage.mission.variable_of(transition, name.as_str()),
+    };
+    variable.map_or_else(|| name.as_str().to_owned(), |it| it.name.value.clone())
 }
 
 /// A value as a user types it: `30%`, `true`, `Full`. Empty is not known.

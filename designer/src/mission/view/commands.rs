@@ -132,7 +132,7 @@ impl MissionView {
         let is_node = |item: &Item| matches!(item, Item::Place(_) | Item::Transition(_));
         let selected: Vec<_> = self.pane.selected().into_iter().filter(is_node).collect();
         let only = if selected.len() > 1 { &selected[..] } else { &[] };
-        let places = arranged(&self.diagram.nodes, mission, only);
+        let places = arranged(&self.diagram.nodes, mission, only, self.pane.canvas.shape());
         self.pane.place("arrange", &places, workspace);
         if only.is_empty() {
             self.pane.canvas.fit_everything();

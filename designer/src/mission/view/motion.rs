@@ -4,7 +4,7 @@ use armor_petri::PlaceId;
 use eframe::egui::{self, Pos2, Stroke, Vec2};
 
 use super::state::MissionView;
-use crate::canvas::{Wire, curve, wire_ends};
+use crate::canvas::{path, point_at};
 use crate::item::Item;
 use armor_picture::theme::ThemeColours;
 use armor_robotfile::mission::ArcKind;
@@ -46,7 +46,7 @@ impl MissionView {
         let colours = ThemeColours::of(ui.visuals());
         let painter = ui.painter_at(self.pane.canvas.rect());
         for item in items {
-            let wire = self.diagram.wires.iter().find(|wire| wire.item == item);
+            let wire = self.diagram.wires.iter().position(|wire| wire.item == item);
             if let Some(at) = wire.and_then(|wire| self.point(wire, eased(along))) {
                 let radius = (TOKEN * self.pane.canvas.viewport.zoom).max(3.0);
                 let edge = Stroke::new(2.0, colours.background);
@@ -56,13 +56,9 @@ impl MissionView {
     }
 
     /// A point along a wire, in the window.
-    fn point(&self, wire: &Wire<Item>, share: f32) -> Option<Pos2> {
-        let ends = wire_ends(&self.diagram, wire, |_| Vec2::ZERO)?;
-        let points = curve(ends, PIECES);
-        let at = share.clamp(0.0, 1.0) * (points.len() - 1) as f32;
-        let first = (at.floor() as usize).min(points.len() - 2);
-        let point = points[first].lerp(points[first + 1], at - first as f32);
-        Some(self.pane.canvas.to_window(point))
+    fn point(&self, wire: usize, share: f32) -> Option<Pos2> {
+        let points = path(&self.diagram, wire, |_| Vec2::ZERO, PIECES)?;
+        Some(self.pane.canvas.to_window(point_at(&points, share.clamp(0.0, 1.0))))
     }
 }
 

@@ -1,12 +1,14 @@
 //! A component: its name, how it is run, its parameters and its ports.
 
+use std::collections::BTreeMap;
+
 use armor_robotfile::model::{Component, Restart};
-use armor_robotfile::resources::{parse_cpus, parse_memory, parse_nice, parse_realtime};
+use armor_robotfile::resources::{parse_cpu, parse_cpus, parse_memory, parse_nice, parse_realtime};
 use armor_wire::manifest::{Manifest, ParameterManifest};
 use armor_wire::name::is_name;
 use armor_wire::quantity;
 use armor_wire::text_format::TextFormat;
-use eframe::egui::{self, ComboBox, RichText, TextEdit};
+use eframe::egui::{self, CollapsingHeader, ComboBox, RichText, TextEdit};
 
 use crate::item::Item;
 use crate::panels::fields::Form;
@@ -17,6 +19,9 @@ use crate::workspace::Workspace;
 
 /// Fewer parameters are seen at a glance.
 const FEW_PARAMETERS: usize = 4;
+/// So many parameters are grouped, and so many make a group.
+const MANY_PARAMETERS: usize = 12;
+const LEAST_GROUP: usize = 3;
 
 impl SystemView {
     pub(super) fn component_properties(
@@ -86,11 +91,13 @@ impl SystemView {
             });
         }
         let mut hidden = 0;
+        let is_filtered = self.only_changed || !self.parameter_words.trim().is_empty();
         // Those that need a value come first.
         let (needed, others): (Vec<_>, Vec<_>) =
             kind.parameters.iter().partition(|parameter| parameter.default.is_none());
         let is_filled = |it: &&ParameterManifest| it.format == Some(TextFormat::Frames);
-        for parameter in needed.into_iter().chain(others) {
+        let (alone, groups) = group_by_first_word(others);
+        for parameter in needed.into_iter().chain(alone) {
             if is_filled(&parameter) {
                 ui.weak(format!("{}: the frames of the system", parameter.name));
             } else if self.hides(component, parameter, kind) {
@@ -98,6 +105,27 @@ impl SystemView {
             } else {
                 self.parameter(ui, workspace, component, parameter);
             }
+        }
+        for (word, parameters) in groups {
+            let (shown, left_out): (Vec<_>, Vec<_>) =
+                parameters.into_iter().partition(|it| !self.hides(component, it, kind));
+            hidden += left_out.len();
+            if shown.is_empty() {
+                continue;
+            }
+            let given = shown.iter().filter(|it| component.parameter(&it.name).is_some()).count();
+            let title = match given {
+                0 => format!("{word} ({})", shown.len()),
+                given => format!("{word} ({}, {given} changed)", shown.len()),
+            };
+            // Under a name of its own in each component: what is changed there is open at first.
+            let header = CollapsingHeader::new(title).id_salt((&component.name.value, word));
+            let header = header.default_open(given > 0).open(is_filtered.then_some(true));
+            header.show(ui, |ui| {
+                for parameter in shown {
+                    self.parameter(ui, workspace, component, parameter);
+                }
+            });
         }
         if hidden > 0 {
             ui.weak(format!("{hidden} parameters are hidden"));
@@ -196,6 +224,38 @@ impl SystemView {
     }
 }
 
+/// Parameters under the first word of their names.
+type ParameterGroup<'a> = (&'a str, Vec<&'a ParameterManifest>);
+
+/// Splits the parameters of a kind that has many into those that stand alone and the groups of
+/// those whose names begin with the same word, such as `laser_sigma` and `laser_dropout`.
+fn group_by_first_word(
+    parameters: Vec<&ParameterManifest>,
+) -> (Vec<&ParameterManifest>, Vec<ParameterGroup<'_>>) {
+    if parameters.len() < MANY_PARAMETERS {
+        return (parameters, Vec::new());
+    }
+    let mut counts = BTreeMap::new();
+    parameters.iter().for_each(|it| *counts.entry(first_word(it)).or_insert(0) += 1);
+    let mut alone = Vec::new();
+    let mut groups: Vec<ParameterGroup<'_>> = Vec::new();
+    for parameter in parameters {
+        let word = first_word(parameter);
+        if counts[word] < LEAST_GROUP {
+            alone.push(parameter);
+        } else if let Some((_, members)) = groups.iter_mut().find(|(known, _)| *known == word) {
+            members.push(parameter);
+        } else {
+            groups.push((word, vec![parameter]));
+        }
+    }
+    (alone, groups)
+}
+
+fn first_word(parameter: &ParameterManifest) -> &str {
+    parameter.name.split('_').next().unwrap_or_default()
+}
+
 /// An attribute of a component that is edited as text.
 struct ExecutionRow {
     attribute: &'static str,
@@ -206,7 +266,7 @@ struct ExecutionRow {
     check: fn(&str) -> Result<(), String>,
 }
 
-const EXECUTION_ROWS: [ExecutionRow; 8] = [
+const EXECUTION_ROWS: [ExecutionRow; 9] = [
     ExecutionRow {
         attribute: "host",
         label: "Host",
@@ -258,6 +318,13 @@ const EXECUTION_ROWS: [ExecutionRow; 8] = [
         hint: "all",
         doc: "The processors on which it may run, from 0, such as 0 2-3.",
         check: |text| parse_cpus(text).map(drop),
+    },
+    ExecutionRow {
+        attribute: "cpu",
+        label: "Processor time",
+        hint: "no limit",
+        doc: "Its share of one processor, such as 50%, or 150% of two.",
+        check: |text| parse_cpu(text).map(drop),
     },
     ExecutionRow {
         attribute: "memory",

@@ -129,7 +129,9 @@ fn a_sub_mission_s_variables_are_its_own() {
     };
     assert_eq!(variable("t", "v < 1"), Some(Operand::Variable(0)));
     assert_eq!(variable("dock.t", "v < 1"), Some(Operand::Variable(1)));
-    assert_eq!(variable("dock.inner.t", "v < 1"), None);
+    // A transition of a route, in the mission and in the sub-mission.
+    assert_eq!(variable("red.l1.t", "v < 1"), Some(Operand::Variable(0)));
+    assert_eq!(variable("dock.red.l1.t", "v < 1"), Some(Operand::Variable(1)));
     assert_eq!(variable("t", "w < 1"), None);
 }
 
@@ -178,4 +180,33 @@ fn check_refused(what: &str, mission: &str, code: Code) {
     let found = findings.iter().next().expect("one finding");
     assert_eq!(found.code, code, "{what}");
     assert!(found.at.is_some() && found.message.contains(what), "{found}");
+}
+
+/// The same drawing gives the same net, to the byte; and another order of its marks does not matter.
+#[test]
+fn a_drawing_gives_the_same_net_each_time() {
+    let drawn = |marks: &str| {
+        let file = format!(
+            r#"<armor version="1"><system><component name="way" kind="patrol"/></system>
+            <mission goal="z" safe="s"><map>{marks}</map>
+            <route name="red" mover="way.route" start="P0" out="z" patience="1min">
+            <leg name="l1" to="P1" by="2min"/><stay name="s1" for="3s"/><leg name="l2" to="P2"/>
+            <otherwise on="lost-link blocked late recall" do="rally"/>
+            <otherwise name="weak" when="level &lt; 2" do="home"/></route>
+            <variable name="level" min="0" max="5" initial="5"/><place name="z"/><place name="s"/></mission></armor>"#
+        );
+        let reading =
+            armor_robotfile::read("m.xml".as_ref(), &mut |_| Ok(file.clone().into_bytes()));
+        assert!(!reading.findings.has_errors(), "{:?}", reading.findings);
+        let configuration = reading.configuration.expect("a configuration");
+        let plan = Plan::of(&configuration).expect("it is played").expect("a mission");
+        let file = armor_petri::file::NetFile::new(plan.mission(), plan.net().as_ref().clone());
+        armor_petri::file::pnml::write(&file)
+    };
+    let points = r#"<point name="P0" at="0 0"/><point name="P1" at="12 0"/>"#;
+    let more = r#"<point name="P2" at="12 9"/><rally name="R1" at="1 1"/>"#;
+    let net = drawn(&format!("{points}{more}"));
+    assert!(net.contains("red.l1.to-R1") && net.contains("red.l1.weak"), "{net}");
+    assert_eq!(net, drawn(&format!("{points}{more}")));
+    assert_eq!(net, drawn(&format!("{more}{points}")));
 }

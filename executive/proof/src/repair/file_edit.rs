@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use armor_robotfile::{Location, Source, Span};
+use armor_robotfile::{Location, OfferedEdit, Source, Span};
 
 /// Some pieces of a file, each replaced by another text.
 #[derive(Clone, Debug)]
@@ -52,15 +52,21 @@ impl FileEdit {
 
     /// The text of a file, with the edit if it is in this one.
     pub fn text_of(&self, source: &Arc<Source>) -> String {
-        let mut text = source.text().to_owned();
         if source.path() == self.at.source.path() {
-            let mut replaced: Vec<_> = self.replaced.iter().collect();
-            replaced.sort_by_key(|(span, _)| std::cmp::Reverse(*span));
-            for (span, new) in replaced {
-                text.replace_range(span.start()..span.end(), new);
-            }
+            source.text_with(&self.replaced)
+        } else {
+            source.text().to_owned()
         }
-        text
+    }
+
+    /// The edit for a tool. None if its result is not complete, such as a transition without a name.
+    pub fn offered(&self) -> Option<OfferedEdit> {
+        (!self.result.contains('…')).then(|| OfferedEdit {
+            source: Arc::clone(&self.at.source),
+            replaced: self.replaced.clone(),
+            result: self.result.clone(),
+            element: self.element.clone(),
+        })
     }
 
     /// `from="drive" in start`.

@@ -103,7 +103,7 @@ pub fn publish_by_hand(
     let observed = select_system(running, "data")?;
     let statuses = ask_statuses(&observed)?;
     let listing = observed.list()?;
-    check_place(running, &listing, name)?;
+    check_place(running, &listing, &statuses, name)?;
     let types = MessageTypes::gather(running, &listing)?;
     let inputs = ExpectedInput::list(&statuses, &types, name);
     let preferred: BTreeSet<_> = inputs.iter().filter_map(|it| it.schema.clone()).collect();
@@ -146,8 +146,16 @@ fn ask_statuses(observed: &ObservedSystem) -> Result<Vec<Status>> {
 }
 
 /// Checks that this command may take the place of the component.
-fn check_place(running: &RunningSystem, listing: &Listing, name: &str) -> Result<()> {
+fn check_place(
+    running: &RunningSystem,
+    listing: &Listing,
+    statuses: &[Status],
+    name: &str,
+) -> Result<()> {
     let component = name.split('.').next().unwrap_or_default();
+    if let Some(advice) = advise_for_input(listing, statuses, name) {
+        bail!("{advice}");
+    }
     let holder = listing.components.iter().find(|entry| entry.name == component);
     let is_provided = listing.data.iter().any(|entry| entry.data == name);
     if let Some(holder) = holder {
@@ -176,6 +184,29 @@ fn check_place(running: &RunningSystem, listing: &Listing, name: &str) -> Result
         );
     }
     Ok(())
+}
+
+/// Returns what to do in place of publishing an input: data are published by outputs.
+fn advise_for_input(listing: &Listing, statuses: &[Status], name: &str) -> Option<String> {
+    let (component, port) = name.split_once('.')?;
+    let status = statuses.iter().find(|status| status.name == component)?;
+    let fed = status.inputs.iter().filter(|input| input.id == port).map(|input| &input.data);
+    let sources: Vec<_> = fed.collect();
+    let source = sources.first()?;
+    let what = format!("{name} is an input, and data are published under the name of an output");
+    let Some((provider, _)) = source.split_once('.') else {
+        return Some(format!(
+            "{what}: no link of the file feeds it. Link an output to it, and publish that"
+        ));
+    };
+    let is_provided = listing.components.iter().any(|entry| entry.name == provider);
+    Some(match is_provided {
+        true => format!(
+            "{what}: the file links {source} to it. `armor stop {provider}` makes room for publishing \
+             {source} (not while a mission runs)"
+        ),
+        false => format!("{what}: the file links {source} to it; publish {source}"),
+    })
 }
 
 /// Refuses a type that an input which the file links to the data does not take.

@@ -59,7 +59,8 @@ fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
 }
 
-fn describe_type(schema: &Schema) -> String {
+/// Returns the type of a value as people read it.
+pub fn describe_type(schema: &Schema) -> String {
     match schema {
         Schema::Text => "text".into(),
         Schema::Option(item) => format!("{} or nothing", describe_type(item)),

@@ -75,6 +75,11 @@ pub enum MissionCommand {
         #[command(flatten)]
         running: RunningSystem,
     },
+    /// Print a mission file with its routes written out as places and transitions.
+    Expand {
+        /// The mission file.
+        file: PathBuf,
+    },
     /// Replay a past mission from its journal, or a trace that `armor check` prints, step by step.
     Replay(ReplayArguments),
 }

@@ -180,12 +180,29 @@ impl Child {
         }
     }
 
+    /// Whether it runs, or is started without another order of an operator.
+    pub fn is_owed(&self) -> bool {
+        let is_down =
+            matches!(self.state, ChildState::Ended | ChildState::Stopped | ChildState::Failed);
+        !is_down && self.order != Some(ChildOrder::Stop)
+    }
+
     /// Why it takes no part, in words.
     pub fn describe_absence(&self) -> String {
         match self.state {
             ChildState::Running { .. } => "its process runs, but has not registered".into(),
             _ => self.last_end.clone(),
         }
+    }
+
+    /// Whether it is a component that has died, and has not been ready since.
+    pub fn is_failing(&self) -> bool {
+        let is_down = match self.state {
+            ChildState::Waiting { .. } => true,
+            ChildState::Running { .. } => self.healthy_since.is_none(),
+            _ => false,
+        };
+        self.duty.role == ChildRole::Component && !self.deaths.is_empty() && is_down
     }
 
     pub fn is_alive(&self) -> bool {

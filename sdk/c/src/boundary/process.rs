@@ -1,6 +1,6 @@
 //! What a process of C lacks that one of Rust has.
 
-use std::ffi::{c_int, c_void};
+use std::ffi::{c_char, c_int, c_void};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -9,6 +9,18 @@ use crate::failure::{ArmorError, Failure};
 unsafe extern "C" {
     /// Of the C library: `stdio.h`.
     fn fflush(stream: *mut c_void) -> c_int;
+    fn setvbuf(stream: *mut c_void, buffer: *mut c_char, mode: c_int, size: usize) -> c_int;
+    static stdout: *mut c_void;
+}
+
+/// `_IOLBF` of Linux: a stream is written line by line.
+const LINE_BUFFERED: c_int = 1;
+
+/// What a component prints reaches its log line by line, as in the other languages: stdout is a pipe, which
+/// the C library would fill before it writes.
+pub(super) fn print_by_lines() {
+    // That it fails has no consequence but the delay.
+    let _ = unsafe { setvbuf(stdout, std::ptr::null_mut(), LINE_BUFFERED, 0) };
 }
 
 /// Writes what C has printed and its library still holds: what `create` prints on stdout is found where it

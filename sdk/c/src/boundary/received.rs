@@ -6,7 +6,7 @@ use super::*;
 ///
 /// # Safety
 /// `place` is NULL or a place for a value.
-unsafe fn write_value<T>(place: *mut T, value: T) -> Result<(), Failure> {
+pub(super) unsafe fn write_value<T>(place: *mut T, value: T) -> Result<(), Failure> {
     if place.is_null() {
         return Err(Failure::null("the place for the result"));
     }

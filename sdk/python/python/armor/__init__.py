@@ -20,16 +20,24 @@
     if __name__ == "__main__":
         armor.run(Follower)
 
-The standard messages are in `armor.messages`, tests by hand in `armor.testing`.
+The standard messages are in `armor.messages`, tests by hand in `armor.testing`; `armor.observe` is for scripts
+and notebooks that look at a running system.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from armor._armor import (
     ArmorError,
     Call,
     DeclareError,
+    EndedError,
     Header,
+    History,
     MessageError,
     Outcome,
+    Past,
     SendError,
     TestError,
 )
@@ -64,6 +72,24 @@ from armor._message import (
     unit,
 )
 
+if TYPE_CHECKING:
+    from armor._observe import Observer
+
+
+def observe(address: str = "") -> Observer:
+    """Connects to a running system: its name, or the address of its registry, `"127.0.0.1:7411"`; empty for
+    the only one that runs on this host.
+
+        with armor.observe("office") as system:
+            for header, odometry in system.read("simulator.odometry", 10):
+                print(header.stamp_s, odometry.pose.pose.position.x)
+    """
+    # A component does not need it, and starts without it.
+    from armor._observe import Observer
+
+    return Observer(address)
+
+
 __all__ = [
     "CARRY_ON",
     "DONE",
@@ -72,10 +98,13 @@ __all__ = [
     "Component",
     "DeclareError",
     "DeclaredEvent",
+    "EndedError",
     "Header",
+    "History",
     "Message",
     "MessageError",
     "Outcome",
+    "Past",
     "SendError",
     "TestError",
     "decode",
@@ -91,6 +120,7 @@ __all__ = [
     "i64",
     "i8",
     "message",
+    "observe",
     "parameter",
     "run",
     "schema_of",

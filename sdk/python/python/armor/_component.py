@@ -9,7 +9,7 @@ import sys
 from typing import Any, Dict, Generic, List, NoReturn, Optional, Tuple, Type, TypeVar, Union
 
 from armor import _armor
-from armor._armor import Call, Header, Outcome
+from armor._armor import Call, Header, History, Outcome
 from armor._message import layout_of
 
 T = TypeVar("T")
@@ -258,6 +258,13 @@ class Component:
         thread may write to them meanwhile.
         """
         self._handle.send_data(id, data)
+
+    def history(self, id: str, source: Optional[str] = None) -> History:
+        """The last messages of an input since the component was activated, newest first: as many as
+        `history="n"` of its link, with the one that is being received. `source`: the data of which it is,
+        `component.output`, of an input that takes several.
+        """
+        return self._handle.history(id, source)
 
     def timestamp(self) -> float:
         """The current time of the whole system, in seconds since the Unix epoch."""

@@ -101,6 +101,33 @@ class Message:
             setattr(self, name, value)
 
 
+def _array(values: Any, dtype: str, of: str = "") -> Any:
+    """An array of `values`; those that are an array already as they are. `of` names the field."""
+    if hasattr(values, "__array_interface__"):
+        return values
+    import numpy
+
+    if isinstance(values, (bytes, bytearray, memoryview)):
+        return numpy.frombuffer(values, dtype)
+    array = numpy.asarray(() if values is None else values)
+    if array.size == 0:
+        return array.astype(dtype)
+    # numpy would make 1 of 1.9.
+    kind = numpy.dtype(dtype).kind
+    converted = None
+    if array.dtype.kind in ("iuf" if kind == "f" else "iub"):
+        with numpy.errstate(over="ignore"):
+            converted = array.astype(dtype)
+    elif array.dtype.kind not in "iufbcSU":
+        raise MessageError(f"{of}: an array needs numbers, all of the same kind and in range")
+    if converted is None:
+        raise MessageError(f"{of}: {array.dtype} values are no {numpy.dtype(dtype)}; convert them first")
+    lost = converted != array if kind != "f" else numpy.isinf(converted) & numpy.isfinite(array)
+    if lost.any():
+        raise MessageError(f"{of}: {array[lost][0]} is out of range for {numpy.dtype(dtype)}")
+    return converted
+
+
 def _is_equal(a: Any, b: Any) -> bool:
     """Whether two values are equal; arrays are if all of their numbers are."""
     if hasattr(a, "__array_interface__") or hasattr(b, "__array_interface__"):
@@ -120,7 +147,7 @@ def message(cls: Type[M]) -> Type[M]:
     """
     import dataclasses
 
-    made = dataclasses.dataclass(eq=False)(cls)
+    made = _with_slots(dataclasses.dataclass(eq=False)(cls))
     names = [field.name for field in dataclasses.fields(made)]  # type: ignore[arg-type]
 
     def __eq__(self: Any, other: object) -> bool:
@@ -134,6 +161,24 @@ def message(cls: Type[M]) -> Type[M]:
     layout = _read_class(made, sys._getframe(1).f_locals)
     setattr(made, "__armor_layout__", layout)
     return made
+
+
+def _with_slots(cls: Type[M]) -> Type[M]:
+    """The same class with its fields as the only attributes: a misspelt one is refused."""
+    import dataclasses
+
+    inherited = {name for base in cls.__mro__[1:] for name in getattr(base, "__slots__", ())}
+    body = dict(cls.__dict__)
+    names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    for name in names:
+        # The default is in `__init__`; of the class it would be in the way of the slot.
+        body.pop(name, None)
+    for name in ("__dict__", "__weakref__"):
+        body.pop(name, None)
+    body["__slots__"] = tuple(name for name in names if name not in inherited)
+    made: Any = type(cls)(cls.__name__, cls.__bases__, body)  # type: ignore[misc]
+    made.__qualname__ = cls.__qualname__
+    return made  # type: ignore[no-any-return]
 
 
 def layout_of(cls: type) -> _armor.Layout:

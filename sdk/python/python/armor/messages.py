@@ -1,31 +1,20 @@
 """The standard messages, with the names and fields of ROS. Angles are in radians, lengths in metres;
 axes by REP-103. An array is a numpy array; a received one is read-only, and lies where it arrived.
 
-Written from the definitions in Rust by `cargo test -p armor-sdk python_messages`; not to be edited.
+Written from the definitions in Rust by `ARMOR_BLESS=1 cargo test -p armor-definitions`; not to be edited.
 """
 
 from __future__ import annotations
 
 import enum
 import math
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Union
+from typing import TYPE_CHECKING, List, Optional, Sequence, Union
 
-from armor._message import Message
+from armor._message import Message, _array
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-
-def _array(values: Any, dtype: str) -> Any:
-    """An array of `values`; those that are an array already as they are."""
-    if hasattr(values, "__array_interface__"):
-        return values
-    import numpy
-
-    if isinstance(values, (bytes, bytearray, memoryview)):
-        return numpy.frombuffer(values, dtype)
-    return numpy.array(() if values is None else values, dtype)
 
 
 class Point(Message):
@@ -455,7 +444,7 @@ class OccupancyGrid(Message):
         self.stamp = stamp
         self.frame = frame
         self.info = MapMetaData() if info is None else info
-        self.data = _array(data, "<i1")
+        self.data = _array(data, "<i1", "OccupancyGrid.data")
 
 
 class OccupancyGridUpdate(Message):
@@ -503,7 +492,7 @@ class OccupancyGridUpdate(Message):
         self.y = y
         self.width = width
         self.height = height
-        self.data = _array(data, "<i1")
+        self.data = _array(data, "<i1", "OccupancyGridUpdate.data")
 
 
 class Path(Message):
@@ -580,6 +569,95 @@ class SlamDiagnostics(Message):
         self.closures = closures
         self.update_time = update_time
         self.dropped = dropped
+
+
+class ZoneRule(enum.Enum):
+    """What a zone of the map requires of a robot (our own; ROS has no such message)."""
+
+    NoGo = 0
+    """It must not enter."""
+    StayIn = 1
+    """It must not leave. Of several such zones, it must be in one."""
+    Speed = 2
+    """It must not be faster than the zone's speed."""
+    Observe = 3
+    """Nothing: that a robot comes near it is reported."""
+
+
+class Zone(Message):
+    """An area of the map, with its boundary: a polygon or a circle (our own)."""
+
+    __slots__ = ("name", "kind", "margin", "speed", "polygon", "centre", "radius",)
+    _fields = (
+        ("name", "name", None, "string"),
+        ("kind", "kind", None, ZoneRule),
+        ("margin", "margin", "m", "f64"),
+        ("speed", "speed", "m/s", "f64"),
+        ("polygon", "polygon", None, ("list", Point)),
+        ("centre", "centre", None, Point),
+        ("radius", "radius", "m", "f64"),
+    )
+
+    name: str
+    """Its name, unique among the zones."""
+    kind: ZoneRule
+    """What it requires."""
+    margin: float
+    """Distance that the robot's outline must keep from it, in metres; from its boundary where the robot must stay in it. Unit: m."""
+    speed: float
+    """Fastest speed in a `Speed` zone, in metres per second; 0 in the others. Unit: m/s."""
+    polygon: List[Point]
+    """Corners of the polygon, in either order, the first one not repeated; empty for a circle."""
+    centre: Point
+    """Centre of the circle, if it is one."""
+    radius: float
+    """Radius of the circle, in metres; 0 for a polygon. Unit: m."""
+
+    def __init__(
+        self,
+        name: str = "",
+        kind: ZoneRule = ZoneRule.NoGo,
+        margin: float = 0.0,
+        speed: float = 0.0,
+        polygon: Optional[List[Point]] = None,
+        centre: Optional[Point] = None,
+        radius: float = 0.0,
+    ) -> None:
+        self.name = name
+        self.kind = kind
+        self.margin = margin
+        self.speed = speed
+        self.polygon = [] if polygon is None else polygon
+        self.centre = Point() if centre is None else centre
+        self.radius = radius
+
+
+class Zones(Message):
+    """All zones of a map; they replace those before (our own)."""
+
+    __slots__ = ("stamp", "frame", "zones",)
+    _fields = (
+        ("stamp", "stamp", "s", "f64"),
+        ("frame", "frame", None, "string"),
+        ("zones", "zones", None, ("list", Zone)),
+    )
+
+    stamp: float
+    """System time in seconds. Unit: s."""
+    frame: str
+    """Frame of the map."""
+    zones: List[Zone]
+    """The zones."""
+
+    def __init__(
+        self,
+        stamp: float = 0.0,
+        frame: str = "",
+        zones: Optional[List[Zone]] = None,
+    ) -> None:
+        self.stamp = stamp
+        self.frame = frame
+        self.zones = [] if zones is None else zones
 
 
 class Odometry(Message):
@@ -684,8 +762,8 @@ class LaserScan(Message):
         self.scan_time = scan_time
         self.range_min = range_min
         self.range_max = range_max
-        self.intensities = _array(intensities, "<f4")
-        self.ranges = _array(ranges, "<f4")
+        self.intensities = _array(intensities, "<f4", "LaserScan.intensities")
+        self.ranges = _array(ranges, "<f4", "LaserScan.ranges")
 
 
 class Image(Message):
@@ -738,7 +816,7 @@ class Image(Message):
         self.encoding = encoding
         self.is_bigendian = is_bigendian
         self.step = step
-        self.data = _array(data, "<u1")
+        self.data = _array(data, "<u1", "Image.data")
 
 
 class CompressedImage(Message):
@@ -771,7 +849,7 @@ class CompressedImage(Message):
         self.stamp = stamp
         self.frame = frame
         self.format = format
-        self.data = _array(data, "<u1")
+        self.data = _array(data, "<u1", "CompressedImage.data")
 
 
 class Imu(Message):

@@ -72,6 +72,35 @@ fn without_a_mission_the_run_ends_when_its_components_have() {
 }
 
 #[test]
+fn a_component_that_has_died_and_is_not_back_when_the_time_is_over_has_failed() {
+    let failed_at_the_end = |is_back: bool| {
+        let mut duties = system(Restart::OnFailure);
+        duties.pop();
+        let mut bench = Bench::new(duties);
+        bench.on(SupervisorEvent::Tick);
+        bench.on(SupervisorEvent::Ready(REGISTRY));
+        bench.on(SupervisorEvent::Ready(CONFIGD));
+        bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(1)));
+        bench.wait_for_start();
+        if is_back {
+            bench.beats();
+        }
+        let mut actions = bench.on(SupervisorEvent::Stop(TimeUp));
+        loop {
+            match actions.pop() {
+                Some(Terminate(id)) => {
+                    actions.extend(bench.on(SupervisorEvent::Exited(id, ChildExit::Code(0))));
+                }
+                Some(SupervisorAction::End(RunVerdict::TimeUp { failed })) => return failed,
+                other => panic!("{other:?} ends no run"),
+            }
+        }
+    };
+    assert_eq!(failed_at_the_end(false), ["laser"]);
+    assert_eq!(failed_at_the_end(true), [""; 0]);
+}
+
+#[test]
 fn a_run_that_an_operator_stops_has_a_verdict_of_its_own() {
     let verdict_of = |duties: Vec<Duty>| {
         let mut bench = Bench::new(duties);

@@ -1,0 +1,250 @@
+//! A share of the processors' time for a component: `cpu.max` of its control group (cgroups(7),
+//! version 2).
+//!
+//! A group passes a controller on to the groups in it only while it contains no processes itself. So
+//! this process, and what it has started, move from the group that it divides into a leaf in it.
+
+use std::fmt::{self, Display, Formatter};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use super::control_group::{self, ControlGroup, GroupObstacle};
+
+/// The period in which the kernel measures the time, in microseconds; its default.
+const PERIOD_US: u64 = 100_000;
+/// What the name of the leaf begins with; the process id follows.
+const LEAF: &str = "armor-own-";
+/// How many times the processes of a group are moved: each may start another one meanwhile.
+const MAX_MOVES: u32 = 8;
+const PROCESSES: &str = "cgroup.procs";
+const PASSED_ON: &str = "cgroup.subtree_control";
+
+/// Why no share can be kept.
+#[derive(Debug, PartialEq, Eq)]
+enum ShareObstacle {
+    /// No groups can be made.
+    NoGroup(GroupObstacle),
+    /// The group of this process has no controller of the processors' time.
+    NoController,
+    /// Another process is in the group.
+    Shared(u32),
+    /// The kernel refuses it.
+    Refused(String),
+}
+
+/// Limits the group of a process that begins, in thousandths of one processor.
+///
+/// # Errors
+/// If it has no group, or the kernel refuses it.
+pub fn limit(group: Option<&Path>, permille: u32) -> Result<()> {
+    let group = group.context("cpu cannot be limited: the process has no control group")?;
+    let quota_us = u64::from(permille) * PERIOD_US / 1000;
+    let file = group.join("cpu.max");
+    fs::write(&file, format!("{quota_us} {PERIOD_US}"))
+        .with_context(|| format!("cpu cannot be limited: {}", file.display()))
+}
+
+/// Returns why this process can keep no share, and what to do. Prepares its group for shares.
+pub fn refuse() -> Option<String> {
+    let obstacle = prepare().err()?;
+    let remedy = match obstacle {
+        ShareObstacle::NoGroup(_) | ShareObstacle::NoController | ShareObstacle::Shared(_) => {
+            "start in a group of its own, with `systemd-run --user --scope -p Delegate=yes armor \
+             run …` or `Delegate=yes` in the service of systemd, or leave cpu out"
+        }
+        ShareObstacle::Refused(_) => "leave cpu out",
+    };
+    Some(format!("cpu cannot be limited: {obstacle}: {remedy}"))
+}
+
+/// Returns whether the group of this process has the controller.
+pub fn has_controller() -> bool {
+    control_group::find_own().is_ok_and(|own| has_word(&own.join("cgroup.controllers")))
+}
+
+/// Passes the controller on to the groups within this one, if it has it.
+pub fn pass_on(group: &Path) {
+    if has_word(&group.join("cgroup.controllers")) && !has_word(&group.join(PASSED_ON)) {
+        // Without it, the guard of a process that needs it reports what is missing.
+        let _ = fs::write(group.join(PASSED_ON), "+cpu");
+    }
+}
+
+/// Returns the group that this process divides, from the one in which it is.
+pub fn leave_leaf(own: PathBuf) -> PathBuf {
+    let name = own.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    match name.starts_with(LEAF) {
+        true => own.parent().map(Path::to_owned).unwrap_or(own),
+        false => own,
+    }
+}
+
+fn prepare() -> Result<(), ShareObstacle> {
+    let own = control_group::find_own().map_err(ShareObstacle::NoGroup)?;
+    divide(&own, std::process::id(), &find_parent)?;
+    let trial = ControlGroup::make().map_err(ShareObstacle::NoGroup)?;
+    let refused = |error: io::Error| ShareObstacle::Refused(error.to_string());
+    let process = trial.make_for("trial").map_err(refused)?;
+    match process.path().join("cpu.max").exists() {
+        true => Ok(()),
+        false => Err(ShareObstacle::NoController),
+    }
+}
+
+/// Has the group pass the controller on. `own` is this process, which is in the group or its leaf.
+fn divide(
+    group: &Path,
+    own: u32,
+    find_parent: &dyn Fn(u32) -> Option<u32>,
+) -> Result<(), ShareObstacle> {
+    if !has_word(&group.join("cgroup.controllers")) {
+        return Err(ShareObstacle::NoController);
+    }
+    let refused = |error: io::Error| ShareObstacle::Refused(error.to_string());
+    for _ in 0..MAX_MOVES {
+        if has_word(&group.join(PASSED_ON)) {
+            return Ok(());
+        }
+        match fs::write(group.join(PASSED_ON), "+cpu") {
+            Ok(()) => return Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => {
+                move_processes(group, own, find_parent)?;
+            }
+            Err(error) => return Err(refused(error)),
+        }
+    }
+    Err(ShareObstacle::Refused("its processes start others all the time".into()))
+}
+
+/// Moves this process and those that it has started from the group into a leaf of it.
+fn move_processes(
+    group: &Path,
+    own: u32,
+    find_parent: &dyn Fn(u32) -> Option<u32>,
+) -> Result<(), ShareObstacle> {
+    let refused = |error: io::Error| ShareObstacle::Refused(error.to_string());
+    let text = fs::read_to_string(group.join(PROCESSES)).map_err(refused)?;
+    let processes: Vec<u32> = text.lines().filter_map(|line| line.parse().ok()).collect();
+    let is_foreign = |pid: &&u32| **pid != own && find_parent(**pid).is_some_and(|it| it != own);
+    if let Some(pid) = processes.iter().find(is_foreign) {
+        return Err(ShareObstacle::Shared(*pid));
+    }
+    let leaf = group.join(format!("{LEAF}{own}"));
+    match fs::create_dir(&leaf) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(refused(error)),
+        _ => {}
+    }
+    for pid in processes {
+        match fs::write(leaf.join(PROCESSES), pid.to_string()) {
+            // It has ended.
+            Err(error) if error.raw_os_error() == Some(rustix::io::Errno::SRCH.raw_os_error()) => {}
+            done => done.map_err(refused)?,
+        }
+    }
+    Ok(())
+}
+
+/// Returns the parent of a process; none if it has ended.
+fn find_parent(pid: u32) -> Option<u32> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // After the name, which may contain anything: the state, and the parent.
+    stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
+}
+
+/// Whether the controller is in a list of controllers.
+fn has_word(list: &Path) -> bool {
+    let list = fs::read_to_string(list).unwrap_or_default();
+    list.split_whitespace().any(|word| word.trim_start_matches('+') == "cpu")
+}
+
+impl Display for ShareObstacle {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoGroup(obstacle) => obstacle.fmt(f),
+            Self::NoController => {
+                f.write_str("the control group of this process has no controller `cpu`")
+            }
+            Self::Shared(pid) => {
+                write!(f, "process {pid} is in the control group of this process, too")
+            }
+            Self::Refused(why) => write!(f, "the kernel refuses it ({why})"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder with the files of a group: its controllers and its processes.
+    fn make_group(name: &str, controllers: &str, processes: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("armor-share-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir(&path).expect("a folder");
+        fs::write(path.join("cgroup.controllers"), controllers).expect("a file");
+        fs::write(path.join(PASSED_ON), "").expect("a file");
+        fs::write(path.join(PROCESSES), processes).expect("a file");
+        path
+    }
+
+    #[test]
+    fn a_share_is_a_quota_of_each_period() {
+        let group = make_group("quota", "cpu", "");
+        for (permille, expected) in
+            [(500, "50000 100000"), (1500, "150000 100000"), (10, "1000 100000")]
+        {
+            limit(Some(&group), permille).expect("it is written");
+            let written = fs::read_to_string(group.join("cpu.max")).expect("a file");
+            assert_eq!(written, expected);
+        }
+        let why = limit(None, 500).expect_err("no group").to_string();
+        assert!(why.contains("no control group"), "{why}");
+        let _ = fs::remove_dir_all(group);
+    }
+
+    #[test]
+    fn the_controller_is_passed_on_if_there_is_one() {
+        let none = make_group("none", "pids memory cpuset", "");
+        assert_eq!(divide(&none, 7, &|_| None), Err(ShareObstacle::NoController));
+        pass_on(&none);
+        assert!(!has_word(&none.join(PASSED_ON)), "cpuset is another one");
+        let one = make_group("one", "cpuset cpu", "");
+        divide(&one, 7, &|_| None).expect("it is passed on");
+        assert!(has_word(&one.join(PASSED_ON)));
+        for group in [none, one] {
+            let _ = fs::remove_dir_all(group);
+        }
+    }
+
+    #[test]
+    fn only_a_group_without_other_processes_is_left() {
+        let parent = |pid| match pid {
+            8 => Some(7),
+            9 => Some(1),
+            _ => None,
+        };
+        let own = make_group("own", "cpu", "7\n8\n");
+        move_processes(&own, 7, &parent).expect("both are its own");
+        let leaf = own.join("armor-own-7");
+        assert_eq!(fs::read_to_string(leaf.join(PROCESSES)).expect("a file"), "8", "the last one");
+        assert_eq!(leave_leaf(leaf), own);
+        assert_eq!(leave_leaf(own.clone()), own);
+        let shared = make_group("shared", "cpu", "7\n9\n");
+        assert_eq!(move_processes(&shared, 7, &parent), Err(ShareObstacle::Shared(9)));
+        assert!(!shared.join("armor-own-7").exists());
+        for group in [own, shared] {
+            let _ = fs::remove_dir_all(group);
+        }
+    }
+
+    #[test]
+    fn a_host_keeps_a_share_or_the_reason_names_the_remedy() {
+        if let Some(why) = refuse() {
+            assert!(why.starts_with("cpu cannot be limited: ") && why.contains("leave cpu out"));
+        }
+        assert_eq!(find_parent(std::process::id()), Some(std::os::unix::process::parent_id()));
+    }
+}

@@ -1,0 +1,12 @@
+//! From a drawn route to its net: what is driven at a stretch, which rally point an exit leads to,
+//! and the places and transitions. The same drawing gives the same net; a step's places have its
+//! name, so that other steps may come and go without another name for them.
+
+pub(crate) mod clear;
+mod exits;
+mod net;
+mod pieces;
+
+pub(crate) use exits::{ExitTarget, find_exit_target};
+pub(crate) use net::{add_nets, find_partner};
+pub(crate) use pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};

@@ -1,0 +1,53 @@
+// Messages, as `armor message export --lang cpp` writes them.
+
+#pragma once
+
+#include <armor_messages.hpp>
+
+using armor::messages::Pose2D;
+
+enum class Mode : uint32_t {
+  Idle,
+  Busy,
+};
+ARMOR_MESSAGE_ENUM(Mode, Idle, Busy)
+
+struct Part {
+  int32_t id{};
+  std::optional<float> mass{};
+};
+ARMOR_MESSAGE_NAMED("Part", Part, id, (mass, "kg"))
+
+struct Reading {
+  double stamp{};
+  std::string name{};
+  uint16_t level{};
+  bool ok{};
+  std::vector<float> ranges{};
+  std::vector<uint8_t> raw{};
+  std::vector<std::string> names{};
+  std::array<double, 4> corner{};
+  std::optional<double> depth{};
+  Mode state{};
+  Pose2D at{};
+  std::vector<Part> parts{};
+};
+ARMOR_MESSAGE_NAMED("Reading", Reading, (stamp, "s"), name, level, ok, (ranges, "m"), raw, names, (corner, "m"), (depth, "m"), state, at, parts)
+
+// As `Reading`, with texts and lists that are borrowed: from the message that has arrived, or
+// from the sender's memory.
+struct ReadingView {
+  double stamp{};
+  std::string_view name{};
+  uint16_t level{};
+  bool ok{};
+  armor::span<const float> ranges{};
+  armor::span<const uint8_t> raw{};
+  std::vector<std::string> names{};
+  std::array<double, 4> corner{};
+  std::optional<double> depth{};
+  Mode state{};
+  Pose2D at{};
+  std::vector<Part> parts{};
+};
+ARMOR_MESSAGE_NAMED("Reading", ReadingView, (stamp, "s"), name, level, ok, (ranges, "m"), raw, names, (corner, "m"), (depth, "m"), state, at, parts)

@@ -1,0 +1,95 @@
+//! A robot among zones, with real processes in simulated time: where it truly was, and how fast.
+
+use std::path::{Path, PathBuf};
+
+use crate::fixture::{Folder, run_to_end};
+
+/// The carpet of missions/zones.xml, as the least and the largest x and y in metres.
+const CARPET: [(f64, f64); 2] = [(1.1, 2.2), (-0.5, 0.5)];
+/// Its crossing: the centre, in metres.
+const CROSSING: (f64, f64) = (2.25, -1.5);
+/// The radius of the robot, in metres.
+const RADIUS_M: f64 = 0.18;
+
+fn mission() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/zones.xml")
+}
+
+/// Reads where the robot truly was: stamps in seconds, x and y in metres.
+fn read_truth(folder: &Path) -> Vec<[f64; 3]> {
+    let text = std::fs::read_to_string(folder.join("truth.csv")).expect("truth.csv");
+    let row = |line: &str| {
+        let numbers = line.split(',').skip(1).take(3).map(|number| number.parse::<f64>());
+        let numbers: Vec<f64> = numbers.map(|number| number.expect("a number")).collect();
+        [numbers[0], numbers[1], numbers[2]]
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+fn outside_m(value: f64, (least, most): (f64, f64)) -> f64 {
+    (least - value).max(value - most).max(0.0)
+}
+
+// Slow (about half a minute): a lap through a hall and two rooms at five times real time.
+#[test]
+fn the_robot_is_never_in_the_no_go_zone_and_slow_at_the_crossing() {
+    let folder = Folder::new("zones");
+    let file = mission().display().to_string();
+    let arguments = ["run", &file, "--headless", "--out", "zones"];
+    let (code, log, err) = run_to_end(&mut folder.armor(&arguments));
+    assert_eq!(code, 0, "{log}{err}");
+    let truth = read_truth(&folder.path().join("zones"));
+    assert!(truth.len() > 100, "{} true poses", truth.len());
+    let to_carpet = |[_, x_m, y_m]: &[f64; 3]| {
+        outside_m(*x_m, CARPET[0]).hypot(outside_m(*y_m, CARPET[1])) - RADIUS_M
+    };
+    let nearest_m = truth.iter().map(to_carpet).fold(f64::INFINITY, f64::min);
+    assert!(nearest_m > 0.0, "the robot touched the carpet: {nearest_m:.3} m");
+    // Within the circle by more than the pose is off, so that the robot knows it.
+    let is_at_crossing =
+        |x_m: f64, y_m: f64| (x_m - CROSSING.0).hypot(y_m - CROSSING.1) < 0.7 + RADIUS_M - 0.1;
+    let mut speeds_mps: Vec<f64> = Vec::new();
+    let mut elsewhere_mps = 0.0_f64;
+    // Speeds over about half a second: the stamps of a pose have jitter.
+    for pair in truth.windows(6) {
+        let ([from_s, ..], [to_s, ..]) = (pair[0], pair[5]);
+        let speed_mps = (pair[5][1] - pair[0][1]).hypot(pair[5][2] - pair[0][2]) / (to_s - from_s);
+        if pair.iter().all(|[_, x_m, y_m]| is_at_crossing(*x_m, *y_m)) {
+            speeds_mps.push(speed_mps);
+        } else if pair.iter().all(|[_, x_m, y_m]| !is_at_crossing(*x_m, *y_m)) {
+            elsewhere_mps = elsewhere_mps.max(speed_mps);
+        }
+    }
+    let fastest_mps = speeds_mps.iter().copied().fold(0.0, f64::max);
+    println!(
+        "zones: {nearest_m:.2} m from the carpet, {fastest_mps:.2} m/s at the crossing, \
+         {elsewhere_mps:.2} m/s elsewhere"
+    );
+    assert!(speeds_mps.len() > 10 && fastest_mps < 0.35, "{fastest_mps} m/s: {speeds_mps:?}");
+    assert!(elsewhere_mps > 0.5, "{elsewhere_mps} m/s");
+}
+
+#[test]
+fn a_breach_leads_to_the_safe_place() {
+    let folder = Folder::new("zones-breach");
+    let file = mission().display().to_string();
+    let zones = "chart.zones=here no-go circle 0.3,0 0.6m";
+    let arguments = ["run", &file, "--headless", "--out", "breach", "--set", zones];
+    let (code, log, err) = run_to_end(&mut folder.armor(&arguments));
+    assert_ne!(code, 0, "{log}{err}");
+    assert!(log.contains("broken-in: rounds -> hold"), "{log}{err}");
+    let rolled = read_truth(&folder.path().join("breach"));
+    let furthest_m = rolled.iter().map(|[_, x_m, y_m]| x_m.hypot(*y_m)).fold(0.0, f64::max);
+    assert!(furthest_m < 1.0, "it drove {furthest_m:.2} m after the breach");
+}
+
+#[test]
+fn a_goal_in_a_zone_leads_to_the_safe_place() {
+    let folder = Folder::new("zones-goal");
+    let file = mission().display().to_string();
+    let zones = "chart.zones=room no-go 2.5,0.5 6,0.5 6,2.8 2.5,2.8";
+    let arguments = ["run", &file, "--headless", "--out", "goal", "--set", zones];
+    let (code, log, err) = run_to_end(&mut folder.armor(&arguments));
+    assert_ne!(code, 0, "{log}{err}");
+    assert!(log.contains("forbidden: rounds -> hold"), "{log}{err}");
+}
