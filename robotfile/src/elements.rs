@@ -11,26 +11,29 @@ use crate::source::{Source, Span};
 use crate::suggestion::suggest_similar;
 use crate::tree::{Element, Node};
 
+/// The elements that `<mission>` may contain.
+pub(crate) const MISSION_CHILDREN: &[&str] = &[
+    "map",
+    "route",
+    "variable",
+    "place",
+    "exclusive",
+    "transition",
+    "check",
+    "submission",
+    "layout",
+];
+/// The elements that `<map>` may contain.
+pub(crate) const MAP_CHILDREN: &[&str] = &["point", "zone", "line", "rally", "symbol"];
+/// The elements that `<route>` may contain.
+pub(crate) const ROUTE_CHILDREN: &[&str] = &["leg", "stay", "meet", "otherwise"];
 /// The elements that an element may contain; a `<layout>` may contain anything.
 const CHILDREN: [(&str, &[&str]); 9] = [
     ("armor", &["system", "mission"]),
     ("system", &["clock", "host", "frame", "component", "link", "layout"]),
-    (
-        "mission",
-        &[
-            "map",
-            "route",
-            "variable",
-            "place",
-            "exclusive",
-            "transition",
-            "check",
-            "submission",
-            "layout",
-        ],
-    ),
-    ("map", &["point", "zone", "line", "rally", "symbol"]),
-    ("route", &["leg", "stay", "meet", "otherwise"]),
+    ("mission", MISSION_CHILDREN),
+    ("map", MAP_CHILDREN),
+    ("route", ROUTE_CHILDREN),
     ("component", &["parameter"]),
     ("place", &["parameter"]),
     ("transition", &["arc", "read", "inhibitor", "reset", "set"]),

@@ -18,7 +18,7 @@ const STOPS_WITHIN: Duration = Duration::from_secs(1);
 /// How many times it is ordered to freeze before it is killed.
 const STOP_TRIES: u32 = 2;
 /// How long it has to confirm that it is active again; only the log depends on it.
-const STARTS_WITHIN: Duration = Duration::from_secs(2);
+const STARTS_WITHIN: Duration = Duration::from_secs(10);
 /// Events of the control connection that wait.
 const MAX_EVENTS: usize = 64;
 /// The agent's name on the control connection.
@@ -192,9 +192,12 @@ async fn activate_again(
     while let Ok(Some(event)) = timeout_at(until, events.recv()).await {
         if let ControlEvent::Answer(Answer::State { state: RunState::Active, .. }) = event {
             process.report(LogLevel::Info, "active again".into());
-            break;
+            return Ok(());
         }
     }
+    let within = STARTS_WITHIN.as_secs();
+    let text = format!("has not confirmed within {within} s that it is active again");
+    process.report(LogLevel::Warn, text);
     Ok(())
 }
 

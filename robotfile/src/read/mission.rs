@@ -5,6 +5,7 @@ use std::sync::Arc as Shared;
 use armor_wire::name::is_name;
 
 use crate::code::Code;
+use crate::elements::MISSION_CHILDREN;
 use crate::fields::{ElementFields, digits};
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -19,18 +20,6 @@ use crate::route::add_nets;
 use crate::source::{Location, Source, Spanned, plain_path};
 use crate::tree::Element;
 use crate::unreadable::UnreadableParts;
-
-const CHILDREN: &[&str] = &[
-    "map",
-    "route",
-    "variable",
-    "place",
-    "exclusive",
-    "transition",
-    "check",
-    "submission",
-    "layout",
-];
 
 pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Findings) -> Mission {
     let mut fields = ElementFields::new(element, source, findings);
@@ -56,13 +45,13 @@ pub(super) fn read(element: &Element, source: &Shared<Source>, findings: &mut Fi
         layout: Vec::new(),
         unreadable: UnreadableParts::default(),
     };
-    for child in fields.finish(CHILDREN) {
+    for child in fields.finish(MISSION_CHILDREN) {
         read_child(&mut mission, child, source, findings);
     }
     add_nets(&mut mission, findings);
     for child in element.elements() {
         // An unknown element with a name may be a place under another noun, such as <state>.
-        let is_unknown = !CHILDREN.contains(&child.name.as_str())
+        let is_unknown = !MISSION_CHILDREN.contains(&child.name.as_str())
             && !child.name.contains(':')
             && child.attribute("name").is_some();
         if is_unknown {

@@ -10,6 +10,7 @@ use crate::drawn_route::{
     DrawnLeg, DrawnMeet, DrawnRoute, DrawnStay, ExitAction, ExitCause, RouteExit, RoutePort,
     RouteStep,
 };
+use crate::elements::ROUTE_CHILDREN;
 use crate::fields::ElementFields;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
@@ -21,7 +22,6 @@ use crate::suggestion::list_choices;
 use crate::tree::Element;
 
 /// The elements that a route may contain.
-const CHILDREN: &[&str] = &["leg", "stay", "meet", "otherwise"];
 /// Names that the net of a route uses itself.
 const RESERVED: [&str; 2] = ["begin", "end"];
 
@@ -53,7 +53,7 @@ pub(super) fn read(
         exits: Vec::new(),
         at: fields.at(),
     };
-    for child in fields.finish(CHILDREN) {
+    for child in fields.finish(ROUTE_CHILDREN) {
         let at = child.at(source);
         match child.name.as_str() {
             "otherwise" => {

@@ -6,6 +6,7 @@ use armor_geo::{Clearance, GeoPosition, MapPlacement};
 use armor_wire::quantity::{self, Dimension};
 
 use crate::code::Code;
+use crate::elements::MAP_CHILDREN;
 use crate::fields::ElementFields;
 use crate::finding::Finding;
 use crate::findings::Findings;
@@ -16,8 +17,6 @@ use crate::source::{Source, Spanned};
 use crate::tree::Element;
 
 /// The elements that a map may contain.
-const CHILDREN: &[&str] = &["point", "zone", "line", "rally", "symbol"];
-
 /// What the elements of a map are read with.
 pub(super) struct MapScale {
     pub(super) placement: Option<MapPlacement>,
@@ -47,7 +46,7 @@ pub(super) fn read(element: &Element, source: &Arc<Source>, findings: &mut Findi
     if fields.attribute_at("origin").is_none() {
         fields.without_effect("heading", "it turns the map about its origin: write origin=\"…\"");
     }
-    let children = fields.finish(CHILDREN);
+    let children = fields.finish(MAP_CHILDREN);
     let mut scale = MapScale { placement: map.placement, corners_left: MAX_MAP_CORNERS };
     for child in children {
         read_child(&mut map, &mut scale, child, source, findings);

@@ -12,6 +12,8 @@ pub const KEPT_HEAD: &str = "\
 // The standard messages, with the names and fields of armor-sdk; units and axes by REP-103.
 // Generated from sdk/src/messages; do not edit: ARMOR_BLESS=1 cargo test -p armor-definitions
 ";
+/// The header of the functions, whose names no message may have.
+const HEADER: &str = include_str!("../../c/include/armor.h");
 const KEYWORDS: [&str; 37] = [
     "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double",
     "else", "enum", "extern", "false", "float", "for", "goto", "if", "inline", "int", "long",
@@ -67,6 +69,19 @@ fn snake_case(name: &str) -> String {
     result
 }
 
+/// The C type of a message. The suffix keeps it apart from a type of `armor.h`: a message `State` is
+/// `armor_state_message`, because `armor_state` is the state of a component.
+fn type_name(name: &str) -> String {
+    let plain = format!("armor_{}", snake_case(name));
+    let is_word = |text: &str| !text.contains(|c: char| c.is_ascii_alphanumeric() || c == '_');
+    let is_taken = HEADER.match_indices(&plain).any(|(at, _)| {
+        let before = HEADER[..at].chars().next_back().map(String::from).unwrap_or_default();
+        let after = HEADER[at + plain.len()..].chars().next().map(String::from).unwrap_or_default();
+        is_word(&before) && is_word(&after)
+    });
+    if is_taken { plain + "_message" } else { plain }
+}
+
 /// The C type, and its short name in those of lists, of a number or a flag.
 pub fn plain_type(schema: &Schema) -> Option<(&'static str, &'static str)> {
     Some(match schema {
@@ -96,8 +111,7 @@ fn item_of(schema: &Schema) -> Option<Item> {
         return Some(Item::Plain("armor_string"));
     }
     let plain = plain_type(schema).map(|(name, _)| Item::Plain(name));
-    plain
-        .or_else(|| name_of(schema).map(|name| Item::Nested(format!("armor_{}", snake_case(name)))))
+    plain.or_else(|| name_of(schema).map(|name| Item::Nested(type_name(name))))
 }
 
 /// A field: its declaration, and its entry in the table.
@@ -178,7 +192,7 @@ fn write_enum(
     variants: &[Variant],
 ) -> Result<(), ExportError> {
     let name = definition.name();
-    let ctype = format!("armor_{}", snake_case(name));
+    let ctype = type_name(name);
     let _ = writeln!(out, "typedef enum {ctype} {{");
     for variant in variants {
         if !variant.fields.is_empty() {
@@ -201,7 +215,7 @@ fn write_struct(
     fields: &[Field],
 ) -> Result<(), ExportError> {
     let name = definition.name();
-    let ctype = format!("armor_{}", snake_case(name));
+    let ctype = type_name(name);
     let _ = writeln!(out, "typedef struct {ctype} {{");
     let mut entries = Vec::new();
     for field in fields {

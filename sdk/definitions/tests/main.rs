@@ -65,8 +65,8 @@ fn a_message_of_a_component_is_written_in_every_language() {
             "use armor_sdk::{Array, Message};\nuse armor_sdk::messages::Pose2D;\n",
             "#[derive(Clone, Debug, Default, PartialEq, Message)]\npub struct Reading {\n",
             "    #[message(unit = \"m\")]\n    pub ranges: Array<f32>,\n    pub raw: Array<u8>,\n",
-            "    pub depth: Option<f64>,\n    pub state: Mode,\n    pub at: Pose2D,\n",
-            "pub enum Mode {\n    #[default]\n    Idle,\n",
+            "    pub depth: Option<f64>,\n    pub state: State,\n    pub at: Pose2D,\n",
+            "pub enum State {\n    #[default]\n    Idle,\n",
         ],
     );
     check(
@@ -75,7 +75,7 @@ fn a_message_of_a_component_is_written_in_every_language() {
             "import enum\nfrom typing import TYPE_CHECKING, List, Optional, Sequence, Union\n",
             "from armor._message import Message, _array\nfrom armor.messages import Pose2D\n",
             "        (\"depth\", \"depth\", \"m\", (\"optional\", \"f64\")),\n",
-            "        depth: Optional[float] = None,\n        state: Mode = Mode.Idle,\n",
+            "        depth: Optional[float] = None,\n        state: State = State.Idle,\n",
         ],
     );
     check(
@@ -90,7 +90,7 @@ fn a_message_of_a_component_is_written_in_every_language() {
         Language::Cpp,
         &[
             "using armor::messages::Pose2D;\n",
-            "  std::optional<double> depth{};\n  Mode state{};\n  Pose2D at{};\n",
+            "  std::optional<double> depth{};\n  State state{};\n  Pose2D at{};\n",
             "ARMOR_MESSAGE_NAMED(\"Reading\", Reading, (stamp, \"s\"), name, level,",
             "struct ReadingView {\n",
         ],

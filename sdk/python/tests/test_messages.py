@@ -74,7 +74,7 @@ class TestSchemas(unittest.TestCase):
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         self.assertEqual(armor.schema_of(module.Reading), (KEPT / "reading.schema").read_text().strip())
-        sent = module.Reading(ranges=[1.0], depth=2.0, state=module.Mode.Busy, names=["a"])
+        sent = module.Reading(ranges=[1.0], depth=2.0, state=module.State.Busy, names=["a"])
         self.assertEqual(armor.decode(module.Reading, armor.encode(sent)), sent)
 
     def test_the_standard_messages_have_the_schemas_of_rust(self) -> None:

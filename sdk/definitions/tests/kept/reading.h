@@ -4,11 +4,11 @@
 
 #include <armor_messages.h>
 
-typedef enum armor_mode {
-  ARMOR_MODE_IDLE,
-  ARMOR_MODE_BUSY,
-} armor_mode;
-ARMOR_ENUM(armor_mode, "Mode", "Idle", "Busy");
+typedef enum armor_state_message {
+  ARMOR_STATE_MESSAGE_IDLE,
+  ARMOR_STATE_MESSAGE_BUSY,
+} armor_state_message;
+ARMOR_ENUM(armor_state_message, "State", "Idle", "Busy");
 
 typedef struct armor_part {
   int32_t id;
@@ -34,7 +34,7 @@ typedef struct armor_reading {
     bool is_present;
     double value;
   } depth;
-  armor_mode state;
+  armor_state_message state;
   armor_pose2d at;
   ARMOR_LIST_OF(armor_part) parts;
 } armor_reading;
@@ -48,6 +48,6 @@ ARMOR_STRUCT(armor_reading, "Reading",
   ARMOR_LIST(armor_reading, names, ""),
   ARMOR_ARRAY(armor_reading, corner, "m"),
   ARMOR_OPTIONAL_FIELD(armor_reading, depth, "m"),
-  ARMOR_NESTED(armor_reading, state, armor_mode, ""),
+  ARMOR_NESTED(armor_reading, state, armor_state_message, ""),
   ARMOR_NESTED(armor_reading, at, armor_pose2d, ""),
   ARMOR_NESTED_LIST(armor_reading, parts, armor_part));

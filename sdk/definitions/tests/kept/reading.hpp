@@ -6,11 +6,11 @@
 
 using armor::messages::Pose2D;
 
-enum class Mode : uint32_t {
+enum class State : uint32_t {
   Idle,
   Busy,
 };
-ARMOR_MESSAGE_ENUM(Mode, Idle, Busy)
+ARMOR_MESSAGE_ENUM(State, Idle, Busy)
 
 struct Part {
   int32_t id{};
@@ -28,7 +28,7 @@ struct Reading {
   std::vector<std::string> names{};
   std::array<double, 4> corner{};
   std::optional<double> depth{};
-  Mode state{};
+  State state{};
   Pose2D at{};
   std::vector<Part> parts{};
 };
@@ -46,7 +46,7 @@ struct ReadingView {
   std::vector<std::string> names{};
   std::array<double, 4> corner{};
   std::optional<double> depth{};
-  Mode state{};
+  State state{};
   Pose2D at{};
   std::vector<Part> parts{};
 };

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class Mode(enum.Enum):
-    """The message Mode."""
+class State(enum.Enum):
+    """The message State."""
 
     Idle = 0
     Busy = 1
@@ -56,7 +56,7 @@ class Reading(Message):
         ("names", "names", None, ("list", "string")),
         ("corner", "corner", "m", ("fixed", "f64", 4)),
         ("depth", "depth", "m", ("optional", "f64")),
-        ("state", "state", None, Mode),
+        ("state", "state", None, State),
         ("at", "at", None, Pose2D),
         ("parts", "parts", None, ("list", Part)),
     )
@@ -74,7 +74,7 @@ class Reading(Message):
     """Unit: m."""
     depth: Optional[float]
     """Unit: m."""
-    state: Mode
+    state: State
     at: Pose2D
     parts: List[Part]
 
@@ -89,7 +89,7 @@ class Reading(Message):
         names: Optional[List[str]] = None,
         corner: Optional[List[float]] = None,
         depth: Optional[float] = None,
-        state: Mode = Mode.Idle,
+        state: State = State.Idle,
         at: Optional[Pose2D] = None,
         parts: Optional[List[Part]] = None,
     ) -> None:

@@ -2,7 +2,7 @@ use armor_sdk::{Array, Message};
 use armor_sdk::messages::Pose2D;
 
 #[derive(Clone, Debug, Default, PartialEq, Message)]
-pub enum Mode {
+pub enum State {
     #[default]
     Idle,
     Busy,
@@ -30,7 +30,7 @@ pub struct Reading {
     pub corner: [f64; 4],
     #[message(unit = "m")]
     pub depth: Option<f64>,
-    pub state: Mode,
+    pub state: State,
     pub at: Pose2D,
     pub parts: Vec<Part>,
 }
