@@ -97,7 +97,8 @@ impl Tap {
             memory: MemoryUse::Never,
             datagrams: false,
         };
-        let hello = Hello::new(&from, instance, Purpose::Link { link });
+        let mut hello = Hello::new(&from, instance, Purpose::Link { link });
+        found.prove_link(&mut hello);
         let dialled = dial::dial_component(&found.provider, &hello, Transport::Auto)?;
         let schema = schema::parse(&dialled.welcome.schema)?;
         let now = Instant::now();

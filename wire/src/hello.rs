@@ -34,8 +34,8 @@ pub struct Hello {
     pub instance: u64,
     /// The purpose of the connection.
     pub purpose: Purpose,
-    /// The proof of the key that the launcher has given this process ([`crate::run_key`]); none from one
-    /// that was started by hand.
+    /// The proof of the key that the launcher has given this process, or of the key of a link between
+    /// hosts ([`crate::run_key`]); none from a process that was started by hand.
     pub proof: Option<[u8; KEY_LEN]>,
 }
 

@@ -81,6 +81,12 @@ impl Versions {
         }
     }
 
+    pub(super) fn readers_notice(&self) -> ConfigdAction {
+        let (manifests, clock) = (self.rules.manifests.as_ref(), self.rules.clock.as_ref());
+        let readers = answers::list_readers(&self.in_force, manifests, clock);
+        ConfigdAction::Tell(Notice::Readers(readers))
+    }
+
     pub(super) fn state_notice(&self) -> ConfigdAction {
         let (findings, findings_left_out) =
             records::finding_records(self.refused.as_ref().unwrap_or(&self.warnings));

@@ -172,7 +172,8 @@ impl InputReader {
             datagrams: settings.transport == Transport::Udp,
         };
         let identity = &participant.identity;
-        let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
+        let mut hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
+        found.prove_link(&mut hello);
         let dialled = dial::dial_component(&found.provider, &hello, settings.transport)
             .map_err(|error| error.to_string())?;
         InputPort::check_type(&dialled.welcome, expected)?;
