@@ -433,9 +433,10 @@ impl Versions {
     /// invalid. That one stays in force, because the running components were started by the earlier
     /// kinds.
     fn take_kinds(&mut self, manifests: Manifests) -> Vec<ConfigdAction> {
+        let before = self.list_readers();
         self.rules.manifests = Some(manifests);
         let mut actions = self.judge_by_kinds();
-        if self.is_in_force() {
+        if self.list_readers() != before {
             actions.push(self.readers_notice());
         }
         actions

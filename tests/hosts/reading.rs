@@ -92,7 +92,7 @@ fn a_host_reads_what_the_file_leads_to_its_components_and_nothing_else() {
     let (code, out, err) = tool_on_arm(&hosts, far, &["ps"]);
     assert!(code == 0 && out.contains("near"), "{code} {out} {err}");
     // What no link leads there, by the registry and by the provider.
-    let refused = "reading near.odometry is not for the host arm: no link of the file leads it to a \
+    let refused = "reading `near.odometry` is not for the host arm: no link of the file leads it to a \
                    component there (far)";
     for _ in 0..3 {
         let (code, out, err) = echo(far, "near.odometry");
@@ -126,7 +126,7 @@ fn a_host_reads_what_the_file_leads_to_its_components_and_nothing_else() {
     // The component has its links until it is started again; another process of the host has none.
     wait_for("the link to be refused to others", || {
         let (code, _, err) = echo(far, "near.presence");
-        (code == 1 && err.contains("reading near.presence is not for the host arm")).then_some(())
+        (code == 1 && err.contains("reading `near.presence` is not for the host arm")).then_some(())
     });
     hosts.wait_for_data(&run, "near.presence");
     fs::write(&file, text).expect("it is ours");

@@ -3,6 +3,7 @@
 use armor_robotfile::Configuration;
 use armor_wire::config::{ChangeRecord, ConfigReply, ConfigurationState, MAX_RECORDS};
 use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::registry::DataReader;
 
 use super::{ConfigdAction, ConfigdClient, Notice, Versions};
 use crate::{answers, records};
@@ -82,9 +83,12 @@ impl Versions {
     }
 
     pub(super) fn readers_notice(&self) -> ConfigdAction {
+        ConfigdAction::Tell(Notice::Readers(self.list_readers()))
+    }
+
+    pub(super) fn list_readers(&self) -> Vec<DataReader> {
         let (manifests, clock) = (self.rules.manifests.as_ref(), self.rules.clock.as_ref());
-        let readers = answers::list_readers(&self.in_force, manifests, clock);
-        ConfigdAction::Tell(Notice::Readers(readers))
+        answers::list_readers(&self.in_force, manifests, clock)
     }
 
     pub(super) fn state_notice(&self) -> ConfigdAction {

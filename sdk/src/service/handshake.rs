@@ -363,7 +363,7 @@ fn check_reader(
     match own_key {
         Some(key) if !key.key_of_link(host, &link.data, own_instance).verify(hello) => {
             let text = format!(
-                "reading {} is not for the host {host}: the registry has not granted it, since no link \
+                "reading `{}` is not for the host {host}: the registry has not granted it, since no link \
                  of the file leads it to a component there",
                 link.data
             );
@@ -416,7 +416,7 @@ mod tests {
         for (hello, preface) in [(&plain, host("arm")), (&proven, host("base"))] {
             let refusal = check(hello, Some(&preface), Some(key)).expect_err("it is refused");
             assert_eq!(refusal.code, RefusalCode::Role);
-            let text = format!("reading laser.scan is not for the host {}: ", preface.name);
+            let text = format!("reading `laser.scan` is not for the host {}: ", preface.name);
             assert!(refusal.text.starts_with(&text), "{refusal}");
         }
         assert!(check_reader(&proven, Some(&host("arm")), Some(key), 8).is_err(), "another start");

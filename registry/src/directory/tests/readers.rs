@@ -75,7 +75,7 @@ fn a_host_reads_what_the_file_leads_to_its_components() {
         let refused = refusal(&actions);
         assert_eq!(refused.code, RefusalCode::Role);
         assert!(
-            refused.text.starts_with("reading laser.state is not for the host arm: no link")
+            refused.text.starts_with("reading `laser.state` is not for the host arm: no link")
                 && refused.text.contains("(gripper)")
                 && refused.text.ends_with("such as to=\"gripper.INPUT\""),
             "{refused}"
@@ -130,7 +130,7 @@ fn a_lookup_waits_until_the_links_are_known() {
         matches!(action, PeerAction::Send { message: RegistryReply::Refused { .. }, .. })
     });
     assert!(key(&found).is_some());
-    assert!(refusal(&refused).text.contains("reading camera.image"), "{refused:?}");
+    assert!(refusal(&refused).text.contains("reading `camera.image`"), "{refused:?}");
     let late = site.bench.component("late");
     let actions = site.bench.provide(late, data("late.data"));
     assert!(key(&actions[1..]).is_some(), "{actions:?}");
