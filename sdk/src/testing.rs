@@ -338,7 +338,7 @@ impl TestedComponent {
         *sent += 1;
         let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
         self.take_step(|component| {
-            component.deliver_data(index, header, 0, Payload::Buffer(bytes));
+            component.deliver_data(index, header, 0, 0.0, Payload::Buffer(bytes));
         })
     }
 

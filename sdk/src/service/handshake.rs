@@ -14,12 +14,14 @@ use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{
     HandshakeError, Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome,
 };
+use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
 use armor_wire::shared_memory::MemoryUse;
 use rustix::event::PollFd;
 
 use super::datagrams::DatagramService;
-use super::keep_rights::KeepRights;
+use super::keep_rights::{KeepRights, MOST_WITHOUT_RIGHT};
+use crate::call_trace::CALLS;
 use crate::faults::PeerFault;
 use crate::link::datagrams_out::LinkDatagrams;
 use crate::link::memory_out::suits_memory;
@@ -183,7 +185,7 @@ impl Handshakes {
             );
             return Err(Refusal::new(RefusalCode::WrongInstance, text));
         }
-        let outputs = self.participant.ports.outputs();
+        let outputs = self.participant.ports.served_outputs();
         let is_it =
             |output: &&Arc<OutputPort>| output.entry.data == link.data && !output.lacks_type();
         let output = outputs.iter().find(is_it).ok_or_else(|| {
@@ -196,7 +198,11 @@ impl Handshakes {
         output.check_request(link, from)?;
         let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
-        let keep = self.keep_rights.grant(link.keep, from, instance);
+        let keep = match self.keep_rights.grant(link.keep, from, instance) {
+            // This thread publishes them, and must not wait.
+            Keep::All { .. } if output.id == CALLS => Keep::Last { count: MOST_WITHOUT_RIGHT },
+            keep => keep,
+        };
         let link_stream = Arc::new(copy);
         let added = OutgoingLink {
             stream: Arc::clone(&link_stream),
