@@ -99,6 +99,11 @@ const COMMANDS: &[CommandCodes] = &[
     codes("bw", "N windows were printed", NO_DATA),
     codes("delay", "N windows were printed", NO_DATA),
     codes(
+        "trace",
+        "the time is over, the system has ended, or stdout was closed",
+        "no system is found, no component publishes the data, or the collector takes nothing",
+    ),
+    codes(
         "watch",
         "stdout was closed",
         "no system is found, it has ended, or has no such component",

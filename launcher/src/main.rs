@@ -44,6 +44,7 @@ mod scratch;
 mod system;
 mod terminal_session;
 mod top;
+mod trace_cli;
 mod usage_error;
 mod verb;
 mod web_cli;
