@@ -338,24 +338,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_place_of_an_exception_is_the_last_one_in_the_folder_of_the_script() {
-        let script = Path::new("/robot/components/arm.py");
-        let place = |text: &str| find_python_place(text.as_bytes(), script);
-        let syntax =
-            "  File \"/robot/components/arm.py\", line 7\n    def x(\nSyntaxError: '(' ...";
-        assert_eq!(place(syntax), "/robot/components/arm.py:7: ");
-        let raised = "Traceback (most recent call last):\n\
-                      \x20 File \"/robot/components/arm.py\", line 3, in <module>\n\
-                      \x20 File \"/robot/components/grip/hand.py\", line 12, in close\n\
-                      \x20 File \"/usr/lib/python3/json/__init__.py\", line 346, in loads\nValueError: x";
-        assert_eq!(place(raised), "/robot/components/grip/hand.py:12: ");
-        for other in ["", "error: no port", "  File \"/usr/lib/a.py\", line 3, in f\nKeyError: 'x'"]
-        {
-            assert_eq!(place(other), "", "{other}");
-        }
-    }
-
-    #[test]
     fn a_panic_is_shown_by_its_own_lines() {
         let panic = "thread 'main' panicked at src/main.rs:12:5:";
         let shown = "thread 'main' panicked at src/main.rs:12:5: no port";

@@ -187,4 +187,22 @@ mod tests {
         assert!(described.contains("a module `cv2` without `HOG`"), "{described}");
         assert_eq!(find_missing_part("ImportError: libGL.so.1: cannot open"), None);
     }
+
+    #[test]
+    fn the_place_of_an_exception_is_the_last_one_in_the_folder_of_the_script() {
+        let script = Path::new("/robot/components/arm.py");
+        let place = |text: &str| find_exception_place(text.as_bytes(), script);
+        let syntax =
+            "  File \"/robot/components/arm.py\", line 7\n    def x(\nSyntaxError: '(' ...";
+        assert_eq!(place(syntax).as_deref(), Some("/robot/components/arm.py:7"));
+        let raised = "Traceback (most recent call last):\n\
+                      \x20 File \"/robot/components/arm.py\", line 3, in <module>\n\
+                      \x20 File \"/robot/components/grip/hand.py\", line 12, in close\n\
+                      \x20 File \"/usr/lib/python3/json/__init__.py\", line 346, in loads\nValueError: x";
+        assert_eq!(place(raised).as_deref(), Some("/robot/components/grip/hand.py:12"));
+        for other in ["", "error: no port", "  File \"/usr/lib/a.py\", line 3, in f\nKeyError: 'x'"]
+        {
+            assert_eq!(place(other), None, "{other}");
+        }
+    }
 }
