@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-geo", &[]),
     ("armor-exchange", &[]),
     ("armor-symbols", &[]),
+    ("armor-tiles", &["armor-geo"]),
     ("armor-quantity", &[]),
     ("armor-wire-derive", &["armor-quantity"]),
     ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
