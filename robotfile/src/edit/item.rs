@@ -44,6 +44,13 @@ pub enum Item<'a> {
     MapLine(&'a str),
     /// The route with this name.
     Route(&'a str),
+    /// The leg, stay or meeting with this name in a route.
+    Step {
+        /// The route.
+        route: &'a str,
+        /// The step.
+        step: &'a str,
+    },
 }
 
 impl<'a> Item<'a> {
@@ -60,12 +67,25 @@ impl<'a> Item<'a> {
             | Self::Rally(name)
             | Self::Zone(name)
             | Self::MapLine(name)
-            | Self::Route(name) => Some(name),
+            | Self::Route(name)
+            | Self::Step { step: name, .. } => Some(name),
+        }
+    }
+
+    /// Returns the name by which checks and the layout name its places: of a step with its route.
+    pub(crate) fn derived_name(self) -> Option<String> {
+        match self {
+            Self::Route(route) => Some(route.to_owned()),
+            Self::Step { route, step } => Some(format!("{route}.{step}")),
+            _ => None,
         }
     }
 
     /// Returns the same kind of item with another name.
-    pub(crate) fn renamed(self, new: &str) -> Option<Item<'_>> {
+    pub(crate) fn renamed<'b>(self, new: &'b str) -> Option<Item<'b>>
+    where
+        'a: 'b,
+    {
         match self {
             Self::System | Self::Mission | Self::Map | Self::Link { .. } => None,
             Self::Frame(_) => Some(Item::Frame(new)),
@@ -78,6 +98,7 @@ impl<'a> Item<'a> {
             Self::Zone(_) => Some(Item::Zone(new)),
             Self::MapLine(_) => Some(Item::MapLine(new)),
             Self::Route(_) => Some(Item::Route(new)),
+            Self::Step { route, .. } => Some(Item::Step { route, step: new }),
         }
     }
 
@@ -98,6 +119,7 @@ impl<'a> Item<'a> {
             Self::Zone(_) => ("map", "zone"),
             Self::MapLine(_) => ("map", "line"),
             Self::Route(_) => ("mission", "route"),
+            Self::Step { .. } => ("route", "leg"),
         }
     }
 
@@ -111,7 +133,11 @@ impl<'a> Item<'a> {
         let has = |attribute: &str, value: &str| {
             element.attribute(attribute).is_some_and(|a| a.value == value)
         };
-        element.name == self.names().1
+        let is_of_sort = match self {
+            Self::Step { .. } => STEPS.contains(&element.name.as_str()),
+            other => element.name == other.names().1,
+        };
+        is_of_sort
             && match self {
                 Self::System | Self::Mission | Self::Map => true,
                 Self::Link { from, to } => has("from", from) && has("to", to),
@@ -120,6 +146,9 @@ impl<'a> Item<'a> {
     }
 }
 
+/// The elements of a route that are its steps.
+pub(crate) const STEPS: [&str; 3] = ["leg", "stay", "meet"];
+
 /// Writes `component laser`, as in messages.
 impl fmt::Display for Item<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -127,6 +156,7 @@ impl fmt::Display for Item<'_> {
         match self {
             Self::System | Self::Mission | Self::Map => write!(f, "<{sort}>"),
             Self::Link { from, to } => write!(f, "link from {from} to {to}"),
+            Self::Step { route, step } => write!(f, "step {step} of route {route}"),
             Self::Frame(name)
             | Self::Component(name)
             | Self::Place(name)
@@ -143,10 +173,11 @@ impl fmt::Display for Item<'_> {
 
 /// The path of an item in a tree.
 pub(crate) fn find(tree: &Tree, item: Item<'_>) -> Option<Vec<usize>> {
-    let mut path = match item.names().0 {
-        "armor" => Vec::new(),
-        "system" => find(tree, Item::System)?,
-        "map" => find(tree, Item::Map)?,
+    let mut path = match (item, item.names().0) {
+        (Item::Step { route, .. }, _) => find(tree, Item::Route(route))?,
+        (_, "armor") => Vec::new(),
+        (_, "system") => find(tree, Item::System)?,
+        (_, "map") => find(tree, Item::Map)?,
         _ => find(tree, Item::Mission)?,
     };
     let parent = tree.element(&path)?;
