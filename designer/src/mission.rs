@@ -6,12 +6,12 @@
 //! shows it: `drawing.rs` is the net as a diagram, `panel.rs` what is selected, `changes.rs` all
 //! that the panels change, `view.rs` gestures, commands and simulation.
 
-mod changes;
+pub(crate) mod changes;
 mod drawing;
 mod edits;
-mod form;
-mod marks;
-mod panel;
+pub(crate) mod form;
+pub(crate) mod marks;
+pub(crate) mod panel;
 mod play;
 mod rules;
 mod schedule;

@@ -13,6 +13,7 @@ mod help;
 mod keyboard;
 mod links;
 mod live;
+mod map;
 mod mission;
 mod model;
 mod playback;

@@ -55,11 +55,11 @@ impl Designer {
         }
     }
 
-    /// Whether the panel at the left is open. In the live view it lists what runs, and stays
-    /// open until it is folded.
+    /// Whether the panel at the left is open. In the live view it lists what runs, in that of the
+    /// map the tools; there it stays open until it is folded.
     pub(super) fn is_palette_open(&self) -> bool {
         match self.view {
-            View::Live => self.workspace.settings.palette.unwrap_or(true),
+            View::Live | View::Map => self.workspace.settings.palette.unwrap_or(true),
             View::System | View::Mission => self.workspace.palette,
         }
     }

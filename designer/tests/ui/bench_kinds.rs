@@ -151,3 +151,8 @@ pub fn station() -> Manifest {
 pub fn kinds() -> Kinds {
     Kinds::of(manifests(), "stock")
 }
+
+/// A kind that drives along a route, as the legs of a map need it.
+pub fn way() -> Manifest {
+    kind("way", vec![], vec![], vec![parameter("route", ParameterType::Text, Some("0,0"))])
+}
