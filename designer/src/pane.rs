@@ -82,6 +82,11 @@ pub trait Pane {
         export::export(self.whole_drawing(workspace), path, is_dark, scale)
     }
 
+    /// Waits for what other threads still load: a picture of the window is taken once.
+    fn finish_loading(&mut self, ctx: &egui::Context, workspace: &Workspace) {
+        let _ = (ctx, workspace);
+    }
+
     /// Selects an item and brings it into view.
     fn show_item(&mut self, item: Item, workspace: &Workspace);
 

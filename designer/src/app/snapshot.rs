@@ -81,6 +81,9 @@ fn screenshot(
     let (width, height) = (side(arguments.size.0), side(arguments.size.1));
     let mut stage = Stage::new(context.clone(), width, height, scale);
     stage.settle(FRAMES, |ui| designer.show(ui));
+    let (pane, workspace) = designer.pane();
+    pane.finish_loading(context, workspace);
+    stage.settle(FRAMES, |ui| designer.show(ui));
     let is_dark = context.theme() == eframe::egui::Theme::Dark;
     let under = ThemeColours::of_theme(!is_dark).background;
     Ok(save_png(&stage.pixels(under), to)?)

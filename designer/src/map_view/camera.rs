@@ -36,19 +36,19 @@ impl Camera {
     }
 
     /// Where a position of the map is in the window.
-    pub fn to_window(&self, window: Rect, at: MapPoint) -> Pos2 {
+    pub fn to_window(self, window: Rect, at: MapPoint) -> Pos2 {
         self.offset_to_window(window, [at.x_m(), at.y_m()])
     }
 
     /// The same of coordinates, which may be outside of any map.
-    pub fn offset_to_window(&self, window: Rect, [x_m, y_m]: [f64; 2]) -> Pos2 {
+    pub fn offset_to_window(self, window: Rect, [x_m, y_m]: [f64; 2]) -> Pos2 {
         let across = (x_m - self.centre_m[0]) * self.scale;
         let up = (y_m - self.centre_m[1]) * self.scale;
         window.center() + Vec2::new(across as f32, -up as f32)
     }
 
     /// The position of the map under a point of the window, kept within the largest map.
-    pub fn to_map(&self, window: Rect, at: Pos2) -> MapPoint {
+    pub fn to_map(self, window: Rect, at: Pos2) -> MapPoint {
         let offset = at - window.center();
         let x_m = self.centre_m[0] + f64::from(offset.x) / self.scale;
         let y_m = self.centre_m[1] - f64::from(offset.y) / self.scale;

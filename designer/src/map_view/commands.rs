@@ -50,26 +50,34 @@ impl MapView {
                 let all: Vec<_> = self.sight().items().map(|entry| entry.item).collect();
                 self.select(all);
             }
-            C::SelectNone => {
-                if !self.cancel() {
-                    self.select([]);
-                }
-            }
-            C::ZoomFit => self.fit = Some(MapFit::Everything),
+            C::SelectNone if self.cancel() => {}
+            C::SelectNone => self.select([]),
+            C::ZoomFit => self.fit_everything(),
             C::ZoomSelected => {
                 let entries = self.scene.items.iter();
                 let entries = entries.filter(|entry| self.selection.contains(&entry.item));
                 let bounds = entries.filter_map(|entry| entry.shape.bounds());
                 self.fit = bounds.reduce(MapBounds::union).map(MapFit::Area);
+                self.stays_fitted = false;
             }
             C::ZoomIn => self.zoom_by(ZOOM_STEP),
             C::ZoomOut => self.zoom_by(1.0 / ZOOM_STEP),
-            C::ZoomActual => self.camera.set_scale(ACTUAL_SCALE),
+            C::ZoomActual => {
+                self.camera.set_scale(ACTUAL_SCALE);
+                self.stays_fitted = false;
+            }
             _ => {}
         }
     }
 
+    /// Shows everything from now on, until the view is moved.
+    pub(super) fn fit_everything(&mut self) {
+        self.fit = Some(MapFit::Everything);
+        self.stays_fitted = true;
+    }
+
     fn zoom_by(&mut self, factor: f64) {
+        self.stays_fitted = false;
         self.camera.zoom_at(self.window, self.window.center(), factor);
     }
 
@@ -105,6 +113,7 @@ impl MapView {
         let points = entry.shape.points();
         if self.window.width() < 10.0 {
             self.fit = MapBounds::of(points).map(MapFit::Area);
+            self.stays_fitted = false;
             return;
         }
         let inner = self.window.shrink(30.0);
@@ -112,6 +121,7 @@ impl MapView {
             points.iter().any(|at| inner.contains(self.camera.to_window(self.window, *at)));
         if let Some(bounds) = MapBounds::of(points.iter().copied()).filter(|_| !is_shown) {
             self.camera.show(bounds.centre());
+            self.stays_fitted = false;
         }
     }
 }

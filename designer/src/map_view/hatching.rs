@@ -1,4 +1,4 @@
-//! What tells the kinds of zones apart without colours: hatching, ticks and dashes. Points of the
+//! What distinguishes the kinds of zones without colours: hatching, ticks and dashes. Points of the
 //! window in, lines of the window out.
 
 use eframe::egui::{Pos2, Rect, Vec2};

@@ -21,9 +21,9 @@ pub const STOP_OFFSET: f32 = 20.0;
 /// Size of the octagon of a symbol in the window.
 pub const SYMBOL_HEIGHT: f32 = 34.0;
 /// Legs are drawn this far to the right of their direction, so that one back is next to it.
-const LEG_ASIDE: f32 = 3.0;
+const LEG_ASIDE: f32 = 5.0;
 /// Where along a leg its number is.
-const LEG_NUMBER: f32 = 0.4;
+pub const LEG_NUMBER: f32 = 0.4;
 
 /// What can be pointed at.
 #[derive(Clone, Copy, Debug, PartialEq)]

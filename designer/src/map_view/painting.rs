@@ -12,7 +12,7 @@ use crate::canvas::{Mark, paintable};
 use crate::item::Item;
 use crate::map_view::camera::Camera;
 use crate::map_view::hatching::{hatch, inward_ticks, ticks};
-use crate::map_view::hit::{MapHit, SYMBOL_HEIGHT, Sight};
+use crate::map_view::hit::{LEG_NUMBER, MapHit, SYMBOL_HEIGHT, Sight};
 use crate::map_view::layers::Layer;
 use crate::map_view::scene::{SceneItem, SceneShape};
 
@@ -229,7 +229,7 @@ fn paint_exits(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
     }
 }
 
-/// Its name on a plate, with the sign of its finding; left out where another text is.
+/// Its name on a plate, with the sign of its finding; left out where other texts are.
 fn paint_text(
     painter: &Painter,
     sight: &Sight<'_>,
@@ -240,15 +240,29 @@ fn paint_text(
     let sign = match entry.mark {
         Mark::Error => "x ",
         Mark::Warning => "! ",
-        _ => "",
+        Mark::None => "",
     };
     if entry.text.is_empty() && sign.is_empty() {
         return;
     }
     let is_selected = (looks.is_selected)(entry.item);
     let is_wanted = is_selected || looks.hovered == Some(MapHit::Item(entry.item));
-    let anchor = sight.anchor(&entry.shape);
-    if !is_wanted && !taken.is_free(Rect::from_center_size(anchor, Vec2::splat(1.0))) {
+    let places = match &entry.shape {
+        // Only on the leg itself: next to it the text would be that of another one.
+        SceneShape::Leg { from: Some(from), to } => {
+            let [from, to] = sight.leg_ends(*from, *to);
+            let shares = [LEG_NUMBER, 0.2, 0.6, 0.85];
+            shares.map(|share| (Align2::CENTER_CENTER, from + (to - from) * share)).to_vec()
+        }
+        shape => text_places(shape, sight.anchor(shape)),
+    };
+    // Before the text is laid out: of a thousand most have no room.
+    let may_be = |(align, at): &(Align2, Pos2)| {
+        let first = align.anchor_size(*at, Vec2::new(16.0, 8.0));
+        taken.is_free(first)
+    };
+    let places: Vec<_> = places.into_iter().filter(|place| is_wanted || may_be(place)).collect();
+    if places.is_empty() {
         return;
     }
     let colour = if entry.mark == Mark::None && !is_selected {
@@ -258,24 +272,36 @@ fn paint_text(
     };
     let text = format!("{sign}{}", paintable(painter.ctx(), &entry.text));
     let galley = painter.layout_no_wrap(text, FontId::proportional(theme::SMALL), colour);
-    let (align, at) = match &entry.shape {
-        SceneShape::Point(_) | SceneShape::Rally(_) => {
-            (Align2::LEFT_CENTER, anchor + Vec2::new(11.0, -9.0))
-        }
-        SceneShape::Symbol { picture, .. } => {
-            let right = picture
-                .as_ref()
-                .map_or(12.0, |it| it.area(anchor, SYMBOL_HEIGHT).right() - anchor.x);
-            (Align2::LEFT_CENTER, anchor + Vec2::new(right + 4.0, 0.0))
-        }
-        _ => (Align2::CENTER_CENTER, anchor),
-    };
-    let plate = align.anchor_size(at, galley.size()).expand2(Vec2::new(3.0, 1.0));
-    if !(is_wanted || taken.is_free(plate)) {
-        return;
-    }
+    let mut plates = places
+        .into_iter()
+        .map(|(align, at)| align.anchor_size(at, galley.size()).expand2(Vec2::new(3.0, 1.0)));
+    let first = plates.clone().next().filter(|_| is_wanted);
+    let Some(plate) = plates.find(|plate| taken.is_free(*plate)).or(first) else { return };
     taken.take(plate);
     paint_plate(painter, plate, galley, looks.colours);
+}
+
+/// Where the text of a shape may be, the best place first.
+fn text_places(shape: &SceneShape, anchor: Pos2) -> Vec<(Align2, Pos2)> {
+    match shape {
+        SceneShape::Point(_) | SceneShape::Rally(_) => vec![
+            (Align2::LEFT_CENTER, anchor + Vec2::new(11.0, -9.0)),
+            (Align2::RIGHT_CENTER, anchor + Vec2::new(-11.0, -9.0)),
+            (Align2::LEFT_CENTER, anchor + Vec2::new(11.0, 11.0)),
+            (Align2::RIGHT_CENTER, anchor + Vec2::new(-11.0, 11.0)),
+            (Align2::CENTER_CENTER, anchor + Vec2::new(0.0, -20.0)),
+        ],
+        SceneShape::Symbol { picture, .. } => {
+            let area = picture.as_ref().map(|picture| picture.area(anchor, SYMBOL_HEIGHT));
+            let right = area.map_or(anchor.x + 12.0, |area| area.right());
+            vec![(Align2::LEFT_CENTER, Pos2::new(right + 4.0, anchor.y))]
+        }
+        _ => vec![
+            (Align2::CENTER_CENTER, anchor),
+            (Align2::CENTER_CENTER, anchor + Vec2::new(0.0, 18.0)),
+            (Align2::CENTER_CENTER, anchor - Vec2::new(0.0, 18.0)),
+        ],
+    }
 }
 
 /// Where texts are already, in cells: with a thousand texts each would otherwise be compared with
@@ -287,7 +313,7 @@ struct TakenSpace {
 }
 
 impl TakenSpace {
-    const CELL: Vec2 = Vec2::new(24.0, 9.0);
+    const CELL: Vec2 = Vec2::new(8.0, 6.0);
 
     fn of(window: Rect) -> Self {
         let count = (window.size().max(Vec2::ZERO) / Self::CELL).ceil();

@@ -65,7 +65,12 @@ const ROUTE: &[FieldRow] = &[
     ("pace", "pace", "The parameter that sets the speed: driver.speed", anything),
     ("pose", "pose", "The output with the robot's pose: mapper.pose", anything),
     ("start", "start", "The point where the robot is at first", anything),
-    ("in", "begins at", "The place that begins it; without one it begins at once", anything),
+    (
+        "in",
+        "begins at",
+        "The place that begins it; without one it begins with the mission",
+        anything,
+    ),
     ("out", "leads to", "The place that it leads to", anything),
     ("safe", "safe place", "Where a robot goes that cannot continue", anything),
     ("radius", "robot's radius", "Added to every margin: 0.25m", anything),
@@ -177,7 +182,7 @@ impl<'a> MapPanel<'a> {
             let value = value.unwrap_or_default();
             row(ui, &capitalized(name), doc, |ui| {
                 self.form.line(ui, name, &value, judge, |text| {
-                    Some(Change::Map(*attribute, given(text)))
+                    Some(Change::Map(attribute, given(text)))
                 });
             });
         }
@@ -212,8 +217,8 @@ impl<'a> MapPanel<'a> {
             row(ui, &capitalized(name), doc, |ui| {
                 self.form.line(ui, name, &value, judge, |text| {
                     Some(match item {
-                        Item::Symbol(number) => Change::Symbol(number, *attribute, given(text)),
-                        item => Change::Attribute(item, *attribute, given(text)),
+                        Item::Symbol(number) => Change::Symbol(number, attribute, given(text)),
+                        item => Change::Attribute(item, attribute, given(text)),
                     })
                 });
             });

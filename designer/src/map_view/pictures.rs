@@ -37,6 +37,8 @@ pub struct Pictures {
     placement: Option<MapPlacement>,
     /// Whether the file may name others since they were opened.
     is_stale: bool,
+    /// Whether one was opened since this was last asked.
+    is_opened: bool,
 }
 
 /// A picture that the file names.
@@ -111,7 +113,14 @@ impl Pictures {
                 none.insert(started.map_err(|error| format!("no thread decodes it: {error}"))?)
             }
         };
-        Ok(tiles.add(source))
+        let key = tiles.add(source);
+        self.is_opened = true;
+        Ok(key)
+    }
+
+    /// Returns whether a picture was opened since the last call.
+    pub fn take_opened(&mut self) -> bool {
+        std::mem::take(&mut self.is_opened)
     }
 
     /// The area of the map that the pictures have.

@@ -13,6 +13,8 @@ use crate::workspace::Workspace;
 
 /// One step of a mouse wheel.
 const WHEEL_STEP: f64 = 1.18;
+/// Clicks this near to each other, in points, are at the same place.
+const SAME_PLACE: f32 = 4.0;
 /// How many seconds a wheel's scrolling is smoothed out after its event.
 const SMOOTHED: f64 = 0.4;
 
@@ -154,7 +156,10 @@ impl MapView {
             }
             return;
         }
-        let only = self.only().and_then(|only| items.iter().position(|item| *item == only));
+        let is_again = self.clicked.is_some_and(|before| before.distance(at) <= SAME_PLACE);
+        self.clicked = Some(at);
+        let only = self.only().filter(|_| is_again);
+        let only = only.and_then(|only| items.iter().position(|item| *item == only));
         let next = match only {
             Some(number) => items.get((number + 1) % items.len()),
             None => items.first(),
@@ -163,6 +168,7 @@ impl MapView {
     }
 
     fn begin_drag(&mut self, at: Pos2, modifiers: Modifiers) {
+        self.clicked = None;
         if self.tool != Tool::Select {
             return;
         }
@@ -236,7 +242,7 @@ impl MapView {
             MapGesture::NewCorner { corner, to } => self.insert_corner(corner, to, workspace),
             MapGesture::NewLeg { step, to } => self.insert_leg(step, at, to, workspace),
             MapGesture::Frame { from, to } => {
-                self.select_frame(Rect::from_two_pos(from, to), modifiers)
+                self.select_frame(Rect::from_two_pos(from, to), modifiers);
             }
             MapGesture::Idle | MapGesture::Pan => {}
         }

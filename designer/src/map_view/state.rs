@@ -27,6 +27,8 @@ pub struct MapView {
     pub(super) camera: Camera,
     /// What is to be brought into the window once its size is known.
     pub(super) fit: Option<MapFit>,
+    /// Whether everything stays fitted into the window: until the user moves the view.
+    pub(super) stays_fitted: bool,
     pub(super) window: Rect,
     pub(super) tool: Tool,
     pub(super) gesture: MapGesture,
@@ -48,6 +50,8 @@ pub struct MapView {
     pub(super) menu: (Option<Item>, MapPoint),
     /// Where the pointer is, or was last.
     pub(super) pointer: Option<Pos2>,
+    /// Where the last click selected something.
+    pub(super) clicked: Option<Pos2>,
     /// The route that new legs are added to; none is the last one.
     pub(super) route: Option<ItemName>,
     /// The point where a new route begins.
@@ -112,6 +116,7 @@ impl MapView {
         Self {
             camera: Camera::default(),
             fit: Some(MapFit::Everything),
+            stays_fitted: true,
             window: Rect::ZERO,
             tool: Tool::default(),
             gesture: MapGesture::Idle,
@@ -128,6 +133,7 @@ impl MapView {
             pictures: Pictures::default(),
             menu: (None, map_point([0.0, 0.0])),
             pointer: None,
+            clicked: None,
             route: None,
             new_start: None,
             wheel_turned: f64::NEG_INFINITY,
@@ -148,9 +154,9 @@ impl MapView {
         }
         let known = self.drawn.as_ref();
         let is_same_file = known.is_some_and(|drawn| drawn.revision == now.revision);
-        if !known
-            .is_some_and(|drawn| (drawn.revision, drawn.checked) == (now.revision, now.checked))
-        {
+        let is_known = known
+            .is_some_and(|drawn| (drawn.revision, drawn.checked) == (now.revision, now.checked));
+        if !is_known {
             self.marks = marks_of(workspace);
         }
         if !is_same_file {

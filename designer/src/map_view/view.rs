@@ -40,6 +40,10 @@ impl MapView {
     /// Allots the space of the map, and brings into it what is wanted.
     fn take_window(&mut self, ui: &mut egui::Ui) -> egui::Response {
         let (rect, _) = ui.allocate_exact_size(ui.available_size(), Sense::hover());
+        let is_changed = rect.size() != self.window.size() || self.pictures.take_opened();
+        if self.stays_fitted && is_changed {
+            self.fit = Some(MapFit::Everything);
+        }
         self.window = rect;
         if rect.width() > 10.0
             && let Some(fit) = self.fit.take()
@@ -80,7 +84,7 @@ impl MapView {
             }
         }
         if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Home)) {
-            self.fit = Some(MapFit::Everything);
+            self.fit_everything();
         }
         if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter)) {
             match self.draft.is_empty() {
@@ -272,7 +276,9 @@ impl Pane for MapView {
         self.update(workspace);
         self.pictures.receive(ui.ctx(), workspace);
         let response = self.take_window(ui);
+        let fitted = self.camera;
         self.navigate(ui, &response);
+        self.stays_fitted &= self.camera == fitted;
         self.pointer = response.hover_pos().or(response.interact_pointer_pos());
         self.handle_pointer(ui, &response, workspace);
         let is_free = ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none());
@@ -339,6 +345,7 @@ impl Pane for MapView {
             return Err(ExportError::Empty);
         }
         let (shown, selected) = (self.camera, std::mem::take(&mut self.selection));
+        let window = self.window;
         let pointer = self.pointer.take();
         // Textures are those of one window.
         let pictures = std::mem::take(&mut self.pictures);
@@ -351,8 +358,12 @@ impl Pane for MapView {
             self.pictures.wait(ui.ctx(), workspace);
         });
         (self.camera, self.selection, self.pointer) = (shown, selected, pointer);
-        self.pictures = pictures;
+        (self.pictures, self.window) = (pictures, window);
         result
+    }
+
+    fn finish_loading(&mut self, ctx: &egui::Context, workspace: &Workspace) {
+        self.pictures.wait(ctx, workspace);
     }
 
     fn show_item(&mut self, item: Item, workspace: &Workspace) {
