@@ -212,7 +212,7 @@ fn a_map() -> String {
         let shape = format!("0,{y} 1000,{y} 1000,{} 0,{}", y + 25, y + 25);
         let _ =
             writeln!(out, "      <zone name=\"zone{route}\" kind=\"no-go\" shape=\"{shape}\"/>");
-        let _ = writeln!(out, "      <rally name=\"R{route}\" at=\"500 {}\"/>", route * 100 - 20);
+        let _ = writeln!(out, "      <rally name=\"R{route}\" at=\"500 {}\"/>", route * 100 + 30);
     }
     for number in 0..SYMBOLS {
         let (x, y) = (number % 40 * 25, number / 40 * 32);
