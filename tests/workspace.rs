@@ -14,7 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-geo", &[]),
     ("armor-exchange", &[]),
     ("armor-symbols", &[]),
-    ("armor-tiles", &["armor-geo"]),
+    ("armor-tiles", &["armor-drawn-world", "armor-geo", "armor-map-file"]),
     ("armor-quantity", &[]),
     ("armor-wire-derive", &["armor-quantity"]),
     ("armor-wire", &["armor-quantity", "armor-wire-derive"]),
@@ -59,6 +59,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("armor-inspect", &["armor-files", "armor-marking", "armor-sdk", "armor-wire"]),
     ("armor-grid", &[]),
     ("armor-map-file", &["armor-grid"]),
+    ("armor-drawn-world", &["armor-grid"]),
     ("armor-zones", &["armor-geo", "armor-grid"]),
     ("armor-convert", &["armor-frames", "armor-geo", "armor-grid", "armor-sdk", "armor-zones"]),
     (
@@ -73,7 +74,10 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-zones",
         ],
     ),
-    ("armor-simulator", &["armor-sdk", "armor-convert", "armor-grid", "armor-map-file"]),
+    (
+        "armor-simulator",
+        &["armor-sdk", "armor-convert", "armor-drawn-world", "armor-grid", "armor-map-file"],
+    ),
     (
         "armor-designer",
         &[

@@ -29,6 +29,7 @@ mod keys_cli;
 mod kinds;
 mod logs_cli;
 mod map_cli;
+mod map_picture;
 mod message_cli;
 mod new;
 mod param;

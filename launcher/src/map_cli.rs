@@ -1,4 +1,5 @@
-//! `armor map`: converts plans between the formats of planners, and draws map symbols.
+//! `armor map`: converts plans between the formats of planners, draws map symbols, and describes the
+//! pictures that lie under a map.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,10 +12,11 @@ use serde_json::{Value, json};
 
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
+use crate::map_picture::print_picture;
 use crate::print::{end_printing, print_line, print_notice};
 use crate::verb::Verb;
 
-/// Convert plans between the formats of planners, and draw map symbols.
+/// Convert plans between the formats of planners, draw map symbols, and describe pictures of maps.
 #[derive(Debug, Subcommand)]
 pub enum MapCommand {
     /// Write a plan in the format of the other file's name: .plan, .waypoints, .gpx, .geojson or
@@ -24,6 +26,12 @@ pub enum MapCommand {
         from: PathBuf,
         /// The file that is written.
         to: PathBuf,
+    },
+    /// Print what a picture for a map is, and where it lies: its kind, reference, extent and levels.
+    Info {
+        /// A PNG or JPEG with a world file, a GeoTIFF, PMTiles, MBTiles, the YAML of a grid map, an
+        /// SVG world or GeoJSON.
+        picture: PathBuf,
     },
     /// Print what the code of a symbol means.
     Symbol {
@@ -39,6 +47,7 @@ impl Verb for MapCommand {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
         let ending = match self {
             Self::Convert { from, to } => convert_plan(&from, &to)?,
+            Self::Info { picture } => print_picture(&picture, format)?,
             Self::Symbol { code, out } => print_symbol(&code, out.as_deref(), format)?,
         };
         Ok(ending.into())

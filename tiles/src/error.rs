@@ -1,6 +1,9 @@
 //! What can be wrong with a source: each fault states its cause and a remedy.
 
-use crate::limits::{MAX_PICTURE_BYTES, MAX_PICTURE_PIXELS, MAX_PROGRESSIVE_PIXELS, MAX_SIDE, MAX_TILE_BYTES, MAX_TILE_SIDE};
+use crate::limits::{
+    MAX_PICTURE_BYTES, MAX_PICTURE_PIXELS, MAX_PLAN_POINTS, MAX_PROGRESSIVE_PIXELS, MAX_SIDE,
+    MAX_TILE_BYTES, MAX_TILE_SIDE,
+};
 use crate::tile::TileId;
 
 /// A file that is no source of pictures, with the place where that shows.
@@ -83,6 +86,18 @@ pub enum OpenFault {
         /// What to do.
         remedy: &'static str,
     },
+    /// A plan without an area or a line.
+    #[error("it has no area and no line; draw the plan as polygons and lines")]
+    NoShapes,
+    /// A plan of more points than are painted in time.
+    #[error("it has more than {MAX_PLAN_POINTS} points; simplify the plan")]
+    TooManyPoints,
+    /// The YAML of a map, or its picture.
+    #[error("{0}")]
+    Map(String),
+    /// A drawn world.
+    #[error("{0}")]
+    Drawing(String),
     /// The picture cannot be decoded.
     #[error(transparent)]
     Picture(#[from] PictureFault),

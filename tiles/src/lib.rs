@@ -21,18 +21,30 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod attribution;
+mod directory;
+mod drawn_plan;
 mod error;
+mod geo_keys;
+mod geojson;
+mod geotiff;
 mod limits;
+mod map_server;
+mod mbtiles;
+mod paint;
 mod picture;
 mod pixel_placement;
 mod pixels;
+mod pmtiles;
 mod projection;
 mod pyramid;
 mod reader;
 mod reference;
 mod source;
+mod svg_world;
 mod tile;
 mod tiles;
+mod web_tiles;
 mod workers;
 mod world_file;
 

@@ -41,3 +41,7 @@ pub(crate) const MAX_DIRECTORIES: usize = 64;
 /// Bytes of a strip or tile of a TIFF: a picture in one strip, of `MAX_PICTURE_PIXELS` in RGB, is
 /// larger and is refused.
 pub(crate) const MAX_TIFF_CHUNK: usize = 32 << 20;
+/// Bytes of a GeoJSON file: read, it takes up to 16 times as much for a moment.
+pub(crate) const MAX_GEOJSON_BYTES: u64 = 8 << 20;
+/// Points of a plan, as many as walls of a drawn world.
+pub(crate) const MAX_PLAN_POINTS: usize = 200_000;

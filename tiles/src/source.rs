@@ -11,6 +11,7 @@ use crate::pixels::PixelFormat;
 use crate::reader::TileReader;
 use crate::reference::{MapReference, PlaneBounds, PlanePoint};
 use crate::tile::{TileId, TileImage};
+use crate::{geojson, geotiff, map_server, mbtiles, pmtiles, svg_world};
 
 /// The kind of file that a source is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,15 +59,8 @@ impl Source {
         File::open(path)
             .and_then(|opened| opened.take(HEAD_BYTES).read_to_end(&mut head))
             .map_err(|e| OpenError::new(&file, "", OpenFault::Unreadable(e.to_string())))?;
-        let Ok(format) = PixelFormat::of(&head) else {
-            return Err(OpenError::new(&file, "", OpenFault::UnknownKind));
-        };
-        let (reader, reference) = picture::open_with_world_file(path, format)?;
-        let kind = match format {
-            PixelFormat::Png => SourceKind::Png,
-            PixelFormat::Jpeg => SourceKind::Jpeg,
-        };
-        Ok(Self { file, kind, reference, attribution: None, reader: Box::new(reader) })
+        let (kind, reference, attribution, reader) = open_by_content(path, &head)?;
+        Ok(Self { file, kind, reference, attribution, reader })
     }
 
     /// The file, as the caller named it.
@@ -147,6 +141,53 @@ impl Source {
 
     pub(crate) fn whole(&self) -> Option<&WholePicture> {
         self.reader.whole()
+    }
+}
+
+/// What opening a file returns: kind, reference, attribution and tiles.
+type Opened = (SourceKind, MapReference, Option<String>, Box<dyn TileReader>);
+
+/// Tells the kinds apart by their first bytes, and texts by their first character.
+fn open_by_content(path: &Path, head: &[u8]) -> Result<Opened, OpenError> {
+    if let Ok(format) = PixelFormat::of(head) {
+        let (picture, reference) = picture::open_with_world_file(path, format)?;
+        let kind = match format {
+            PixelFormat::Png => SourceKind::Png,
+            PixelFormat::Jpeg => SourceKind::Jpeg,
+        };
+        return Ok((kind, reference, None, Box::new(picture)));
+    }
+    if head.starts_with(pmtiles::MAGIC) {
+        let (tiles, attribution) = pmtiles::open_pmtiles(path)?;
+        return Ok((SourceKind::PmTiles, MapReference::WebMercator, attribution, Box::new(tiles)));
+    }
+    if head.starts_with(mbtiles::MAGIC) {
+        let (tiles, attribution) = mbtiles::open_mbtiles(path)?;
+        return Ok((SourceKind::MbTiles, MapReference::WebMercator, attribution, Box::new(tiles)));
+    }
+    if matches!(head, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..]) {
+        let (reader, reference) = geotiff::open_geotiff(path)?;
+        return Ok((SourceKind::GeoTiff, reference, None, reader));
+    }
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let is_yaml = path.extension().is_some_and(|it| it == "yaml" || it == "yml");
+    match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
+        Some(b'<') => {
+            let world = svg_world::open_world(path)?;
+            Ok((SourceKind::SvgWorld, MapReference::Local, None, Box::new(world)))
+        }
+        Some(b'{') => {
+            let (plan, reference) = geojson::open_geojson(path)?;
+            Ok((SourceKind::GeoJson, reference, None, Box::new(plan)))
+        }
+        _ if is_yaml => {
+            let map = map_server::open_map(path)?;
+            Ok((SourceKind::MapServer, MapReference::Local, None, Box::new(map)))
+        }
+        _ => {
+            let file = path.display().to_string();
+            Err(OpenError::new(&file, "", OpenFault::UnknownKind))
+        }
     }
 }
 

@@ -93,7 +93,7 @@ fn narrow_span((first, last): (u32, u32), most: u32) -> (u32, u32) {
     if last - first < most {
         return (first, last);
     }
-    let from = first + (last - first - most) / 2;
+    let from = first + (last - first + 1 - most) / 2;
     (from, from + most - 1)
 }
 

@@ -27,20 +27,20 @@ pub enum TileState<'a, T> {
     Unknown,
 }
 
-struct Layer {
+struct TileLayer {
     source: Arc<Source>,
     /// Bytes of its largest tile so far.
     tile_bytes: usize,
 }
 
-enum Answer<T> {
+enum TileAnswer<T> {
     Ready { value: T, bytes: usize },
     Absent,
     Failed(DecodeError),
 }
 
 struct StoredTile<T> {
-    answer: Answer<T>,
+    answer: TileAnswer<T>,
     used: u64,
 }
 
@@ -50,7 +50,7 @@ struct StoredTile<T> {
 /// `T` is what the caller keeps of a tile, such as a texture: it is made in [`Tiles::receive`], and
 /// dropped with the tile.
 pub struct Tiles<T> {
-    layers: BTreeMap<LayerKey, Layer>,
+    layers: BTreeMap<LayerKey, TileLayer>,
     next_layer: u64,
     stored: HashMap<TileKey, StoredTile<T>>,
     /// Counts the calls of `want`.
@@ -79,7 +79,7 @@ impl<T> Tiles<T> {
         let key = LayerKey(self.next_layer);
         self.next_layer += 1;
         let tile_bytes = source.tile_bytes();
-        self.layers.insert(key, Layer { source: Arc::new(source), tile_bytes });
+        self.layers.insert(key, TileLayer { source: Arc::new(source), tile_bytes });
         key
     }
 
@@ -130,12 +130,12 @@ impl<T> Tiles<T> {
                 Ok(Some(image)) => {
                     let bytes = image.rgba.len();
                     layer.tile_bytes = layer.tile_bytes.max(bytes);
-                    Answer::Ready { value: store(key.0, key.1, image), bytes }
+                    TileAnswer::Ready { value: store(key.0, key.1, image), bytes }
                 }
-                Ok(None) => Answer::Absent,
+                Ok(None) => TileAnswer::Absent,
                 Err(error) => {
                     failures.push(error.clone());
-                    Answer::Failed(error)
+                    TileAnswer::Failed(error)
                 }
             };
             self.stored.insert(key, StoredTile { answer, used });
@@ -147,9 +147,9 @@ impl<T> Tiles<T> {
     /// What is known of a tile.
     pub fn get(&self, layer: LayerKey, id: TileId) -> TileState<'_, T> {
         match self.stored.get(&(layer, id)).map(|stored| &stored.answer) {
-            Some(Answer::Ready { value, .. }) => TileState::Ready(value),
-            Some(Answer::Absent) => TileState::Absent,
-            Some(Answer::Failed(error)) => TileState::Failed(error),
+            Some(TileAnswer::Ready { value, .. }) => TileState::Ready(value),
+            Some(TileAnswer::Absent) => TileState::Absent,
+            Some(TileAnswer::Failed(error)) => TileState::Failed(error),
             None => TileState::Unknown,
         }
     }
@@ -205,8 +205,8 @@ impl<T> Tiles<T> {
 impl<T> StoredTile<T> {
     fn len_bytes(&self) -> usize {
         match self.answer {
-            Answer::Ready { bytes, .. } => bytes,
-            Answer::Absent | Answer::Failed(_) => 0,
+            TileAnswer::Ready { bytes, .. } => bytes,
+            TileAnswer::Absent | TileAnswer::Failed(_) => 0,
         }
     }
 }

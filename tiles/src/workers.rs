@@ -32,7 +32,7 @@ const MAX_THREADS: usize = 4;
 const WAITING_TILES: usize = 4;
 
 #[derive(Default)]
-struct Requests {
+struct TileRequests {
     queue: VecDeque<(TileKey, Arc<Source>)>,
     running: HashSet<TileKey>,
     /// Layers that were removed; the threads release what they hold of them.
@@ -40,8 +40,8 @@ struct Requests {
     is_closed: bool,
 }
 
-struct Shared {
-    requests: Mutex<Requests>,
+struct WorkerState {
+    requests: Mutex<TileRequests>,
     changed: Condvar,
     /// The pictures that are held whole, the last used last. Their tiles are cut with this lock, so
     /// that no thread holds a picture that was released.
@@ -50,14 +50,14 @@ struct Shared {
 
 /// The threads, and the requests to them.
 pub(crate) struct Workers {
-    shared: Arc<Shared>,
+    shared: Arc<WorkerState>,
     results: Receiver<DecodedTile>,
 }
 
 impl Workers {
     /// Starts the threads; each calls `wake` after a tile.
     pub(crate) fn start(wake: impl Fn() + Send + Sync + 'static) -> io::Result<Self> {
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(WorkerState {
             requests: Mutex::default(),
             changed: Condvar::new(),
             pictures: Mutex::default(),
@@ -79,7 +79,7 @@ impl Workers {
     pub(crate) fn replace_requests(&self, wanted: Vec<(TileKey, Arc<Source>)>) {
         let mut requests = self.shared.lock_requests();
         requests.queue = wanted.into();
-        let Requests { queue, running, .. } = &mut *requests;
+        let TileRequests { queue, running, .. } = &mut *requests;
         queue.retain(|(key, _)| !running.contains(key));
         drop(requests);
         self.shared.changed.notify_all();
@@ -119,8 +119,8 @@ impl Drop for Workers {
     }
 }
 
-impl Shared {
-    fn lock_requests(&self) -> MutexGuard<'_, Requests> {
+impl WorkerState {
+    fn lock_requests(&self) -> MutexGuard<'_, TileRequests> {
         self.requests.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -180,7 +180,7 @@ impl Shared {
     }
 }
 
-fn decode_requests(shared: &Shared, results: &SyncSender<DecodedTile>, wake: &dyn Fn()) {
+fn decode_requests(shared: &WorkerState, results: &SyncSender<DecodedTile>, wake: &dyn Fn()) {
     while let Some((key, source)) = shared.next_request() {
         // A decoder that panics costs its tile, not the thread.
         let decoded = catch_unwind(AssertUnwindSafe(|| shared.decode(key, &source)));

@@ -30,7 +30,7 @@ fn what_is_wanted_arrives_and_what_is_removed_is_gone() {
     let path = write(folder.path(), "a.png", png_bytes(1100, 600, color_at));
     write(folder.path(), "a.wld", "1\n0\n0\n-1\n0\n0\n");
     let (sender, woken) = channel();
-    let mut tiles = Tiles::new(move || drop(sender.send(()))).unwrap();
+    let mut tiles = Tiles::new(move || sender.send(()).unwrap_or_default()).unwrap();
     let source = Source::open(&path).unwrap();
     let wanted = source.wanted(source.bounds(), 1.0);
     assert_eq!(wanted.len(), 6);
@@ -62,7 +62,7 @@ fn the_memory_has_its_bound_with_more_pictures_than_fit() {
     let folder = tempdir().unwrap();
     let bytes = png_bytes(4000, 4000, |column, _| [(column / 16) as u8, 0, 0]);
     let (sender, woken) = channel();
-    let mut tiles = Tiles::new(move || drop(sender.send(()))).unwrap();
+    let mut tiles = Tiles::new(move || sender.send(()).unwrap_or_default()).unwrap();
     let mut wanted = Vec::new();
     for name in ["a", "b", "c"] {
         let path = write(folder.path(), &format!("{name}.png"), &bytes);

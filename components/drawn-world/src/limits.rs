@@ -9,7 +9,7 @@ pub(crate) const ELEMENTS: usize = 50_000;
 /// Attributes of one element; drawing programs write a dozen.
 pub(crate) const ATTRIBUTES: usize = 64;
 /// Straight walls in all; keeps the search tree in a few tens of megabytes.
-pub(crate) const SEGMENTS: usize = 200_000;
+pub const SEGMENTS: usize = 200_000;
 /// People in a world; each costs a little for every beam.
 pub(crate) const PEOPLE: usize = 100;
 /// Highest speed of a person, in metres per second.

@@ -1,15 +1,15 @@
 //! Collects the walls, the starts and the routes of people from the XML events of a drawing.
 
+use armor_grid::Pose2;
 use quick_xml::events::{BytesStart, Event};
 
-use super::affine::Affine;
-use super::element::DrawingElement;
-use super::fault::{DrawingFault, shorten_text};
-use super::{WorldDrawing, limits, shapes};
-use crate::pose::Pose2;
+use crate::affine::Affine;
+use crate::element::DrawingElement;
+use crate::fault::{DrawingFault, shorten_text};
 use crate::route::WalkedRoute;
 use crate::segment::Segment;
 use crate::start::WorldStart;
+use crate::{WorldDrawing, limits, shapes};
 
 /// An element that is open: how its content is transformed, and whether the robot sees it.
 #[derive(Clone, Copy)]

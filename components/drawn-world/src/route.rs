@@ -12,15 +12,17 @@ pub struct WalkedRoute {
 impl WalkedRoute {
     /// Returns the same route in another frame.
     #[must_use]
-    pub(crate) fn moved(&self, point: impl Fn((f64, f64)) -> (f64, f64)) -> Self {
+    pub fn moved(&self, point: impl Fn((f64, f64)) -> (f64, f64)) -> Self {
         Self { points: self.points.iter().map(|&p| point(p)).collect(), ..*self }
     }
 
-    pub(crate) fn length_m(&self) -> f64 {
+    /// Its length from end to end, in metres.
+    pub fn length_m(&self) -> f64 {
         self.straight_pieces().map(|(from, to)| length_m(from, to)).sum()
     }
 
-    pub(crate) fn is_round(&self) -> bool {
+    /// Whether it ends where it begins.
+    pub fn is_round(&self) -> bool {
         self.points.first() == self.points.last()
     }
 
@@ -29,7 +31,7 @@ impl WalkedRoute {
     }
 
     /// Returns the point after a distance along it.
-    pub(crate) fn point_along(&self, along_m: f64) -> (f64, f64) {
+    pub fn point_along(&self, along_m: f64) -> (f64, f64) {
         let mut left_m = along_m;
         let mut last = self.points.first().copied().unwrap_or_default();
         for (from, to) in self.straight_pieces() {

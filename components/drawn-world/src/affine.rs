@@ -1,8 +1,8 @@
 //! Transforms of a drawing: the part of SVG's `transform` that keeps straight lines simple to
 //! reason about (translate, scale, rotate, matrix).
 
-use super::fault::{DrawingFault, shorten_text};
-use super::numbers::Numbers;
+use crate::fault::{DrawingFault, shorten_text};
+use crate::numbers::Numbers;
 
 /// A 2-D affine map: (x, y) → (a x + c y + e, b x + d y + f), as SVG writes matrix(a b c d e f).
 #[derive(Clone, Copy, Debug, PartialEq)]

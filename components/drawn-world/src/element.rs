@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use quick_xml::XmlVersion;
 use quick_xml::events::BytesStart;
 
-use super::fault::{DrawingFault, shorten_text};
-use super::{limits, numbers};
+use crate::fault::{DrawingFault, shorten_text};
+use crate::{limits, numbers};
 
 /// An element's name and attributes, entities resolved.
 pub(super) struct DrawingElement<'a> {

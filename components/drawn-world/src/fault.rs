@@ -1,6 +1,6 @@
 //! What can be wrong with a drawing: each fault states its cause and a remedy.
 
-use super::limits;
+use crate::limits;
 
 /// A fault in a drawing file, with the place where it is.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

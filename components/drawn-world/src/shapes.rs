@@ -2,10 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::element::DrawingElement;
-use super::fault::DrawingFault;
-use super::numbers::Numbers;
-use super::path_data;
+use crate::element::DrawingElement;
+use crate::fault::DrawingFault;
+use crate::numbers::Numbers;
+use crate::path_data;
 
 /// How far a drawn circle may be from the polygon that stands for it (metres): well below what a
 /// laser resolves.

@@ -1,7 +1,7 @@
 //! The straight part of SVG path data: M, L, H, V, Z, absolute and relative.
 
-use super::fault::{DrawingFault, shorten_text};
-use super::numbers::Numbers;
+use crate::fault::{DrawingFault, shorten_text};
+use crate::numbers::Numbers;
 
 /// Reads path data into polylines; a closed one ends where it began.
 pub(super) fn parse_polylines(data: &str) -> Result<Vec<Vec<(f64, f64)>>, DrawingFault> {

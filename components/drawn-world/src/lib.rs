@@ -1,29 +1,34 @@
-//! Reads a world from an SVG drawing: 1 user unit is 1 m, y up (SVG's y points down, so it is
+//! Reads a world from an SVG drawing, as the simulator and the map view show it. Pure but for
+//! [`WorldDrawing::read`]. In a drawing 1 user unit is 1 m, y up (SVG's y points down, so it is
 //! negated), shapes are outlines of solid things. What is drawn is what the robot meets: an element
 //! without a geometry here is refused, not skipped, unless it is marked as annotation.
 
 mod affine;
 mod element;
 mod fault;
-pub(crate) mod limits;
+mod limits;
 mod numbers;
 mod path_data;
+mod route;
+mod segment;
 mod shapes;
 mod sheet;
+mod start;
 #[cfg(test)]
 mod tests;
 
 use std::io::Read;
 use std::path::Path;
 
+use armor_grid::Pose2;
 use quick_xml::Reader;
 
-use crate::pose::Pose2;
-use crate::route::WalkedRoute;
-use crate::segment::Segment;
-use crate::start::WorldStart;
 pub use fault::{DrawingError, DrawingFault};
+pub use limits::SEGMENTS as MAX_SEGMENTS;
+pub use route::WalkedRoute;
+pub use segment::Segment;
 use sheet::DrawingSheet;
+pub use start::WorldStart;
 
 /// The contents of a drawing, in its own frame with y up.
 #[derive(Clone, Debug, PartialEq)]

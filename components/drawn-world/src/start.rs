@@ -1,6 +1,6 @@
 //! Where a robot begins in its world.
 
-use crate::pose::Pose2;
+use armor_grid::Pose2;
 
 /// Where a robot begins.
 #[derive(Clone, Debug, PartialEq)]
