@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
@@ -237,7 +237,7 @@ fn open_tiled(
 }
 
 /// Decodes all strips or tiles of the first picture.
-fn load_whole(path: &PathBuf) -> Result<Pixels, PictureFault> {
+fn load_whole(path: &Path) -> Result<Pixels, PictureFault> {
     let mut decoder = open_decoder(path)?;
     let (width, height) = decoder.dimensions().map_err(|e| tiff_fault(&e))?;
     crate::pixels::check_size(width, height, MAX_PICTURE_PIXELS)?;

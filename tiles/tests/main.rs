@@ -1,5 +1,7 @@
 //! Sources of every kind, written by the tests themselves.
 
+#![allow(clippy::unwrap_used, reason = "all of it is a test")]
+
 mod archives;
 mod cache;
 mod damage;
