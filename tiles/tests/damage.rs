@@ -15,7 +15,7 @@ use crate::written::{
 };
 
 /// Damaged files of each kind; `ARMOR_TILES_DAMAGED` sets another number.
-const INPUTS: u64 = 2_000;
+const INPUTS: u64 = 500;
 /// Tiles that are decoded of a file that opens.
 const DECODED: usize = 3;
 
