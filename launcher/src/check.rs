@@ -113,7 +113,11 @@ pub fn load_file(file: &Path, sets: &[String], kinds: &KindFolders) -> Result<Ch
     check_reading(armor_robotfile::load(file), sets, kinds)
 }
 
-fn check_reading(
+/// Checks what was read against every kind there is.
+///
+/// # Errors
+/// If the current folder is gone, or the kinds cannot be read.
+pub fn check_reading(
     mut reading: Reading,
     sets: &[String],
     kinds: &KindFolders,
@@ -222,6 +226,12 @@ impl CheckedFile {
         let mut shown = Findings::default();
         shown.extend(self.reading.findings.iter().filter(is_shown).cloned());
         shown
+    }
+
+    /// The errors and warnings as they are printed.
+    #[cfg(test)]
+    pub fn describe_problems(&self) -> String {
+        self.reading.findings.without_notes().render(Colours::No)
     }
 
     /// Prints what is worth stopping at: errors and warnings.

@@ -144,6 +144,16 @@ const COMMANDS: &[CommandCodes] = &[
         "the other file is written, with notes on what it has no place for",
         "a file cannot be read or written, or the other format has no place for the plan",
     ),
+    codes(
+        "map import",
+        "the file with the plan is printed or written, and has no errors",
+        "a file cannot be read or written, the plan cannot be drawn, or the file has errors with it",
+    ),
+    codes(
+        "map export",
+        "the plan is written, with notes on what has no counterpart",
+        "the file has errors, no map with an origin, or no such route",
+    ),
     codes("map symbol", "the code is readable", "the code is not one of the standard"),
     codes(
         "param set",

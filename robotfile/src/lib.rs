@@ -73,7 +73,10 @@ pub use model::{Configuration, System};
 pub use offered_edit::OfferedEdit;
 pub use overrides::Override;
 pub use page::PageExample;
-pub use read::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
+pub use read::{
+    MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS, MAX_MAP_CORNERS, MAX_RALLIES, MAX_ROUTE_STEPS, MAX_ROUTES,
+    MAX_SHAPE_CORNERS, MAX_ZONES,
+};
 pub use render::Colours;
 pub use source::{Location, Source, Span, Spanned};
 pub use suggestion::{advise_similar, suggest_similar};

@@ -43,6 +43,22 @@ fn a_parameter_is_set_added_and_removed_in_its_line() {
 }
 
 #[test]
+fn a_comment_stands_above_its_new_element() {
+    let new = NewElement::new("x").comment("why -- <a> --->").comment("line\nbreak");
+    let child = NewElement::new("y").child(NewElement::new("z").comment("inner"));
+    check(
+        "<a>\n  <b/>\n</a>",
+        |d| d.insert_elements(&[], 1, &[new, child]),
+        "<a>\n  <b/>\n  <!-- why - - <a> - - -> -->\n  <!-- line break -->\n  <x/>\n  <y>\n    \
+         <!-- inner -->\n    <z/>\n  </y>\n</a>",
+    );
+    // On one line there is no place for a line of its own.
+    let mut document = open("<a><b/></a>");
+    document.insert_element(&[], 1, &NewElement::new("x").comment("-")).unwrap();
+    assert_eq!(text(&document), "<a><b/><!-- - --><x/></a>");
+}
+
+#[test]
 fn an_element_is_put_where_its_neighbours_are() {
     let new = || NewElement::new("x").attribute("n", "1");
     for (before, index, after) in [
