@@ -4,6 +4,7 @@
 #[cfg(test)]
 mod command_tests;
 mod drawing;
+mod drawn_plan;
 #[cfg(test)]
 mod exchange_tests;
 mod export;

@@ -7,7 +7,8 @@ use armor_exchange::{PlanFormat, RoutePlan, read_plan, write_plan};
 use armor_robotfile::drawn_route::RouteStep;
 use armor_robotfile::{Configuration, Reading, read_bytes};
 
-use super::drawing::{ComponentPort, DrawingOptions, PositionForm, draw_plan};
+use super::drawing::{ComponentPort, DrawingOptions, PositionForm};
+use super::drawn_plan::draw_plan;
 use super::import::{ChangedText, check_text, draw_into};
 use super::planning::plan_drawing;
 use crate::arguments::KindFolders;

@@ -8,9 +8,8 @@ use armor_wire::name::{is_name, split_data};
 use clap::Args;
 use serde_json::json;
 
-use super::drawing::{
-    ComponentPort, Drawing, DrawingOptions, ExistingDrawing, PositionForm, draw_plan,
-};
+use super::drawing::{ComponentPort, Drawing, DrawingOptions, ExistingDrawing, PositionForm};
+use super::drawn_plan::draw_plan;
 use super::insertion::{GOAL, find_existing, insert_drawing, make_file};
 use super::plan_file::{load_plan, notes_to_json, print_notes};
 use super::text_difference::unified_difference;

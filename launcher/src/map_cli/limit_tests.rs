@@ -3,7 +3,8 @@
 use armor_exchange::{PlanFormat, RoutePlan, read_plan};
 use armor_robotfile::Item;
 
-use super::drawing::{DrawingError, DrawingOptions, PositionForm, draw_plan};
+use super::drawing::{DrawingError, DrawingOptions, PositionForm};
+use super::drawn_plan::draw_plan;
 use super::exchange_tests::{base_path, draw, options, steps_of, system_text};
 
 /// A list of waypoints, each a hundred-thousandth of a degree from the one before.
