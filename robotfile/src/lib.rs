@@ -61,7 +61,7 @@ pub use check::{
 pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::{Date, format_date};
 pub use difference::{Change, Difference, Subject, differences};
-pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
+pub use edit::{Derivation, Document, EditError, ElementEdit, Item, NewElement, Position};
 pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
 pub use flatten::{list_scopes, submission_prefix};

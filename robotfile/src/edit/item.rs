@@ -6,6 +6,7 @@ use armor_wire::name::{is_name, split_data};
 
 use crate::edit::document::Document;
 use crate::edit::error::EditError;
+use crate::source::Location;
 use crate::tree::{Element, Tree};
 
 /// Something in a file that can be called by name.
@@ -141,6 +142,15 @@ impl fmt::Display for Item<'_> {
     }
 }
 
+/// What a place or transition is derived from.
+#[derive(Clone, Debug)]
+pub struct Derivation {
+    /// Such as "leg l1 of route red".
+    pub from: String,
+    /// Where that is.
+    pub at: Location,
+}
+
 /// The path of an item in a tree.
 pub(crate) fn find(tree: &Tree, item: Item<'_>) -> Option<Vec<usize>> {
     let mut path = match item.names().0 {
@@ -161,10 +171,35 @@ impl Document {
     }
 
     pub(crate) fn path_of(&self, item: Item<'_>) -> Result<Vec<usize>, EditError> {
-        self.find(item).ok_or_else(|| EditError::Absent {
-            what: item.to_string(),
-            file: self.tree().source().path().to_path_buf(),
+        self.find(item).ok_or_else(|| match self.derivation(item) {
+            Some(Derivation { from, at }) => {
+                EditError::Derived { what: item.to_string(), from, at }
+            }
+            None => EditError::Absent {
+                what: item.to_string(),
+                file: self.tree().source().path().to_path_buf(),
+            },
         })
+    }
+
+    /// What a place or transition of a route is derived from: the step that it is named after, or
+    /// the route. `None` for everything that is in the file itself.
+    pub fn derivation(&self, item: Item<'_>) -> Option<Derivation> {
+        let (Item::Place(name) | Item::Transition(name)) = item else { return None };
+        let (route_name, rest) = name.split_once('.')?;
+        let route = self.tree().element(&self.find(Item::Route(route_name))?)?;
+        let step_name = rest.split('.').next();
+        let is_step = |element: &&Element| {
+            matches!(element.name.as_str(), "leg" | "stay" | "meet")
+                && element.attribute("name").map(|name| name.value.as_str()) == step_name
+        };
+        let (from, element) = match (route.elements().find(is_step), step_name) {
+            (Some(step), Some(name)) => {
+                (format!("{} {name} of route {route_name}", step.name), step)
+            }
+            _ => (format!("route {route_name}"), route),
+        };
+        Some(Derivation { from, at: Location::new(self.tree().source(), element.span) })
     }
 }
 

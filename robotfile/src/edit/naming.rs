@@ -28,12 +28,12 @@ impl Document {
         let (Some(old), Some(renamed)) = (item.name(), item.renamed(new)) else {
             return Err(EditError::Nameless { what: item.to_string() });
         };
+        self.check_known(item)?;
         if item.is_of_submission() {
             check_qualified(new)?;
         } else {
             check_name(new)?;
         }
-        self.check_known(item)?;
         if old == new {
             return Ok(());
         }
@@ -60,7 +60,8 @@ impl Document {
     }
 
     pub(super) fn check_known(&self, item: Item<'_>) -> Result<(), EditError> {
-        if self.is_elsewhere(item) { Ok(()) } else { self.path_of(item).map(|_| ()) }
+        let is_derived = self.derivation(item).is_some();
+        if self.is_elsewhere(item) && !is_derived { Ok(()) } else { self.path_of(item).map(|_| ()) }
     }
 
     /// Whether an item is defined in another file: a component of its system, or a place or
