@@ -269,8 +269,9 @@ impl Designer {
             let shown = middle.show(ui, |ui| {
                 let (pane, workspace) = self.pane();
                 pane.show_centre(ui, workspace);
+                pane.drawing_area()
             });
-            shown.response.rect
+            if shown.inner.is_positive() { shown.inner } else { shown.response.rect }
         };
         self.show_messages(ui.ctx(), middle);
         self.show_find(ui.ctx());

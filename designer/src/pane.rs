@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use eframe::egui;
+use eframe::egui::{self, Rect};
 
 use crate::canvas::Diagram;
 use crate::commands::Command;
@@ -25,6 +25,9 @@ pub trait Pane {
 
     /// The middle.
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace);
+
+    /// Where the drawing is in the window, without the panels around it.
+    fn drawing_area(&self) -> Rect;
 
     /// Whether a question is open over the drawing, which takes the keys.
     fn is_asking(&self) -> bool {

@@ -4,6 +4,7 @@
 mod bench_kinds;
 mod catalogue;
 mod changes;
+mod derived;
 mod disk;
 mod drafts;
 mod drawings;
