@@ -2,7 +2,7 @@
 """What it costs a system to be observed: 200 components, 1,000 links, with and without a tool.
 
     cargo build --release -p armor --bin armor --example probe
-    python3 bench/observers.py [--rounds 5] [--seconds 10] [--rate 1]
+    python3 bench/observers.py [--rounds 5] [--seconds 10] [--rate 1] [--count 200] [--profile release]
 
 Two equal systems run at the same time, and a tool observes one of them, in turn: what else the machine does
 is the same for both, and the difference is the tool's. Each component is a process with five inputs, which
@@ -28,7 +28,7 @@ FAST_HZ = 100
 INPUTS = "abcde"
 
 
-def write_system(folder, count, rate):
+def write_system(folder, count, rate, profile):
     lines = ['<armor version="1">', '<system name="observed">']
     for number in range(count):
         lines.append(f'<component name="c{number}" kind="probe" rate="{rate}Hz"/>')
@@ -43,7 +43,7 @@ def write_system(folder, count, rate):
     file = folder / "observed.xml"
     file.write_text("\n".join(lines))
     (folder / "components").mkdir()
-    (folder / "components/probe").symlink_to(ROOT / "target/release/examples/probe")
+    (folder / "components/probe").symlink_to(ROOT / f"target/{profile}/examples/probe")
     return file
 
 
@@ -67,10 +67,10 @@ def cpu_ns(pids):
 
 
 class System:
-    def __init__(self, count, rate):
+    def __init__(self, count, rate, profile):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="armor-observers-"))
-        self.armor = ROOT / "target/release/armor"
-        file = write_system(self.folder, count, rate)
+        self.armor = ROOT / f"target/{profile}/armor"
+        file = write_system(self.folder, count, rate, profile)
         self.environment = dict(os.environ, XDG_RUNTIME_DIR=str(self.folder))
         self.run = subprocess.Popen(
             [self.armor, "run", file, "--headless", "--out", self.folder / "out"],
@@ -146,16 +146,18 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=int, default=10)
     parser.add_argument("--rate", type=float, default=1)
+    parser.add_argument("--profile", default="release")
     options = parser.parse_args()
     tools = {
         "`armor top`": ("top",),
         "`armor echo fast.numbers`": ("echo", "fast.numbers"),
         "`armor hz fast.numbers`": ("hz", "fast.numbers"),
+        "`armor trace`": ("trace",),
     }
     systems = []
     try:
         for _ in range(2):
-            systems.append(System(options.count, options.rate))
+            systems.append(System(options.count, options.rate, options.profile))
         alone, more, own = [], {tool: [] for tool in tools}, {tool: [] for tool in tools}
         for round_number in range(options.rounds):
             for tool, arguments in tools.items():

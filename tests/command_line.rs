@@ -300,6 +300,7 @@ fn tools_without_a_system_print_how_to_start_one() {
         &["hz", "a.b"],
         &["bw", "a.b"],
         &["plot", "a.b.c"],
+        &["trace"],
         &["delay", "a.b"],
         &["web"],
         &["data", "list"],

@@ -7,6 +7,7 @@ mod datagrams;
 mod executables;
 mod freezing;
 mod left_processes;
+mod reading;
 mod resuming;
 
 use std::fs::{self, DirBuilder};

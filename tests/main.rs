@@ -21,6 +21,7 @@ mod launcher;
 mod manifests;
 mod mapper_deaths;
 mod meeting;
+mod message_traces;
 mod mission_start;
 mod missions;
 mod mutations;

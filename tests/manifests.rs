@@ -37,7 +37,7 @@ fn everything() -> Value {
     json!({
         "armor_manifest": 1, "kind": "wheel", "summary": "Turns.", "controllable": false,
         "protocol": armor_wire::version::VERSION,
-        "reports_done": false, "ends_by_itself": true, "needs_rate": true, "needs_one_of": [["buttons"]],
+        "reports_done": false, "ends_by_itself": true, "needs_rate": true, "reads_all": true, "needs_one_of": [["buttons"]],
         "value_effects": [{"parameter": "radius", "effect": "idle", "value": "1m"},
                           {"parameter": "interval", "effect": "paces", "output": "out"},
                           {"parameter": "interval", "effect": "gives_up"},

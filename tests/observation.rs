@@ -233,6 +233,37 @@ fn the_logs_of_a_run_are_merged_filtered_and_followed_to_its_end() {
 }
 
 #[test]
+fn the_first_line_of_a_component_that_has_written_nothing_is_awaited() {
+    let folder = Folder::new("silent-logs");
+    folder.script("mute", "while [ ! -e go ]; do sleep 0.05; done; echo here; exec sleep 1000");
+    let draft = Draft::default().component("<component name='mute' kind='mute'/>\n");
+    let system = draft.run(folder);
+    // Before it has written anything, the launcher has started it.
+    let absent = |err: &str| err.contains("mute has written nothing yet; `-f` waits for it");
+    wait_for("the run", || {
+        let (code, _, err) = armor(&system, &["logs", "--component", "mute"]);
+        (code == 1 && absent(&err)).then_some(())
+    });
+    let (code, _, err) = armor(&system, &["logs", "-f", "--component", "mtue"]);
+    assert!(code == 1 && err.contains("no log of mtue; did you mean mute?"), "{err}");
+    let noticed = system.folder.path().join("noticed");
+    let registry = system.registry.to_string();
+    let line = "exec \"$0\" logs -f --component mute --registry \"$1\" 2> noticed";
+    let mut command = system.folder.command_of(Path::new("/bin/sh"));
+    command.args(["-c", line, env!("CARGO_BIN_EXE_armor"), &registry]);
+    let follow = Dialogue::start(&mut command);
+    wait_for("the notice", || {
+        let printed = std::fs::read_to_string(&noticed).unwrap_or_default();
+        printed.contains("mute has written nothing yet; its first line is awaited").then_some(())
+    });
+    // The run's processes have the folder of `armor run` as their own.
+    system.folder.write("go", "");
+    let line = follow.read_line();
+    assert!(line.contains("mute") && line.ends_with("here"), "{line}");
+    follow.kill();
+}
+
+#[test]
 fn values_are_plotted_as_text_as_a_picture_and_line_by_line() {
     let system = Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("plot"));
     system.status("north");

@@ -122,6 +122,47 @@ fn a_recording_is_played_to_the_tools_and_obeys_orders() {
 }
 
 #[test]
+fn a_recording_begins_again_at_its_end_as_long_as_it_is_asked_to() {
+    let folder = record("played-in-a-loop");
+    let mut playing = folder.armor(&["play", "all.mcap", "--loop", "--out", "loop"]);
+    let mut playing: Child =
+        playing.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+    let json = |arguments: &[&str]| -> Option<Value> {
+        let arguments: Vec<_> = [&["playback"], arguments, &["--format", "json"]].concat();
+        let (_, out, _) = run_to_end(&mut folder.armor(&arguments));
+        serde_json::from_str(out.lines().next()?).ok()
+    };
+    let begun = wait_for("the player", || json(&["show"]));
+    assert_eq!((&begun["loops"], &begun["over"]), (&true.into(), &false.into()), "{begun}");
+    let mut times = 0;
+    let mut before = 0.0;
+    wait_for("three beginnings", || {
+        let state = json(&["show"])?;
+        assert_eq!(state["over"], false, "{state}");
+        let at_s = state["at_s"].as_f64()?;
+        times += u32::from(at_s < std::mem::replace(&mut before, at_s));
+        (times == 3).then_some(())
+    });
+    let order = |arguments: &[&str]| {
+        let answer = json(arguments).expect("an answer");
+        assert_eq!(answer["accepted"], true, "{arguments:?}: {answer}");
+        let state = wait_for("the state", || json(&["show"]));
+        (state["loops"].as_bool(), state["paused"].as_bool())
+    };
+    // Paused, so that it cannot end before it is asked to go on for ever again.
+    assert_eq!(order(&["pause"]), (Some(true), Some(true)));
+    assert_eq!(order(&["loop", "off"]), (Some(false), Some(true)));
+    assert_eq!(order(&["loop", "on"]), (Some(true), Some(true)));
+    assert_eq!(order(&["loop", "off"]), (Some(false), Some(true)));
+    json(&["resume"]).expect("an answer");
+    let ended = wait_for("the end of the run", || playing.try_wait().expect("ours"));
+    // The mission of the recording is played, and is no mission of this run.
+    assert_eq!(ended.code(), Some(0));
+    let (code, _, err) = run_to_end(&mut folder.armor(&["playback", "loop", "maybe"]));
+    assert!(code == 2 && err.contains("maybe"), "{err}");
+}
+
+#[test]
 fn what_cannot_be_played_is_refused_before_anything_starts() {
     let folder = record("not-played");
     folder.write("not.mcap", "this is no recording");

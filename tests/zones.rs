@@ -69,6 +69,32 @@ fn the_robot_is_never_in_the_no_go_zone_and_slow_at_the_crossing() {
     assert!(elsewhere_mps > 0.5, "{elsewhere_mps} m/s");
 }
 
+// The zones of missions/drawn.xml are in its <map> only: the planner and the driver get them from there.
+#[test]
+fn a_robot_obeys_the_zones_that_its_mission_draws() {
+    let folder = Folder::new("zones-drawn");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions/drawn.xml");
+    let file = file.display().to_string();
+    let (code, log, err) =
+        run_to_end(&mut folder.armor(&["run", &file, "--headless", "--out", "drawn"]));
+    assert_eq!(code, 0, "{log}{err}");
+    let truth = read_truth(&folder.path().join("drawn"));
+    let is_slow = |x_m: f64, y_m: f64| (x_m - 4.2).hypot(y_m) < 0.7 + RADIUS_M - 0.1;
+    let (mut slow_mps, mut slow, mut elsewhere_mps) = (0.0_f64, 0, 0.0_f64);
+    for pair in truth.windows(6) {
+        let ([from_s, ..], [to_s, ..]) = (pair[0], pair[5]);
+        let speed_mps = (pair[5][1] - pair[0][1]).hypot(pair[5][2] - pair[0][2]) / (to_s - from_s);
+        if pair.iter().all(|[_, x_m, y_m]| is_slow(*x_m, *y_m)) {
+            (slow_mps, slow) = (slow_mps.max(speed_mps), slow + 1);
+        } else if pair.iter().all(|[_, x_m, y_m]| !is_slow(*x_m, *y_m)) {
+            elsewhere_mps = elsewhere_mps.max(speed_mps);
+        }
+    }
+    println!("zones: {slow_mps:.2} m/s at the drawn crossing, {elsewhere_mps:.2} m/s elsewhere");
+    assert!(slow > 10 && slow_mps < 0.35, "{slow_mps} m/s in {slow} stretches");
+    assert!(elsewhere_mps > 0.5, "{elsewhere_mps} m/s");
+}
+
 #[test]
 fn a_breach_leads_to_the_safe_place() {
     let folder = Folder::new("zones-breach");

@@ -84,6 +84,7 @@ fn make_manifest(kind: String) -> Manifest {
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,
+        reads_all: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
         frames: Vec::new(),

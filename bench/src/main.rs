@@ -45,6 +45,8 @@ fn main() -> ExitCode {
         play_role(arguments)
     } else if arguments.next_if(|first| first == "part").is_some() {
         reliability::parts::play_part(arguments)
+    } else if arguments.next_if(|first| first == reliability::relay::RELAY).is_some() {
+        reliability::relay::play_relay(arguments)
     } else {
         options::parse_arguments(arguments).and_then(|options| match options {
             Some(options) if options.fault_job.is_some() => run_fault_job(&options),

@@ -19,7 +19,7 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     be repeated. Also freshness, which takes 4 minutes a round.
                     Or nets: states and firings of Petri nets, and nothing else.
                     Or, as root, faults in a system of several hosts, and nothing else:
-                    hosts-kills, hosts-cuts, hosts-stops or soak.
+                    hosts-kills, hosts-cuts, hosts-stops, hosts-proxy or soak.
                     Or memory-faults or memory-kills: shared memory under faults.
                     Or blackboard (one writer, 16 readers), pull (what a pull costs) or
                     figure-seven (the latency of 7 means, 2 minutes with --secs 1).

@@ -1,5 +1,5 @@
-//! How reliable a system of several hosts is: kills, cuts, stops and a soak, in network namespaces, with the
-//! real program and real components.
+//! How reliable a system of several hosts is: kills, cuts, stops, a bad network and a soak, in network
+//! namespaces, with the real program and real components.
 
 mod cuts;
 mod diary;
@@ -12,6 +12,9 @@ mod network;
 mod options;
 pub mod parts;
 mod processes;
+mod proxy;
+pub mod relay;
+mod relay_process;
 pub mod report;
 mod soak;
 mod stops;
@@ -32,6 +35,7 @@ pub enum ReliabilityJob {
     Kills,
     Cuts,
     Stops,
+    Proxy,
     Soak,
 }
 
@@ -42,6 +46,7 @@ impl ReliabilityJob {
             "hosts-kills" => Some(Self::Kills),
             "hosts-cuts" => Some(Self::Cuts),
             "hosts-stops" => Some(Self::Stops),
+            "hosts-proxy" => Some(Self::Proxy),
             "soak" => Some(Self::Soak),
             _ => None,
         }
@@ -55,9 +60,10 @@ impl ReliabilityJob {
         let program = find_program(options)?;
         let (pulses, rate_hz) = match self {
             Self::Soak => (16 / options.hosts * options.hosts, 20),
-            Self::Kills | Self::Cuts | Self::Stops => (2 * options.hosts, 50),
+            Self::Kills | Self::Cuts | Self::Stops | Self::Proxy => (2 * options.hosts, 50),
         };
-        let system = SystemOptions { program, hosts: options.hosts, pulses, rate_hz };
+        let relay_seed = (self == Self::Proxy).then_some(options.seed);
+        let system = SystemOptions { program, hosts: options.hosts, pulses, rate_hz, relay_seed };
         interrupt::notice_signals()?;
         let mut system = SystemUnderTest::start(system)?;
         let load = Load::start();
@@ -65,6 +71,7 @@ impl ReliabilityJob {
             Self::Kills => kills::run_kills(&mut system, options),
             Self::Cuts => cuts::run_cuts(&mut system, options),
             Self::Stops => stops::run_stops(&mut system, options),
+            Self::Proxy => proxy::run_proxy(&mut system, options),
             Self::Soak => soak::run_soak(&mut system, options),
         };
         let report = match done {

@@ -1,5 +1,6 @@
 //! Answers to components, from the model to the messages of the protocol.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use armor_robotfile::mission::PlaceParameter;
@@ -9,6 +10,7 @@ use armor_wire::config::{
     Assigned, ComponentSettings, InputSettings, ListedParameter, ListedType, cut_text,
 };
 use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::registry::DataReader;
 use armor_wire::transport::Transport;
 
 /// Most names that are listed to a component that is not in the file.
@@ -54,6 +56,32 @@ pub(crate) fn component_settings(
 fn clock_source(component: &str, configuration: &Configuration) -> Option<String> {
     let source = &configuration.system.clock.as_ref()?.source;
     (source.component.value != component).then(|| source.data())
+}
+
+/// Returns what each component reads: the data of its links, and that which its time follows; `clock`
+/// replaces that of the file.
+pub(crate) fn list_readers(
+    configuration: &Configuration,
+    manifests: Option<&Manifests>,
+    clock: Option<&String>,
+) -> Vec<DataReader> {
+    let system = &configuration.system;
+    let list_data = |name: &String| {
+        let links = system.links.iter().filter(|link| link.to.component.value == *name);
+        let clock = clock.cloned().or_else(|| clock_source(name, configuration));
+        let data: BTreeSet<_> = links.map(|link| link.from.data()).chain(clock).collect();
+        data.into_iter().collect()
+    };
+    let reads_all = |component: &Component| {
+        let kind = manifests.and_then(|known| known.get(&component.kind.value));
+        kind.is_some_and(|kind| kind.reads_all)
+    };
+    let readers = system.components.iter().map(|component| DataReader {
+        component: component.name.value.clone(),
+        data: list_data(&component.name.value),
+        reads_all: reads_all(component),
+    });
+    readers.collect()
 }
 
 /// What the file, or `--set`, gives a parameter; nothing if it leaves it to its default. Relative

@@ -19,6 +19,7 @@ use armor_wire::config::{
 };
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::peer::PeerId;
+use armor_wire::registry::DataReader;
 
 use crate::history::{KeptVersion, VersionHistory};
 use crate::{answers, records};
@@ -103,6 +104,8 @@ pub enum Notice {
         /// The version in force.
         version: u64,
     },
+    /// What each component reads by the version in force and the kinds, for the registry.
+    Readers(Vec<DataReader>),
     /// The state after any of the four; its stamp is not set.
     State(Box<ConfigurationState>),
 }
@@ -177,6 +180,7 @@ impl Versions {
             roles,
             ..Self::with_version(instance, rules, number, in_force)
         };
+        let is_kept = first.is_some();
         let mut actions = match first {
             Some(first) => {
                 versions.changes = versions.changes_of(number);
@@ -186,6 +190,9 @@ impl Versions {
         };
         if actions.is_empty() {
             actions.push(versions.state_notice());
+        }
+        if is_kept && versions.number == number {
+            actions.push(versions.readers_notice());
         }
         Ok((versions, actions))
     }
@@ -426,7 +433,16 @@ impl Versions {
     /// invalid. That one stays in force, because the running components were started by the earlier
     /// kinds.
     fn take_kinds(&mut self, manifests: Manifests) -> Vec<ConfigdAction> {
+        let before = self.list_readers();
         self.rules.manifests = Some(manifests);
+        let mut actions = self.judge_by_kinds();
+        if self.list_readers() != before {
+            actions.push(self.readers_notice());
+        }
+        actions
+    }
+
+    fn judge_by_kinds(&mut self) -> Vec<ConfigdAction> {
         if let Some(reading) = self.refused_reading.take() {
             return self.take_reading(reading);
         }
@@ -490,6 +506,7 @@ impl Versions {
         let findings = self.warnings.without_known(known);
         let changes = self.changes.0.clone();
         let mut actions = vec![ConfigdAction::Tell(Notice::Taken { version, findings, changes })];
+        actions.push(self.readers_notice());
         actions.extend(self.history.kept_version(version).map(ConfigdAction::Keep));
         actions.push(self.state_notice());
         actions

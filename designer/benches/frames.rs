@@ -19,6 +19,10 @@ const BLOCKS: usize = 1000;
 const LINKS: usize = 1500;
 /// Places of the large mission, with as many transitions.
 const PLACES: usize = 500;
+/// What is drawn on the large map.
+const ROUTES: usize = 8;
+const LEGS: usize = 50;
+const SYMBOLS: usize = 1000;
 /// Frames that are measured, after as many that are not.
 const FRAMES: usize = 200;
 
@@ -33,6 +37,9 @@ fn main() {
     let mission = folder.join("mission.xml");
     std::fs::write(&mission, a_mission()).expect("written");
     measure(&format!("{PLACES} places, {PLACES} transitions"), mission, View::Mission);
+    let map = folder.join("map.xml");
+    std::fs::write(&map, a_map()).expect("written");
+    measure(&format!("{ROUTES} routes of {LEGS} legs, {SYMBOLS} symbols"), map, View::Map);
     let _ = std::fs::remove_dir_all(&folder);
 }
 
@@ -129,6 +136,7 @@ fn kinds() -> Kinds {
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,
+        reads_all: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
         frames: Vec::new(),
@@ -186,5 +194,44 @@ fn a_mission() -> String {
         );
     }
     let _ = write!(out, "    <layout>\n{blocks}    </layout>\n  </mission>\n</armor>\n");
+    out
+}
+
+/// Routes in rows between zones, and symbols all over.
+fn a_map() -> String {
+    let mut out = String::from(
+        "<armor version=\"1\">\n  <system name=\"small\">\n    <component name=\"block\" \
+         kind=\"block\"/>\n  </system>\n  <mission name=\"large\" goal=\"over\" safe=\"hold\">\n    \
+         <map>\n",
+    );
+    for route in 0..ROUTES {
+        for point in 0..=LEGS {
+            let (x, y) = (point * 20, route * 100 + point % 2 * 15);
+            let _ = writeln!(out, "      <point name=\"P{route}-{point}\" at=\"{x} {y}\"/>");
+        }
+        let y = route * 100 + 50;
+        let shape = format!("0,{y} 1000,{y} 1000,{} 0,{}", y + 25, y + 25);
+        let _ =
+            writeln!(out, "      <zone name=\"zone{route}\" kind=\"no-go\" shape=\"{shape}\"/>");
+        let _ = writeln!(out, "      <rally name=\"R{route}\" at=\"500 {}\"/>", route * 100 + 30);
+    }
+    for number in 0..SYMBOLS {
+        let (x, y) = (number % 40 * 25, number / 40 * 32);
+        let identity = number % 4 + 3;
+        let _ =
+            writeln!(out, "      <symbol at=\"{x} {y}\" sidc=\"100{identity}1000001211000000\"/>");
+    }
+    out += "    </map>\n";
+    for route in 0..ROUTES {
+        let _ = writeln!(
+            out,
+            "    <route name=\"r{route}\" mover=\"block.route\" start=\"P{route}-0\" out=\"over\">"
+        );
+        for leg in 1..=LEGS {
+            let _ = writeln!(out, "      <leg name=\"l{leg}\" to=\"P{route}-{leg}\"/>");
+        }
+        out += "      <otherwise on=\"blocked\" do=\"rally\"/>\n    </route>\n";
+    }
+    out += "    <place name=\"over\"/>\n    <place name=\"hold\"/>\n  </mission>\n</armor>\n";
     out
 }

@@ -22,6 +22,7 @@ use crate::disk::Keeper;
 use crate::item::Item;
 use crate::kinds::{Kinds, KindsWatch};
 use crate::live::{LiveView, Session, is_recording};
+use crate::map_view::MapView;
 use crate::messages::Messages;
 use crate::mission::MissionView;
 use crate::pane::Pane;
@@ -247,6 +248,7 @@ fn panes() -> Vec<(View, Box<dyn Pane>)> {
     vec![
         (View::System, Box::new(SystemView::new())),
         (View::Mission, Box::new(MissionView::new())),
+        (View::Map, Box::new(MapView::new())),
         (View::Live, Box::new(LiveView::new())),
     ]
 }
@@ -269,8 +271,9 @@ impl Designer {
             let shown = middle.show(ui, |ui| {
                 let (pane, workspace) = self.pane();
                 pane.show_centre(ui, workspace);
+                pane.drawing_area()
             });
-            shown.response.rect
+            if shown.inner.is_positive() { shown.inner } else { shown.response.rect }
         };
         self.show_messages(ui.ctx(), middle);
         self.show_find(ui.ctx());

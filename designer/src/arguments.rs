@@ -23,7 +23,7 @@ Usage: armor-designer [OPTIONS] [FILE]
   --check                prints what is wrong with the files, as `armor check` does, and ends
   --screenshot OUT.png   saves a picture of the whole window without opening one, and ends
   --export OUT           saves the drawing alone, as .svg or .png, and ends
-  --view VIEW            system, mission or live: what is shown (system; live with --attach)
+  --view VIEW            system, mission, map or live: what is shown (system; live with --attach)
   --size WxH             points of the window in a screenshot (1280x800)
   --scale N              pixels of a point in a picture (1)
   --theme THEME          light or dark
@@ -199,8 +199,9 @@ fn parse_view(value: &str) -> Result<View, UsageError> {
     match value {
         "system" => Ok(View::System),
         "mission" => Ok(View::Mission),
+        "map" => Ok(View::Map),
         "live" => Ok(View::Live),
-        _ => Err(refused("view", value, "it is system, mission or live")),
+        _ => Err(refused("view", value, "it is system, mission, map or live")),
     }
 }
 

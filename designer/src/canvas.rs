@@ -47,6 +47,7 @@ pub use node::{
     Badge, Decoration, DiagramNode, Direction, Mark, NodeLine, NodeLook, NodePort, NodeShape,
     Outline, PortAt, PortSide, Wire, WireEnd,
 };
+pub(crate) use pointer::wheel_steps;
 pub use rules::JoinRules;
 pub use selection::Selection;
 pub use snap::{GRID, snapped};

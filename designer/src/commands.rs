@@ -50,6 +50,7 @@ pub enum Command {
     ZoomSelected,
     ShowSystem,
     ShowMission,
+    ShowMap,
     ShowLive,
     TogglePalette,
     ToggleProperties,

@@ -309,14 +309,14 @@ impl DiagramPane {
     pub fn copy_offset(&self) -> Vec2 {
         match self.view {
             View::System | View::Live => vec2(30.0, 30.0),
-            View::Mission => vec2(40.0, 40.0),
+            View::Mission | View::Map => vec2(40.0, 40.0),
         }
     }
 
     fn copyable(&self) -> &'static str {
         match self.view {
             View::System | View::Live => "components, groups or notes",
-            View::Mission => "places, transitions, groups or notes",
+            View::Mission | View::Map => "places, transitions, groups or notes",
         }
     }
 }
@@ -336,7 +336,7 @@ pub fn show_dragged(ui: &egui::Ui, name: &str) {
 fn document_of(documents: &mut Documents, view: View) -> Result<&mut Document, Refused> {
     match view {
         View::System | View::Live => documents.system(),
-        View::Mission => documents.mission(),
+        View::Mission | View::Map => documents.mission(),
     }
 }
 

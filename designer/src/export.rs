@@ -5,7 +5,7 @@ mod drawing;
 mod saving;
 
 pub use armor_picture::Stage;
-pub use drawing::{ExportError, export};
+pub use drawing::{ExportError, export, export_shown};
 pub use saving::{PngError, save_png};
 
 /// What a picture is written as.

@@ -48,6 +48,25 @@ pub enum Item {
         /// Its number in the layout.
         number: usize,
     },
+    /// The point on the map with this name.
+    MapPoint(ItemName),
+    /// The rally point with this name.
+    Rally(ItemName),
+    /// The zone of the map with this name.
+    Zone(ItemName),
+    /// The line on the map with this name.
+    MapLine(ItemName),
+    /// A military symbol on the map, by its number among them.
+    Symbol(usize),
+    /// The route with this name.
+    Route(ItemName),
+    /// A leg, stay or meeting of a route.
+    Step {
+        /// The route's name.
+        route: ItemName,
+        /// The step's name.
+        step: ItemName,
+    },
     /// The system as a whole.
     System,
     /// The mission as a whole.
@@ -87,11 +106,48 @@ impl Item {
         Self::Variable(ItemName::new(name.as_ref()))
     }
 
+    /// The point on the map with this name.
+    pub fn map_point(name: impl AsRef<str>) -> Self {
+        Self::MapPoint(ItemName::new(name.as_ref()))
+    }
+
+    /// The rally point with this name.
+    pub fn rally(name: impl AsRef<str>) -> Self {
+        Self::Rally(ItemName::new(name.as_ref()))
+    }
+
+    /// The zone of the map with this name.
+    pub fn zone(name: impl AsRef<str>) -> Self {
+        Self::Zone(ItemName::new(name.as_ref()))
+    }
+
+    /// The line on the map with this name.
+    pub fn map_line(name: impl AsRef<str>) -> Self {
+        Self::MapLine(ItemName::new(name.as_ref()))
+    }
+
+    /// The route with this name.
+    pub fn route(name: impl AsRef<str>) -> Self {
+        Self::Route(ItemName::new(name.as_ref()))
+    }
+
+    /// The step of a route.
+    pub fn step(route: impl AsRef<str>, step: impl AsRef<str>) -> Self {
+        Self::Step { route: ItemName::new(route.as_ref()), step: ItemName::new(step.as_ref()) }
+    }
+
     /// The view that shows it.
     pub fn view(self) -> View {
         match self {
             Self::Component(_) | Self::Link { .. } | Self::System => View::System,
             Self::Decoration { view, .. } => view,
+            Self::MapPoint(_)
+            | Self::Rally(_)
+            | Self::Zone(_)
+            | Self::MapLine(_)
+            | Self::Symbol(_)
+            | Self::Route(_)
+            | Self::Step { .. } => View::Map,
             _ => View::Mission,
         }
     }
@@ -105,10 +161,43 @@ impl Item {
             Self::Place(name) => Named::Place(name.as_str()),
             Self::Transition(name) => Named::Transition(name.as_str()),
             Self::Variable(name) => Named::Variable(name.as_str()),
+            Self::MapPoint(name) => Named::MapPoint(name.as_str()),
+            Self::Rally(name) => Named::Rally(name.as_str()),
+            Self::Zone(name) => Named::Zone(name.as_str()),
+            Self::MapLine(name) => Named::MapLine(name.as_str()),
+            Self::Route(name) => Named::Route(name.as_str()),
+            Self::Step { route, step } => {
+                Named::Step { route: route.as_str(), step: step.as_str() }
+            }
             Self::System => Named::System,
             Self::Mission => Named::Mission,
             _ => return None,
         })
+    }
+
+    /// The item within `<map>` or `<route>` at a byte of a file.
+    fn drawn_at(parent: &Element, offset: usize) -> Self {
+        let route = parent.attribute("name").map(|name| name.value.as_str());
+        let whole = match route {
+            Some(route) if parent.name == "route" => Self::route(route),
+            _ => Self::Mission,
+        };
+        let inside =
+            |element: &&Element| (element.span.start()..element.span.end()).contains(&offset);
+        let Some(element) = parent.elements().find(inside) else { return whole };
+        let name = element.attribute("name").map(|name| name.value.as_str());
+        match (element.name.as_str(), name, route) {
+            ("point", Some(name), _) => Self::map_point(name),
+            ("rally", Some(name), _) => Self::rally(name),
+            ("zone", Some(name), _) => Self::zone(name),
+            ("line", Some(name), _) => Self::map_line(name),
+            ("symbol", ..) => {
+                let symbols = parent.elements().filter(|other| other.name == "symbol");
+                Self::Symbol(symbols.take_while(|other| other.span != element.span).count())
+            }
+            ("leg" | "stay" | "meet", Some(step), Some(route)) => Self::step(route, step),
+            _ => whole,
+        }
     }
 
     /// Returns the item at a byte of a file: the one whose element contains the byte.
@@ -137,6 +226,7 @@ impl Item {
             "submission" => Some(Self::Submission(number())),
             "exclusive" => Some(Self::Exclusive(number())),
             "check" => Some(Self::Check(number())),
+            "map" | "route" => Some(Self::drawn_at(element, offset)),
             _ if half.name == "system" => Some(Self::System),
             _ => Some(Self::Mission),
         }
@@ -166,6 +256,13 @@ impl fmt::Display for Item {
             Self::Exclusive(number) => write!(f, "exclusive set {}", number + 1),
             Self::Check(number) => write!(f, "check {}", number + 1),
             Self::Decoration { number, .. } => write!(f, "decoration {}", number + 1),
+            Self::MapPoint(name) => write!(f, "point {name}"),
+            Self::Rally(name) => write!(f, "rally point {name}"),
+            Self::Zone(name) => write!(f, "zone {name}"),
+            Self::MapLine(name) => write!(f, "line {name}"),
+            Self::Symbol(number) => write!(f, "symbol {}", number + 1),
+            Self::Route(name) => write!(f, "route {name}"),
+            Self::Step { route, step } => write!(f, "step {step} of route {route}"),
             Self::System => f.write_str("the system"),
             Self::Mission => f.write_str("the mission"),
         }
@@ -191,5 +288,26 @@ mod tests {
         assert_eq!(at("eventually"), Some(Item::Check(1)));
         assert_eq!(at("<mission>"), Some(Item::Mission));
         assert_eq!(at("armor"), None);
+    }
+
+    #[test]
+    fn what_is_drawn_on_the_map_is_found_by_its_bytes_too() {
+        let file = "<armor><mission><map><point name=\"P1\" at=\"1 2\"/><symbol at=\"0 0\"/>\
+            <zone name=\"z\" shape=\"s\"/><symbol at=\"3 4\"/></map><route name=\"red\">\
+            <leg name=\"l1\"/><otherwise do=\"hold\"/></route></mission></armor>";
+        let tree = armor_robotfile::parse_tree("a.xml".as_ref(), file.as_bytes()).unwrap();
+        let at = |text: &str| Item::at(&tree, file.find(text).unwrap());
+        for (text, expected) in [
+            ("1 2", Item::map_point("P1")),
+            ("shape", Item::zone("z")),
+            ("3 4", Item::Symbol(1)),
+            ("l1", Item::step("red", "l1")),
+            ("hold", Item::route("red")),
+            ("<map", Item::Mission),
+        ] {
+            assert_eq!(at(text), Some(expected), "{text}");
+            let view = if text == "<map" { View::Mission } else { View::Map };
+            assert_eq!(expected.view(), view);
+        }
     }
 }

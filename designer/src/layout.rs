@@ -46,7 +46,7 @@ pub struct FoldedGroup {
 /// The element of the file that a view draws.
 pub fn owner(view: View) -> Named<'static> {
     match view {
-        View::Mission => Named::Mission,
+        View::Mission | View::Map => Named::Mission,
         View::System | View::Live => Named::System,
     }
 }

@@ -19,6 +19,7 @@ mod item;
 pub mod kinds;
 pub mod layout;
 pub mod live;
+pub mod map_view;
 mod messages;
 pub mod mission;
 mod name;

@@ -3,15 +3,16 @@
 //! The pure parts know no window: `stage.rs` makes a net of a mission that can be played, `play.rs`
 //! plays it, `schedule.rs` computes when the firings of a proof happen; `rules.rs` is what may be
 //! joined, `edits.rs` what changes the file, `words.rs` what the drawing states. [`MissionView`]
-//! shows it: `drawing.rs` is the net as a diagram, `panel.rs` what is selected, `changes.rs` all
+//! shows it: `derived.rs` knows what a route stands for, `drawing.rs` is the net as a diagram, `panel.rs` what is selected, `changes.rs` all
 //! that the panels change, `view.rs` gestures, commands and simulation.
 
-mod changes;
+pub(crate) mod changes;
+mod derived;
 mod drawing;
 mod edits;
-mod form;
-mod marks;
-mod panel;
+pub(crate) mod form;
+pub(crate) mod marks;
+pub(crate) mod panel;
 mod play;
 mod rules;
 mod schedule;

@@ -1,11 +1,13 @@
 //! What a view is: its panels, its commands, and what it shows.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
-use eframe::egui;
+use eframe::egui::{self, Rect};
 
 use crate::canvas::Diagram;
 use crate::commands::Command;
+use crate::export::{self, ExportError};
 use crate::help::pages::HelpPage;
 use crate::item::Item;
 use crate::project::{Documents, Refused};
@@ -25,6 +27,9 @@ pub trait Pane {
 
     /// The middle.
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace);
+
+    /// Where the drawing is in the window, without the panels around it.
+    fn drawing_area(&self) -> Rect;
 
     /// Whether a question is open over the drawing, which takes the keys.
     fn is_asking(&self) -> bool {
@@ -58,6 +63,32 @@ pub trait Pane {
 
     /// The whole drawing as it is now, for a picture.
     fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item>;
+
+    /// The items that the drawing has now, but for wires: undo selects what came back.
+    fn drawn_items(&mut self, workspace: &Workspace) -> BTreeSet<Item> {
+        let drawing = self.whole_drawing(workspace);
+        let nodes = drawing.nodes.iter().map(|node| node.item);
+        nodes.chain(drawing.decorations.iter().map(|note| note.item)).collect()
+    }
+
+    /// Saves the whole drawing as a picture with `scale` pixels for a point.
+    ///
+    /// # Errors
+    /// As [`export::export`].
+    fn export(
+        &mut self,
+        workspace: &Workspace,
+        path: &Path,
+        is_dark: bool,
+        scale: f32,
+    ) -> Result<(), ExportError> {
+        export::export(self.whole_drawing(workspace), path, is_dark, scale)
+    }
+
+    /// Waits for what other threads still load: a picture of the window is taken once.
+    fn finish_loading(&mut self, ctx: &egui::Context, workspace: &Workspace) {
+        let _ = (ctx, workspace);
+    }
 
     /// Selects an item and brings it into view.
     fn show_item(&mut self, item: Item, workspace: &Workspace);

@@ -12,6 +12,8 @@ pub enum View {
     System,
     /// The net over them.
     Mission,
+    /// What is drawn on the map, and the routes over it.
+    Map,
     /// Both while the system runs.
     Live,
 }

@@ -4,6 +4,7 @@
 mod bench_kinds;
 mod catalogue;
 mod changes;
+mod derived;
 mod disk;
 mod drafts;
 mod drawings;
@@ -13,6 +14,7 @@ mod help;
 mod keyboard;
 mod links;
 mod live;
+mod map;
 mod mission;
 mod model;
 mod playback;

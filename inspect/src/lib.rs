@@ -12,6 +12,7 @@ pub mod launch;
 mod links;
 pub mod log;
 mod message_draft;
+mod message_trace;
 mod mission;
 mod observation;
 mod observed;
@@ -30,6 +31,9 @@ pub use hand_driving::{DEAD_MAN, DriveLimits};
 pub use hosts::ObservedHost;
 pub use links::{Looks, ObservedLink, combine_links, pair_reports};
 pub use message_draft::{FieldFault, MessageDraft};
+pub use message_trace::{
+    CallCause, CallReport, CallTaps, ReceivedMessage, TraceAssembly, TracePlace, TraceStep,
+};
 pub use mission::{FiringHistory, MissionLook, MissionWatch};
 pub use observation::{
     Condition, DEAD_AFTER, HANGING_CALL_S, LONG_CALL_S, ObservedProcess, ObserverAction,

@@ -113,7 +113,11 @@ pub fn load_file(file: &Path, sets: &[String], kinds: &KindFolders) -> Result<Ch
     check_reading(armor_robotfile::load(file), sets, kinds)
 }
 
-fn check_reading(
+/// Checks what was read against every kind there is.
+///
+/// # Errors
+/// If the current folder is gone, or the kinds cannot be read.
+pub fn check_reading(
     mut reading: Reading,
     sets: &[String],
     kinds: &KindFolders,
@@ -131,6 +135,13 @@ fn check_reading(
         let needed = needed_paths(configuration, &manifests);
         reading.findings.extend(needed.iter().filter_map(NeededPath::find_fault));
         reading.findings.extend(passed_dates(configuration, armor_executive::utc()));
+    }
+    if reading.is_valid()
+        && let Some(configuration) = &reading.configuration
+    {
+        // Times that are wrong on straight lines are so over the grid, and are there already.
+        let found = armor_ground::check_ground(configuration);
+        reading.findings.extend_new(found);
     }
     // The executive proves only missions that are valid otherwise.
     if reading.is_valid()
@@ -160,7 +171,11 @@ fn read_stdin(stdin: impl Read) -> Reading {
 /// Returns what only the executive finds in a mission: that it cannot play it, or results of the
 /// proof.
 pub fn of_the_mission(configuration: &Configuration) -> Findings {
-    proven_within(configuration, PROOF_WITHIN).without_notes()
+    let mut found = armor_ground::check_ground(configuration);
+    if !found.has_errors() {
+        found.extend(proven_within(configuration, PROOF_WITHIN));
+    }
+    found.without_notes()
 }
 
 /// The same within half a second. The executive itself proves the rest, from the current marking.
@@ -222,6 +237,12 @@ impl CheckedFile {
         let mut shown = Findings::default();
         shown.extend(self.reading.findings.iter().filter(is_shown).cloned());
         shown
+    }
+
+    /// The errors and warnings as they are printed.
+    #[cfg(test)]
+    pub fn describe_problems(&self) -> String {
+        self.reading.findings.without_notes().render(Colours::No)
     }
 
     /// Prints what is worth stopping at: errors and warnings.

@@ -50,6 +50,7 @@ use crate::recording_cli::record::RecordArguments;
 use crate::run::arguments::RunArguments;
 use crate::run::group_killer::GroupKillerArguments;
 use crate::top::TopArguments;
+use crate::trace_cli::TraceArguments;
 use crate::verb::Verb;
 use crate::web_cli::WebArguments;
 
@@ -111,6 +112,7 @@ commands! {
     Bw(BwArguments),
     Delay(DelayArguments),
     Plot(PlotArguments),
+    Trace(TraceArguments),
     Watch(WatchArguments),
     Restart(RestartArguments),
     Stop(StopArguments),

@@ -99,6 +99,11 @@ const COMMANDS: &[CommandCodes] = &[
     codes("bw", "N windows were printed", NO_DATA),
     codes("delay", "N windows were printed", NO_DATA),
     codes(
+        "trace",
+        "the time is over, the system has ended, or stdout was closed",
+        "no system is found, no component publishes the data, or the collector takes nothing",
+    ),
+    codes(
         "watch",
         "stdout was closed",
         "no system is found, it has ended, or has no such component",
@@ -131,6 +136,11 @@ const COMMANDS: &[CommandCodes] = &[
         "it cannot be read, or does not fit its mission",
     ),
     codes("mission expand", "it is printed", "it cannot be read, or has an error"),
+    codes(
+        "mission times",
+        "they are printed",
+        "it cannot be read, has an error, or its limits cannot be kept",
+    ),
     codes("mission replay", "it is printed", "it cannot be read, or does not fit the mission"),
     codes(
         "record",
@@ -143,6 +153,16 @@ const COMMANDS: &[CommandCodes] = &[
         "map convert",
         "the other file is written, with notes on what it has no place for",
         "a file cannot be read or written, or the other format has no place for the plan",
+    ),
+    codes(
+        "map import",
+        "the file with the plan is printed or written, and has no errors",
+        "a file cannot be read or written, the plan cannot be drawn, or the file has errors with it",
+    ),
+    codes(
+        "map export",
+        "the plan is written, with notes on what has no counterpart",
+        "the file has errors, no map with an origin, or no such route",
     ),
     codes("map symbol", "the code is readable", "the code is not one of the standard"),
     codes(

@@ -9,6 +9,7 @@ mod companions;
 mod folders;
 mod modules;
 mod probe;
+mod script;
 pub mod stock;
 #[cfg(test)]
 mod tests;
@@ -172,9 +173,7 @@ impl Catalogue {
         for finding in findings.iter_mut().filter(|finding| finding.code == Code::UnknownKind) {
             let kind = finding.at.as_ref().map(|at| at.text());
             let is_it = |path: &Path| {
-                kind.is_some_and(|kind| {
-                    path.file_stem() == Some(kind.as_ref()) || companions::is_program(path, kind)
-                })
+                kind.is_some_and(|kind| is_named(path, kind) || companions::is_program(path, kind))
             };
             if let Some(remedy) = kind.and_then(companions::suggest_build) {
                 finding.remedy = remedy;
@@ -182,7 +181,9 @@ impl Catalogue {
             if let Some((path, code)) = self.broken.iter().find(|(path, _)| is_it(path)) {
                 let (path, code) = (path.display(), code.as_str());
                 finding.remedy = format!("{path} exists, but did not describe itself ({code})");
-            } else if let Some(path) = self.not_executable.iter().find(|path| is_it(path)) {
+            } else if let Some(path) =
+                self.not_executable.iter().find(|path| is_it(path) && !is_text(path))
+            {
                 let path = path.display();
                 finding.remedy = format!("{path} exists, but is not executable: chmod +x {path}");
             } else if let Some((path, other)) = self.find_executable(is_it) {
@@ -258,4 +259,15 @@ fn once(found: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
         }
     }
     once
+}
+
+/// Whether a file is named after the kind; a module of Python has `_` in the place of `-`.
+fn is_named(path: &Path, kind: &str) -> bool {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().replace('_', "-"));
+    stem.is_some_and(|stem| stem == kind.replace('_', "-"))
+}
+
+/// Whether a file is a text that is never executed: the system's file may be named after a kind.
+fn is_text(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "xml" || extension == "md")
 }

@@ -11,7 +11,9 @@ use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, bail};
+use armor_inspect::run_control::{self, RunRequest};
 use armor_inspect::systems::{self, RunRecord};
+use armor_inspect::{CONFIGURATION, ObservedSystem};
 use armor_robotfile::advise_similar;
 use clap::Args;
 
@@ -124,7 +126,7 @@ fn print_logs(arguments: &LogsArguments, format: OutputFormat) -> Result<Command
         return end_printing(recorded::print_recorded(recording, arguments, format));
     }
     let (folder, record) = find_folder(arguments)?;
-    check_components(&folder, &arguments.components)?;
+    check_components(&folder, arguments, record.as_ref())?;
     let printer = LogPrinter { arguments, format };
     let mut logs = FollowedLog::open(&folder, &arguments.components);
     let most = match arguments.lines {
@@ -209,19 +211,50 @@ fn is_running(record: Option<&RunRecord>) -> bool {
     records.is_ok_and(|records| records.iter().any(|other| other.pid == record.pid))
 }
 
-/// Refuses a component that has no log.
-fn check_components(folder: &Path, components: &[String]) -> Result<()> {
+/// Refuses a component that has no log; with `-f` only if it is not of the run, which may wait for its
+/// first line.
+fn check_components(
+    folder: &Path,
+    arguments: &LogsArguments,
+    record: Option<&RunRecord>,
+) -> Result<()> {
     let known = list_logs(folder);
-    for component in components {
-        if !known.contains(component) {
-            let advice = advise_similar(component, known.iter().map(String::as_str));
-            bail!(
-                "there is no log of {component}{advice} (there are: {})",
-                known.iter().cloned().collect::<Vec<_>>().join(", ")
-            );
+    let missing = arguments.components.iter().filter(|component| !known.contains(*component));
+    for component in missing {
+        if record.is_some_and(|record| is_of_run(record, component)) {
+            if !arguments.follow {
+                bail!("{component} has written nothing yet; `-f` waits for it");
+            }
+            print_notice(format!("{component} has written nothing yet; its first line is awaited"));
+            continue;
         }
+        let mut names = known.clone();
+        names.extend(record.map(list_components).unwrap_or_default());
+        let advice = advise_similar(component, names.iter().map(String::as_str));
+        let names: Vec<_> = names.into_iter().collect();
+        bail!("there is no log of {component}{advice} (there are: {})", names.join(", "));
     }
     Ok(())
+}
+
+/// Returns whether a run has a component or a daemon of this name, as its launcher knows.
+fn is_of_run(record: &RunRecord, name: &str) -> bool {
+    let request = RunRequest::History { component: name.into() };
+    run_control::request(record, &request).is_ok_and(|reply| reply.accepted)
+}
+
+/// Returns the components of a run, as far as the registry and the launcher list them.
+fn list_components(record: &RunRecord) -> Vec<String> {
+    let observed = ObservedSystem::at(&record.registry.to_string(), "logs");
+    let registered = observed.list().map(|listing| listing.components).unwrap_or_default();
+    let mut names: Vec<_> = registered
+        .into_iter()
+        .filter(|entry| entry.name != CONFIGURATION)
+        .map(|entry| entry.name)
+        .collect();
+    let absent = run_control::request(record, &RunRequest::List).map(|reply| reply.absent);
+    names.extend(absent.unwrap_or_default().into_iter().map(|absent| absent.component));
+    names
 }
 
 #[cfg(test)]

@@ -1,20 +1,46 @@
-//! `armor map`: converts plans between the formats of planners, and draws map symbols.
+//! `armor map`: converts plans between the formats of planners, draws them into mission files and
+//! back, draws map symbols, and describes the pictures that lie under a map.
+
+#[cfg(test)]
+mod command_tests;
+mod drawing;
+mod drawn_plan;
+#[cfg(test)]
+#[expect(clippy::print_stdout, clippy::print_stderr, reason = "figures, and what is skipped")]
+mod exchange_tests;
+mod export;
+mod import;
+mod insertion;
+#[cfg(test)]
+mod limit_tests;
+mod marks;
+mod plan_file;
+mod planning;
+mod play_order;
+mod route_steps;
+mod route_writing;
+mod text_difference;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail};
-use armor_exchange::{PlanFormat, PlanNote, read_plan, write_plan};
+use anyhow::{Context, Result};
+use armor_exchange::write_plan;
 use armor_symbols::Symbol;
 use clap::Subcommand;
 use serde_json::{Value, json};
 
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
+use crate::map_picture::print_picture;
 use crate::print::{end_printing, print_line, print_notice};
 use crate::verb::Verb;
+use export::ExportArguments;
+use import::ImportArguments;
+use plan_file::{format_of, load_plan, print_notes};
 
-/// Convert plans between the formats of planners, and draw map symbols.
+/// Convert plans of other planners, import them into mission files and export them from these, draw
+/// map symbols, and describe pictures of maps.
 #[derive(Debug, Subcommand)]
 pub enum MapCommand {
     /// Write a plan in the format of the other file's name: .plan, .waypoints, .gpx, .geojson or
@@ -25,6 +51,14 @@ pub enum MapCommand {
         /// The file that is written.
         to: PathBuf,
     },
+    /// Print what a picture for a map is, and where it lies: its kind, reference, extent and levels.
+    Info {
+        /// A PNG or JPEG with a world file, a GeoTIFF, PMTiles, MBTiles, the YAML of a grid map, an
+        /// SVG world or GeoJSON.
+        picture: PathBuf,
+    },
+    Import(Box<ImportArguments>),
+    Export(ExportArguments),
     /// Print what the code of a symbol means.
     Symbol {
         /// 20 digits of APP-6(D), or the older 15 letters.
@@ -39,6 +73,9 @@ impl Verb for MapCommand {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
         let ending = match self {
             Self::Convert { from, to } => convert_plan(&from, &to)?,
+            Self::Info { picture } => print_picture(&picture, format)?,
+            Self::Import(arguments) => import::import_plan(&arguments, format)?,
+            Self::Export(arguments) => export::export_plan(&arguments, format)?,
             Self::Symbol { code, out } => print_symbol(&code, out.as_deref(), format)?,
         };
         Ok(ending.into())
@@ -50,30 +87,13 @@ impl Verb for MapCommand {
 /// # Errors
 /// If a file cannot be read or written, or the other format has no place for the plan.
 fn convert_plan(from: &Path, to: &Path) -> Result<CommandEnding> {
-    let (source, target) = (format_of(from)?, format_of(to)?);
-    let text = std::fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
-    let Ok(text) = String::from_utf8(text) else {
-        bail!("{} is not text in UTF-8", from.display());
-    };
-    let plan = read_plan(&text, source).with_context(|| from.display().to_string())?;
+    let target = format_of(to)?;
+    let plan = load_plan(from)?;
     let (text, lost) = write_plan(&plan, target).with_context(|| to.display().to_string())?;
     std::fs::write(to, text).with_context(|| format!("cannot write {}", to.display()))?;
     print_notes(from, &plan.notes);
     print_notes(to, &lost);
     Ok(CommandEnding::Fine)
-}
-
-fn print_notes(path: &Path, notes: &[PlanNote]) {
-    for note in notes {
-        print_notice(format!("{}: {note}", path.display()));
-    }
-}
-
-fn format_of(path: &Path) -> Result<PlanFormat> {
-    PlanFormat::of_file_name(&path.to_string_lossy()).with_context(|| {
-        let ends: Vec<_> = PlanFormat::ALL.iter().map(|format| format.extensions()[0]).collect();
-        format!("{}: end the name with .{}", path.display(), ends.join(", ."))
-    })
 }
 
 /// Prints the meaning of a symbol's code, and writes its drawing.

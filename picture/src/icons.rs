@@ -39,6 +39,8 @@ pub enum Icon {
     System,
     /// Two places with a transition.
     Mission,
+    /// A pin on a folded sheet: the map.
+    Map,
     /// A pulse: what runs.
     Live,
     /// A sheet with an arrow: open.
@@ -54,7 +56,7 @@ pub enum Icon {
 }
 
 /// All signs.
-pub const ICONS: [Icon; 20] = [
+pub const ICONS: [Icon; 21] = [
     Icon::Save,
     Icon::Undo,
     Icon::Redo,
@@ -69,6 +71,7 @@ pub const ICONS: [Icon; 20] = [
     Icon::Pause,
     Icon::System,
     Icon::Mission,
+    Icon::Map,
     Icon::Live,
     Icon::Open,
     Icon::Help,
@@ -226,6 +229,19 @@ fn draw_icon(pen: Pen, icon: Icon) -> Vec<Shape> {
             pen.circle(0.82, 0.5, 0.14),
             pen.fill((0.46, 0.18), (0.57, 0.82)),
             pen.line([(0.36, 0.5), (0.68, 0.5)]),
+        ],
+        Icon::Map => vec![
+            pen.circle(0.5, 0.34, 0.22),
+            pen.dot(0.5, 0.34, 0.08),
+            pen.line([(0.31, 0.46), (0.5, 0.84), (0.69, 0.46)]),
+            pen.line([
+                (0.3, 0.66),
+                (0.06, 0.76),
+                (0.06, 0.96),
+                (0.94, 0.96),
+                (0.94, 0.76),
+                (0.7, 0.66),
+            ]),
         ],
         Icon::Live => vec![pen.line([
             (0.02, 0.55),

@@ -3,7 +3,7 @@
 
 use egui::{
     Button, Color32, CornerRadius, FontFamily, FontId, RichText, Stroke, Style, TextStyle, Theme,
-    Visuals, vec2,
+    Visuals, style::ScrollStyle, vec2,
 };
 
 /// Remarks, and the second lines of a block.
@@ -31,6 +31,8 @@ pub const TOUCH: f32 = 44.0;
 pub const CORNER: u8 = 4;
 /// Corners of windows, menus and cards.
 pub const WINDOW_CORNER: u8 = 8;
+/// Width of a scroll bar at which the pointer is.
+const SCROLL_BAR: f32 = 8.0;
 /// Width of the line around what has the focus.
 const FOCUS_WIDTH: f32 = 2.0;
 
@@ -248,6 +250,14 @@ fn style_window(style: &mut Style, colours: &ThemeColours, pointing: Pointing) {
     style.spacing.item_spacing = vec2(GAP, NEAR);
     style.spacing.button_padding = vec2(GAP, NEAR);
     style.interaction.tooltip_delay = 0.35;
+    // A bar has its own room next to what it scrolls, and shows at rest that there is more.
+    style.spacing.scroll = ScrollStyle {
+        floating_width: SCROLL_BAR / 2.0,
+        bar_width: SCROLL_BAR,
+        floating_allocated_width: SCROLL_BAR + NEAR,
+        dormant_handle_opacity: 0.6,
+        ..ScrollStyle::floating()
+    };
     if pointing == Pointing::Finger {
         style.spacing.button_padding = vec2(GAP + NEAR, GAP);
         style.spacing.interact_size = vec2(TOUCH, TOUCH);

@@ -2,11 +2,14 @@
 //! or clocks.
 
 mod lookups;
+mod readers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use armor_socket::FaultTable;
+use armor_wire::acting::Preface;
 use armor_wire::codec::encoded_len;
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode, Welcome};
 use armor_wire::peer::{PeerAction, PeerEvent, PeerId};
@@ -18,9 +21,12 @@ use crate::limits::{
 };
 use crate::refusals;
 use lookups::{Lookups, WaitingLookup};
+use readers::{ForeignHost, ReadDecision, ReaderTable, refuse_unknown_links};
 
 /// What the name of the launcher's connection begins with; its process id follows.
 const LAUNCHER_PREFIX: &str = "launcher-";
+/// The name of the connection on which configd reports the links of the file.
+const CONFIGD: &str = "configd";
 
 /// The actions that follow from an event.
 pub type Actions = Vec<PeerAction<RegistryReply>>;
@@ -42,6 +48,10 @@ pub struct RegistryDirectory {
     secret: Option<RunSecret>,
     /// Names that belong to processes of the launcher.
     reserved: BTreeSet<String>,
+    /// What the components on other hosts may read.
+    readers: ReaderTable,
+    /// Refusals of data that were logged.
+    read_faults: FaultTable<String>,
     actions: Actions,
 }
 
@@ -60,6 +70,12 @@ struct RegistryClient {
     is_proven: bool,
     /// It has proven that it is the launcher.
     is_launcher: bool,
+    /// It has proven that it is configd.
+    is_configd: bool,
+    /// The other host on which it runs.
+    host: Option<ForeignHost>,
+    /// The data that it may read, whatever the file says by now; only of a process of another host.
+    granted: BTreeSet<String>,
 }
 
 impl RegistryDirectory {
@@ -75,6 +91,8 @@ impl RegistryDirectory {
             lookups: Lookups::default(),
             secret: None,
             reserved: BTreeSet::new(),
+            readers: ReaderTable::default(),
+            read_faults: FaultTable::default(),
             actions: Vec::new(),
         }
     }
@@ -87,8 +105,8 @@ impl RegistryDirectory {
     /// Handles an event and returns the resulting actions.
     pub fn handle(&mut self, event: PeerEvent<RegistryRequest>, now: Duration) -> Actions {
         match event {
-            PeerEvent::Connected { peer, address, hello, .. } => {
-                self.welcome_client(peer, address, hello, now);
+            PeerEvent::Connected { peer, address, hello, preface } => {
+                self.welcome_client(peer, address, hello, preface.as_ref(), now);
             }
             PeerEvent::Message { peer, arrived, message } => {
                 if let Some(client) = self.clients.get_mut(&peer) {
@@ -106,7 +124,14 @@ impl RegistryDirectory {
         std::mem::take(&mut self.actions)
     }
 
-    fn welcome_client(&mut self, peer: PeerId, address: SocketAddr, hello: Hello, now: Duration) {
+    fn welcome_client(
+        &mut self,
+        peer: PeerId,
+        address: SocketAddr,
+        hello: Hello,
+        preface: Option<&Preface>,
+        now: Duration,
+    ) {
         let is_proven = self.secret.is_some_and(|secret| secret.key_of(&hello.from).verify(&hello))
             && hello.purpose.entry().is_none_or(|entry| entry.name == hello.from);
         let admitted = match hello.purpose {
@@ -135,7 +160,9 @@ impl RegistryDirectory {
             self.holders.insert(entry.name.clone(), peer);
             self.notify_watchers(&RegistryReply::Appeared { entry: entry.clone() });
         }
-        let is_launcher = is_proven && entry.is_none() && hello.from.starts_with(LAUNCHER_PREFIX);
+        let is_daemon = is_proven && entry.is_none();
+        let is_launcher = is_daemon && hello.from.starts_with(LAUNCHER_PREFIX);
+        let is_configd = is_daemon && hello.from == CONFIGD;
         let (from, provides) = (refusals::quote_text(&hello.from), BTreeSet::new());
         let name = entry.as_ref().map(|entry| entry.name.clone());
         let client = RegistryClient {
@@ -146,6 +173,9 @@ impl RegistryDirectory {
             watches: false,
             is_proven,
             is_launcher,
+            is_configd,
+            host: ForeignHost::of(preface),
+            granted: BTreeSet::new(),
         };
         self.clients.insert(peer, client);
         for lookup in name.map(|name| self.lookups.take_waiting(&name)).unwrap_or_default() {
@@ -215,6 +245,7 @@ impl RegistryDirectory {
             }
             RegistryRequest::Beat => {}
             RegistryRequest::Reserve { names } => self.reserve_names(peer, names),
+            RegistryRequest::Readers { readers } => self.take_readers(peer, readers),
         }
     }
 
@@ -225,9 +256,12 @@ impl RegistryDirectory {
             self.reserved = names.into_iter().take(MAX_COMPONENTS).collect();
             return;
         }
-        let reason = "only the launcher of this run reserves names".to_owned();
-        self.forget_client(peer, &reason);
-        self.actions.push(PeerAction::Close { peer, reason });
+        self.close_client(peer, "only the launcher of this run reserves names");
+    }
+
+    fn close_client(&mut self, peer: PeerId, reason: &str) {
+        self.forget_client(peer, reason);
+        self.actions.push(PeerAction::Close { peer, reason: reason.into() });
     }
 
     fn provide_data(&mut self, peer: PeerId, request: u64, entry: DataEntry) {
@@ -246,7 +280,7 @@ impl RegistryDirectory {
         let name = entry.data.clone();
         self.data.insert(name.clone(), (entry, peer));
         for lookup in waiting {
-            self.answer_lookup(&lookup, &name);
+            self.answer_lookup(lookup, &name);
         }
     }
 
@@ -283,13 +317,25 @@ impl RegistryDirectory {
     }
 
     fn look_up_data(&mut self, lookup: WaitingLookup, data: String, wait: bool) {
-        if self.data.contains_key(&data) {
-            return self.answer_lookup(&lookup, &data);
-        }
         if let Some((holder, ..)) = self.find_holder(&data) {
             return self.answer_with_process(&lookup, holder);
         }
         let (peer, request) = (lookup.peer, lookup.request);
+        // The name of a process contains no dot, and who runs is no secret.
+        let is_readable = match data.contains('.').then(|| self.decide_read(peer, &data)) {
+            None | Some(ReadDecision::Allowed) => true,
+            Some(ReadDecision::Unknown) if wait => false,
+            Some(ReadDecision::Unknown) => {
+                let refusal = refuse_unknown_links();
+                return self.send_reply(peer, RegistryReply::Refused { request, refusal });
+            }
+            Some(ReadDecision::Refused(refusal)) => {
+                return self.send_reply(peer, RegistryReply::Refused { request, refusal });
+            }
+        };
+        if is_readable && self.data.contains_key(&data) {
+            return self.answer_lookup(lookup, &data);
+        }
         let outcome = if wait {
             self.lookups.add_lookup(lookup, data)
         } else {
@@ -305,8 +351,21 @@ impl RegistryDirectory {
         }
     }
 
-    /// Answers a lookup of registered data.
-    fn answer_lookup(&mut self, lookup: &WaitingLookup, data: &str) {
+    /// Answers a lookup of registered data; one that may not be answered yet waits on.
+    fn answer_lookup(&mut self, lookup: WaitingLookup, data: &str) {
+        let (peer, request) = (lookup.peer, lookup.request);
+        let outcome = match self.decide_read(peer, data) {
+            ReadDecision::Allowed => return self.answer_reader(&lookup, data),
+            ReadDecision::Refused(refusal) => Err(refusal),
+            ReadDecision::Unknown => self.lookups.add_lookup(lookup, data.to_owned()),
+        };
+        if let Err(refusal) = outcome {
+            self.send_reply(peer, RegistryReply::Refused { request, refusal });
+        }
+    }
+
+    /// Answers a lookup of data that the client may read.
+    fn answer_reader(&mut self, lookup: &WaitingLookup, data: &str) {
         let Some((entry, holder)) = self.data.get(data) else { return };
         let provider = self.clients.get(holder).and_then(|client| client.entry.as_ref());
         let (Some(provider), Some(asker)) = (provider, self.clients.get(&lookup.peer)) else {
@@ -314,7 +373,9 @@ impl RegistryDirectory {
         };
         let request = lookup.request;
         let reply = if lookup.schema.is_empty() || lookup.schema == entry.schema {
-            RegistryReply::Found { request, entry: entry.clone(), provider: provider.clone() }
+            let (entry, provider) = (entry.clone(), provider.clone());
+            let key = self.grant_link(lookup.peer, data, &provider);
+            RegistryReply::Found { request, entry, provider, key }
         } else {
             let asker = asker.entry.as_ref().map_or(asker.from.as_str(), |entry| &entry.name);
             let refusal = refusals::refuse_mismatch((asker, &lookup.schema), entry, provider);
@@ -331,10 +392,8 @@ impl RegistryDirectory {
         };
         let (data, nothing) = (provider.name.clone(), String::new());
         let entry = DataEntry { data, type_name: nothing.clone(), schema: nothing, latched: false };
-        self.send_reply(
-            lookup.peer,
-            RegistryReply::Found { request: lookup.request, entry, provider },
-        );
+        let request = lookup.request;
+        self.send_reply(lookup.peer, RegistryReply::Found { request, entry, provider, key: None });
     }
 
     fn send_listing(&mut self, peer: PeerId, request: u64) {

@@ -47,6 +47,18 @@ pub(crate) fn refuse_reserved(name: &str) -> Refusal {
     build_refusal(RefusalCode::DuplicateName, text)
 }
 
+/// Another host asks for data that the file leads to none of its components.
+pub(crate) fn refuse_reader(host: &str, components: &[String], data: &str) -> Refusal {
+    let (data, there) = (quote_text(data), components.join(", "));
+    let to = components.first().map_or("COMPONENT", |component| component);
+    let text = format!(
+        "reading {data} is not for the host {host}: no link of the file leads it to a component there \
+         ({there}), and none of these reads all data; add a link to one of them, such as \
+         to=\"{to}.INPUT\""
+    );
+    build_refusal(RefusalCode::Role, text)
+}
+
 /// Describes a process for people: "lidar (kind sim, process 12 on robot, at 127.0.0.1:4000)".
 pub(crate) fn describe_process(entry: &ComponentEntry) -> String {
     let ComponentEntry { name, kind, pid, host, endpoint, .. } = entry;

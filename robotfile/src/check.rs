@@ -10,6 +10,7 @@ mod crossed;
 mod cut_short;
 mod dates;
 mod drawn;
+mod drawn_zones;
 mod effectless;
 mod ending;
 mod endless;
@@ -42,6 +43,7 @@ mod reports;
 mod short_times;
 mod starved;
 mod system;
+mod times;
 mod transition;
 mod twice;
 mod unawaited_ends;
@@ -65,10 +67,11 @@ use crate::overrides::{self, Override};
 use crate::source::Location;
 
 pub use dates::passed_dates;
-pub use frames::{BASE_FRAME, MOVING_FRAMES, fill_frames};
+pub use frames::{BASE_FRAME, MOVING_FRAMES};
 pub use guards::within;
 pub use paths::{NeededPath, needed_paths};
 pub use system::RESERVED_NAMES;
+pub use times::check_times;
 
 /// Applies the overrides to the file and checks the result; without manifests only the file itself
 /// is checked. The findings are sorted by file and line.
@@ -95,7 +98,7 @@ pub fn check(
             manifests::check(configuration, manifests, &mut found);
             manifests::explain_attributes(&configuration.system, manifests, &mut findings);
             undeclared::explain(configuration, Some(manifests), &mut found);
-            fill_frames(configuration, manifests);
+            fill_parameters(configuration, manifests);
         } else {
             undeclared::explain(configuration, None, &mut found);
         }
@@ -119,6 +122,14 @@ pub fn check(
     }
     reading.findings = findings.finish();
     reading
+}
+
+/// Gives the components what the file states once for all of them, as if it assigned their parameters:
+/// its frames, and the zones of its map. [`check`](crate::check()) does it; a caller does it for a
+/// configuration that is not checked.
+pub fn fill_parameters(configuration: &mut Configuration, manifests: &Manifests) {
+    frames::fill_frames(configuration, manifests);
+    drawn_zones::fill_zones(configuration, manifests);
 }
 
 /// Drops findings about end tags whose start tag is misspelt, which is a finding already.
@@ -246,6 +257,7 @@ fn without_errors(
     for mission in configuration.missions() {
         layout::check_mission(mission, findings);
         short_times::check(mission, &configuration.system, findings);
+        times::check(mission, &configuration.system, findings);
         let is_main = configuration.mission.as_ref().is_some_and(|it| std::ptr::eq(it, mission));
         ending::check(mission, is_main, findings);
         // With its sub-missions it may be larger than a mission may be, which is a finding then.

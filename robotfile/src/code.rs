@@ -12,6 +12,8 @@ pub enum FindingOrigin {
     File,
     /// The launcher, from the component directories.
     ComponentDirectories,
+    /// The crate `armor-ground`, from the grid of the map.
+    Ground,
     /// The executive, from the proof of the mission.
     Proof,
 }
@@ -227,6 +229,16 @@ codes! {
         StartUnknown = "W0310", "a route from an unknown start";
         LineCrossed = "E0311", "a leg across a boundary or a limit";
         DrawnIncomplete = "E0312", "a stay, an exit or a zone that lacks its condition";
+        TimesConflict = "E0313", "times of routes that exclude each other";
+        MeetingsInCircle = "E0314", "meetings that wait for each other";
+        TimeMayLack = "W0315", "a limit that the slowest drive misses";
+        BatteryEmpty = "E0316", "a battery that does not last to the rally point";
+        BatteryOpen = "W0317", "a route of which it is not known whether the battery lasts";
+    }
+    "Routes over the known grid" from Ground {
+        PathBlocked = "E0318", "a drive to which the known grid has no path";
+        RallyFarther = "W0319", "a rally point that is not the nearest by path";
+        GridUnreadable = "E0320", "a grid of the map that cannot be read";
     }
     "Guards and variables" from File {
         GuardSyntax = "E0230", "a guard that cannot be read";

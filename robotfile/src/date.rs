@@ -26,6 +26,16 @@ impl Date {
         Self { ns: as_nanoseconds(time) }
     }
 
+    /// Returns the moment that is so many nanoseconds after the beginning of 1970.
+    pub(crate) fn after_1970_ns(ns: i128) -> Self {
+        Self { ns }
+    }
+
+    /// Returns the nanoseconds since the beginning of 1970; negative before.
+    pub(crate) fn since_1970_ns(self) -> i128 {
+        self.ns
+    }
+
     /// Returns the moment that is `time` later.
     #[must_use]
     pub fn later(self, time: Duration) -> Self {

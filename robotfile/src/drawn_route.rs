@@ -31,6 +31,10 @@ pub struct DrawnRoute {
     pub safe: Option<Spanned<String>>,
     /// The radius of the robot, added to every margin.
     pub radius: Clearance,
+    /// By which share the mean speed of a drive may differ from its speed.
+    pub tolerance: f64,
+    /// How long its battery lasts from the beginning of the route.
+    pub endurance: Option<Spanned<Duration>>,
     /// How long the robot waits at a rally point for the operator to resume the leg.
     pub patience: Option<Spanned<Duration>>,
     /// How long the drive to a rally point may take.
@@ -42,6 +46,10 @@ pub struct DrawnRoute {
     /// The `<route>` tag.
     pub at: Location,
 }
+
+/// The share by which the mean speed of a drive may differ from its speed, if the route states none: a
+/// robot accelerates, turns and drives around corners.
+pub const USUAL_TOLERANCE: f64 = 0.2;
 
 /// A parameter, output or report of a component: `component.name`.
 #[derive(Clone, Debug)]
@@ -83,6 +91,8 @@ pub struct DrawnLeg {
     pub to: Spanned<String>,
     /// The speed, as written.
     pub speed: Option<Spanned<String>>,
+    /// Whether it is driven along the straight line; otherwise on any free path.
+    pub is_straight: bool,
     /// How long it may take.
     pub by: Option<Spanned<Duration>>,
     /// The robot does not continue from the point before this date.

@@ -24,7 +24,7 @@ pub(crate) use attribute::quote;
 pub use document::Document;
 pub use element_edits::ElementEdit;
 pub use error::EditError;
-pub use item::Item;
+pub use item::{Derivation, Item};
 pub use layout::Position;
 pub(crate) use mention::mentions;
 pub use new_element::NewElement;

@@ -48,6 +48,8 @@ pub mod site_map;
 mod source;
 mod start_tag;
 mod suggestion;
+mod time_words;
+pub mod timing;
 mod trace;
 pub mod tree;
 mod typed_manifests;
@@ -55,13 +57,13 @@ mod unreadable;
 mod xml;
 
 pub use check::{
-    BASE_FRAME, MOVING_FRAMES, NeededPath, RESERVED_NAMES, check, fill_frames, needed_paths,
-    passed_dates, within,
+    BASE_FRAME, MOVING_FRAMES, NeededPath, RESERVED_NAMES, check, check_times, fill_parameters,
+    needed_paths, passed_dates, within,
 };
 pub use code::{Code, CodeSection, FindingOrigin};
 pub use date::{Date, format_date};
 pub use difference::{Change, Difference, Subject, differences};
-pub use edit::{Document, EditError, ElementEdit, Item, NewElement, Position};
+pub use edit::{Derivation, Document, EditError, ElementEdit, Item, NewElement, Position};
 pub use finding::{Finding, Severity};
 pub use findings::{Findings, MAX_FINDINGS};
 pub use flatten::{list_scopes, submission_prefix};
@@ -73,10 +75,15 @@ pub use model::{Configuration, System};
 pub use offered_edit::OfferedEdit;
 pub use overrides::Override;
 pub use page::PageExample;
-pub use read::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
+pub use read::{
+    MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS, MAX_MAP_CORNERS, MAX_RALLIES, MAX_ROUTE_STEPS, MAX_ROUTES,
+    MAX_SHAPE_CORNERS, MAX_ZONES,
+};
 pub use render::Colours;
+pub use route::{DrivePurpose, RouteDrive, list_drives};
 pub use source::{Location, Source, Span, Spanned};
 pub use suggestion::{advise_similar, suggest_similar};
+pub use time_words::time_in_words;
 pub use trace::{FiringTrace, MissionDuration};
 pub use typed_manifests::TypedManifests;
 pub use xml::{MAX_ATTRIBUTES, MAX_DEPTH, MAX_FILE_BYTES, MAX_PIECES, parse_tree};

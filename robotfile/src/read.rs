@@ -22,7 +22,10 @@ use crate::model::System;
 use crate::source::{Location, Source};
 use crate::tree::Element;
 
-pub use limits::{MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS};
+pub use limits::{
+    MAX_ELEMENTS, MAX_FRAMES, MAX_LINKS, MAX_MAP_CORNERS, MAX_RALLIES, MAX_ROUTE_STEPS, MAX_ROUTES,
+    MAX_SHAPE_CORNERS, MAX_ZONES,
+};
 
 /// The contents of one file.
 pub(crate) struct Contents {

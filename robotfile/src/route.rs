@@ -3,10 +3,12 @@
 //! name, so that other steps may come and go without another name for them.
 
 pub(crate) mod clear;
+mod drives;
 mod exits;
 mod net;
 mod pieces;
 
+pub use drives::{DrivePurpose, RouteDrive, list_drives};
 pub(crate) use exits::{ExitTarget, find_exit_target};
 pub(crate) use net::{add_nets, find_partner};
 pub(crate) use pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};

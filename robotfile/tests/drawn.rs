@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use armor_robotfile::{Code, Document, Item, Mission, Reading, check, read};
+use armor_robotfile::{Code, Document, Item, Mission, Position, Reading, check, read};
 
 const SYSTEM: &str = "<system><component name='way' kind='patrol'/><component name='path' \
                       kind='patrol'/><component name='driver' kind='driver'/></system>";
@@ -196,6 +196,46 @@ fn a_route_written_out_is_the_same_net_under_plain_names() {
     assert_eq!(expanded.transitions.len(), drawn.transitions.len());
     let checks: Vec<_> = expanded.checks.iter().map(|check| check.value.as_str()).collect();
     assert_eq!(checks, ["never red-l1 and red-l2", "fires(red-l1-late)"]);
+}
+
+#[test]
+fn what_is_derived_from_a_route_is_shown_anywhere_and_changed_at_its_line_only() {
+    let check = "<place name='hold'/><check>fires(red.l1.late)</check>";
+    let text = file("", LEGS).replace("<place name='hold'/>", check);
+    let mut document = Document::open(Path::new("a.xml"), text.as_bytes()).unwrap();
+    let (place, late) = (Item::Place("red.l1"), Item::Transition("red.l1.late"));
+    let refusals = [
+        document.remove(place),
+        document.remove(late),
+        document.rename(late, "red.l1.slow"),
+        document.rename(place, "first"),
+        document.set_attribute(place, "initial", Some("true")),
+        document.set_attribute(Item::Place("red.end"), "initial", Some("true")),
+    ];
+    for (refusal, from) in refusals.into_iter().zip([
+        "leg l1 of route red",
+        "leg l1 of route red",
+        "leg l1 of route red",
+        "leg l1 of route red",
+        "leg l1 of route red",
+        "red.end is derived from route red",
+    ]) {
+        let refusal = refusal.unwrap_err().to_string();
+        assert!(refusal.contains(from) && refusal.contains("a.xml:"), "{refusal}");
+    }
+    let unknown = document.remove(Item::Place("blue")).unwrap_err().to_string();
+    assert!(unknown.contains("there is no place blue"), "{unknown}");
+    assert_eq!(document.bytes(), text.as_bytes());
+
+    let at = |x: f64| Some(Position { x, y: 20.0 });
+    document.set_positions(&[(place, at(10.0)), (late, at(30.0))]).unwrap();
+    let shown = String::from_utf8(document.bytes().to_vec()).unwrap();
+    assert_eq!(document.position(late), at(30.0), "{shown}");
+    assert!(codes(&shown).is_empty(), "{shown}");
+    document.expand_routes(&mission(&shown)).unwrap();
+    let written = String::from_utf8(document.bytes().to_vec()).unwrap();
+    assert_eq!(document.position(Item::Transition("red-l1-late")), at(30.0), "{written}");
+    assert!(!written.contains("red.l1"), "{written}");
 }
 
 #[test]

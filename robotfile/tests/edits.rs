@@ -43,6 +43,22 @@ fn a_parameter_is_set_added_and_removed_in_its_line() {
 }
 
 #[test]
+fn a_comment_stands_above_its_new_element() {
+    let new = NewElement::new("x").comment("why -- <a> --->").comment("line\nbreak");
+    let child = NewElement::new("y").child(NewElement::new("z").comment("inner"));
+    check(
+        "<a>\n  <b/>\n</a>",
+        |d| d.insert_elements(&[], 1, &[new, child]),
+        "<a>\n  <b/>\n  <!-- why - - <a> - - -> -->\n  <!-- line break -->\n  <x/>\n  <y>\n    \
+         <!-- inner -->\n    <z/>\n  </y>\n</a>",
+    );
+    // On one line there is no place for a line of its own.
+    let mut document = open("<a><b/></a>");
+    document.insert_element(&[], 1, &NewElement::new("x").comment("-")).unwrap();
+    assert_eq!(text(&document), "<a><b/><!-- - --><x/></a>");
+}
+
+#[test]
 fn an_element_is_put_where_its_neighbours_are() {
     let new = || NewElement::new("x").attribute("n", "1");
     for (before, index, after) in [
@@ -464,4 +480,71 @@ fn a_frame_is_added_measured_renamed_and_removed() {
     assert_eq!(text(&document), with.replace("mast", "tower"), "also where it is a parent");
     document.remove_all(&[Item::Frame("laser"), Item::Frame("tower")]).unwrap();
     assert_eq!(text(&document), before);
+}
+
+const ROUTED: &str = r#"<armor version="1">
+  <mission>
+    <map>
+      <point name="P1" at="1 2"/>
+    </map>
+    <route name="red" mover="way.route">
+      <leg name="l1" to="P1"/>
+      <stay name="s1" for="2s"/> <!-- look around -->
+      <otherwise on="late" do="hold"/>
+    </route>
+    <route name="blue" mover="way.route">
+      <leg name="l1" to="P1"/>
+    </route>
+    <check>never red.l1 and blue.l1</check>
+    <check>fires(red.l1.late)</check>
+    <layout>
+      <block of="red.l1" x="1" y="2"/>
+      <block transition="red.l1.late" x="1" y="2"/>
+    </layout>
+  </mission>
+</armor>
+"#;
+
+#[test]
+fn a_leg_is_put_behind_the_last_step_or_before_another() {
+    let behind = "look around -->\n      <leg name=\"l2\" to=\"P1\"/>";
+    let after = ROUTED.replace("look around -->", behind);
+    check(ROUTED, |d| d.add(Item::Step { route: "red", step: "l2" }, &[("to", "P1")]), &after);
+    let before = "<leg name=\"l2\" to=\"P1\"/>\n      <stay";
+    let after = ROUTED.replace("<stay", before);
+    check(ROUTED, |d| d.add_leg("red", "l2", Some("s1"), &[("to", "P1")]), &after);
+    let mut document = open(ROUTED);
+    let taken = document.add_leg("red", "s1", None, &[]).unwrap_err();
+    assert!(taken.to_string().starts_with("step s1 of route red exists already"), "{taken}");
+    assert!(document.add_leg("green", "l2", None, &[]).is_err());
+    assert!(document.add_leg("red", "l2", Some("l9"), &[]).is_err());
+    assert!(document.add_leg("red", "l 2", None, &[]).is_err());
+    assert_eq!(text(&document), ROUTED);
+}
+
+#[test]
+fn a_step_is_renamed_with_what_is_derived_from_it_and_a_step_of_another_route_is_not() {
+    let after = ROUTED.replace(
+        "<leg name=\"l1\" to=\"P1\"/>\n      <stay",
+        "<leg name=\"first\" to=\"P1\"/>\n      <stay",
+    );
+    let after = after.replace("red.l1", "red.first");
+    check(ROUTED, |d| d.rename(Item::Step { route: "red", step: "l1" }, "first"), &after);
+    let after = ROUTED.replace("name=\"red\"", "name=\"green\"").replace("red.l1", "green.l1");
+    check(ROUTED, |d| d.rename(Item::Route("red"), "green"), &after);
+    let after = ROUTED.replace("\"P1\"", "\"door\"");
+    check(ROUTED, |d| d.rename(Item::MapPoint("P1"), "door"), &after);
+}
+
+#[test]
+fn a_step_that_a_check_names_stays_and_another_one_goes_with_its_line() {
+    let mut document = open(ROUTED);
+    let error = document.remove(Item::Step { route: "red", step: "l1" }).unwrap_err();
+    let EditError::StillNamed { at, .. } = &error else { panic!("{error}") };
+    assert_eq!(at.len(), 2, "{error}");
+    document.remove(Item::Step { route: "red", step: "s1" }).unwrap();
+    assert!(!text(&document).contains("<stay"));
+    let by = document.set_attribute(Item::Step { route: "blue", step: "l1" }, "by", Some("1min"));
+    by.unwrap();
+    assert!(text(&document).contains("<leg name=\"l1\" to=\"P1\" by=\"1min\"/>\n    </route>"));
 }

@@ -16,11 +16,20 @@ fn missions() -> PathBuf {
     folder().join("../missions")
 }
 
+/// Those of components that are not stock, next to them.
+const OTHERS: [&str; 4] = [
+    "../components/joystick/joystick.xml",
+    "../components/person-detector/person-detector.xml",
+    "../components/pose-filter/pose-filter.xml",
+    "../sdk/python/examples/office.xml",
+];
+
 fn examples() -> Vec<PathBuf> {
     let files = fs::read_dir(missions()).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<_> =
         files.filter(|path| path.extension().is_some_and(|e| e == "xml")).collect();
     files.push(folder().join("tests/everything.xml"));
+    files.extend(OTHERS.map(|file| folder().join(file)));
     assert!(files.len() >= 3);
     files
 }

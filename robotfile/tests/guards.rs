@@ -29,6 +29,7 @@ fn manifests() -> Manifests {
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,
+        reads_all: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
         frames: Vec::new(),

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod drawn;
+mod drawn_times;
+mod drawn_zones;
 mod edit_hostile;
 mod edit_sequences;
 mod edits;

@@ -74,6 +74,16 @@ impl AnyMessage {
         &self.message_type.name
     }
 
+    /// The schema of its type.
+    pub fn schema(&self) -> &str {
+        &self.message_type.schema
+    }
+
+    /// When it was created: system time in seconds.
+    pub fn stamp_s(&self) -> f64 {
+        self.stamp_s
+    }
+
     /// The encoded message.
     pub fn bytes(&self) -> &[u8] {
         &self.payload
@@ -86,10 +96,6 @@ impl AnyMessage {
 
     pub(crate) fn message_type(&self) -> &MessageType {
         &self.message_type
-    }
-
-    pub(crate) fn stamp_s(&self) -> f64 {
-        self.stamp_s
     }
 }
 

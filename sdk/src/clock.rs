@@ -68,6 +68,11 @@ impl SystemClock {
             let followed_s = f64::from_bits(self.followed_bits.load(Ordering::Relaxed));
             return if followed_s.is_nan() { 0.0 } else { followed_s };
         }
+        self.registry_time_s()
+    }
+
+    /// The registry's time in seconds, also where system time follows data.
+    pub fn registry_time_s(&self) -> f64 {
         monotonic_s() + f64::from_bits(self.offset_bits.load(Ordering::Relaxed))
     }
 

@@ -38,6 +38,10 @@ pub trait Component: Sized + Send + 'static {
     /// file that gives it none.
     const NEEDS_RATE: bool = false;
 
+    /// Whether it reads data of the system to which no link leads, as a recorder does. Where the file places
+    /// such a component on another host, that host may read all data.
+    const READS_ALL: bool = false;
+
     /// Groups of inputs and parameters of which one must be fed or given, such as the sources of a
     /// camera's pictures.
     const NEEDS_ONE_OF: &'static [&'static [&'static str]] = &[];

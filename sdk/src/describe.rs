@@ -97,6 +97,7 @@ pub(crate) fn describe_kind(
         value_effects: kind.value_effects.clone(),
         frames: kind.frames.clone(),
         controllable: participant.lifecycle.is_controllable(),
+        reads_all: kind.reads_all,
         protocol: Some(VERSION),
     };
     faults.extend(manifest.validate().err().into_iter().flat_map(|faults| faults.0));

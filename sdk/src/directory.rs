@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 pub use armor_socket::{HostPlace, adopt_place};
 use armor_socket::{own_key, random_id};
 use armor_wire::hello::{Hello, Purpose, Refusal, RefusalCode};
-use armor_wire::registry::{ComponentEntry, DataEntry, RegistryRequest};
+use armor_wire::registry::{ComponentEntry, DataEntry, DataReader, RegistryRequest};
 use parking_lot::{Condvar, Mutex};
 use thiserror::Error;
 
@@ -264,6 +264,16 @@ impl Directory {
         if state.reserved.as_ref() != Some(&names) {
             state.send_request(&RegistryRequest::Reserve { names: names.clone() });
             state.reserved = Some(names);
+        }
+    }
+
+    /// Reports what the components may read on other hosts, in place of the report before, now and after
+    /// every restart of the registry. Only for configd, whose connection has that name.
+    pub fn report_readers(&self, readers: Vec<DataReader>) {
+        let mut state = self.inner.lock_state();
+        if state.readers.as_ref() != Some(&readers) {
+            state.send_request(&RegistryRequest::Readers { readers: readers.clone() });
+            state.readers = Some(readers);
         }
     }
 

@@ -51,11 +51,12 @@ use std::sync::Arc;
 use armor_wire::codec::EncodedPieces;
 use armor_wire::manifest::Manifest;
 use armor_wire::name::is_name;
-use armor_wire::schema::{self, Schema};
+use armor_wire::schema::{self, ANY_SCHEMA, Schema};
 use thiserror::Error;
 
 pub use crate::kind_declaration::{KindDeclaration, ThreadScope};
 
+use crate::any_message::AnyMessage;
 use crate::armor::Armor;
 use crate::call::{Call, Fault, Outcome};
 use crate::data::{Data, Header};
@@ -113,7 +114,8 @@ pub enum PortTypeError {
 }
 
 impl PortType {
-    /// Reads a schema in canonical form, such as `Count{count:u64}`.
+    /// Reads a schema in canonical form, such as `Count{count:u64}`; `Any{}` is that of a port of any
+    /// type, as [`AnyMessage`] declares it in Rust.
     ///
     /// # Errors
     /// [`PortTypeError`] if it is malformed, or not that of a struct or an enum.
@@ -147,6 +149,11 @@ impl PortType {
         &self.schema
     }
 
+    /// Whether a port with it takes or gives messages of any type.
+    pub fn is_any(&self) -> bool {
+        self.text() == ANY_SCHEMA
+    }
+
     /// The schema as text.
     pub fn text(&self) -> &str {
         &self.message_type.schema
@@ -172,7 +179,11 @@ impl ForeignArmor {
     /// As [`Armor::provide`].
     pub fn provide(&self, id: &str, of: &PortType, latched: bool) -> Result<(), DeclareError> {
         self.0.check_declaration(id)?;
-        self.0.participant.ports.add_encoded_output(id, &of.message_type, latched)
+        let ports = &self.0.participant.ports;
+        if of.is_any() {
+            return ports.add_output::<AnyMessage>(id, latched);
+        }
+        ports.add_encoded_output(id, &of.message_type, latched)
     }
 
     /// Declares an input. Only in the constructor. `required`: the file must feed it; `many`: any number
@@ -188,7 +199,11 @@ impl ForeignArmor {
         many: bool,
     ) -> Result<(), DeclareError> {
         self.0.check_declaration(id)?;
-        self.0.participant.ports.add_encoded_input(id, &of.message_type, required, many)
+        let ports = &self.0.participant.ports;
+        if of.is_any() {
+            return ports.add_input::<AnyMessage>(id, required, many);
+        }
+        ports.add_encoded_input(id, &of.message_type, required, many)
     }
 
     /// Explains what a port carries, in one line, for `armor describe` and the designer; as
@@ -239,6 +254,15 @@ impl ForeignArmor {
         let stamp_s = self.timestamp();
         let message = EncodedPieces(pieces);
         self.0.send_with_right(id, |ports| ports.publish_encoded(id, message, stamp_s))
+    }
+
+    /// Passes a message on, on an output that was declared with any type. Its bytes and its stamp stay as
+    /// they are. Otherwise as [`Armor::send_data`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn send_any(&self, id: &str, message: &AnyMessage) -> Result<Sent, SendError> {
+        self.0.send_data(id, message)
     }
 
     /// Reports that a thread which the component has started itself has failed: a failure of the
@@ -345,8 +369,8 @@ impl TestedComponent {
         Self::build_kind(kind, wrap(constructor), parameters)
     }
 
-    /// Hands an encoded message of this type, created now, to the component as data of `input`; of an
-    /// input that takes several sources as that of `source`, else of `test.INPUT`.
+    /// Hands an encoded message of this type, created now, to the component as data of `input`, which may
+    /// be one of any type; of an input that takes several sources as that of `source`, else of `test.INPUT`.
     ///
     /// # Errors
     /// As [`send_from`](Self::send_from).

@@ -35,6 +35,8 @@ pub struct KindDeclaration {
     pub ends_by_itself: bool,
     /// Whether it does nothing without a rate.
     pub needs_rate: bool,
+    /// Whether it reads data to which no link leads.
+    pub reads_all: bool,
     /// Groups of inputs and parameters of which one must be fed or given.
     pub needs_one_of: Vec<Vec<String>>,
     /// Inputs and the age from which on it takes their data for missing.
@@ -63,6 +65,7 @@ impl KindDeclaration {
             reports_done: true,
             ends_by_itself: false,
             needs_rate: false,
+            reads_all: false,
             needs_one_of: Vec::new(),
             stale_after: Vec::new(),
             value_effects: Vec::new(),
@@ -86,6 +89,7 @@ impl KindDeclaration {
             reports_done: C::REPORTS_DONE,
             ends_by_itself: C::ENDS_BY_ITSELF,
             needs_rate: C::NEEDS_RATE,
+            reads_all: C::READS_ALL,
             needs_one_of: groups.map(|ids| ids.iter().map(|id| (*id).into()).collect()).collect(),
             stale_after: C::STALE_AFTER.iter().map(own).collect(),
             value_effects: C::VALUE_EFFECTS.iter().map(|(name, it)| it.manifest(name)).collect(),

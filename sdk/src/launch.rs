@@ -275,6 +275,8 @@ fn run_component(
     let name = options.name.clone();
     let identity = ProcessIdentity { name, kind: kind.kind.clone(), instance: random_id() };
     let participant = Arc::new(Participant::new(identity, kind.declarations(), false)?);
+    // Before it is registered: a tool that finds it may ask immediately.
+    participant.ports.serve_calls();
     // Threads inherit the mark from the one that starts them: before any is started.
     participant.thread_panics.mark().mark_main_thread();
     participant.thread_panics.include_unmarked();

@@ -81,6 +81,7 @@ mod timeline;
 mod user_code;
 mod wake;
 
+pub mod call_trace;
 pub mod configuration;
 pub mod control;
 pub mod directory;

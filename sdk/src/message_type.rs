@@ -7,7 +7,7 @@ use armor_wire::registry::DataEntry;
 use armor_wire::schema::{self, ANY_NAME, ANY_SCHEMA};
 
 /// The type of the messages of a port that was declared without one.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct MessageType {
     pub name: String,
     pub schema: String,

@@ -26,7 +26,8 @@ pub use navigation::{
     Odometry, Path, SlamDiagnostics, Zone, ZoneRule, Zones,
 };
 pub use sensing::{
-    BatteryState, CompressedImage, CompressedImageView, Image, ImageView, Imu, LaserScan,
-    LaserScanView, NavSatFix, NavSatService, NavSatStatus, PowerSupplyStatus,
+    BatteryState, CompressedImage, CompressedImageView, Detection2D, Detection2DArray, Image,
+    ImageView, Imu, LaserScan, LaserScanView, NavSatFix, NavSatService, NavSatStatus,
+    PowerSupplyStatus,
 };
 pub use standard::{Count, Flag, Log, Number, Progress, Text};

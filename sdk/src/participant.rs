@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use armor_wire::control::{Answer, CurrentCall, RunState, Status};
 use armor_wire::manifest::{EventManifest, ParameterManifest};
 
+use crate::call_trace::CallTrace;
 use crate::calls::CallCounter;
 use crate::clock::SystemClock;
 use crate::configuration::requests::ParameterRequests;
@@ -83,12 +84,17 @@ impl Participant {
     ) -> std::io::Result<Self> {
         let identity = Arc::new(identity);
         let wakers = Arc::new(Wakers::new()?);
+        let clock = Arc::<SystemClock>::default();
         Ok(Self {
             events: declared.events,
             reports_done: declared.reports_done,
-            clock: Arc::default(),
             is_described,
-            ports: PortTable::new(Arc::clone(&identity), Arc::clone(&wakers)),
+            ports: PortTable::new(
+                Arc::clone(&identity),
+                Arc::clone(&wakers),
+                CallTrace::new(Arc::clone(&clock)),
+            ),
+            clock,
             parameters: ParameterRequests::new(
                 Arc::clone(&identity),
                 declared.parameters,

@@ -1,8 +1,8 @@
 //! The outputs and inputs that a component has declared.
 
 use std::any::TypeId;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use armor_wire::codec::{Encodable, EncodeError, EncodedPieces};
 use armor_wire::config::InputSettings;
@@ -12,6 +12,7 @@ use parking_lot::{Mutex, RwLock};
 use thiserror::Error;
 
 use crate::any_message::AnyMessage;
+use crate::call_trace::{CALLS, CallTrace, TracedCalls, calls_of};
 use crate::calls::current_call;
 use crate::identity::ProcessIdentity;
 use crate::link::input::InputPort;
@@ -111,10 +112,14 @@ pub(crate) struct PortTable {
     /// Outputs record what they publish: the component is under test.
     is_recording: AtomicBool,
     wakers: Arc<Wakers>,
+    /// What the component's calls receive and publish, for tools that ask.
+    pub trace: CallTrace,
+    /// The output on which tools get that, of a component that serves it.
+    calls_output: OnceLock<Arc<OutputPort>>,
 }
 
 impl PortTable {
-    pub fn new(identity: Arc<ProcessIdentity>, wakers: Arc<Wakers>) -> Self {
+    pub fn new(identity: Arc<ProcessIdentity>, wakers: Arc<Wakers>, trace: CallTrace) -> Self {
         Self {
             identity,
             outputs: RwLock::default(),
@@ -123,6 +128,8 @@ impl PortTable {
             gathering: AtomicBool::new(false),
             is_recording: AtomicBool::new(false),
             wakers,
+            trace,
+            calls_output: OnceLock::new(),
         }
     }
 
@@ -265,6 +272,41 @@ impl PortTable {
         self.outputs.read().clone()
     }
 
+    /// The declared outputs, and that of the calls.
+    pub fn served_outputs(&self) -> Vec<Arc<OutputPort>> {
+        let mut outputs = self.outputs();
+        outputs.extend(self.calls_output.get().cloned());
+        outputs
+    }
+
+    /// Serves the component's calls from now on to tools that ask for them.
+    pub fn serve_calls(&self) {
+        let output = OutputPort::new::<TracedCalls>(CALLS, &calls_of(&self.identity.name), false);
+        let _ = self.calls_output.set(Arc::new(output));
+    }
+
+    /// Reports the calls since the last report, and records further ones only for tools that are
+    /// linked.
+    pub fn report_calls(&self, stamp_s: f64) {
+        let Some(output) = self.calls_output.get() else { return };
+        self.trace.set_watched(output.has_links());
+        if let Some(report) = self.trace.take_report()
+            && let Err(error) = output.publish(
+                &report,
+                &PublishContext {
+                    stamp_s,
+                    instance: self.identity.instance,
+                    call: 0,
+                    gathered: &self.gathering,
+                    wake: &|| {},
+                    noted: &|_| {},
+                },
+            )
+        {
+            tracing::warn!("the calls of this component are not reported: {error}");
+        }
+    }
+
     pub fn inputs(&self) -> Vec<Arc<InputPort>> {
         self.inputs.read().clone()
     }
@@ -324,12 +366,20 @@ impl PortTable {
         message: &T,
         stamp_s: f64,
     ) -> Result<Sent, SendError> {
+        let traced_at_s = self.trace.time_s();
+        let noted = |sequence| {
+            if let Some(at_s) = traced_at_s {
+                self.trace.note_published(&output.id, sequence, at_s);
+            }
+        };
+        let wake = || self.wakers.wake_service();
         let origin = PublishContext {
             stamp_s,
             instance: self.identity.instance,
             call: current_call(),
             gathered: &self.gathering,
-            wake: &|| self.wakers.wake_service(),
+            wake: &wake,
+            noted: &noted,
         };
         output.publish(message, &origin).map_err(|error| SendError::NotEncoded {
             data: output.entry.data.clone(),
@@ -380,7 +430,7 @@ impl PortTable {
     pub fn flush_outputs(&self) -> bool {
         // Every output is flushed, also after one that cannot be written completely.
         let mut all_written = true;
-        for output in self.outputs() {
+        for output in self.served_outputs() {
             all_written &= output.flush_links();
         }
         all_written
@@ -388,7 +438,7 @@ impl PortTable {
 
     /// Ends every link.
     pub fn close_links(&self) {
-        for output in self.outputs() {
+        for output in self.served_outputs() {
             output.close_links();
         }
         for input in self.inputs() {
@@ -417,7 +467,8 @@ mod tests {
 
     fn table() -> PortTable {
         let identity = ProcessIdentity { name: "lamp".into(), kind: "lamp".into(), instance: 1 };
-        PortTable::new(Arc::new(identity), Arc::new(Wakers::new().unwrap()))
+        let trace = CallTrace::new(Arc::default());
+        PortTable::new(Arc::new(identity), Arc::new(Wakers::new().unwrap()), trace)
     }
 
     #[test]

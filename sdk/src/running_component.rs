@@ -10,6 +10,7 @@ use armor_wire::frame::DataHeader;
 use tracing::Level;
 
 use crate::call::{Call, Outcome};
+use crate::call_trace::TracedInput;
 use crate::calls::CalledFunction;
 use crate::data::{Data, Header};
 use crate::fed_input::FedInput;
@@ -94,12 +95,13 @@ impl RunningComponent {
         index: usize,
         header: DataHeader,
         lost: u64,
+        arrived_s: f64,
         payload: Payload<'_>,
     ) {
         if self.executes_on_data {
             self.pull_inputs();
         }
-        self.hand_over_data(index, header, lost, payload, self.executes_on_data);
+        self.hand_over_data(index, header, (lost, arrived_s), payload, self.executes_on_data);
     }
 
     /// Asks the publishers of all inputs that pull at once, and hands over what comes in time. What
@@ -121,7 +123,13 @@ impl RunningComponent {
             {
                 let taken = begun.map(|_| Instant::now());
                 let payload = item.payload.as_payload();
-                self.hand_over_data(index, item.header, item.lost, payload, false);
+                self.hand_over_data(
+                    index,
+                    item.header,
+                    (item.lost, item.arrived_s),
+                    payload,
+                    false,
+                );
                 handing_over += taken.map_or(Duration::ZERO, |taken| taken.elapsed());
             }
         }
@@ -141,7 +149,7 @@ impl RunningComponent {
         &mut self,
         index: usize,
         header: DataHeader,
-        lost: u64,
+        (lost, arrived_s): (u64, f64),
         payload: Payload<'_>,
         executes: bool,
     ) {
@@ -168,6 +176,15 @@ impl RunningComponent {
         let data = Data::of_input(payload, &self.inputs, index);
         let (code, participant) = (&mut self.code, &self.participant);
         let result = run_user_code(participant, CalledFunction::DataReceived, || {
+            participant.ports.trace.note_input(|| TracedInput {
+                input: header.id.into(),
+                data: header.data.into(),
+                instance: header.instance,
+                sequence: header.sequence,
+                stamp_s: header.stamp_s,
+                arrived_s,
+                lost,
+            });
             code.receive_data(&header, &data)?;
             if executes {
                 participant.calls.enter_exec();

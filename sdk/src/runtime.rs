@@ -10,7 +10,7 @@ use parking_lot::MutexGuard;
 
 use crate::call::Call;
 use crate::call_gate::CallGate;
-use crate::link::inbox::next_turn;
+use crate::link::inbox::{InboxItem, next_turn};
 use crate::link::input::InputPort;
 use crate::link::payload::Payload;
 use crate::participant::Participant;
@@ -34,9 +34,10 @@ impl EnteredComponent<'_> {
         index: usize,
         header: DataHeader,
         lost: u64,
+        arrived_s: f64,
         payload: Payload<'_>,
     ) {
-        self.0.deliver_data(index, header, lost, payload);
+        self.0.deliver_data(index, header, lost, arrived_s, payload);
     }
 }
 
@@ -130,7 +131,8 @@ impl Runtime {
             let has_rest = turn.oldest >= end
                 || self.inputs[turn.input].deliver_waiting(turn_end, |item| {
                     let payload = item.payload.as_payload();
-                    component.deliver_data(turn.input, item.header, item.lost, payload);
+                    let InboxItem { header, lost, arrived_s, .. } = *item;
+                    component.deliver_data(turn.input, header, lost, arrived_s, payload);
                     self.main_waits() || self.participant.lifecycle.has_orders() || is_tick_due()
                 });
             if has_rest {

@@ -88,7 +88,7 @@ impl ServiceThread {
     /// Waits until there is something to do. Returns whether it concerns an output's link.
     fn wait_for_work(&self) -> bool {
         let mut links = Vec::new();
-        for output in self.participant.ports.outputs() {
+        for output in self.participant.ports.served_outputs() {
             output.list_streams(&mut links);
         }
         let mut fds: Vec<PollFd<'_>> = links.iter().map(|(s, waits)| watched(s, *waits)).collect();
@@ -142,14 +142,15 @@ impl ServiceThread {
         }
         let now = self.participant.clock.monotonic();
         let beat = frame::signal(FrameKind::Beat);
-        for output in self.participant.ports.outputs() {
+        for output in self.participant.ports.served_outputs() {
             output.serve_links(now, &beat);
         }
         if self.last_look.elapsed() >= LOOK {
             self.last_look = Instant::now();
-            for output in self.participant.ports.outputs() {
+            for output in self.participant.ports.served_outputs() {
                 output.release_idle_memory();
             }
+            self.participant.ports.report_calls(self.participant.clock.timestamp());
             for input in self.participant.ports.inputs() {
                 input.check_silence();
             }

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use armor_socket::{is_temporary, random_id};
 use armor_wire::frame::{self, DataHeader, FrameError, FrameKind};
-use armor_wire::hello::{Hello, LinkRequest, Purpose};
+use armor_wire::hello::{HandshakeError, Hello, LinkRequest, Purpose, RefusalCode};
 use armor_wire::keep::{Keep, Wake};
 use armor_wire::liveness::{BEAT, LOOK, SILENCE};
+use armor_wire::registry::ComponentEntry;
 use armor_wire::schema::{self, Schema};
 use armor_wire::shared_memory::MemoryUse;
 use armor_wire::transport::Transport;
@@ -38,6 +39,36 @@ pub enum TapError {
     /// The link has ended.
     #[error("the link has ended: {0}")]
     Ended(String),
+}
+
+impl TapError {
+    /// Whether the provider does not have the data.
+    pub fn is_unknown_data(&self) -> bool {
+        let Self::Connect(ConnectError::Handshake { error, .. }) = self else { return false };
+        matches!(error, HandshakeError::Refused(refusal) if refusal.code == RefusalCode::UnknownData)
+    }
+}
+
+/// The hello of a link that one process asks for: its name and its start.
+fn link_hello(
+    provider: &ComponentEntry,
+    data: &str,
+    (from, instance): &(String, u64),
+    keep: Keep,
+) -> Hello {
+    let link = LinkRequest {
+        data: data.into(),
+        instance: provider.instance,
+        schema: String::new(),
+        schema_hash: 0,
+        keep,
+        wake: Wake::Sleep,
+        paused: false,
+        history: 1,
+        memory: MemoryUse::Never,
+        datagrams: false,
+    };
+    Hello::new(from, *instance, Purpose::Link { link })
 }
 
 /// One message, as published.
@@ -76,32 +107,39 @@ impl Tap {
         Self::open_from(directory, data, from, keep, timeout)
     }
 
+    /// Links to data that its provider does not register, such as its
+    /// [calls](crate::call_trace::CALLS).
+    ///
+    /// # Errors
+    /// [`TapError`] if the provider cannot be reached, or does not have the data.
+    pub fn open_unregistered(
+        provider: &ComponentEntry,
+        data: &str,
+        keep: Keep,
+    ) -> Result<Self, TapError> {
+        let from = (format!("{TOOL_PREFIX}{}", std::process::id()), random_id());
+        let hello = link_hello(provider, data, &from, keep);
+        Self::dial(provider, &hello, String::new())
+    }
+
     /// As [`Self::open`], in the name of a process: its name and its start.
     pub(crate) fn open_from(
         directory: &Directory,
         data: &str,
-        (from, instance): (String, u64),
+        from: (String, u64),
         keep: Keep,
         timeout: Duration,
     ) -> Result<Self, TapError> {
         let found = directory.find_provider(data, timeout)?;
-        let link = LinkRequest {
-            data: data.into(),
-            instance: found.provider.instance,
-            schema: String::new(),
-            schema_hash: 0,
-            keep,
-            wake: Wake::Sleep,
-            paused: false,
-            history: 1,
-            memory: MemoryUse::Never,
-            datagrams: false,
-        };
-        let hello = Hello::new(&from, instance, Purpose::Link { link });
-        let dialled = dial::dial_component(&found.provider, &hello, Transport::Auto)?;
+        let mut hello = link_hello(&found.provider, data, &from, keep);
+        found.prove_link(&mut hello);
+        Self::dial(&found.provider, &hello, found.entry.type_name)
+    }
+
+    fn dial(provider: &ComponentEntry, hello: &Hello, type_name: String) -> Result<Self, TapError> {
+        let dialled = dial::dial_component(provider, hello, Transport::Auto)?;
         let schema = schema::parse(&dialled.welcome.schema)?;
         let now = Instant::now();
-        let type_name = found.entry.type_name;
         Ok(Self { dialled, schema, type_name, heard: now, spoke: now, last: None })
     }
 

@@ -302,23 +302,22 @@ impl TestedComponent {
         source: &str,
         message: &T,
     ) -> Result<(), TestError> {
-        self.check_input_type::<T>(input, source)?;
+        self.check_input_type(input, &MessageType::of_message::<T>(source))?;
         let bytes = codec::encode(message)?;
         self.send_payload(input, source, &bytes)
     }
 
-    fn check_input_type<T: Message>(&self, input: &str, source: &str) -> Result<(), TestError> {
+    fn check_input_type(&self, input: &str, given: &MessageType) -> Result<(), TestError> {
         let inputs = self.participant.ports.inputs();
         let Some(declared) = inputs.iter().find(|port| port.id == input) else {
             return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
         };
         if let Some(learned) = &declared.learned {
-            let given = MessageType::of_message::<T>(source);
-            let known = learned.learn(given, input);
+            let known = learned.learn(given.clone(), input);
             let known = known.map_err(|problem| TestError::Refused { problem })?;
             known.map(|message_type| self.participant.ports.give_type(&message_type));
-        } else if declared.schema_hash != T::schema_hash() {
-            return Err(other_type("input", input, &declared.type_name, T::NAME));
+        } else if declared.schema_hash != given.schema_hash {
+            return Err(other_type("input", input, &declared.type_name, &given.name));
         }
         Ok(())
     }
@@ -338,7 +337,7 @@ impl TestedComponent {
         *sent += 1;
         let header = DataHeader { sequence, stamp_s: self.timestamp(), instance: 1, fresh: false };
         self.take_step(|component| {
-            component.deliver_data(index, header, 0, Payload::Buffer(bytes));
+            component.deliver_data(index, header, 0, 0.0, Payload::Buffer(bytes));
         })
     }
 
@@ -410,14 +409,11 @@ impl TestedComponent {
         message_type: &MessageType,
         bytes: &[u8],
     ) -> Result<(), TestError> {
-        let inputs = self.participant.ports.inputs();
-        let Some(declared) = inputs.iter().find(|port| port.id == input) else {
-            return Err(self.no_port("input", input, inputs.iter().map(|port| port.id.as_str())));
-        };
-        if declared.schema_hash != message_type.schema_hash {
-            return Err(other_type("input", input, &declared.type_name, &message_type.name));
-        }
         let source = source.map_or_else(|| default_source(input), Into::into);
+        self.check_input_type(
+            input,
+            &MessageType { data: source.clone(), ..message_type.clone() },
+        )?;
         self.send_payload(input, &source, bytes)
     }
 

@@ -45,9 +45,11 @@ pub(crate) fn run_user_code(
     code: impl FnOnce() -> Result<Outcome, Fault>,
 ) -> Result<Outcome, String> {
     let running = participant.calls.begin_call(function);
+    participant.ports.trace.begin_call(function.name());
     let result = catch_unwind(AssertUnwindSafe(code));
     drop(running);
     participant.ports.flush_gathered();
+    participant.ports.trace.end_call(!matches!(result, Ok(Ok(_))));
     match result {
         Ok(outcome) => outcome.map_err(|fault| fault.to_string()),
         Err(panic) => {

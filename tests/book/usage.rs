@@ -193,7 +193,9 @@ impl Usage {
                 Some(unknown) => Err(format!("there is no package {unknown}")),
                 None => Ok(()),
             },
-            "build" | "bench" | "install" | "fmt" | "clippy" | "add" | "fetch" => Ok(()),
+            "build" | "bench" | "install" | "publish" | "fmt" | "clippy" | "add" | "fetch" => {
+                Ok(())
+            }
             other => Err(format!("`cargo {other}` is not known to this test")),
         }
     }

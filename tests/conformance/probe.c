@@ -53,6 +53,9 @@ typedef struct self {
   int ticks, received, images, mixed;
   uint64_t published;
   armor_kept *kept;
+  armor_any *any;
+  // Of the data of `in`, by their count.
+  double stamps[64];
   double since_s;
 } self;
 
@@ -92,6 +95,9 @@ static int create(const armor_handle *armor, void *user) {
   ARMOR_TRY(ARMOR_SUBSCRIBE(armor, "many", armor_count, ARMOR_OPTIONAL | ARMOR_MANY));
   ARMOR_TRY(ARMOR_SUBSCRIBE(armor, "mixed_in", armor_mixed, ARMOR_OPTIONAL));
   ARMOR_TRY(ARMOR_SUBSCRIBE(armor, "image_in", armor_image, ARMOR_OPTIONAL));
+  ARMOR_TRY(armor_subscribe_schema(armor, "any_in", ARMOR_ANY, ARMOR_OPTIONAL | ARMOR_MANY));
+  ARMOR_TRY(armor_provide_schema(armor, "any_out", ARMOR_ANY, 0));
+  ARMOR_TRY(armor_provide_schema(armor, "any_last", ARMOR_ANY, ARMOR_LATCHED));
   if (is(it, "declare-twice")) ARMOR_TRY(ARMOR_PROVIDE(armor, "out", armor_count, 0));
   if (is(it, "declare-bad-name")) ARMOR_TRY(ARMOR_PROVIDE(armor, "7 up", armor_count, 0));
   if (is(it, "construct-fails")) return armor_fail("no hardware");
@@ -192,13 +198,37 @@ static int show_history(self *it, const armor_data *data) {
   return ARMOR_ERROR_NONE;
 }
 
+static int pass_on(self *it, const armor_header *header, const armor_data *data) {
+  armor_any *any = armor_any_received(data);
+  if (any == NULL) return ARMOR_ERROR_OTHER_TYPE;
+  const int sent = armor_send_any(it->armor, "any_out", any);
+  if (it->any != NULL) {
+    armor_any_free(any);
+    return sent;
+  }
+  it->any = any;
+  size_t len = 0;
+  armor_any_bytes(any, &len);
+  note("any type=%s schema=%s len=%zu stamp=%s", armor_any_type(any), armor_any_schema(any), len,
+       word(armor_any_stamp(any) == header->stamp_s));
+  return sent;
+}
+
+static void compare_stamps(self *it, const armor_header *header, uint64_t count) {
+  double *stamp_s = &it->stamps[count % ARMOR_COUNT(it->stamps)];
+  if (strcmp(header->id, "in") == 0) *stamp_s = header->stamp_s;
+  else if (*stamp_s == header->stamp_s) note("passed on with its stamp=true");
+}
+
 static int data_received(void *user, const armor_header *header, const armor_data *data) {
   self *it = user;
   it->received += 1;
   if (strcmp(header->id, "mixed_in") == 0) return receive_mixed(it, data);
   if (strcmp(header->id, "image_in") == 0) return receive_image(it, data);
+  if (strcmp(header->id, "any_in") == 0) return pass_on(it, header, data);
   armor_count count;
   ARMOR_TRY(ARMOR_DECODE(data, armor_count, &count));
+  if (is(it, "any-receiver")) compare_stamps(it, header, count.count);
   if (it->received <= 40) {
     note("data %s count=%llu lost=%llu from=%s", header->id, (unsigned long long)count.count,
          (unsigned long long)header->lost, header->data);
@@ -266,6 +296,9 @@ static armor_outcome work(self *it) {
     clock_gettime(CLOCK_REALTIME, &wall);
     const bool right = fabs(now_s - ((double)wall.tv_sec + (double)wall.tv_nsec / 1e9)) < 5.0;
     note("time right=%s passes=%s", word(right), word(now_s > it->since_s));
+  }
+  if (is(it, "any") && it->ticks == 5 && it->any != NULL) {
+    if (armor_send_any(it->armor, "any_last", it->any)) return armor_failed_with_last_error();
   }
   if (is(it, "sender")) {
     const armor_count count = {++it->published};

@@ -8,9 +8,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <thread>
 
+using armor::AnyMessage;
 using armor::messages::Count;
 using armor::messages::Image;
 using armor::messages::ImageView;
@@ -89,6 +91,9 @@ class Probe : public armor::Component {
     subscribe<Count>("many", "", ARMOR_OPTIONAL | ARMOR_MANY);
     subscribe<Mixed>("mixed_in", "", ARMOR_OPTIONAL);
     subscribe<Image>("image_in", "", ARMOR_OPTIONAL);
+    subscribe<AnyMessage>("any_in", "", ARMOR_OPTIONAL | ARMOR_MANY);
+    provide<AnyMessage>("any_out");
+    provide<AnyMessage>("any_last", "", ARMOR_LATCHED);
     declare_event("near", "something is near", true, "m");
     declare_event("over", "it is over");
     if (behaviour == "declare-twice") provide<Count>("out");
@@ -109,7 +114,9 @@ class Probe : public armor::Component {
     received_ += 1;
     if (header.id == "mixed_in") return receive_mixed(data.decode<Mixed>());
     if (header.id == "image_in") return receive_image(data);
+    if (header.id == "any_in") return pass_on(header, data.any());
     const auto count = data.decode<Count>().count;
+    if (behaviour == "any-receiver") compare_stamps(header, count);
     if (received_ <= 40) {
       note("data ", header.id, " count=", count, " lost=", header.lost, " from=", header.data);
     }
@@ -181,8 +188,23 @@ class Probe : public armor::Component {
       const double wall_s = std::chrono::duration<double>(wall).count();
       note("time right=", std::abs(now_s - wall_s) < 5.0, " passes=", now_s > since_s_);
     }
+    if (is("any", 5) && any_) send_data("any_last", any_);
     if (behaviour == "sender") send_data("out", Count{++published_});
     return armor::carry_on();
+  }
+
+  void pass_on(const armor::Header &header, const AnyMessage &message) {
+    if (!any_) {
+      any_ = message;
+      note("any type=", message.type_name(), " schema=", message.schema(), " len=", message.bytes().size(),
+           " stamp=", message.stamp_s() == header.stamp_s);
+    }
+    send_data("any_out", message);
+  }
+
+  void compare_stamps(const armor::Header &header, std::uint64_t count) {
+    if (header.id == "in") stamps_[count] = header.stamp_s;
+    else if (stamps_.count(count) > 0 && stamps_[count] == header.stamp_s) note("passed on with its stamp=true");
   }
 
   void receive_mixed(Mixed mixed) {
@@ -232,6 +254,9 @@ class Probe : public armor::Component {
   int ticks_ = 0, received_ = 0, images_ = 0, mixed_ = 0;
   std::uint64_t published_ = 0;
   armor::Kept kept_;
+  AnyMessage any_;
+  // Of the data of `in`, by their count.
+  std::map<std::uint64_t, double> stamps_;
   double since_s_ = 0.0;
 };
 

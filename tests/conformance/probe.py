@@ -7,7 +7,7 @@ import os
 import pathlib
 import sys
 import time
-from typing import Annotated, Any, List, Optional
+from typing import Annotated, Any, Dict, List, Optional
 
 import numpy
 from numpy.typing import NDArray
@@ -96,6 +96,9 @@ class Probe(armor.Component):
         self.subscribe("many", Count, optional=True, many=True)
         self.subscribe("mixed_in", Mixed, optional=True)
         self.subscribe("image_in", Image, optional=True)
+        self.subscribe("any_in", armor.AnyMessage, optional=True, many=True)
+        self.provide("any_out", armor.AnyMessage)
+        self.provide("any_last", armor.AnyMessage, latched=True)
         if self.behaviour == "declare-twice":
             self.provide("out", Count)
         if self.behaviour == "declare-bad-name":
@@ -104,6 +107,8 @@ class Probe(armor.Component):
             raise RuntimeError("no hardware")
         self.ticks = self.received = self.published = self.images = self.mixed = 0
         self.kept: Optional[Image] = None
+        self.any: Optional[armor.AnyMessage] = None
+        self.stamps: Dict[int, float] = {}
         self.since_s = 0.0
 
     def parameter_received(self, name: str, value: Any) -> None:
@@ -117,6 +122,10 @@ class Probe(armor.Component):
             return self.receive_mixed(data)
         if header.id == "image_in":
             return self.receive_image(data)
+        if header.id == "any_in":
+            return self.pass_on(header, data)
+        if self.behaviour == "any-receiver":
+            self.compare_stamps(header, data)
         if self.received <= 40:
             note(f"data {header.id} count={data.count} lost={header.lost} from={header.data}")
         if self.received == 1:
@@ -129,6 +138,21 @@ class Probe(armor.Component):
         if self.behaviour == "history-none" and self.received == 1:
             refusal(lambda: self.history("in"))
             refusal(lambda: self.history("none"))
+
+    def pass_on(self, header: armor.Header, message: armor.AnyMessage) -> None:
+        if self.any is None:
+            self.any = message
+            same = lower(message.stamp_s == header.stamp_s)
+            note(f"any type={message.type_name} schema={message.schema} len={len(message)} stamp={same}")
+        self.send_data("any_out", message)
+
+    def compare_stamps(self, header: armor.Header, data: Count) -> None:
+        if header.id == "in":
+            self.stamps[data.count] = header.stamp_s
+        elif data.count in self.stamps:
+            # Two sources have the same counts; one of them is the source of `in`.
+            if self.stamps[data.count] == header.stamp_s:
+                note("passed on with its stamp=true")
 
     def show_history(self) -> None:
         history = self.history("in")
@@ -207,6 +231,8 @@ class Probe(armor.Component):
             now_s = self.timestamp()
             right = abs(now_s - time.time()) < 5.0
             note(f"time right={lower(right)} passes={lower(now_s > self.since_s)}")
+        if place == ("any", 5) and self.any is not None:
+            self.send_data("any_last", self.any)
         if self.behaviour == "sender":
             self.published += 1
             self.send_data("out", Count(count=self.published))

@@ -1,6 +1,7 @@
 //! The probe of the conformance test in Rust, and its source of data. The probes in Python, C and C++ do
 //! the same: what a behaviour is, is in behaviours.json.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -88,6 +89,9 @@ struct Probe {
     images: u32,
     mixed: u32,
     kept: Option<Image>,
+    any: Option<AnyMessage>,
+    /// Of the data of `in`, by their count.
+    stamps: HashMap<u64, f64>,
     since_s: f64,
 }
 
@@ -132,6 +136,9 @@ impl Component for Probe {
         armor.subscribe::<Optional<Many<Count>>>("many")?;
         armor.subscribe::<Optional<Mixed>>("mixed_in")?;
         armor.subscribe::<Optional<Image>>("image_in")?;
+        armor.subscribe::<Optional<Many<AnyMessage>>>("any_in")?;
+        armor.provide::<AnyMessage>("any_out")?;
+        armor.provide::<Latched<AnyMessage>>("any_last")?;
         match behaviour.as_str() {
             "declare-twice" => armor.provide::<Count>("out")?,
             "declare-bad-name" => armor.provide::<Count>("7 up")?,
@@ -149,6 +156,8 @@ impl Component for Probe {
             images: 0,
             mixed: 0,
             kept: None,
+            any: None,
+            stamps: HashMap::new(),
             since_s: 0.0,
         })
     }
@@ -173,9 +182,13 @@ impl Component for Probe {
         match header.id() {
             "mixed_in" => return self.receive_mixed(data),
             "image_in" => return self.receive_image(data),
+            "any_in" => return self.pass_on(header, data),
             _ => {}
         }
         let count = data.decode::<Count>()?.count;
+        if self.behaviour == "any-receiver" {
+            self.compare_stamps(header, count);
+        }
         if self.received <= 40 {
             let (id, lost, from) = (header.id(), header.lost, header.data());
             note(format_args!("data {id} count={count} lost={lost} from={from}"));
@@ -290,6 +303,11 @@ impl Probe {
                 let is_right = (now_s - wall.as_secs_f64()).abs() < 5.0;
                 note(format_args!("time right={is_right} passes={}", now_s > self.since_s));
             }
+            ("any", 5) => {
+                if let Some(message) = &self.any {
+                    self.armor.send_data("any_last", message)?;
+                }
+            }
             ("sender", _) => {
                 self.published += 1;
                 self.armor.send_data("out", &Count { count: self.published })?;
@@ -307,6 +325,26 @@ impl Probe {
             self.armor.send_data("image", &image(self.published as u8))?;
         }
         Ok(())
+    }
+
+    fn pass_on(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        let message = AnyMessage::received(header, data)?;
+        self.armor.send_data("any_out", &message)?;
+        if self.any.is_none() {
+            let (of, schema, len) = (message.type_name(), message.schema(), message.bytes().len());
+            let is_same = message.stamp_s() == header.stamp_s;
+            note(format_args!("any type={of} schema={schema} len={len} stamp={is_same}"));
+            self.any = Some(message);
+        }
+        Ok(())
+    }
+
+    fn compare_stamps(&mut self, header: &Header<'_>, count: u64) {
+        if header.id() == "in" {
+            self.stamps.insert(count, header.stamp_s);
+        } else if self.stamps.get(&count) == Some(&header.stamp_s) {
+            note("passed on with its stamp=true");
+        }
     }
 
     fn receive_mixed(&mut self, data: &Data<'_>) -> Result<(), Fault> {

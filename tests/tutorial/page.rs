@@ -23,6 +23,29 @@ pub enum Step {
     ExpectOther { text: String },
 }
 
+/// The language that a reader writes components in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// Built with cargo.
+    Rust,
+    /// Scripts.
+    Python,
+    /// Built with CMake.
+    Cpp,
+}
+
+impl Language {
+    /// As the word of a block states it.
+    fn named(word: &str) -> Option<Self> {
+        match word {
+            "for=rust" => Some(Self::Rust),
+            "for=python" => Some(Self::Python),
+            "for=cpp" => Some(Self::Cpp),
+            _ => None,
+        }
+    }
+}
+
 /// A page.
 pub struct Page {
     /// Its file, without `.md`.
@@ -32,17 +55,17 @@ pub struct Page {
 }
 
 impl Page {
-    /// Reads a page of `docs/tutorial`.
-    pub fn read(name: &str) -> Self {
+    /// Reads a page of `docs/tutorial`, without what is for readers of other languages.
+    pub fn read(name: &str, language: Language) -> Self {
         let path = Path::new(REPOSITORY).join(format!("docs/tutorial/{name}.md"));
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         // A page uses one fixed port. Replace it, because other tests may run on this host.
         let text = text.replace(":7500", &format!(":{}", free_port()));
-        Self { name: name.into(), steps: steps(&text) }
+        Self { name: name.into(), steps: steps(&text, language) }
     }
 }
 
-fn steps(text: &str) -> Vec<(usize, Step)> {
+fn steps(text: &str, language: Language) -> Vec<(usize, Step)> {
     let mut steps = Vec::new();
     let mut lines = text.lines().zip(1..);
     while let Some((line, number)) = lines.next() {
@@ -53,7 +76,12 @@ fn steps(text: &str) -> Vec<(usize, Step)> {
         let block: Vec<&str> =
             lines.by_ref().map(|(line, _)| line).take_while(|line| *line != "```").collect();
         let block = block.join("\n") + "\n";
-        let words: Vec<&str> = info.split_whitespace().collect();
+        let mut words: Vec<&str> = info.split_whitespace().collect();
+        let reader = words.iter().find_map(|word| Language::named(word));
+        if reader.is_some_and(|reader| reader != language) {
+            continue;
+        }
+        words.retain(|word| Language::named(word).is_none());
         let step = match words[..] {
             ["sh"] => Step::Run { commands: block, fails: false },
             ["sh", "fails"] => Step::Run { commands: block, fails: true },
@@ -158,7 +186,7 @@ fn numbers_and_spaces_may_differ_and_words_may_not() {
 fn a_page_is_split_into_its_steps() {
     let text = "# T\n```sh\na\nb\n```\n```text\nc\n```\n```rust file=x/y.rs\nd\n```\n\
                 ```sh background\ne\n```\nPress Ctrl-C. <!-- Ctrl-C -->\n```console\nf\n```\n";
-    let steps: Vec<_> = steps(text).into_iter().collect();
+    let steps = steps(text, Language::Rust);
     let own = String::from;
     assert_eq!(
         steps,
@@ -170,4 +198,17 @@ fn a_page_is_split_into_its_steps() {
             (15, Step::Interrupt),
         ]
     );
+}
+
+#[test]
+fn blocks_of_other_languages_are_left_out() {
+    let text = "```sh for=rust\na\n```\n```sh background for=python\nb\n```\n\
+                ```cpp file=x for=cpp\nc\n```\n```sh\nd\n```\n";
+    let all = Step::Run { commands: "d\n".into(), fails: false };
+    let check = |language, own: (usize, Step)| {
+        assert_eq!(steps(text, language), [own, (10, all.clone())]);
+    };
+    check(Language::Rust, (1, Step::Run { commands: "a\n".into(), fails: false }));
+    check(Language::Python, (4, Step::Start { command: "b\n".into() }));
+    check(Language::Cpp, (7, Step::Write { path: "x".into(), text: "c\n".into() }));
 }

@@ -103,7 +103,11 @@ impl<'a> Terminal<'a> {
     pub fn try_run(&self, commands: &str) -> (ExitStatus, String) {
         let script = format!("set -e\n{commands}\npwd > \"{}\"", self.place().display());
         let mut program = self.spawn(&script);
-        let limit = if commands.contains("cargo ") { BUILD_DEADLINE } else { DEADLINE };
+        let limit = if ["cargo ", "cmake "].iter().any(|build| commands.contains(build)) {
+            BUILD_DEADLINE
+        } else {
+            DEADLINE
+        };
         let status = wait_within(limit, commands, || program.child.try_wait().expect("it is ours"));
         (status, program.output())
     }

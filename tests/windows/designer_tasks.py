@@ -385,3 +385,61 @@ def play_a_recording(stage):
     window.press("Return")
     window.wait_for("*cannot be read as a recording*")
     stage.desk.end(window.child)
+
+
+@task("Move a waypoint on the map", "map")
+def move_a_waypoint(stage):
+    stage.file = stage.folder / "drawn.xml"
+    shutil.copy(stage.root / "missions/drawn.xml", stage.file)
+    shutil.copytree(stage.root / "missions/worlds", stage.folder / "worlds", dirs_exist_ok=True)
+    stage.before = stage.file.read_text()
+    stage.open_window("--view", "map", stage.file)
+    window = stage.window
+    window.wait_for("point studio")
+    stage.shoot()
+    window.drag("point studio", "rally point R2")
+    window.press("ctrl+z")
+    # By one step of the keyboard, to have a number that does not depend on the window's size.
+    window.click("point studio")
+    window.press("shift+Right")
+    window.fill("position", "2.5 -3.5")
+    stage.save('<point name="studio" at="2.5 -3.5"/>')
+    changed = [
+        new for old, new in zip(stage.before.splitlines(), stage.file.read_text().splitlines())
+        if old != new
+    ]
+    if len(changed) != 1:
+        raise TaskFailed(f"more than one line has changed: {changed}")
+
+
+@task("Add legs by clicks on the map", "legs")
+def add_legs(stage):
+    window = stage.window
+    window.press("Escape")
+    window.click("map tool: Leg")
+    window.click("point corridor-end")
+    stage.save('<leg name="l6" to="corridor-end"/>')
+    window.press("Escape", "Escape")
+    window.click("leg l6 of route red")
+    window.drag("middle of leg l6 of route red", "rally point R2")
+    stage.shoot()
+    window.wait_for("leg l7 of route red")
+    stage.save('<leg name="l7" to="R2"/>\n      <leg name="l6" to="corridor-end"/>')
+    window.press("ctrl+z", "ctrl+z")
+    window.wait_until_gone("leg l6 of route red")
+
+
+@task("Draw a zone, and see which leg enters it", "zone")
+def draw_a_zone(stage):
+    window = stage.window
+    window.click("map tool: Zone: no-go")
+    corner = window.wait_for("point door").middle
+    for x, y in [(-40, 30), (40, 30), (40, 60), (-40, 60)]:
+        window.click((corner[0] + x, corner[1] + y))
+    window.press("Return")
+    window.wait_for("zone zone1")
+    window.click("leg l3 of route red")
+    window.wait_for("*enters zone1*")
+    stage.shoot()
+    window.press("ctrl+z", "ctrl+s")
+    stage.desk.end(window.child)

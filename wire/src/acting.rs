@@ -178,7 +178,8 @@ impl NeedsRole for Purpose {
                 is_of_host && entry.host == host && components.contains(&entry.name)
             }
             Self::Control { role: Role::Executive | Role::Launcher } => false,
-            // Also links for which the publisher waits: the file asks for them.
+            // Also links for which the publisher waits: the file asks for them. Which data the host may
+            // read is proven by the key of the link.
             Self::Registry { entry: None }
             | Self::Config
             | Self::Link { .. }

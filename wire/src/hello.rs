@@ -8,10 +8,10 @@ use crate::codec;
 use crate::control::Role;
 use crate::frame::{Frame, FrameError, FrameKind};
 use crate::keep::{Keep, MAX_KEEP, Wake};
+use crate::limits::KEY_LEN;
 use crate::name::split_data;
 pub use crate::refusal::{Refusal, RefusalCode};
 use crate::registry::ComponentEntry;
-use crate::run_key::KEY_LEN;
 use crate::shared_memory::MemoryUse;
 
 /// The first bytes of the first frame's body.
@@ -34,8 +34,8 @@ pub struct Hello {
     pub instance: u64,
     /// The purpose of the connection.
     pub purpose: Purpose,
-    /// The proof of the key that the launcher has given this process ([`crate::run_key`]); none from one
-    /// that was started by hand.
+    /// The proof of the key that the launcher has given this process, or of the key of a link between
+    /// hosts ([`crate::run_key`]); none from a process that was started by hand.
     pub proof: Option<[u8; KEY_LEN]>,
 }
 

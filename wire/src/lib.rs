@@ -35,6 +35,7 @@ pub mod shared_memory;
 pub mod text_format;
 pub mod transport;
 pub mod version;
+pub mod zone_text;
 
 pub use armor_quantity as quantity;
 pub use armor_wire_derive::Message;

@@ -7,6 +7,8 @@ pub const MAX_CONTROL_LEN: usize = 1 << 20;
 pub const MAX_HELLO_LEN: usize = 64 << 10;
 /// Largest body of the frame with which a gate begins a connection, in bytes: a name and its rights.
 pub const MAX_PREFACE_LEN: usize = 16 << 10;
+/// Bytes of a secret, a key and a proof of a run.
+pub const KEY_LEN: usize = 16;
 /// Largest data payload in bytes: an 8 MiB image or a 4096 x 4096 map with room to spare.
 pub const MAX_DATA_LEN: usize = 64 << 20;
 /// Largest `N` of a `[T; N]` that can be sent.

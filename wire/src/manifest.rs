@@ -64,6 +64,10 @@ pub struct Manifest {
     /// Whether a mission may activate and freeze it. Left out where it is true, as almost always.
     #[serde(default = "true_by_default", skip_serializing_if = "Clone::clone")]
     pub controllable: bool,
+    /// Whether it reads data of the system to which no link leads, as a recorder does. Left out where it
+    /// is false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reads_all: bool,
     /// The version of the protocol that it speaks, [`VERSION`](crate::version::VERSION) of its build. Left
     /// out: unknown.
     #[serde(

@@ -2,6 +2,7 @@
 //! instance, and the time.
 
 use crate::Message;
+use crate::limits::KEY_LEN;
 use crate::refusal::Refusal;
 
 /// Port on which the registry listens by default. Below the ephemeral range, so that a client
@@ -38,6 +39,18 @@ pub struct DataEntry {
     pub schema: String,
     /// Whether a late subscriber gets the last value immediately.
     pub latched: bool,
+}
+
+/// The data that a component may read.
+#[derive(Clone, Debug, PartialEq, Eq, Message)]
+#[message(wire = "armor_wire")]
+pub struct DataReader {
+    /// Its name.
+    pub component: String,
+    /// Unique names of the data that the file leads to it, by links and as its clock.
+    pub data: Vec<String>,
+    /// Whether it reads all data of the system, as a recorder does.
+    pub reads_all: bool,
 }
 
 /// From a process to the registry.
@@ -93,6 +106,12 @@ pub enum RegistryRequest {
         /// The names.
         names: Vec<String>,
     },
+    /// The data that the components may read on other hosts, in place of those before. Only configd may
+    /// send it.
+    Readers {
+        /// Each component of the file.
+        readers: Vec<DataReader>,
+    },
 }
 
 /// From the registry to a process.
@@ -119,6 +138,8 @@ pub enum RegistryReply {
         entry: DataEntry,
         /// Its provider.
         provider: ComponentEntry,
+        /// For a process of another host: the key of the link ([`LinkKey`](crate::run_key::LinkKey)).
+        key: Option<[u8; KEY_LEN]>,
     },
     /// All that is registered.
     Listing {

@@ -5,6 +5,10 @@
 //! registry, which has the secret, admits only such a process under a name of the run; a component
 //! compares the proof of an executive or a launcher with its own key.
 //!
+//! A link that another host asks for has a key as well. The registry, which knows the links of the file,
+//! gives it to the processes of the host that may read the data; the component that provides them derives
+//! it from its own key, and so compares what the registry has decided without asking it.
+//!
 //! The code is SipHash-2-4 with 128 bits (Aumasson, Bernstein: *SipHash: a fast short-input PRF*, 2012).
 
 use std::fmt;
@@ -14,9 +18,7 @@ use siphasher::sip128::SipHasher24;
 
 use crate::codec;
 use crate::hello::Hello;
-
-/// Bytes of a secret, a key and a proof.
-pub const KEY_LEN: usize = 16;
+pub use crate::limits::KEY_LEN;
 
 /// The secret of a run. Its text is hexadecimal.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -25,6 +27,10 @@ pub struct RunSecret([u8; KEY_LEN]);
 /// The key of one name of a run. Its text is hexadecimal.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct NameKey([u8; KEY_LEN]);
+
+/// The key with which the processes of one other host read the data of one process start.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct LinkKey(NameKey);
 
 impl RunSecret {
     /// The secret of these random bytes.
@@ -56,9 +62,39 @@ impl NameKey {
         expected.is_some_and(|expected| differs(expected) == 0)
     }
 
+    /// Returns the key of the links over which the holder of this key, in the process start `instance`,
+    /// sends `data` to the processes of another host.
+    pub fn key_of_link(&self, host: &str, data: &str, instance: u64) -> LinkKey {
+        // Neither name contains a line break, and no hello begins like this.
+        let text = format!("link\n{host}\n{data}\n{instance}");
+        LinkKey(Self(authenticate(&self.0, text.as_bytes())))
+    }
+
     /// None for a hello that cannot be sent.
     fn code_of(&self, hello: &Hello) -> Option<[u8; KEY_LEN]> {
         Some(authenticate(&self.0, &codec::encode(hello).ok()?))
+    }
+}
+
+impl LinkKey {
+    /// The key of these bytes, as the registry has sent them.
+    pub fn new(bytes: [u8; KEY_LEN]) -> Self {
+        Self(NameKey(bytes))
+    }
+
+    /// Returns its bytes, for the registry's answer.
+    pub fn to_bytes(self) -> [u8; KEY_LEN] {
+        self.0.0
+    }
+
+    /// Adds the proof to the hello of a link, which must not change after that.
+    pub fn prove(&self, hello: &mut Hello) {
+        self.0.prove(hello);
+    }
+
+    /// Returns whether the sender of the hello has this key.
+    pub fn verify(&self, hello: &Hello) -> bool {
+        self.0.verify(hello)
     }
 }
 
@@ -115,6 +151,12 @@ impl fmt::Debug for NameKey {
     }
 }
 
+impl fmt::Debug for LinkKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("LinkKey(…)")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +186,25 @@ mod tests {
         ] {
             assert!(!key.verify(&changed), "{changed:?}");
         }
+    }
+
+    #[test]
+    fn the_key_of_a_link_is_good_for_one_provider_host_data_and_process_start() {
+        let secret = RunSecret::new([1; KEY_LEN]);
+        let key = secret.key_of("laser").key_of_link("arm", "laser.scan", 7);
+        let mut proven = hello("planner");
+        LinkKey::new(key.to_bytes()).prove(&mut proven);
+        assert!(key.verify(&proven));
+        let laser = secret.key_of("laser");
+        for other in [
+            secret.key_of("camera").key_of_link("arm", "laser.scan", 7),
+            laser.key_of_link("base", "laser.scan", 7),
+            laser.key_of_link("arm", "laser.state", 7),
+            laser.key_of_link("arm", "laser.scan", 8),
+        ] {
+            assert!(!other.verify(&proven));
+        }
+        assert!(!laser.verify(&proven), "it is no proof of the name");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::name::is_name;
+use crate::zone_text::{ZoneTextError, parse_zones};
 
 /// Most items of a list. A route of a thousand points is generated, not written by hand.
 pub const MAX_ITEMS: usize = 1000;
@@ -30,6 +31,9 @@ pub enum TextFormat {
     Frame,
     /// The `<frame>`s of the file: the check fills a parameter of this format with them.
     Frames,
+    /// Zones of a map: the check fills a parameter of this format with those of the mission's `<map>`,
+    /// unless the file assigns it. The empty text has none.
+    Zones,
     /// Of a path: a file. Whether it is there depends on the host, so that is not checked here.
     File,
     /// Of a path: a folder; as with a file.
@@ -38,13 +42,14 @@ pub enum TextFormat {
 
 impl TextFormat {
     /// All formats.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Points,
         Self::Numbers,
         Self::Names,
         Self::Address,
         Self::Frame,
         Self::Frames,
+        Self::Zones,
         Self::File,
         Self::Folder,
     ];
@@ -63,6 +68,7 @@ impl TextFormat {
             Self::Address => "address",
             Self::Frame => "frame",
             Self::Frames => "frames",
+            Self::Zones => "zones",
             Self::File => "file",
             Self::Folder => "folder",
         }
@@ -82,6 +88,7 @@ impl TextFormat {
             Self::Address => "192.168.0.7:2000",
             Self::Frame => "laser",
             Self::Frames => "laser,base_link,0.08,0,0.3,0,0,0",
+            Self::Zones => "school no-go margin=2m 3,4 9,4 9,8",
             Self::File => "logs/office.log",
             Self::Folder => "pictures",
         }
@@ -99,6 +106,7 @@ impl TextFormat {
                 "fixed frames NAME,PARENT,x,y,z,roll,pitch,yaw in metres and radians with spaces \
                  between them"
             }
+            Self::Zones => "zones NAME KIND SHAPE with ; between them",
             Self::File => "the path of a file",
             Self::Folder => "the path of a folder",
         }
@@ -113,6 +121,7 @@ impl TextFormat {
             Self::Address => "an address",
             Self::Frame => "the name of a <frame>",
             Self::Frames => "a list of fixed frames",
+            Self::Zones => "a list of zones",
             Self::File => "the path of a file",
             Self::Folder => "the path of a folder",
         }
@@ -130,6 +139,7 @@ impl TextFormat {
             Self::Address => parse_address(text).map(drop),
             Self::Frame => check_frame_name(text),
             Self::Frames => parse_frames(text).map(drop),
+            Self::Zones => Ok(parse_zones(text).map(drop)?),
             Self::File | Self::Folder => Ok(()),
         }
     }
@@ -143,6 +153,7 @@ impl TextFormat {
             Self::Address => ("address", "HOST:PORT"),
             Self::Frame => ("frame", "a name (letters, digits, _ and -, a letter first)"),
             Self::Frames => ("frame", "NAME,PARENT,x,y,z,roll,pitch,yaw"),
+            Self::Zones => ("zone", "NAME KIND SHAPE"),
             Self::File => ("file", "a path"),
             Self::Folder => ("folder", "a path"),
         }
@@ -180,6 +191,9 @@ pub enum TextFormatError {
     /// The address is not one.
     #[error("`{0}` is not an address; write HOST:PORT, such as `192.168.0.7:2000`")]
     WrongAddress(String),
+    /// The text has no zones.
+    #[error(transparent)]
+    WrongZones(#[from] ZoneTextError),
     /// The list is longer than any that is meant.
     #[error("the text has more than {MAX_ITEMS} {0}")]
     TooLong(TextFormat),

@@ -171,7 +171,12 @@ fn found() -> registry::RegistryReply {
         schema: "Count{count:u64}".into(),
         latched: false,
     };
-    registry::RegistryReply::Found { request: 1, entry: entry_of_data, provider: entry() }
+    registry::RegistryReply::Found {
+        request: 1,
+        entry: entry_of_data,
+        provider: entry(),
+        key: None,
+    }
 }
 
 fn welcome() -> Welcome {

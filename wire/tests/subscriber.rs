@@ -82,7 +82,7 @@ fn serve_registry(listener: &TcpListener, endpoint: String) {
     let entry = DataEntry { data, type_name: "Sample".into(), schema, latched: false };
     let (name, kind, host) = ("fake".into(), "fake".into(), "here".into());
     let provider = ComponentEntry { name, kind, instance: INSTANCE, pid: 1, host, endpoint };
-    let reply = RegistryReply::Found { request, entry, provider };
+    let reply = RegistryReply::Found { request, entry, provider, key: None };
     peer.send(&signal(FrameKind::Beat));
     peer.send(&to_bytes(FrameKind::Control, &reply).expect("short"));
 }

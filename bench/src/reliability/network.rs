@@ -70,6 +70,13 @@ impl TestNetwork {
         command
     }
 
+    /// A command that runs on the router between them.
+    pub fn command_on_router(&self, program: &Path) -> Command {
+        let mut command = Command::new("ip");
+        command.args(["netns", "exec", &name_namespace(ROUTER)]).arg(program);
+        command
+    }
+
     /// The processes of all hosts.
     pub fn list_processes(&self) -> Vec<u32> {
         let hosts = HOSTS.iter().take(self.count);
@@ -118,7 +125,7 @@ pub fn address_of(host: usize) -> Ipv4Addr {
 }
 
 /// The router's address next to it.
-fn way_of(host: usize) -> Ipv4Addr {
+pub fn way_of(host: usize) -> Ipv4Addr {
     Ipv4Addr::new(10, 77, 1 + host as u8, 1)
 }
 

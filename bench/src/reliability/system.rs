@@ -11,8 +11,9 @@ use serde_json::Value;
 
 use super::diary::DiaryReader;
 use super::interrupt::wait_until;
-use super::network::{HOSTS, TestNetwork};
+use super::network::{HOSTS, TestNetwork, address_of, way_of};
 use super::parts::DIARY_FOLDER;
+use super::relay_process::RelayProcess;
 
 /// The name of the system and of its mission.
 const SYSTEM: &str = "bench";
@@ -31,6 +32,8 @@ pub struct SystemOptions {
     /// How many components send numbered messages: a multiple of the number of hosts.
     pub pulses: usize,
     pub rate_hz: u32,
+    /// The seed of the relay through which the hosts are connected; none: directly.
+    pub relay_seed: Option<u64>,
 }
 
 /// The running system. Dropping it ends everything.
@@ -41,6 +44,7 @@ pub struct SystemUnderTest {
     pub launcher: Option<Child>,
     /// The agent of each host; the first host has none.
     pub agents: Vec<Option<Child>>,
+    relay: Option<RelayProcess>,
     folder: PathBuf,
 }
 
@@ -53,12 +57,17 @@ impl SystemUnderTest {
         let SystemOptions { hosts, pulses, .. } = &options;
         ensure!(pulses % hosts == 0 && pulses / hosts > 1, "{pulses} pulses on {hosts} hosts");
         let network = TestNetwork::create(*hosts)?;
+        let relay = match options.relay_seed {
+            Some(_) if *hosts != 2 => bail!("a relay is between 2 hosts, not {hosts}"),
+            Some(seed) => Some(RelayProcess::start(&network, seed, &list_routes())?),
+            None => None,
+        };
         let folder = std::env::temp_dir().join(format!("armor-bench-{}", std::process::id()));
         let diary = folder.join("diary");
         fs::create_dir_all(&diary)?;
         let agents = (0..*hosts).map(|_| None).collect();
         let diary = DiaryReader::new(diary);
-        let mut system = Self { options, network, diary, launcher: None, agents, folder };
+        let mut system = Self { options, network, diary, launcher: None, agents, relay, folder };
         system.write_files()?;
         for host in 1..system.options.hosts {
             system.start_agent(host)?;
@@ -66,6 +75,14 @@ impl SystemUnderTest {
         system.start_launcher(false)?;
         system.wait_for_links(0)?;
         Ok(system)
+    }
+
+    /// The relay between the hosts.
+    ///
+    /// # Errors
+    /// If they are connected directly.
+    pub fn relay_mut(&mut self) -> Result<&mut RelayProcess> {
+        self.relay.as_mut().context("there is no relay")
     }
 
     /// The senders of numbered messages, with the host of each.
@@ -121,7 +138,11 @@ impl SystemUnderTest {
         let mut text = format!("<armor version=\"1\"><system name=\"{SYSTEM}\">\n");
         for name in &HOSTS[1..hosts] {
             // The longest cut is shorter.
-            text += &format!("<host name=\"{name}\" at=\"{name}:{PORT}\" patience=\"2min\"/>\n");
+            let at = match self.options.relay_seed {
+                Some(_) => way_of(0).to_string(),
+                None => (*name).to_owned(),
+            };
+            text += &format!("<host name=\"{name}\" at=\"{at}:{PORT}\" patience=\"2min\"/>\n");
         }
         for (name, host) in self.pulses() {
             let at = place(host);
@@ -340,6 +361,12 @@ pub fn ensure_runs(child: Option<&mut Child>, what: &str) -> Result<()> {
         Some(status) => bail!("{what} has ended by itself: {status}"),
         None => Ok(()),
     }
+}
+
+/// The ports of the relay: the first host finds the agent at the router, and the agent the gate of the
+/// first host, since it connects to where the launcher seems to be.
+fn list_routes() -> [String; 2] {
+    [(0, 1), (1, 0)].map(|(from, to)| format!("{}:{PORT}={}:{PORT}", way_of(from), address_of(to)))
 }
 
 fn name_pulse(index: usize, hosts: usize) -> String {

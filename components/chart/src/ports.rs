@@ -2,13 +2,11 @@
 
 use std::path::{Path as FilePath, PathBuf};
 
-use armor_convert::{build_pose, build_zones};
+use armor_convert::{build_pose, build_zones, parse_zone_map};
 use armor_grid::{Occupancy, Pose2};
 use armor_map_file::read_map_cells;
 use armor_sdk::prelude::*;
 use armor_zones::ZoneMap;
-
-use crate::zone_text::parse_zones;
 
 /// A map that is turned by less than this is not turned, in radians.
 const MAX_TURN_RAD: f64 = 1e-6;
@@ -16,8 +14,9 @@ const MAX_TURN_RAD: f64 = 1e-6;
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct ChartParameters {
-    /// zones of the map, such as `school no-go margin=2m 3,4 9,4 9,8; hall speed=0.3m/s circle 4,4 2m`
-    #[parameter(default = "", parse = parse_zones, live)]
+    /// zones of the map, such as `school no-go margin=2m 3,4 9,4 9,8; hall speed=0.3m/s circle 4,4 2m`;
+    /// if none are given, those of the mission's `<map>`
+    #[parameter(default = "", format = "zones", parse = parse_zone_map, live)]
     zones: ZoneMap,
     /// map_server YAML file of the grid to publish; none if empty
     #[parameter(default = "", format = "file")]

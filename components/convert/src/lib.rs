@@ -5,6 +5,7 @@
 mod frame;
 mod mount;
 mod transforms;
+mod zone_text;
 mod zones;
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2, Thresholds};
@@ -17,6 +18,7 @@ use thiserror::Error;
 pub use frame::{FrameNews, FrameWatch, build_frame, read_epoch};
 pub use mount::{MountError, locate_level, locate_on_base};
 pub use transforms::{build_transform, take_transforms};
+pub use zone_text::{ZoneParsingError, parse_zone_map};
 pub use zones::{ZoneWatch, ZonesError, build_zones, read_zones};
 
 /// An occupancy grid whose data do not fill it.

@@ -100,6 +100,7 @@ impl Component for Foxglove {
     const SUMMARY: &'static str =
         "A live view for Foxglove: data, parameters, connections, driving by hand and goals.";
     const REPORTS_DONE: bool = false;
+    const READS_ALL: bool = true;
     const PARAMETERS: &'static [Parameter] = FoxgloveParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("pose", "where the robot is, to recognise that it has reached a viewer's goal"),

@@ -5,5 +5,5 @@ mod map_server;
 mod pgm;
 
 pub use map_error::{MapFileError, MapFileFault};
-pub use map_server::{read_map_cells, read_solid_cells};
-pub use pgm::PgmFault;
+pub use map_server::{MapDescription, read_grey_picture, read_map_cells, read_solid_cells};
+pub use pgm::{GreyPicture, PgmFault};

@@ -3,23 +3,28 @@
 //! seen is not for driving.
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2};
 
 use crate::map_error::{MapFileError, MapFileFault, YAML_BYTES};
-use crate::pgm::{self, Grey};
+use crate::pgm::{self, GreyPicture};
 
 /// The contents of the YAML file.
-#[derive(Debug, PartialEq)]
-struct Description {
-    image: String,
-    resolution_m: f64,
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapDescription {
+    /// The picture, as the file names it.
+    pub image: String,
+    /// The side of a cell.
+    pub resolution_m: f64,
     /// Where the lower left corner of the picture is.
-    origin: Pose2,
-    is_negated: bool,
-    free_below: f64,
-    occupied_from: f64,
+    pub origin: Pose2,
+    /// Whether bright pixels are occupied; dark ones otherwise.
+    pub is_negated: bool,
+    /// The probability below which a cell is free.
+    pub free_below: f64,
+    /// The probability from which on a cell is occupied.
+    pub occupied_from: f64,
 }
 
 /// Reads what a map knows of each cell, with the corner of the picture at (0, 0), and
@@ -52,18 +57,20 @@ pub fn read_solid_cells(path: &Path) -> Result<(Grid<bool>, Pose2), MapFileError
     Ok((solid, description.origin))
 }
 
-fn open_map(path: &Path) -> Result<(Description, Grey), MapFileError> {
-    let file = path.display().to_string();
-    let text = read_bytes(path, YAML_BYTES)
-        .and_then(|bytes| String::from_utf8(bytes).map_err(|_| MapFileFault::NotText))
-        .map_err(|fault| MapFileError { file: file.clone(), line: 0, fault })?;
-    let description =
-        Description::parse(&text).map_err(|(line, fault)| MapFileError { file, line, fault })?;
-    let picture = path.parent().unwrap_or(Path::new("")).join(&description.image);
-    let grey = read_bytes(&picture, pgm::MOST_BYTES)
-        .and_then(|bytes| pgm::parse(&bytes).map_err(MapFileFault::from))
-        .map_err(|fault| MapFileError { file: picture.display().to_string(), line: 0, fault })?;
+fn open_map(path: &Path) -> Result<(MapDescription, GreyPicture), MapFileError> {
+    let (description, picture) = MapDescription::read(path)?;
+    let grey = read_grey_picture(&picture)?;
     Ok((description, grey))
+}
+
+/// Reads the PGM picture of a map.
+///
+/// # Errors
+/// The file cannot be read, or is no such picture.
+pub fn read_grey_picture(path: &Path) -> Result<GreyPicture, MapFileError> {
+    read_bytes(path, pgm::MOST_BYTES)
+        .and_then(|bytes| pgm::parse(&bytes).map_err(MapFileFault::from))
+        .map_err(|fault| MapFileError { file: path.display().to_string(), line: 0, fault })
 }
 
 fn read_bytes(path: &Path, most: usize) -> Result<Vec<u8>, MapFileFault> {
@@ -81,7 +88,22 @@ fn read_bytes(path: &Path, most: usize) -> Result<Vec<u8>, MapFileFault> {
 const KEYS: [&str; 7] =
     ["image", "mode", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"];
 
-impl Description {
+impl MapDescription {
+    /// Reads the YAML file of a map, and returns it with the path of its picture.
+    ///
+    /// # Errors
+    /// The file cannot be read, or does not hold what it should.
+    pub fn read(path: &Path) -> Result<(Self, PathBuf), MapFileError> {
+        let file = path.display().to_string();
+        let text = read_bytes(path, YAML_BYTES)
+            .and_then(|bytes| String::from_utf8(bytes).map_err(|_| MapFileFault::NotText))
+            .map_err(|fault| MapFileError { file: file.clone(), line: 0, fault })?;
+        let description =
+            Self::parse(&text).map_err(|(line, fault)| MapFileError { file, line, fault })?;
+        let picture = path.parent().unwrap_or(Path::new("")).join(&description.image);
+        Ok((description, picture))
+    }
+
     /// Reads the keys; a fault comes with its line.
     fn parse(text: &str) -> Result<Self, (usize, MapFileFault)> {
         let mut found: [Option<(usize, &str)>; KEYS.len()] = [None; KEYS.len()];
@@ -138,7 +160,7 @@ impl Description {
 
     /// What each cell of the picture, whose top row comes first, means by its probability of being
     /// occupied.
-    fn classify_cells<T: Copy>(&self, grey: &Grey, meaning: impl Fn(f64) -> T) -> Grid<T> {
+    fn classify_cells<T: Copy>(&self, grey: &GreyPicture, meaning: impl Fn(f64) -> T) -> Grid<T> {
         let geometry = Geometry {
             origin: Point2::default(),
             resolution_m: self.resolution_m,
@@ -177,7 +199,7 @@ mod tests {
 
     #[test]
     fn the_keys_of_map_server_are_read() {
-        let description = Description::parse(YAML).expect("a readable map");
+        let description = MapDescription::parse(YAML).expect("a readable map");
         assert_eq!((description.image.as_str(), description.resolution_m), ("map.pgm", 0.05));
         assert_eq!(description.origin, Pose2::new(-1.5, 2.0, 0.5));
         assert!(!description.is_negated);
@@ -187,7 +209,7 @@ mod tests {
     fn check_fault(from: &str, to: &str, line: usize, fault: &MapFileFault) {
         let text = YAML.replace(from, to);
         assert_ne!(text, YAML, "{from}");
-        assert_eq!(Description::parse(&text), Err((line, fault.clone())), "{text}");
+        assert_eq!(MapDescription::parse(&text), Err((line, fault.clone())), "{text}");
     }
 
     #[test]
@@ -213,12 +235,12 @@ mod tests {
 
     #[test]
     fn only_what_is_free_is_not_solid_and_the_top_row_comes_first() {
-        let grey = Grey { width: 2, height: 2, white: 255, pixels: vec![254, 205, 0, 254] };
-        let description = Description::parse(YAML).expect("a readable map");
+        let grey = GreyPicture { width: 2, height: 2, white: 255, pixels: vec![254, 205, 0, 254] };
+        let description = MapDescription::parse(YAML).expect("a readable map");
         let solid =
-            |d: &Description| d.classify_cells(&grey, |o| o >= d.free_below).values().to_vec();
+            |d: &MapDescription| d.classify_cells(&grey, |o| o >= d.free_below).values().to_vec();
         assert_eq!(solid(&description), [true, false, false, true]);
-        let negated = Description { is_negated: true, ..description };
+        let negated = MapDescription { is_negated: true, ..description };
         assert_eq!(solid(&negated), [false, true, true, true]);
     }
 

@@ -4,13 +4,16 @@
 pub(crate) const MOST_BYTES: usize = 16_000_000 + 1024;
 
 /// A grey picture, its top row first.
-#[derive(Debug, PartialEq)]
-pub(crate) struct Grey {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
+#[derive(Clone, Debug, PartialEq)]
+pub struct GreyPicture {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
     /// The value of white.
-    pub(crate) white: u8,
-    pub(crate) pixels: Vec<u8>,
+    pub white: u8,
+    /// The pixels, at most `white`.
+    pub pixels: Vec<u8>,
 }
 
 /// What is wrong with a picture.
@@ -36,7 +39,7 @@ pub enum PgmFault {
 }
 
 /// Reads a picture.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Grey, PgmFault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<GreyPicture, PgmFault> {
     if bytes.len() > MOST_BYTES {
         return Err(PgmFault::TooLarge);
     }
@@ -59,7 +62,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Grey, PgmFault> {
         .iter()
         .map(|&pixel| pixel.min(white))
         .collect();
-    Ok(Grey { width, height, white, pixels })
+    Ok(GreyPicture { width, height, white, pixels })
 }
 
 /// Takes the next number, with white space and comments before it.
@@ -89,7 +92,7 @@ mod tests {
     #[test]
     fn a_picture_is_read_with_its_comments() {
         let grey = parse(b"P5\n# made by hand\n2 1 # wide\n200\n\x05\xff").expect("a picture");
-        assert_eq!(grey, Grey { width: 2, height: 1, white: 200, pixels: vec![5, 200] });
+        assert_eq!(grey, GreyPicture { width: 2, height: 1, white: 200, pixels: vec![5, 200] });
     }
 
     #[test]

@@ -66,6 +66,7 @@ pub struct SystemRecorder {
 impl Component for SystemRecorder {
     const KIND: &'static str = "recorder";
     const SUMMARY: &'static str = "Records the data of the system into a file while it is active.";
+    const READS_ALL: bool = true;
     const PARAMETERS: &'static [Parameter] = RecorderParameters::DECLARED;
     const EVENTS: &'static [DeclaredEvent] = RecorderEvent::DECLARED;
 

@@ -1,6 +1,6 @@
 //! A camera: one ray per column of the picture, walls of one height shaded by distance and
 //! direction, people and robots before them, floor and ceiling. As early computer games drew their
-//! worlds; enough to see what is ahead.
+//! worlds; enough to see what is ahead, and people have the outline by which detectors find them.
 
 use crate::pose::{Portable, Pose2};
 use crate::scene::{BodyKind, WorldScene};
@@ -81,14 +81,19 @@ impl CameraModel {
         let cos = libm::cos(angle_rad);
         let depth_m = |range_m: f64| (range_m * cos).max(NEAR_M);
         let wall_range_m = scene.world.range_m(ray, FAR_M);
-        let mut bodies: Vec<(f64, BodyKind)> = scene
+        let mut bodies: Vec<SeenBody> = scene
             .bodies
             .iter()
-            .filter_map(|body| Some((body.range_m(ray)?, body.kind)))
+            .filter_map(|body| Some((body.range_m(ray)?, body)))
             .filter(|(range_m, _)| wall_range_m.is_none_or(|wall_m| *range_m < wall_m))
-            .map(|(range_m, kind)| (depth_m(range_m), kind))
+            .map(|(range_m, body)| {
+                let (ahead_m, aside_m) = body.seen_along(ray);
+                // A person is a flat figure that faces the camera, a robot is round.
+                let range_m = if body.kind == BodyKind::Person { ahead_m } else { range_m };
+                SeenBody { depth_m: depth_m(range_m), aside_m, kind: body.kind }
+            })
             .collect();
-        bodies.sort_by(|a, b| a.0.total_cmp(&b.0));
+        bodies.sort_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
         let wall = wall_range_m.map(|range_m| (depth_m(range_m), ray.point_from(range_m, 0.0)));
         PictureColumn { wall, bodies }
     }
@@ -99,13 +104,14 @@ impl CameraModel {
         // How much lower than the eye a line of sight is, for each metre ahead.
         let slope = down / self.focal_pixels();
         let height_m = |depth_m: f64| self.above_m - slope * depth_m;
-        for &(depth_m, kind) in &column.bodies {
-            let (tall_m, colour) = match kind {
-                BodyKind::Person => (1.75, PERSON),
-                BodyKind::Robot | BodyKind::Wall => (0.4, ROBOT),
+        for body in &column.bodies {
+            let above_m = height_m(body.depth_m);
+            let (is_met, colour) = match body.kind {
+                BodyKind::Person => (is_of_person(body.aside_m, above_m), PERSON),
+                BodyKind::Robot | BodyKind::Wall => ((0.0..0.4).contains(&above_m), ROBOT),
             };
-            if (0.0..tall_m).contains(&height_m(depth_m)) {
-                return shade_colour(colour, depth_m, 1.0);
+            if is_met {
+                return shade_colour(colour, body.depth_m, 1.0);
             }
         }
         match column.wall {
@@ -123,7 +129,34 @@ struct PictureColumn {
     /// The depth of the wall, in metres, and where it is.
     wall: Option<(f64, (f64, f64))>,
     /// What is before it, the nearest first.
-    bodies: Vec<(f64, BodyKind)>,
+    bodies: Vec<SeenBody>,
+}
+
+/// A body in the direction of a column.
+struct SeenBody {
+    depth_m: f64,
+    /// How far its middle is from the line of sight.
+    aside_m: f64,
+    kind: BodyKind,
+}
+
+/// Whether a point of the figure of a standing person is theirs: `aside_m` from the middle, `above_m`
+/// the floor. Two legs, a trunk with arms, shoulders, neck and head, 1.75 m tall.
+fn is_of_person(aside_m: f64, above_m: f64) -> bool {
+    let aside_m = aside_m.abs();
+    let half_width_m = match above_m {
+        0.0..0.8 if aside_m < 0.03 => 0.0,
+        0.0..0.8 => 0.17,
+        0.8..1.35 => 0.22,
+        1.35..1.48 => 0.22 - 0.14 * (above_m - 1.35) / 0.13,
+        1.48..1.52 => 0.07,
+        1.52..1.75 => {
+            let from_middle = (above_m - 1.635) / 0.115;
+            0.1 * libm::sqrt((1.0 - from_middle * from_middle).max(0.0))
+        }
+        _ => 0.0,
+    };
+    aside_m < half_width_m
 }
 
 impl PictureColumn {
@@ -189,11 +222,22 @@ mod tests {
     }
 
     #[test]
+    fn a_person_has_legs_shoulders_and_a_head() {
+        let width_m = |above_m: f64| {
+            (-300..300).filter(|it| is_of_person(f64::from(*it) / 1000.0, above_m)).count()
+        };
+        let [head, neck, shoulders, legs] = [1.64, 1.5, 1.3, 0.4].map(width_m);
+        assert!(neck < head && head < legs && legs < shoulders, "{head} {neck} {legs} {shoulders}");
+        assert!(!is_of_person(0.0, 0.4), "between the legs");
+        assert_eq!((width_m(1.76), width_m(-0.01)), (0, 0));
+    }
+
+    #[test]
     fn a_person_stands_before_the_wall_on_the_side_where_they_are() {
         let person = Body { x_m: 2.0, y_m: 0.6, radius_m: 0.25, kind: BodyKind::Person };
         let is_person = |colour: Rgb| colour[0] > 2 * colour[2];
-        assert!(is_person(pixel(&[person], Pose2::default(), 22, 30)), "to the left");
-        assert!(!is_person(pixel(&[person], Pose2::default(), 58, 30)));
+        assert!(is_person(pixel(&[person], Pose2::default(), 22, 15)), "to the left");
+        assert!(!is_person(pixel(&[person], Pose2::default(), 58, 15)));
         // A robot is lower than the eye, and hides no wall.
         let robot = Body { x_m: 2.0, y_m: 0.0, radius_m: 0.2, kind: BodyKind::Robot };
         let wall = pixel(&[], Pose2::default(), 40, 25);

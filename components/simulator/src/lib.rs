@@ -1,7 +1,7 @@
 //! The simulator: a robot with its sensors among walls, people and other robots.
 //!
-//! Pure and without a clock: [`drawing`] and `armor-map-file` read worlds, [`world`] answers rays and
-//! clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with
+//! Pure and without a clock: `armor-drawn-world` and `armor-map-file` read worlds, [`world`] answers
+//! rays and clearances, [`scene`] adds what moves. `contact` is the base as a body, [`drive`] with
 //! [`steering`] and [`slip`] how it moves; each sensor has a file of its own. [`simulation`] joins
 //! them in fixed steps, [`pace`] maps the host's time to simulated time, [`truth`] is the world as
 //! a raster. `ports` alone knows the SDK.
@@ -10,7 +10,6 @@ pub mod battery;
 pub mod camera;
 pub mod compass;
 pub mod contact;
-pub mod drawing;
 pub mod drive;
 pub mod gps;
 pub mod imu;
@@ -23,12 +22,9 @@ pub mod pose;
 pub mod random;
 mod raster;
 pub mod reading;
-pub mod route;
 pub mod scene;
-pub mod segment;
 pub mod simulation;
 pub mod slip;
-pub mod start;
 pub mod steering;
 pub mod truth;
 mod walls;

@@ -1,6 +1,7 @@
 //! People who walk to and fro along drawn routes, and what they do in front of a robot.
 
-use crate::route::WalkedRoute;
+use armor_drawn_world::WalkedRoute;
+
 use crate::scene::{Body, BodyKind};
 
 /// How much room a person takes, in metres.

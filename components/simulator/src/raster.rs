@@ -2,12 +2,11 @@
 //! Voxel Traversal Algorithm for Ray Tracing", 1987) and end exactly on the edge of the first solid
 //! one. All beyond the picture is solid.
 
+use armor_drawn_world::{MAX_SEGMENTS, Segment};
 use armor_grid::{Cell, Geometry, Grid, Point2, traverse};
 use armor_map_file::{MapFileError, MapFileFault};
 
-use crate::drawing::limits;
 use crate::pose::{Portable, Pose2};
-use crate::segment::Segment;
 
 /// Solid and free cells, and where they lie in the map.
 #[derive(Clone)]
@@ -24,7 +23,7 @@ impl Raster {
         let raster = Self { solid, map_from_cells, cells_from_map: map_from_cells.inverted() };
         let fault = match raster.outlines().len() {
             0 => MapFileFault::NothingFree,
-            count if count > limits::SEGMENTS => MapFileFault::TooRagged(count),
+            count if count > MAX_SEGMENTS => MapFileFault::TooRagged(count),
             _ => return Ok(raster),
         };
         Err(MapFileError { file, line: 0, fault })

@@ -93,11 +93,16 @@ impl Body {
         libm::hypot(self.x_m - x_m, self.y_m - y_m) - self.radius_m
     }
 
+    /// How far along a ray its middle is, and how far to the left of it, in metres.
+    pub(crate) fn seen_along(&self, ray: Pose2) -> (f64, f64) {
+        let (sin, cos) = libm::sincos(ray.yaw_rad);
+        let (x, y) = (self.x_m - ray.x_m, self.y_m - ray.y_m);
+        (cos * x + sin * y, cos * y - sin * x)
+    }
+
     /// Where a ray meets its edge, in metres; 0 from within.
     pub(crate) fn range_m(&self, from: Pose2) -> Option<f64> {
-        let (sin, cos) = libm::sincos(from.yaw_rad);
-        let (x, y) = (self.x_m - from.x_m, self.y_m - from.y_m);
-        let (ahead_m, aside_m) = (cos * x + sin * y, cos * y - sin * x);
+        let (ahead_m, aside_m) = self.seen_along(from);
         let half_chord = self.radius_m * self.radius_m - aside_m * aside_m;
         if half_chord < 0.0 {
             return None;

@@ -3,13 +3,13 @@
 //! Both walk parry's tree of boxes and compute each wall in double precision: parry's own segment
 //! test calls a ray parallel to a short wall at up to 2°.
 
+use armor_drawn_world::Segment;
 use parry2d::bounding_volume::Aabb;
 use parry2d::math::Vector;
 use parry2d::partitioning::{Bvh, BvhBuildStrategy};
 use parry2d::query::{PointQuery, Ray};
 
 use crate::pose::Pose2;
-use crate::segment::Segment;
 
 /// By how much boxes in single precision are widened, so that rounding never hides a wall (metres).
 const BOX_MARGIN_M: f32 = 0.001;

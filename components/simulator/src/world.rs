@@ -4,15 +4,12 @@
 
 use std::path::Path;
 
+pub use armor_drawn_world::{DrawingError, DrawingFault, Segment, WorldStart};
+use armor_drawn_world::{WalkedRoute, WorldDrawing};
 use armor_map_file::{MapFileError, read_solid_cells};
 
-use crate::drawing::WorldDrawing;
-pub use crate::drawing::{DrawingError, DrawingFault};
 use crate::pose::{Portable, Pose2};
 use crate::raster::{Raster, SolidCells};
-use crate::route::WalkedRoute;
-pub use crate::segment::Segment;
-pub use crate::start::WorldStart;
 use crate::walls::Walls;
 
 /// An axis-aligned extent in the map frame, in metres.

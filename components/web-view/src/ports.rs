@@ -66,6 +66,7 @@ impl Component for WebView {
     const SUMMARY: &'static str =
         "The operator's page for browsers: state, map, mission, STOP and driving by hand.";
     const REPORTS_DONE: bool = false;
+    const READS_ALL: bool = true;
     const PARAMETERS: &'static [Parameter] = WebViewParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("velocity", "driving by hand: while the stick is held, then once zero"),

@@ -3,6 +3,7 @@
 use armor_robotfile::Configuration;
 use armor_wire::config::{ChangeRecord, ConfigReply, ConfigurationState, MAX_RECORDS};
 use armor_wire::hello::{Refusal, RefusalCode};
+use armor_wire::registry::DataReader;
 
 use super::{ConfigdAction, ConfigdClient, Notice, Versions};
 use crate::{answers, records};
@@ -69,7 +70,7 @@ impl Versions {
     /// Returns the configuration of a version, without overrides.
     fn read_version(&self, number: u64) -> Option<Configuration> {
         let mut configuration = self.history.configuration(number)?;
-        self.rules.fill_frames(&mut configuration);
+        self.rules.fill_parameters(&mut configuration);
         Some(configuration)
     }
 
@@ -79,6 +80,15 @@ impl Versions {
             (Some(before), Some(after)) => self.change_records(&before, &after),
             _ => (Vec::new(), 0),
         }
+    }
+
+    pub(super) fn readers_notice(&self) -> ConfigdAction {
+        ConfigdAction::Tell(Notice::Readers(self.list_readers()))
+    }
+
+    pub(super) fn list_readers(&self) -> Vec<DataReader> {
+        let (manifests, clock) = (self.rules.manifests.as_ref(), self.rules.clock.as_ref());
+        answers::list_readers(&self.in_force, manifests, clock)
     }
 
     pub(super) fn state_notice(&self) -> ConfigdAction {

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use armor_robotfile::{Configuration, Findings, Manifests, Override, Reading, check, fill_frames};
+use armor_robotfile::{
+    Configuration, Findings, Manifests, Override, Reading, check, fill_parameters,
+};
 use armor_wire::manifest::ParameterManifest;
 use tracing::warn;
 
@@ -70,15 +72,15 @@ impl VersionRules {
         let lenient = Self { overrides: self.overrides.clone(), ..Self::default() };
         judged.or_else(|_| {
             let (mut configuration, findings) = lenient.judge_reading(kept.read_files())?;
-            self.fill_frames(&mut configuration);
+            self.fill_parameters(&mut configuration);
             Ok((configuration, findings))
         })
     }
 
-    /// Gives the file's frames to the components that have a parameter for them.
-    pub(super) fn fill_frames(&self, configuration: &mut Configuration) {
+    /// Gives the file's frames and zones to the components that have parameters for them.
+    pub(super) fn fill_parameters(&self, configuration: &mut Configuration) {
         if let Some(manifests) = &self.manifests {
-            fill_frames(configuration, manifests);
+            fill_parameters(configuration, manifests);
         }
     }
 

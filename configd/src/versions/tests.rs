@@ -2,6 +2,7 @@
 
 mod frames;
 mod listing;
+mod readers;
 mod setting;
 
 use std::path::Path;
@@ -243,6 +244,7 @@ fn live_manifests() -> Manifests {
         kind: kind.into(),
         summary: String::new(),
         controllable: true,
+        reads_all: false,
         protocol: None,
         reports_done: true,
         ends_by_itself: false,

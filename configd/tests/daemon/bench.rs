@@ -72,7 +72,7 @@ pub fn wait_for(what: &str, is_so: impl Fn() -> bool) {
 pub fn notice(configd: &BackgroundConfigd) -> Notice {
     loop {
         match configd.notices().recv_timeout(DEADLINE).unwrap() {
-            Notice::State(_) => {}
+            Notice::State(_) | Notice::Readers(_) => {}
             other => return other,
         }
     }

@@ -135,7 +135,7 @@ fn settled(configd: &BackgroundConfigd, version: &mut u64, wanted: bool) -> Inst
                 }
             }
             Notice::Outdated { .. } => panic!("no kind has changed"),
-            Notice::State(_) | Notice::Ready { .. } => {}
+            Notice::State(_) | Notice::Readers(_) | Notice::Ready { .. } => {}
         }
     }
 }

@@ -11,7 +11,6 @@ use crate::app::dialogs::Dialog;
 use crate::disk::examples::{self, Example};
 use crate::disk::recovery::Kept;
 use crate::disk::{KeeperRequest, own, put_back};
-use crate::export;
 use crate::help::welcome::{self, Chosen};
 use crate::panels::path::{self, PathChoice};
 use crate::project::Project;
@@ -25,6 +24,7 @@ impl Dialog {
         let view = match view {
             View::System => "system",
             View::Mission => "mission",
+            View::Map => "map",
             View::Live => "live",
         };
         Self::Export(PathChoice::new(&project.folder(), &format!("{stem}-{view}.svg"), "svg", true))
@@ -171,7 +171,7 @@ impl Designer {
         const PIXELS_PER_POINT: f32 = 2.0;
         let is_dark = self.ctx.theme() == egui::Theme::Dark;
         let (pane, workspace) = self.pane();
-        let saved = export::export(pane.whole_drawing(workspace), path, is_dark, PIXELS_PER_POINT);
+        let saved = pane.export(workspace, path, is_dark, PIXELS_PER_POINT);
         match saved {
             Ok(()) => {
                 let path = crate::text::path(path);

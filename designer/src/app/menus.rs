@@ -166,6 +166,7 @@ impl Designer {
             let command = match view {
                 View::System => Command::ShowSystem,
                 View::Mission => Command::ShowMission,
+                View::Map => Command::ShowMap,
                 View::Live => Command::ShowLive,
             };
             let entry = about(command);
@@ -192,6 +193,7 @@ impl Designer {
             Command::ToggleSnap => settings.snap,
             Command::ShowSystem => self.view == View::System,
             Command::ShowMission => self.view == View::Mission,
+            Command::ShowMap => self.view == View::Map,
             Command::ShowLive => self.view == View::Live,
             _ => return None,
         })
@@ -260,6 +262,7 @@ fn icon_of(command: Command) -> Option<Icon> {
         Command::Stop => Icon::Stop,
         Command::ShowSystem => Icon::System,
         Command::ShowMission => Icon::Mission,
+        Command::ShowMap => Icon::Map,
         Command::ShowLive => Icon::Live,
         _ => return None,
     })

@@ -20,6 +20,10 @@ use crate::window_words::in_window_words;
 const SIDE_SHARE: f32 = 0.35;
 /// The width of the palette when it is folded: that of its button.
 const FOLDED_WIDTH: f32 = 28.0;
+/// The width of a message, and what it leaves free of the drawing at its sides.
+const MOST_MESSAGE: f32 = 560.0;
+const LEAST_MESSAGE: f32 = 120.0;
+const MESSAGE_MARGIN: f32 = 24.0;
 
 impl Designer {
     pub(super) fn side_panels(&mut self, ui: &mut egui::Ui) {
@@ -55,11 +59,11 @@ impl Designer {
         }
     }
 
-    /// Whether the panel at the left is open. In the live view it lists what runs, and stays
-    /// open until it is folded.
+    /// Whether the panel at the left is open. In the live view it lists what runs, in that of the
+    /// map the tools; there it stays open until it is folded.
     pub(super) fn is_palette_open(&self) -> bool {
         match self.view {
-            View::Live => self.workspace.settings.palette.unwrap_or(true),
+            View::Live | View::Map => self.workspace.settings.palette.unwrap_or(true),
             View::System | View::Mission => self.workspace.palette,
         }
     }
@@ -192,6 +196,8 @@ impl Designer {
             return;
         }
         let mut dismissed = None;
+        // Over the drawing only: the panels at its sides have fields.
+        let width = (middle.width() - 2.0 * MESSAGE_MARGIN).clamp(LEAST_MESSAGE, MOST_MESSAGE);
         let area = Area::new(Id::unique("messages")).order(Order::Foreground);
         let area = area.fixed_pos(middle.center_bottom() - Vec2::new(0.0, 14.0));
         area.pivot(Align2::CENTER_BOTTOM).show(ctx, |ui| {
@@ -202,7 +208,7 @@ impl Designer {
                 };
                 let frame = Frame::popup(ui.style()).stroke(Stroke::new(1.0, colour));
                 let response = frame.show(ui, |ui| {
-                    ui.set_max_width(560.0);
+                    ui.set_max_width(width);
                     let mut text = crate::text::paintable(ctx, &message.text).into_owned();
                     if message.count > 1 {
                         text += &format!(" ({} times)", message.count);

@@ -21,6 +21,7 @@ impl Designer {
             Command::Redo => self.workspace.project.redoable().is_some(),
             Command::ShowSystem => self.has(View::System),
             Command::ShowMission => self.has(View::Mission),
+            Command::ShowMap => self.has(View::Map),
             Command::ShowLive => self.has(View::Live),
             Command::NextProblem => !self.workspace.project.checked().findings.is_empty(),
             Command::Run | Command::Stop | Command::Detach | Command::Pause | Command::Resume => {
@@ -105,6 +106,7 @@ impl Designer {
             Command::Find => self.find = Some(FindList::default()),
             Command::ShowSystem => self.turn_to(View::System),
             Command::ShowMission => self.turn_to(View::Mission),
+            Command::ShowMap => self.turn_to(View::Map),
             Command::ShowLive => self.turn_to(View::Live),
             Command::TogglePalette => {
                 let is_open = !self.is_palette_open();
@@ -156,12 +158,10 @@ impl Designer {
         }
     }
 
-    /// What the view draws, but for the wires.
+    /// What the view draws.
     fn drawn(&mut self) -> BTreeSet<Item> {
         let (pane, workspace) = self.pane();
-        let drawing = pane.whole_drawing(workspace);
-        let nodes = drawing.nodes.iter().map(|node| node.item);
-        nodes.chain(drawing.decorations.iter().map(|note| note.item)).collect()
+        pane.drawn_items(workspace)
     }
 
     fn change_theme(&mut self, ctx: &egui::Context) {

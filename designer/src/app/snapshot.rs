@@ -7,7 +7,7 @@ use eframe::egui::Context;
 
 use crate::app::{Designer, Start};
 use crate::arguments::{Arguments, Picture, Task};
-use crate::export::{ExportError, PngError, Stage, export, save_png};
+use crate::export::{ExportError, PngError, Stage, save_png};
 use crate::kinds::{Kinds, KindsError, find_armor};
 use crate::project::{OpenError, Project};
 use crate::settings::Settings;
@@ -64,7 +64,7 @@ pub fn take_picture(arguments: &Arguments) -> Result<(), PictureError> {
     match picture {
         Picture::Drawing(to) => {
             let (pane, workspace) = designer.pane();
-            Ok(export(pane.whole_drawing(workspace), to, is_dark, arguments.scale)?)
+            Ok(pane.export(workspace, to, is_dark, arguments.scale)?)
         }
         Picture::Window(to) => screenshot(&mut designer, &context, arguments, to),
     }
@@ -80,6 +80,9 @@ fn screenshot(
     let side = |points: u16| (f32::from(points) * scale).round() as usize;
     let (width, height) = (side(arguments.size.0), side(arguments.size.1));
     let mut stage = Stage::new(context.clone(), width, height, scale);
+    stage.settle(FRAMES, |ui| designer.show(ui));
+    let (pane, workspace) = designer.pane();
+    pane.finish_loading(context, workspace);
     stage.settle(FRAMES, |ui| designer.show(ui));
     let is_dark = context.theme() == eframe::egui::Theme::Dark;
     let under = ThemeColours::of_theme(!is_dark).background;

@@ -76,6 +76,8 @@ pub struct NodeLook {
     pub outline: Outline,
     /// Less visible than others.
     pub is_dim: bool,
+    /// Made from something else, which is changed in its place: a dotted border, a hollow bar.
+    pub is_derived: bool,
 }
 
 /// The border of a node.

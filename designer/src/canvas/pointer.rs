@@ -338,7 +338,7 @@ pub(super) fn item_of<Id: DiagramId>(diagram: &Diagram<Id>, hit: Hit) -> Option<
 }
 
 /// Whole steps of a mouse wheel; a trackpad scrolls by points or parts of a line.
-pub(super) fn wheel_steps(event: &egui::Event) -> f32 {
+pub(crate) fn wheel_steps(event: &egui::Event) -> f32 {
     match event {
         egui::Event::MouseWheel { unit: egui::MouseWheelUnit::Line, delta, modifiers, .. }
             if delta.x == 0.0

@@ -209,6 +209,13 @@ pub const COMMANDS: &[About] = {
             Some((CTRL, Key::Num2)),
         ),
         entry(
+            C::ShowMap,
+            View,
+            "Map",
+            "Shows what is drawn on the map, and the routes over it.",
+            Some((CTRL, Key::Num4)),
+        ),
+        entry(
             C::ShowLive,
             View,
             "Live",

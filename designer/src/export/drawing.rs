@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use armor_picture::svg;
-use eframe::egui::{CentralPanel, Context, Frame, Rect, ThemePreference};
+use eframe::egui::{CentralPanel, Context, Frame, Rect, ThemePreference, Ui, Vec2};
 
 use super::{Format, PngError, Stage, save_png};
 use crate::canvas::{Canvas, Diagram, JoinRules, PortAt};
@@ -56,9 +56,30 @@ pub fn export(
     is_dark: bool,
     scale: f32,
 ) -> Result<(), ExportError> {
-    let format = Format::of(path).ok_or_else(|| ExportError::Format { path: path.into() })?;
     let bounds = diagram.extent().ok_or(ExportError::Empty)?;
-    let size = (bounds.size() + 2.0 * eframe::egui::Vec2::splat(MARGIN)).ceil();
+    let size = (bounds.size() + 2.0 * Vec2::splat(MARGIN)).ceil();
+    let mut canvas = Canvas::new("drawing");
+    canvas.minimap = false;
+    canvas.is_editable = false;
+    canvas.has_dots = false;
+    canvas.drawing_changed(diagram);
+    export_shown(size, path, is_dark, scale, |ui| {
+        canvas.show(ui, diagram, &Still);
+    })
+}
+
+/// The same of what `show` shows in a window of this size.
+///
+/// # Errors
+/// As [`export`].
+pub fn export_shown(
+    size: Vec2,
+    path: &Path,
+    is_dark: bool,
+    scale: f32,
+    mut show: impl FnMut(&mut Ui),
+) -> Result<(), ExportError> {
+    let format = Format::of(path).ok_or_else(|| ExportError::Format { path: path.into() })?;
     let pixels = size * scale;
     if format == Format::Png && pixels.max_elem() > MAX_PIXELS {
         return Err(ExportError::TooLarge { side: pixels.max_elem() as u32 });
@@ -66,16 +87,11 @@ pub fn export(
     let context = Context::default();
     theme::apply(&context, Pointing::Mouse);
     context.set_theme(if is_dark { ThemePreference::Dark } else { ThemePreference::Light });
-    let mut canvas = Canvas::new("drawing");
-    canvas.minimap = false;
-    canvas.is_editable = false;
-    canvas.has_dots = false;
-    canvas.drawing_changed(diagram);
     let mut stage =
         Stage::new(context, pixels.x.round() as usize, pixels.y.round() as usize, scale);
     stage.settle(FRAMES, |ui| {
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            canvas.show(ui, diagram, &Still);
+            show(ui);
         });
     });
     let under = ThemeColours::of_theme(!is_dark).background;

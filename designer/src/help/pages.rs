@@ -46,7 +46,7 @@ pub const DOCUMENTS: &[HelpDocument] = documents! {
     "tutorial/7-replay.md" "robot.md" "component.md" "mission.md" "watch.md" "missions.md"
     "file-format.md" "semantics.md" "units.md" "links.md" "frames.md" "blackboard.md" "manifest.md"
     "command-line.md" "operator.md" "screen.md" "web.md" "hosts.md" "keys.md" "security.md"
-    "journal.md" "recordings.md"
+    "journal.md" "recordings.md" "map.md"
 };
 
 /// A part of a document, from one heading to the next.
@@ -112,6 +112,12 @@ impl HelpPage {
             Item::Exclusive(_) => format("<exclusive>"),
             Item::Check(_) => format("<check>"),
             Item::Decoration { .. } => format("<layout>"),
+            Item::MapPoint(_)
+            | Item::Rally(_)
+            | Item::Zone(_)
+            | Item::MapLine(_)
+            | Item::Symbol(_) => format("<map>"),
+            Item::Route(_) | Item::Step { .. } => format("<route>"),
             Item::System => format("<system>"),
             Item::Mission => format("<mission>"),
         }
@@ -179,6 +185,11 @@ mod tests {
             Item::Exclusive(0),
             Item::Check(0),
             Item::Decoration { view: View::System, number: 0 },
+            Item::map_point("P1"),
+            Item::zone("z"),
+            Item::Symbol(0),
+            Item::route("red"),
+            Item::step("red", "l1"),
             Item::System,
             Item::Mission,
         ];

@@ -21,6 +21,15 @@ const MOUSE: &[(&str, &str)] = &[
     ("A file dropped on the window", "is opened"),
 ];
 
+/// What the mouse does on the map, besides.
+const MAP_MOUSE: &[(&str, &str)] = &[
+    ("Click, and click again", "selects the item in front, then the one behind it"),
+    ("Drag a point or a corner", "moves it"),
+    ("Drag a circle between corners", "adds a corner"),
+    ("Drag the circle of a selected leg", "inserts a point and a leg"),
+    ("Double click while drawing", "ends the zone or line, as Enter does"),
+];
+
 /// Shows the page; whether it is to be closed.
 pub fn show(ctx: &egui::Context) -> bool {
     let modal = Modal::new(Id::unique("shortcuts")).show(ctx, |ui| {
@@ -59,6 +68,7 @@ fn commands(ui: &mut Ui, menu: Menu) {
 
 fn mouse(ui: &mut Ui) {
     list(ui, "Mouse", MOUSE);
+    list(ui, "Mouse on the map", MAP_MOUSE);
     list(ui, "On the time line of a recording", &TIME_LINE_KEYS);
 }
 

@@ -408,6 +408,15 @@ impl Pane for LiveView {
         }
     }
 
+    fn drawing_area(&self) -> egui::Rect {
+        let [system, net] = [self.system.canvas.rect(), self.net.canvas.rect()];
+        match self.shows {
+            Shows::Both => system.union(net),
+            Shows::System => system,
+            Shows::Mission => net,
+        }
+    }
+
     fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
         use Command as C;
         Some(match command {

@@ -6,6 +6,7 @@ use armor_robotfile::mission::ArcKind;
 use super::edits::{self, Decides, Timing};
 use crate::item::Item;
 use crate::layout;
+use crate::map_view::edits as map_edits;
 use crate::project::elsewhere::NameChange;
 use crate::project::{Documents, Refused};
 use crate::view::View;
@@ -63,6 +64,10 @@ pub enum Change {
     AddSubmission(String),
     /// `ref`, `in` or `out` of a sub-mission.
     Submission(usize, &'static str, Option<String>),
+    /// An attribute of the map; without a value it goes.
+    Map(&'static str, Option<String>),
+    /// An attribute of a symbol on the map, by its number; without a value it goes.
+    Symbol(usize, &'static str, Option<String>),
     /// What a group or note of the drawing states.
     Decoration(usize, String),
     /// These are removed together.
@@ -74,6 +79,7 @@ impl Change {
     pub fn what(&self) -> String {
         match self {
             Self::Rename(item, name) => format!("rename {item} to {name}"),
+            Self::Attribute(item, "at", Some(_)) => format!("move {item}"),
             Self::Attribute(item, name, Some(_)) => format!("set {name} of {item}"),
             Self::Attribute(item, name, None) => format!("remove {name} of {item}"),
             Self::Component { place, component, is_active: true } => {
@@ -99,6 +105,9 @@ impl Change {
             Self::Check(number, _) => format!("change check {}", number + 1),
             Self::AddSubmission(file) => format!("add sub-mission {file}"),
             Self::Submission(number, ..) => format!("change sub-mission {}", number + 1),
+            Self::Map(name, Some(_)) => format!("set {name} of the map"),
+            Self::Map(name, None) => format!("remove {name} of the map"),
+            Self::Symbol(number, name, _) => format!("set {name} of symbol {}", number + 1),
             Self::Decoration(..) => "edit text".into(),
             Self::Remove(items) => match &items[..] {
                 [one] => format!("remove {one}"),
@@ -176,6 +185,10 @@ impl Change {
             Self::AddSubmission(file) => edits::add_submission(document, file)?,
             Self::Submission(number, attribute, value) => {
                 edits::set_submission(document, *number, attribute, value.as_deref())?;
+            }
+            Self::Map(name, value) => map_edits::set_map(document, name, value.as_deref())?,
+            Self::Symbol(number, name, value) => {
+                map_edits::set_symbol(document, *number, name, value.as_deref())?;
             }
             Self::Decoration(number, text) => {
                 layout::write_decoration(document, View::Mission, *number, text)?;

@@ -8,6 +8,7 @@ use armor_petri::PlaceId;
 use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::Pos2;
 
+use super::derived::refusal;
 use super::marks::Marks;
 use super::play::Play;
 use super::rules::{self, Join};
@@ -77,7 +78,7 @@ impl NetRules<'_> {
     pub fn join(&self, from: PortAt, to: PortAt) -> Result<Join, String> {
         // What is drawn from the left edge of a bar is drawn backwards.
         let (from, to) = if from.port == IN { (to, from) } else { (from, to) };
-        rules::join(self.mission, self.end(from)?, self.end(to)?, self.kind)
+        rules::join(self.mission, self.own_end(from)?, self.own_end(to)?, self.kind)
     }
 
     /// The transition and the place of an arc once its other end is at `to`.
@@ -87,10 +88,20 @@ impl NetRules<'_> {
     pub fn led(&self, wire: usize, stays: PortAt, to: PortAt) -> Result<(&str, &str), String> {
         match self.diagram.wires.get(wire).map(|wire| &wire.item) {
             Some(Item::Arc { kind, .. }) => {
-                rules::lead(self.mission, self.end(stays)?, self.end(to)?, *kind)
+                rules::lead(self.mission, self.own_end(stays)?, self.own_end(to)?, *kind)
             }
             _ => Err("only arcs can be reconnected by their ends".to_owned()),
         }
+    }
+
+    /// An end that may be changed: the arcs of a derived transition are those of its route.
+    fn own_end(&self, at: PortAt) -> Result<rules::End<'_>, String> {
+        let end = self.end(at)?;
+        let derived = match end {
+            rules::End::Transition(name) => refusal(self.mission, name),
+            _ => None,
+        };
+        derived.map_or(Ok(end), Err)
     }
 
     fn end(&self, at: PortAt) -> Result<rules::End<'_>, String> {

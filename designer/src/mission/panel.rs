@@ -2,6 +2,7 @@
 
 mod arcs;
 mod claims;
+mod derived;
 mod fields;
 pub mod parts;
 mod place;
@@ -14,6 +15,7 @@ mod whole;
 use eframe::egui;
 
 use self::parts::{PanelRequest, PanelSource, section, show_finding};
+use super::derived::source_of;
 use super::form::Form;
 use crate::item::Item;
 
@@ -27,17 +29,27 @@ pub fn show(
     let mut requests = Vec::new();
     match selected {
         [item @ Item::Place(name)] => {
-            if let Some(place) = shown.mission.place(name) {
+            if let Some(source) = source_of(shown.mission, name) {
+                derived::show_place(ui, shown, name, &source, &mut requests);
+            } else if let Some(place) = shown.mission.place(name) {
                 place::show(ui, shown, place, form.of(item), &mut requests);
             }
         }
         [item @ Item::Transition(name)] => {
             let transitions = &shown.mission.transitions;
-            if let Some(transition) = transitions.iter().find(|t| *name == t.name.value) {
+            if let Some(source) = source_of(shown.mission, name) {
+                derived::show_transition(ui, shown, name, &source, &mut requests);
+            } else if let Some(transition) = transitions.iter().find(|t| *name == t.name.value) {
                 transition::show(ui, shown, transition, form.of(item), &mut requests);
             }
         }
-        [item @ Item::Arc { .. }] => arcs::show_one(ui, shown, item, form.of(item)),
+        [item @ Item::Arc { transition, .. }] => {
+            if let Some(source) = source_of(shown.mission, transition) {
+                derived::show_arc(ui, item, &source);
+            } else {
+                arcs::show_one(ui, shown, item, form.of(item));
+            }
+        }
         [item @ Item::Submission(number)] => {
             sets::submission(ui, shown, *number, form.of(item));
         }

@@ -108,6 +108,10 @@ impl Pane for MissionView {
         self.show_picker(ui, workspace);
     }
 
+    fn drawing_area(&self) -> egui::Rect {
+        self.pane.canvas.rect()
+    }
+
     fn is_asking(&self) -> bool {
         self.picker.is_some()
     }

@@ -164,7 +164,7 @@ fn block(
         look: NodeLook {
             outline: if is_known { Outline::Plain } else { Outline::Dashed },
             is_dim: !is_known,
-            tint: None,
+            ..NodeLook::default()
         },
         label: format!("component {name}"),
         doc: doc(component, kind, is_known, unassigned),

@@ -87,6 +87,10 @@ impl Pane for SystemView {
         self.picker.is_some()
     }
 
+    fn drawing_area(&self) -> egui::Rect {
+        self.pane.canvas.rect()
+    }
+
     fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
         self.can_run(command, workspace)
     }

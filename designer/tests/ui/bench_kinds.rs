@@ -63,6 +63,7 @@ fn kind(
         reports_done: true,
         ends_by_itself: false,
         needs_rate: false,
+        reads_all: false,
         needs_one_of: Vec::new(),
         value_effects: Vec::new(),
         frames: Vec::new(),
@@ -150,4 +151,9 @@ pub fn station() -> Manifest {
 /// The same as the designer knows them.
 pub fn kinds() -> Kinds {
     Kinds::of(manifests(), "stock")
+}
+
+/// A kind that drives along a route, as the legs of a map need it.
+pub fn way() -> Manifest {
+    kind("way", vec![], vec![], vec![parameter("route", ParameterType::Text, Some("0,0"))])
 }

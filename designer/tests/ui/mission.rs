@@ -320,7 +320,7 @@ fn a_variable_that_transitions_set_has_a_value_at_the_start() {
 
 impl Window {
     /// Chooses from a drop-down list.
-    fn choose(&mut self, label: &str, choice: &str) {
+    pub fn choose(&mut self, label: &str, choice: &str) {
         self.click(label);
         // The list lies over all else that has the name.
         let at = self.harness.get_all_by_label(choice).last().unwrap().rect().center();
@@ -328,11 +328,11 @@ impl Window {
     }
 
     /// Whether something has this in its name.
-    fn has_part(&self, part: &str) -> bool {
+    pub fn has_part(&self, part: &str) -> bool {
         self.harness.query_all_by_label_contains(part).next().is_some()
     }
 
-    fn click_part(&mut self, part: &str) {
+    pub fn click_part(&mut self, part: &str) {
         let at = self.harness.get_by_label_contains(part).rect().center();
         self.click_at(at);
     }

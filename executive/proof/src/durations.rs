@@ -9,7 +9,7 @@ use armor_petri::analysis::rules::FiringRules;
 use armor_robotfile::{Code, Finding, MissionDuration};
 
 use crate::proof::Proof;
-use crate::wording::time_in_words as time;
+use armor_robotfile::time_in_words as time;
 
 impl Proof<'_> {
     pub(super) fn find_durations(&self) -> Option<Finding> {

@@ -9,7 +9,7 @@ use armor_robotfile::mission::{Autonomy, Transition};
 use armor_robotfile::{Code, Finding, Findings};
 
 use crate::proof::{Proof, Witness};
-use crate::wording::time_in_words;
+use armor_robotfile::time_in_words;
 
 /// Most transitions that a message names.
 const MOST_NAMED: usize = 3;

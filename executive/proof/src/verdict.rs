@@ -13,7 +13,7 @@ use armor_robotfile::{FiringTrace, Location};
 use crate::formula::PlaceFormula;
 use crate::proof::{Possible, Proof, Witness};
 use crate::sums::exclude;
-use crate::wording::time_in_words as time;
+use armor_robotfile::time_in_words as time;
 
 /// What comes of a check.
 #[derive(Debug)]

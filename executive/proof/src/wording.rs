@@ -1,7 +1,5 @@
 //! Firing sequences, markings and times in words and as data.
 
-use std::time::Duration;
-
 use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::FiringTrace;
@@ -89,36 +87,5 @@ impl Proof<'_> {
             }
             _ => why.to_string(),
         }
-    }
-}
-
-/// A time of a proof as people say it, to the millisecond: `6 min 30 s`.
-pub fn time_in_words(time: Duration) -> String {
-    let whole_s = time.as_secs();
-    let (hours, minutes) = (whole_s / 3600, whole_s / 60 % 60);
-    let rest = time - Duration::from_secs(whole_s / 60 * 60);
-    let mut parts = Vec::new();
-    if hours > 0 {
-        parts.push(format!("{hours} h"));
-    }
-    if minutes > 0 {
-        parts.push(format!("{minutes} min"));
-    }
-    if !rest.is_zero() || parts.is_empty() {
-        let seconds = format!("{:.3}", rest.as_secs_f64());
-        parts.push(format!("{} s", seconds.trim_end_matches('0').trim_end_matches('.')));
-    }
-    parts.join(" ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_are_in_the_units_that_people_use() {
-        let words = [0, 500, 90_000, 3_600_000, 3_660_500]
-            .map(|ms| time_in_words(Duration::from_millis(ms)));
-        assert_eq!(words, ["0 s", "0.5 s", "1 min 30 s", "1 h", "1 h 1 min 0.5 s"]);
     }
 }

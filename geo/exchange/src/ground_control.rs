@@ -41,11 +41,7 @@ pub(crate) fn read(text: &str) -> Result<RoutePlan, PlanReadError> {
     for (index, item) in list(&mission["items"], "the mission", "items")?.iter().enumerate() {
         read_item(item, &format!("item {}", index + 1), &mut commands)?;
     }
-    let mut notes = Vec::new();
-    let route = read_commands(&commands, |place, text| notes.push((place.to_owned(), text)))?;
-    for (place, text) in notes {
-        plan.note(place, text);
-    }
+    let route = read_commands(&commands, &mut plan.notes)?;
     plan.routes.push(route);
     read_fences(&file["geoFence"], &mut plan)?;
     read_rally_points(&file["rallyPoints"], &mut plan)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::error::PlanReadError;
 use crate::plan::{
-    AltitudeReference, MavlinkCommand, PlanAltitude, PlanItem, PlanPosition, PlannedRoute,
+    AltitudeReference, MavlinkCommand, PlanAltitude, PlanItem, PlanNote, PlanPosition, PlannedRoute,
 };
 
 const WAYPOINT: u16 = 16;
@@ -44,7 +44,7 @@ struct ReadItem {
 /// Reads commands into a route; notes are added for what has no counterpart.
 pub(crate) fn read_commands(
     commands: &[NumberedCommand],
-    mut note: impl FnMut(&str, String),
+    notes: &mut Vec<PlanNote>,
 ) -> Result<PlannedRoute, PlanReadError> {
     let mut indices = BTreeMap::new();
     for (index, command) in commands.iter().enumerate() {
@@ -58,7 +58,8 @@ pub(crate) fn read_commands(
         let read = read_item(command, &indices)
             .map_err(|reason| PlanReadError::value(place.as_str(), reason))?;
         if let Some(text) = read.note {
-            note(place, text);
+            let item = Some(route.items.len());
+            notes.push(PlanNote { place: place.clone(), text, item });
         }
         route.items.push(read.item);
     }
@@ -138,6 +139,13 @@ fn read_item(command: &MavlinkCommand, indices: &BTreeMap<i64, usize>) -> Result
         )
     });
     Ok(ReadItem { item, note })
+}
+
+impl MavlinkCommand {
+    /// Where it leads the vehicle, if it is a command of navigation with a position.
+    pub fn leads_to(&self) -> Option<PlanPosition> {
+        position_of(self).ok().flatten().filter(|_| self.command <= LAST_NAVIGATION)
+    }
 }
 
 fn leads_to_position(command: u16) -> bool {

@@ -199,6 +199,8 @@ pub struct PlanNote {
     pub place: String,
     /// What it is, and what was done with it.
     pub text: String,
+    /// The index of the item of the plan's only route that it is about, if it is about one.
+    pub item: Option<usize>,
 }
 
 impl fmt::Display for PlanNote {
@@ -228,7 +230,7 @@ pub struct RoutePlan {
 
 impl RoutePlan {
     pub(crate) fn note(&mut self, place: impl Into<String>, text: impl Into<String>) {
-        self.notes.push(PlanNote { place: place.into(), text: text.into() });
+        self.notes.push(PlanNote { place: place.into(), text: text.into(), item: None });
     }
 }
 
@@ -272,6 +274,7 @@ impl Omissions {
         let note = |(kind, count): (&str, usize)| PlanNote {
             place: format.to_owned(),
             text: format!("has no place for: {kind} ({count})"),
+            item: None,
         };
         self.0.into_iter().map(note).collect()
     }

@@ -42,11 +42,7 @@ pub(crate) fn read(text: &str) -> Result<RoutePlan, PlanReadError> {
     if commands.first().is_some_and(|command| command.number == 0) {
         plan.home = home_of(&commands.remove(0))?;
     }
-    let mut notes = Vec::new();
-    let route = read_commands(&commands, |place, text| notes.push((place.to_owned(), text)))?;
-    for (place, text) in notes {
-        plan.note(place, text);
-    }
+    let route = read_commands(&commands, &mut plan.notes)?;
     plan.routes.push(route);
     Ok(plan)
 }

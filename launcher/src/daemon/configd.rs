@@ -11,10 +11,12 @@ use anyhow::{Context, Result, bail};
 use armor_configd::{ConfigdOptions, KindSource, Notice};
 use armor_inspect::CONFIGURATION;
 use armor_robotfile::{Colours, Finding, Severity};
+use armor_sdk::directory::Directory;
 use armor_sdk::messages::ConfigurationState;
 use armor_sdk::node::{NodeOptions, SystemNode};
 use armor_sdk::prelude::Latched;
 use armor_socket::Registration;
+use armor_socket::run_keys::own_secret;
 use armor_wire::config::ChangeRecord;
 use clap::Args;
 use parking_lot::Mutex;
@@ -103,12 +105,17 @@ fn run_configd(arguments: &ConfigdArguments) -> Result<CommandEnding> {
     };
     let registry = arguments.registry;
     let publisher = publisher(registry)?;
+    // Of a registry that was started by hand no client is configd; it grants everything.
+    let report = own_secret().map(|_| Directory::observer(&registry.to_string(), "configd"));
     // Kept to the end: dropping it ends the registration.
     let mut registrations = Vec::new();
     let notify = |notice| match notice {
         Notice::Ready { address } => {
             registrations
                 .push(Registration::keep_registered(registry, make_entry("configd", address)));
+        }
+        Notice::Readers(readers) => {
+            report.iter().for_each(|report| report.report_readers(readers.clone()));
         }
         // No thread receives it only if none could be started, which was logged.
         Notice::State(state) => drop(publisher.send(*state)),
@@ -202,7 +209,7 @@ fn log_notice(notice: &Notice) {
             info!("the file is again that of version {version}, which is in force");
         }
         // The faults of the first version were reported before the start.
-        Notice::Taken { .. } | Notice::Ready { .. } | Notice::State(_) => {}
+        Notice::Taken { .. } | Notice::Ready { .. } | Notice::Readers(_) | Notice::State(_) => {}
     }
 }
 

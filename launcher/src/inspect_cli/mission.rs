@@ -8,6 +8,7 @@ mod firing;
 mod journal;
 mod orders;
 mod replay;
+mod times;
 mod verification;
 mod words;
 
@@ -61,6 +62,7 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
             return journal::print(path.or(journal).as_deref(), &running, format);
         }
         MissionCommand::Expand { file } => return expand::print_expanded(&file),
+        MissionCommand::Times { file, begin } => return times::print_times(&file, begin, format),
         MissionCommand::Replay(arguments) => return replay::run(&arguments, format),
         MissionCommand::Operate(by) => return orders::operate(&by, format),
         MissionCommand::Fire { transition, by } => (by, Order::Fire { transition }),

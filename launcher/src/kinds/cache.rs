@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 use tracing::debug;
 
 use super::modules::ModulesIdentity;
-use super::probe::{ProbeProblem, find_interpreter};
+use super::probe::ProbeProblem;
+use super::script::find_interpreter;
 
 /// Set to anything, nothing is remembered.
 const OFF: &str = "ARMOR_NO_CACHE";

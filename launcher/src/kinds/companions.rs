@@ -27,6 +27,7 @@ pub fn is_program(path: &Path, kind: &str) -> bool {
 pub fn suggest_build(kind: &str) -> Option<String> {
     let (_, program) = PROGRAMS.iter().find(|(known, _)| *known == kind)?;
     Some(format!(
-        "it is a separate program next to `armor`: build it with `cargo build --release -p {program}`"
+        "it is a separate program next to `armor`: build it with `cargo build --release -p {program}`, or \
+         install the package `{program}`"
     ))
 }

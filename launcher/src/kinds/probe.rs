@@ -1,6 +1,7 @@
 //! Asks one executable to describe itself. It is a stranger: limited in time and in output, killed
 //! with everything it started.
 
+use std::borrow::Cow;
 use std::io::{self, ErrorKind, Read};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -16,14 +17,14 @@ use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process_group};
 use serde::Deserialize;
 
+use super::script::{find_exception_place, find_missing_part};
+
 /// How long a description may take: Python with its libraries from a cold disk takes seconds.
 const WITHIN: Duration = Duration::from_secs(5);
 /// Longest description in bytes.
 const MAX_LEN: u64 = 1 << 20;
 /// What is kept of the complaints of one that fails, in bytes.
 const MAX_COMPLAINT_LEN: u64 = 4 << 10;
-/// Longest #! line that is read, in bytes; the kernel reads fewer.
-const MAX_SHEBANG_LEN: u64 = 512;
 /// Longest wait for the rest of stderr after its end. The text is already in the pipe; only the
 /// thread that reads it may be late.
 const COMPLAINT_WITHIN: Duration = Duration::from_secs(2);
@@ -35,14 +36,14 @@ const LOOK: Duration = Duration::from_millis(2);
 pub struct ProbeProblem {
     code: Code,
     message: String,
-    remedy: &'static str,
+    remedy: Cow<'static, str>,
 }
 
 impl ProbeProblem {
     /// Returns the finding about the executable at `path`.
     pub fn finding(&self, path: &Path) -> Finding {
         let message = format!("{}: {}; it is not used", path.display(), self.message);
-        Finding::nowhere(self.code, message).remedy(self.remedy)
+        Finding::nowhere(self.code, message).remedy(&*self.remedy)
     }
 }
 
@@ -58,7 +59,8 @@ impl ProbeProblem {
             code: Code::DescribeHangs,
             message: format!("--describe did not end within {} s", WITHIN.as_secs()),
             remedy: "nothing may happen before --describe is answered: no hardware, no network; \
-                     touch it to have it asked again",
+                     touch it to have it asked again"
+                .into(),
         }
     }
 
@@ -70,7 +72,7 @@ impl ProbeProblem {
 
 fn no_manifest(message: impl Into<String>) -> ProbeProblem {
     let remedy = "run it with --describe; it must print its manifest (docs/manifest.md) and end";
-    ProbeProblem { code: Code::BrokenExecutable, message: message.into(), remedy }
+    ProbeProblem { code: Code::BrokenExecutable, message: message.into(), remedy: remedy.into() }
 }
 
 /// Asks the executable at `path` for its description.
@@ -117,14 +119,15 @@ fn foreign_output(line: &str, place: &str) -> ProbeProblem {
         code: Code::BrokenExecutable,
         message: format!("--describe printed more than its manifest: {line:?} {place} it"),
         remedy: "only the manifest may be on stdout: its constructor too must write to stderr \
-                 (eprintln!, tracing)",
+                 (eprintln!, tracing)"
+            .into(),
     }
 }
 
 fn knows_no_describe(message: String) -> ProbeProblem {
     let remedy = "it seems to be no component: a component answers --describe with its manifest \
                   (docs/manifest.md); the SDK does this";
-    ProbeProblem { code: Code::BrokenExecutable, message, remedy }
+    ProbeProblem { code: Code::BrokenExecutable, message, remedy: remedy.into() }
 }
 
 fn cannot_start(path: &Path, error: &io::Error) -> ProbeProblem {
@@ -133,7 +136,8 @@ fn cannot_start(path: &Path, error: &io::Error) -> ProbeProblem {
             code: Code::NotAProgram,
             message: "it is marked executable, but is no program of this machine".into(),
             remedy: "chmod -x if it is none; a script begins with #! and what runs it; a program \
-                     must be built for this machine",
+                     must be built for this machine"
+                .into(),
         };
     }
     if error.kind() == ErrorKind::NotFound && path.exists() {
@@ -169,63 +173,18 @@ fn read_answer(path: &Path, child: &mut Child, deadline: Instant) -> Result<Vec<
         return Err(knows_no_describe(message));
     }
     let last_words = find_last_words(&complaint);
-    if let Some(module) = find_missing_module(&last_words) {
-        return Err(lacks_module(path, module, &how));
+    if let Some(part) = find_missing_part(&last_words) {
+        return Err(ProbeProblem {
+            code: Code::BrokenExecutable,
+            message: format!("--describe ended with {how}: {}", part.describe(path)),
+            remedy: part.propose_install(path).into(),
+        });
     }
-    let place = find_python_place(&complaint, path);
+    let place = find_exception_place(&complaint, path);
+    let place = place.map(|place| shown_line(&place) + ": ").unwrap_or_default();
     let last_words = Some(place + &last_words).filter(|line| !line.is_empty());
     let last_words = last_words.map(|line| format!(": {line}")).unwrap_or_default();
     Err(no_manifest(format!("--describe ended with {how}{last_words}")))
-}
-
-/// The file and line of Python that an exception is at, as `file:line: `: the last ones of the traceback
-/// that are in the folder of the script. Empty if there is none.
-fn find_python_place(complaint: &[u8], script: &Path) -> String {
-    let text = String::from_utf8_lossy(complaint);
-    let folder = script.parent().unwrap_or(script);
-    let mut places = text.lines().filter_map(|line| {
-        let (file, rest) = line.trim().strip_prefix("File \"")?.split_once("\", line ")?;
-        let line = rest.split(',').next()?.trim();
-        line.parse::<u32>().ok().filter(|_| Path::new(file).starts_with(folder))?;
-        Some(format!("{}:{line}: ", shown_line(file)))
-    });
-    places.next_back().unwrap_or_default()
-}
-
-/// The name of the module that a script of Python could not import.
-fn find_missing_module(last_words: &str) -> Option<&str> {
-    let named = last_words.strip_prefix("ModuleNotFoundError: No module named '")?;
-    named.split_once('\'').map(|(module, _)| module)
-}
-
-/// A script whose Python lacks a module, such as the package `armor`.
-fn lacks_module(path: &Path, module: &str, how: &str) -> ProbeProblem {
-    let interpreter = find_interpreter(path).unwrap_or_else(|| "the one of its #! line".into());
-    ProbeProblem {
-        code: Code::BrokenExecutable,
-        message: format!(
-            "--describe ended with {how}: its Python, {interpreter}, has no module `{module}`"
-        ),
-        remedy: "activate the environment that has it before `armor` is started (`. \
-                 .venv/bin/activate`), or install it there with pip; docs/python.md shows how the \
-                 package `armor` is installed",
-    }
-}
-
-/// The interpreter that the #! line of a script leads to: of `/usr/bin/env NAME` the first one in PATH.
-pub fn find_interpreter(path: &Path) -> Option<String> {
-    let mut head = Vec::new();
-    std::fs::File::open(path).ok()?.take(MAX_SHEBANG_LEN).read_to_end(&mut head).ok()?;
-    let head = String::from_utf8_lossy(&head);
-    let mut words = head.lines().next()?.strip_prefix("#!")?.split_whitespace();
-    let program = words.next()?;
-    if !program.ends_with("/env") {
-        return Some(program.into());
-    }
-    let name = words.find(|word| !word.starts_with('-'))?;
-    let folders = std::env::var_os("PATH")?;
-    let found = std::env::split_paths(&folders).map(|folder| folder.join(name));
-    found.into_iter().find(|file| file.is_file()).map(|file| file.display().to_string())
 }
 
 /// Reads in the background: the other end may be kept open for ever.
@@ -319,7 +278,7 @@ impl ManifestVersions {
         } else {
             "rebuild it with this version's SDK"
         };
-        Err(ProbeProblem { code: Code::ManifestVersion, message, remedy })
+        Err(ProbeProblem { code: Code::ManifestVersion, message, remedy: remedy.into() })
     }
 }
 
@@ -377,24 +336,6 @@ fn find_foreign_output(text: &str) -> Option<ProbeProblem> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_place_of_an_exception_is_the_last_one_in_the_folder_of_the_script() {
-        let script = Path::new("/robot/components/arm.py");
-        let place = |text: &str| find_python_place(text.as_bytes(), script);
-        let syntax =
-            "  File \"/robot/components/arm.py\", line 7\n    def x(\nSyntaxError: '(' ...";
-        assert_eq!(place(syntax), "/robot/components/arm.py:7: ");
-        let raised = "Traceback (most recent call last):\n\
-                      \x20 File \"/robot/components/arm.py\", line 3, in <module>\n\
-                      \x20 File \"/robot/components/grip/hand.py\", line 12, in close\n\
-                      \x20 File \"/usr/lib/python3/json/__init__.py\", line 346, in loads\nValueError: x";
-        assert_eq!(place(raised), "/robot/components/grip/hand.py:12: ");
-        for other in ["", "error: no port", "  File \"/usr/lib/a.py\", line 3, in f\nKeyError: 'x'"]
-        {
-            assert_eq!(place(other), "", "{other}");
-        }
-    }
 
     #[test]
     fn a_panic_is_shown_by_its_own_lines() {

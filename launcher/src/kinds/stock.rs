@@ -53,7 +53,7 @@ mod tests {
     /// Programs of their own: one brings a window, the other serves a program that few robots need.
     const SEPARATE: [&str; 2] = ["foxglove", "operator-view"];
     /// What components share.
-    const SHARED: [&str; 4] = ["convert", "grid", "map-file", "zones"];
+    const SHARED: [&str; 5] = ["convert", "drawn-world", "grid", "map-file", "zones"];
 
     #[test]
     fn the_folders_and_the_readme_of_the_components_list_them_all() {

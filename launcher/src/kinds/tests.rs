@@ -59,6 +59,13 @@ fn executables_describe_themselves_and_broken_ones_are_findings() {
             "W0119",
             "code 1: its Python, /bin/sh, has no module `armor`",
         ),
+        (
+            "vision",
+            "#!/bin/sh\n# /// script\n# dependencies = [\"armor\", \"eyes<5\"]\n# ///\n\
+             echo \"ModuleNotFoundError: No module named 'eyes'\" >&2; exit 1",
+            "W0119",
+            "install what the script names: /bin/sh -m pip install 'eyes<5'; or",
+        ),
         ("nothing", "#!/bin/sh", "W0119", "ended before it printed its manifest"),
         ("hanging", "#!/bin/sh\nsleep 600 & sleep 600", "W0126", "within"),
         ("detached", "#!/bin/sh\nsetsid sleep 3 & exit 1", "W0119", "code 1"),
@@ -334,6 +341,19 @@ fn remedy_for_arm(scratch: &ScratchFolder) -> String {
     catalogue.point_to_broken(&mut reading.findings);
     let unknown = reading.findings.iter().find(|finding| finding.code == Code::UnknownKind);
     unknown.map(|finding| finding.remedy.clone()).unwrap_or_default()
+}
+
+#[test]
+fn a_script_with_an_underscore_is_of_the_kind_with_a_dash_and_a_file_of_that_name_is_none() {
+    let scratch = ScratchFolder::new("underscore");
+    let there = |name: &str| scratch.path().join("components").join(name);
+    script(&there("arm.xml"), "<armor/>");
+    script(&there("a_r.py"), "#!/bin/sh\nexit 3");
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o644);
+    std::fs::set_permissions(there("arm.xml"), mode).expect("a mode");
+    let remedy = remedy_for_arm(&scratch);
+    assert!(!remedy.contains("chmod") && remedy.contains("looked in armor itself"), "{remedy}");
+    assert!(is_named(&there("a_r.py"), "a-r") && !is_named(&there("a_r.py"), "ar"));
 }
 
 #[test]

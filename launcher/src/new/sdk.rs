@@ -238,7 +238,7 @@ mod tests {
         assert!(matches!(sources, SdkSource::Sources(_)), "{sources:?}");
         sources.copy_to(&copy).expect("copied");
         for (file, part) in [
-            ("Cargo.toml", "armor-wire = { path = \"wire\" }"),
+            ("Cargo.toml", "armor-wire = { path = \"wire\", version = \"0.1.0\" }"),
             ("Cargo.toml", "[workspace.lints.rust]"),
             ("sdk/Cargo.toml", "name = \"armor-sdk\""),
             ("sdk/derive/src/lib.rs", "proc_macro"),

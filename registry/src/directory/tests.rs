@@ -2,6 +2,7 @@
 
 mod names;
 mod oracle;
+mod readers;
 
 use std::sync::LazyLock;
 
@@ -116,7 +117,7 @@ fn found(peer: PeerId, request: u64, name: &str) -> PeerAction<RegistryReply> {
     let provider = entry(name.split('.').next().unwrap());
     PeerAction::Send {
         peer,
-        message: RegistryReply::Found { request, entry: data(name), provider },
+        message: RegistryReply::Found { request, entry: data(name), provider, key: None },
     }
 }
 
@@ -320,7 +321,12 @@ fn only_own_well_formed_data_is_provided_and_once() {
 fn a_process_is_looked_up_by_its_name_by_however_many() {
     let mut bench = Bench::new();
     let found = |actions: &Actions| match &actions[..] {
-        [PeerAction::Send { peer, message: RegistryReply::Found { request, entry, provider } }] => {
+        [
+            PeerAction::Send {
+                peer,
+                message: RegistryReply::Found { request, entry, provider, .. },
+            },
+        ] => {
             assert_eq!((entry.data.as_str(), entry.schema.as_str()), ("configd", ""));
             (*peer, *request, provider.name.clone())
         }

@@ -44,7 +44,10 @@ fn what_one_provides_another_finds() {
     lidar.send(&RegistryRequest::Provide { request: 7, entry: scan("lidar") });
     assert_eq!(lidar.reply(), RegistryReply::Provided { request: 7 });
     let provider = entry("lidar", 1);
-    assert_eq!(mapper.reply(), RegistryReply::Found { request: 1, entry: scan("lidar"), provider });
+    assert_eq!(
+        mapper.reply(),
+        RegistryReply::Found { request: 1, entry: scan("lidar"), provider, key: None }
+    );
 }
 
 #[test]

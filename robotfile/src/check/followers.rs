@@ -14,6 +14,10 @@ use crate::source::{Location, Span};
 
 /// Drops them. They appear when the name is mended, if they are more than that.
 pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
+    // What comes after meetings that wait for each other is reached by none of the routes.
+    if findings.iter().any(|finding| finding.code == Code::MeetingsInCircle) {
+        findings.retain(|finding| finding.code != Code::UnreachablePlace);
+    }
     // As many names may be missing as are given twice.
     for (taken, missing) in [
         (&[Code::DuplicateComponent, Code::ReservedName][..], Code::UnknownComponent),

@@ -98,9 +98,8 @@ pub(super) fn is_filled(parameter: &ParameterManifest) -> bool {
 }
 
 /// Gives the frames of the file to every component whose kind has a parameter for them, as if the file
-/// assigned it: where the first frame is. [`check`](crate::check()) does it; a caller does it for a
-/// configuration that is not checked.
-pub fn fill_frames(configuration: &mut Configuration, manifests: &Manifests) {
+/// assigned it: where the first frame is.
+pub(super) fn fill_frames(configuration: &mut Configuration, manifests: &Manifests) {
     let system = &mut configuration.system;
     let Some(first) = system.frames.first() else { return };
     let frames: Vec<_> = system.frames.iter().map(|frame| frame.fixed.to_string()).collect();

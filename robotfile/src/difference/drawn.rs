@@ -3,7 +3,7 @@
 
 use super::Subject;
 use super::items::{ComparedItem, new_aspect, plain_aspect, text_aspect};
-use crate::drawn_route::DrawnRoute;
+use crate::drawn_route::{DrawnRoute, RouteStep, USUAL_TOLERANCE};
 use crate::mission::Mission;
 use crate::site_map::{DrawnPoint, LineKind, SiteMap, ZoneKind};
 
@@ -71,7 +71,22 @@ fn of_point(sort: &str, point: &DrawnPoint) -> ComparedItem {
 
 fn of_route(route: &DrawnRoute) -> ComparedItem {
     let radius_m = route.radius.metres();
+    let straight = route.steps.iter().filter_map(|step| match step {
+        RouteStep::Leg(leg) if leg.is_straight => Some(leg.name.value.as_str()),
+        _ => None,
+    });
+    let straight: Vec<_> = straight.collect();
+    let is_usual = (route.tolerance - USUAL_TOLERANCE).abs() < f64::EPSILON;
+    let share = format!("{}%", (route.tolerance * 1e4).round() / 1e2);
+    // The default is no change of a file that does not state it.
+    let tolerance = if is_usual { String::new() } else { share };
     let aspects = vec![
+        plain_aspect("tolerance", tolerance),
+        route
+            .endurance
+            .as_ref()
+            .map(|time| new_aspect("endurance", format!("{:?}", time.value), time.at.text())),
+        plain_aspect("straight legs", straight.join(" ")),
         text_aspect("start", &route.start),
         plain_aspect("radius", if radius_m > 0.0 { format!("{radius_m}m") } else { String::new() }),
         route.pose.as_ref().and_then(|pose| {

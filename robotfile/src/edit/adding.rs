@@ -3,7 +3,7 @@
 use crate::edit::document::Document;
 use crate::edit::error::EditError;
 use crate::edit::item::Item;
-use crate::edit::item::{check_name, check_port};
+use crate::edit::item::{STEPS, check_name, check_port};
 use crate::edit::new_element::NewElement;
 use crate::edit::patch::Patches;
 use crate::source::Location;
@@ -45,6 +45,9 @@ impl Document {
     /// # Errors
     /// If there is one of its name, or a link between the same ends, a component of a link is missing, the system or mission that it belongs to is missing, or a name is none.
     pub fn add(&mut self, item: Item<'_>, attributes: &[(&str, &str)]) -> Result<(), EditError> {
+        if let Item::Step { route, step } = item {
+            return self.add_leg(route, step, None, attributes);
+        }
         let (owner, sort) = item.names();
         let mut new = NewElement::new(sort);
         if let Some(name) = item.name() {
@@ -67,6 +70,36 @@ impl Document {
         };
         let index = number_for(self.element(&parent)?, sort);
         self.insert_element(&parent, index, &new)
+    }
+
+    /// Adds a leg to a route, before one of its steps, or after the last.
+    ///
+    /// # Errors
+    /// If there is no such route or step, the route has a step of this name, or it is none.
+    pub fn add_leg(
+        &mut self,
+        route: &str,
+        leg: &str,
+        before: Option<&str>,
+        attributes: &[(&str, &str)],
+    ) -> Result<(), EditError> {
+        check_name(leg)?;
+        let path = self.path_of(Item::Route(route))?;
+        self.refuse_taken(Item::Step { route, step: leg })?;
+        let index = match before {
+            Some(step) => self.path_of(Item::Step { route, step })?.last().copied(),
+            None => {
+                let steps = self.element(&path)?.elements().map(|step| step.name.as_str());
+                let names: Vec<_> = steps.collect();
+                names.iter().rposition(|name| STEPS.contains(name)).map(|last| last + 1)
+            }
+        };
+        let mut new = NewElement::new("leg").attribute("name", leg);
+        for (name, value) in attributes {
+            new = new.attribute(*name, *value);
+        }
+        // Without a step it is the first element: before what ends steps early.
+        self.insert_element(&path, index.unwrap_or(0), &new)
     }
 
     /// Gives an attribute of an item a value; `None` removes it. Setting the name renames the item,

@@ -20,6 +20,16 @@ pub enum EditError {
         /// The file.
         file: std::path::PathBuf,
     },
+    /// A place or transition that stands for a part of a route is not in the file.
+    #[error("{what} is derived from {from}, {at}: edit that line, from which it is made")]
+    Derived {
+        /// The item, such as "place red.l1".
+        what: String,
+        /// What it is derived from, such as "leg l1 of route red".
+        from: String,
+        /// Where that is.
+        at: Location,
+    },
     /// The item to be added exists already.
     #[error("{what} exists already, at {at}")]
     Taken {

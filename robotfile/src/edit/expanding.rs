@@ -7,6 +7,7 @@ use crate::edit::adding::number_for;
 use crate::edit::document::Document;
 use crate::edit::error::EditError;
 use crate::edit::item::{Item, check_name};
+use crate::edit::layout::Position;
 use crate::edit::new_element::NewElement;
 use crate::edit::words::{ListForm, occurrences, replaced};
 use crate::mission::{ArcKind, Autonomy, LostLink, Mission, Place, Transition};
@@ -40,6 +41,12 @@ impl Document {
         }
         let mut changed = self.clone();
         changed.rename_in_checks(&places, &transitions)?;
+        let shown = places.iter().map(|place| Item::Place(&place.name.value));
+        let shown = shown.chain(transitions.iter().map(|it| Item::Transition(&it.name.value)));
+        let shown: Vec<_> = shown.filter_map(|item| Some((item, self.position(item)?))).collect();
+        // While the routes are in the file their items can be named.
+        let hidden: Vec<_> = shown.iter().map(|(item, _)| (*item, None)).collect();
+        changed.set_positions(&hidden)?;
         for new in places.iter().map(|place| write_place(place)) {
             changed.insert_last("place", &new)?;
         }
@@ -50,9 +57,20 @@ impl Document {
             let path = changed.path_of(Item::Route(&route.name.value))?;
             changed.remove_element(&path)?;
         }
+        changed.show_under_plain_names(&shown)?;
         changed.revision = self.revision + 1;
         *self = changed;
         Ok(mission.routes.len())
+    }
+
+    /// Shows what was written out where it was shown under its derived name.
+    fn show_under_plain_names(&mut self, shown: &[(Item<'_>, Position)]) -> Result<(), EditError> {
+        for (item, position) in shown {
+            let plain = plain_name(item.name().unwrap_or_default());
+            let Some(item) = item.renamed(&plain) else { continue };
+            self.set_positions(&[(item, Some(*position))])?;
+        }
+        Ok(())
     }
 
     fn insert_last(&mut self, sort: &str, new: &NewElement) -> Result<(), EditError> {

@@ -6,6 +6,7 @@ use armor_wire::name::{is_name, split_data};
 
 use crate::edit::document::Document;
 use crate::edit::error::EditError;
+use crate::source::Location;
 use crate::tree::{Element, Tree};
 
 /// Something in a file that can be called by name.
@@ -44,6 +45,13 @@ pub enum Item<'a> {
     MapLine(&'a str),
     /// The route with this name.
     Route(&'a str),
+    /// The leg, stay or meeting with this name in a route.
+    Step {
+        /// The route.
+        route: &'a str,
+        /// The step.
+        step: &'a str,
+    },
 }
 
 impl<'a> Item<'a> {
@@ -60,12 +68,25 @@ impl<'a> Item<'a> {
             | Self::Rally(name)
             | Self::Zone(name)
             | Self::MapLine(name)
-            | Self::Route(name) => Some(name),
+            | Self::Route(name)
+            | Self::Step { step: name, .. } => Some(name),
+        }
+    }
+
+    /// Returns the name by which checks and the layout name its places: of a step with its route.
+    pub(crate) fn derived_name(self) -> Option<String> {
+        match self {
+            Self::Route(route) => Some(route.to_owned()),
+            Self::Step { route, step } => Some(format!("{route}.{step}")),
+            _ => None,
         }
     }
 
     /// Returns the same kind of item with another name.
-    pub(crate) fn renamed(self, new: &str) -> Option<Item<'_>> {
+    pub(crate) fn renamed<'b>(self, new: &'b str) -> Option<Item<'b>>
+    where
+        'a: 'b,
+    {
         match self {
             Self::System | Self::Mission | Self::Map | Self::Link { .. } => None,
             Self::Frame(_) => Some(Item::Frame(new)),
@@ -78,6 +99,7 @@ impl<'a> Item<'a> {
             Self::Zone(_) => Some(Item::Zone(new)),
             Self::MapLine(_) => Some(Item::MapLine(new)),
             Self::Route(_) => Some(Item::Route(new)),
+            Self::Step { route, .. } => Some(Item::Step { route, step: new }),
         }
     }
 
@@ -98,6 +120,7 @@ impl<'a> Item<'a> {
             Self::Zone(_) => ("map", "zone"),
             Self::MapLine(_) => ("map", "line"),
             Self::Route(_) => ("mission", "route"),
+            Self::Step { .. } => ("route", "leg"),
         }
     }
 
@@ -111,7 +134,11 @@ impl<'a> Item<'a> {
         let has = |attribute: &str, value: &str| {
             element.attribute(attribute).is_some_and(|a| a.value == value)
         };
-        element.name == self.names().1
+        let is_of_sort = match self {
+            Self::Step { .. } => STEPS.contains(&element.name.as_str()),
+            other => element.name == other.names().1,
+        };
+        is_of_sort
             && match self {
                 Self::System | Self::Mission | Self::Map => true,
                 Self::Link { from, to } => has("from", from) && has("to", to),
@@ -120,6 +147,9 @@ impl<'a> Item<'a> {
     }
 }
 
+/// The elements of a route that are its steps.
+pub(crate) const STEPS: [&str; 3] = ["leg", "stay", "meet"];
+
 /// Writes `component laser`, as in messages.
 impl fmt::Display for Item<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -127,6 +157,7 @@ impl fmt::Display for Item<'_> {
         match self {
             Self::System | Self::Mission | Self::Map => write!(f, "<{sort}>"),
             Self::Link { from, to } => write!(f, "link from {from} to {to}"),
+            Self::Step { route, step } => write!(f, "step {step} of route {route}"),
             Self::Frame(name)
             | Self::Component(name)
             | Self::Place(name)
@@ -141,12 +172,22 @@ impl fmt::Display for Item<'_> {
     }
 }
 
+/// What a place or transition is derived from.
+#[derive(Clone, Debug)]
+pub struct Derivation {
+    /// Such as "leg l1 of route red".
+    pub from: String,
+    /// Where that is.
+    pub at: Location,
+}
+
 /// The path of an item in a tree.
 pub(crate) fn find(tree: &Tree, item: Item<'_>) -> Option<Vec<usize>> {
-    let mut path = match item.names().0 {
-        "armor" => Vec::new(),
-        "system" => find(tree, Item::System)?,
-        "map" => find(tree, Item::Map)?,
+    let mut path = match (item, item.names().0) {
+        (Item::Step { route, .. }, _) => find(tree, Item::Route(route))?,
+        (_, "armor") => Vec::new(),
+        (_, "system") => find(tree, Item::System)?,
+        (_, "map") => find(tree, Item::Map)?,
         _ => find(tree, Item::Mission)?,
     };
     let parent = tree.element(&path)?;
@@ -161,10 +202,35 @@ impl Document {
     }
 
     pub(crate) fn path_of(&self, item: Item<'_>) -> Result<Vec<usize>, EditError> {
-        self.find(item).ok_or_else(|| EditError::Absent {
-            what: item.to_string(),
-            file: self.tree().source().path().to_path_buf(),
+        self.find(item).ok_or_else(|| match self.derivation(item) {
+            Some(Derivation { from, at }) => {
+                EditError::Derived { what: item.to_string(), from, at }
+            }
+            None => EditError::Absent {
+                what: item.to_string(),
+                file: self.tree().source().path().to_path_buf(),
+            },
         })
+    }
+
+    /// What a place or transition of a route is derived from: the step that it is named after, or
+    /// the route. `None` for everything that is in the file itself.
+    pub fn derivation(&self, item: Item<'_>) -> Option<Derivation> {
+        let (Item::Place(name) | Item::Transition(name)) = item else { return None };
+        let (route_name, rest) = name.split_once('.')?;
+        let route = self.tree().element(&self.find(Item::Route(route_name))?)?;
+        let step_name = rest.split('.').next();
+        let is_step = |element: &&Element| {
+            matches!(element.name.as_str(), "leg" | "stay" | "meet")
+                && element.attribute("name").map(|name| name.value.as_str()) == step_name
+        };
+        let (from, element) = match (route.elements().find(is_step), step_name) {
+            (Some(step), Some(name)) => {
+                (format!("{} {name} of route {route_name}", step.name), step)
+            }
+            _ => (format!("route {route_name}"), route),
+        };
+        Some(Derivation { from, at: Location::new(self.tree().source(), element.span) })
     }
 }
 

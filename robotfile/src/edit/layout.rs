@@ -31,8 +31,8 @@ impl Document {
         (position.x.is_finite() && position.y.is_finite()).then_some(position)
     }
 
-    /// Shows components, places and transitions at these positions, as one edit; `None` forgets
-    /// where. Positions are kept to a hundredth. Each moved block is one line of the file.
+    /// Shows components, places and transitions at these positions, also those that are derived from
+    /// a route, as one edit; `None` forgets where. Positions are kept to a hundredth. Each moved block is one line of the file.
     ///
     /// # Errors
     /// If an item is missing or of a kind that is not shown, or a position is not finite or farther
@@ -46,7 +46,10 @@ impl Document {
         let mut gone = RemovedElements::default();
         let (mut in_system, mut in_mission) = (Vec::new(), Vec::new());
         for (n, (item, position)) in positions.iter().enumerate() {
-            self.path_of(*item)?;
+            // What is derived from a route has no element, but a place in the drawing.
+            if self.derivation(*item).is_none() {
+                self.path_of(*item)?;
+            }
             let key = block_key(*item)?;
             let written = position.map(format_position).transpose()?;
             if positions[n + 1..].iter().any(|(later, _)| later == item) {

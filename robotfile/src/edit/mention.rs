@@ -66,12 +66,16 @@ impl Mention<'_> {
 /// Every place in the tree that names the item, in the order of the file.
 pub(crate) fn mentions<'a>(tree: &'a Tree, item: Item<'_>) -> Vec<Mention<'a>> {
     let Some(name) = item.name() else { return Vec::new() };
+    let derived = item.derived_name().unwrap_or_default();
     let expressions = Expressions::of(tree, item);
     let mut found = Vec::new();
     visit_elements(
         tree.root(),
         Within::Armor,
         &mut |within, parent, index, element: &'a Element| {
+            if within == Within::Route && !is_of_route(item, parent) {
+                return;
+            }
             for (attribute, form, role) in find_uses(item, within, &element.name, expressions) {
                 let given = match attribute {
                     TEXT => None,
@@ -81,6 +85,7 @@ pub(crate) fn mentions<'a>(tree: &'a Tree, item: Item<'_>) -> Vec<Mention<'a>> {
                     },
                 };
                 let value = given.map_or_else(|| element.text().0, |given| given.value.clone());
+                let name = if form == ListForm::Derived { derived.as_str() } else { name };
                 if !occurrences(form, &value, name).is_empty() {
                     found.push(Mention { parent, element, index, attribute: given, form, role });
                 }
@@ -88,6 +93,16 @@ pub(crate) fn mentions<'a>(tree: &'a Tree, item: Item<'_>) -> Vec<Mention<'a>> {
         },
     );
     found
+}
+
+/// Whether what is in a route may name the item: a step is known by its name in its route only.
+fn is_of_route(item: Item<'_>, parent: &Element) -> bool {
+    match item {
+        Item::Step { route, .. } => {
+            parent.attribute("name").is_some_and(|name| name.value == route)
+        }
+        _ => true,
+    }
 }
 
 /// Represents the text of an element where the name of an attribute is expected.
@@ -160,12 +175,16 @@ impl Expressions {
         let guard = match (item, is_bare) {
             (Item::Component(_), true) => Some(ListForm::AllWords),
             (Item::Component(_), false) => Some(ListForm::DottedWords),
-            (_, is_bare) => is_bare.then_some(ListForm::BareWords),
+            (Item::Variable(_) | Item::Place(_) | Item::Transition(_), true) => {
+                Some(ListForm::BareWords)
+            }
+            _ => None,
         };
         let check = match item {
             Item::Place(_) => Some(ListForm::Claimed(Sort::Place)),
             Item::Transition(_) => Some(ListForm::Claimed(Sort::Transition)),
             Item::Component(_) => Some(ListForm::Claimed(Sort::Component)),
+            Item::Route(_) | Item::Step { .. } => Some(ListForm::Derived),
             // A place of that name goes before it.
             Item::Variable(_) if find(tree, Item::Place(name)).is_none() => {
                 Some(ListForm::Claimed(Sort::Place))
@@ -228,6 +247,11 @@ fn find_uses(
         | (Item::Zone(_), W::Map, "zone")
         | (Item::MapLine(_), W::Map, "line") => vec![definition],
         (Item::Route(_), W::Mission, "route") => vec![definition],
+        (Item::Step { .. }, W::Route, "leg" | "stay" | "meet") => vec![definition],
+        (Item::Route(_) | Item::Step { .. }, W::MissionLayout, "block") => vec![
+            ("of", ListForm::Derived, MentionRole::Whole),
+            ("transition", ListForm::Derived, MentionRole::Whole),
+        ],
         (Item::Route(_), W::Route, "meet") => needed(&["with"], ListForm::Whole),
         (Item::MapPoint(_) | Item::Rally(_), W::Mission, "route") => {
             needed(&["start"], ListForm::Whole)

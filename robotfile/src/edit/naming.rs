@@ -20,7 +20,8 @@ impl Document {
     /// dot is a component's; one by itself is, of the things that have it, rather a variable's. In a
     /// check it is a place's, but a transition's in `fires(…)` and `dead(…)` and a component's in
     /// `active(…)`. A component of another file is renamed in what names it here, and so is a place or
-    /// transition of a sub-mission, by its qualified name: `dock.creep`.
+    /// transition of a sub-mission, by its qualified name: `dock.creep`. Checks and the layout name
+    /// what is derived from a route or a step of it; these names follow.
     ///
     /// # Errors
     /// If there is no such item, the new name is none or another's, or the item is one without name.
@@ -28,12 +29,12 @@ impl Document {
         let (Some(old), Some(renamed)) = (item.name(), item.renamed(new)) else {
             return Err(EditError::Nameless { what: item.to_string() });
         };
+        self.check_known(item)?;
         if item.is_of_submission() {
             check_qualified(new)?;
         } else {
             check_name(new)?;
         }
-        self.check_known(item)?;
         if old == new {
             return Ok(());
         }
@@ -44,9 +45,15 @@ impl Document {
             return Err(self.taken(renamed.to_string(), mention.element));
         }
         let mut patches = Patches::default();
+        let derived = [item, renamed].map(|item| item.derived_name().unwrap_or_default());
         for mention in mentions(&self.tree, item) {
-            let rename =
-                |form: ListForm, value: &str| replaced(value, &occurrences(form, value, old), new);
+            let rename = |form: ListForm, value: &str| match form {
+                ListForm::Derived => {
+                    let [old, new] = &derived;
+                    replaced(value, &occurrences(form, value, old), new)
+                }
+                form => replaced(value, &occurrences(form, value, old), new),
+            };
             self.rewrite(&mention, rename, &mut patches);
         }
         self.apply(patches)
@@ -60,7 +67,8 @@ impl Document {
     }
 
     pub(super) fn check_known(&self, item: Item<'_>) -> Result<(), EditError> {
-        if self.is_elsewhere(item) { Ok(()) } else { self.path_of(item).map(|_| ()) }
+        let is_derived = self.derivation(item).is_some();
+        if self.is_elsewhere(item) && !is_derived { Ok(()) } else { self.path_of(item).map(|_| ()) }
     }
 
     /// Whether an item is defined in another file: a component of its system, or a place or

@@ -20,6 +20,7 @@ pub struct NewElement {
     attributes: Vec<(String, String)>,
     children: Vec<NewElement>,
     text: String,
+    comments: Vec<String>,
 }
 
 impl NewElement {
@@ -49,6 +50,14 @@ impl NewElement {
         self
     }
 
+    /// Adds a comment above it, below those it has. What XML does not allow in a comment is replaced:
+    /// control characters and line breaks by a space, two hyphens by `- -`.
+    #[must_use]
+    pub fn comment(mut self, text: &str) -> Self {
+        self.comments.push(clean_comment(text));
+        self
+    }
+
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
@@ -66,6 +75,9 @@ impl NewElement {
             if !is_xml_name(name) {
                 return Err(EditError::BadXmlName { name: name.clone() });
             }
+        }
+        for comment in &self.comments {
+            *out += &format!("<!-- {comment} -->{}", place.line(indent));
         }
         *out += &format!("<{}", self.name);
         for (name, value) in &self.attributes {
@@ -88,6 +100,18 @@ impl NewElement {
         *out += &format!("</{}>", self.name);
         Ok(())
     }
+}
+
+fn clean_comment(text: &str) -> String {
+    let is_allowed = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    let mut cleaned = String::with_capacity(text.len());
+    for c in text.trim().chars() {
+        if c == '-' && cleaned.ends_with('-') {
+            cleaned.push(' ');
+        }
+        cleaned.push(if is_allowed(c) { c } else { ' ' });
+    }
+    cleaned
 }
 
 /// A value as it is written between quotes of this kind, so that reading it gives the value again.

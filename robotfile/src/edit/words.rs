@@ -21,6 +21,9 @@ pub(crate) enum ListForm {
     AllWords,
     /// A check with the name at a position for this kind of thing.
     Claimed(Sort),
+    /// An expression with the name of a route or step, or of what is derived from it:
+    /// `red.l1`, `red.l1.late`.
+    Derived,
 }
 
 /// Words of expressions that are not names.
@@ -53,6 +56,15 @@ pub(crate) fn occurrences(form: ListForm, value: &str, name: &str) -> Vec<Range<
                 value[word.clone()] == *name && sort_at(value, word.start) == sort
             };
             qualified.filter(is_named).collect()
+        }
+        ListForm::Derived => {
+            let whole = names(value).into_iter().map(|word| qualified_name(value, word));
+            let is_derived = |word: &Range<usize>| {
+                let rest = value[word.clone()].strip_prefix(name);
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            let derived = whole.filter(is_derived);
+            derived.map(|word| word.start..word.start + name.len()).collect()
         }
     }
 }
@@ -226,6 +238,17 @@ mod tests {
         assert_eq!(at("leads leads to to", "leads"), vec![Range { start: 0, end: 5 }]);
         assert_eq!(at("leads leads to to", "to"), vec![Range { start: 15, end: 17 }]);
         assert_eq!(at("a leads to top", "to"), []);
+    }
+
+    #[test]
+    fn what_is_derived_from_a_step_has_its_name_in_front() {
+        let check = |value: &str, expected: &str| {
+            let places = occurrences(ListForm::Derived, value, "red.l1");
+            assert_eq!(replaced(value, &places, "red.first"), expected);
+        };
+        check("never red.l1 and blue.l1", "never red.first and blue.l1");
+        check("fires(red.l1.late) or red.l11", "fires(red.first.late) or red.l11");
+        check("x.red.l1 > 0 and red", "x.red.l1 > 0 and red");
     }
 
     #[test]

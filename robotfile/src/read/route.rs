@@ -8,7 +8,7 @@ use armor_wire::quantity::{self, Dimension};
 use crate::code::Code;
 use crate::drawn_route::{
     DrawnLeg, DrawnMeet, DrawnRoute, DrawnStay, ExitAction, ExitCause, RouteExit, RoutePort,
-    RouteStep,
+    RouteStep, USUAL_TOLERANCE,
 };
 use crate::elements::ROUTE_CHILDREN;
 use crate::fields::ElementFields;
@@ -47,6 +47,8 @@ pub(super) fn read(
         leave: fields.name("out"),
         safe: fields.name("safe"),
         radius: read_clearance(&mut fields, "radius").unwrap_or(Clearance::ZERO),
+        tolerance: read_tolerance(&mut fields),
+        endurance: fields.longer_than_nothing("endurance"),
         patience: fields.longer_than_nothing("patience"),
         rally_by: fields.longer_than_nothing("rally-by"),
         steps: Vec::new(),
@@ -76,6 +78,18 @@ pub(super) fn read(
         }
     }
     (name.is_some() && mover.is_some()).then_some(route)
+}
+
+/// `20%` or `0.2`.
+fn read_tolerance(fields: &mut ElementFields<'_, '_>) -> f64 {
+    let tolerance = fields.converted("tolerance", |text| {
+        let wanted = || "a share from 0% to 90% is expected, such as 20%".to_owned();
+        let share = quantity::parse(text).map_err(|_| wanted())?;
+        let is_share = share.unit.is_none_or(|unit| unit.dimension == Dimension::Ratio);
+        let share = Some(share.si).filter(|share| is_share && (0.0..=0.9).contains(share));
+        share.ok_or_else(wanted)
+    });
+    tolerance.map_or(USUAL_TOLERANCE, |tolerance| tolerance.value)
 }
 
 fn route_port(port: Port) -> RoutePort {
@@ -110,13 +124,16 @@ fn read_leg(
         let why = "its route has no pace=\"driver.speed\", the parameter that it sets";
         fields.without_effect("speed", why);
     }
+    let is_straight = fields.choice("way", &[("straight", true), ("free", false)]);
+    let is_straight = is_straight.is_some_and(|is_straight| is_straight.value);
     let by = fields.longer_than_nothing("by");
     let not_before = fields.converted("not-before", str::parse);
     let not_after = fields.converted("not-after", str::parse);
     let components = fields.names("components");
     // What is missing is reported here, before anything is given up.
     fields.finish(&[]);
-    Some(DrawnLeg { name: name?, to: to?, speed, by, not_before, not_after, components })
+    let (name, to) = (name?, to?);
+    Some(DrawnLeg { name, to, speed, is_straight, by, not_before, not_after, components })
 }
 
 fn read_stay(

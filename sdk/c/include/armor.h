@@ -153,6 +153,10 @@ typedef enum armor_state {
   ARMOR_STATE_FAILED = 4,
 } armor_state;
 
+// A message of any type that has been received; valid until it is freed. One thread at a time may use
+// it.
+typedef struct armor_any armor_any;
+
 // Received data; valid during the call of `data_received`.
 typedef struct armor_data armor_data;
 
@@ -423,7 +427,8 @@ int armor_provide(const struct armor_handle *handle,
                   uint32_t flags);
 
 // Declares an output by its schema, such as `Count{count:u64}`, for messages that are encoded by the
-// caller; see `armor_send_bytes`.
+// caller; see `armor_send_bytes`. With `ARMOR_ANY` it passes messages on, and has the type of the input
+// of any type; see `armor_send_any`.
 //
 // Contract:
 // The pointers are NULL or valid.
@@ -442,6 +447,7 @@ int armor_subscribe(const struct armor_handle *handle,
                     uint32_t flags);
 
 // Declares an input by its schema, for messages that are decoded by the caller; see `armor_data_bytes`.
+// With `ARMOR_ANY` it takes the type of its first link; see `armor_any_received`.
 //
 // Contract:
 // The pointers are NULL or valid.
@@ -590,6 +596,53 @@ const char *armor_value_text(const struct armor_value *value);
 // Contract:
 // `value` is NULL or valid.
 const char *armor_value_path(const struct armor_value *value);
+
+// Takes received data of an input with the schema `ARMOR_ANY`, to be passed on, in this call or later: a
+// large message stays in the shared memory in which it came, others are copied once. NULL if the input
+// has a type of its own, with the reason in `armor_last_error`. Free it with `armor_any_free`.
+//
+// Contract:
+// `data` is NULL or valid.
+struct armor_any *armor_any_received(const struct armor_data *data);
+
+// Passes a message on, on an output with the schema `ARMOR_ANY`: its bytes and its stamp stay as they
+// are.
+//
+// Contract:
+// The pointers are NULL or valid.
+int armor_send_any(const struct armor_handle *handle,
+                   const char *id,
+                   const struct armor_any *any);
+
+// Returns the name of the type of a message; NULL if `any` is. Valid until it is freed.
+//
+// Contract:
+// `any` is NULL or valid.
+const char *armor_any_type(const struct armor_any *any);
+
+// Returns the schema of a message; NULL if `any` is. Valid until it is freed.
+//
+// Contract:
+// `any` is NULL or valid.
+const char *armor_any_schema(const struct armor_any *any);
+
+// Returns when a message was created, in seconds; NaN if `any` is NULL.
+//
+// Contract:
+// `any` is NULL or valid.
+double armor_any_stamp(const struct armor_any *any);
+
+// Returns the bytes of a message; NULL if `any` is. Valid until it is freed.
+//
+// Contract:
+// The pointers are NULL or valid.
+const uint8_t *armor_any_bytes(const struct armor_any *any, size_t *len);
+
+// Frees a message; NULL is allowed.
+//
+// Contract:
+// `any` is NULL, or from `armor_any_received` and not freed yet.
+void armor_any_free(struct armor_any *any);
 
 // Reads how many messages the history of an input has: those since the component was activated, at
 // most as many as `history="n"` of its link. `ARMOR_ERROR_NO_MESSAGE` if the link keeps no history.

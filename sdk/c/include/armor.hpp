@@ -116,6 +116,41 @@ struct Header {
 
 class Component;
 
+// A message of any type, for a component that passes messages on and does not read them: the type of an
+// input, `subscribe<armor::AnyMessage>`, which has the type of its first link, and of outputs, which get that
+// type, too. `send_data` passes it on, in this call or later, with its bytes and its stamp unchanged. Large
+// ones stay in shared memory. The copies share it.
+class AnyMessage {
+ public:
+  AnyMessage() = default;
+  explicit AnyMessage(armor_any *any) : any_(any, armor_any_free) {}
+
+  // Whether there is one: not if it was made without a message.
+  explicit operator bool() const { return any_ != nullptr; }
+  std::string_view type_name() const { return own(armor_any_type(any_.get())); }
+  std::string_view schema() const { return own(armor_any_schema(any_.get())); }
+  // When it was created: system time in seconds.
+  double stamp_s() const { return armor_any_stamp(any_.get()); }
+  // Its bytes, valid as long as it.
+  span<const std::uint8_t> bytes() const {
+    std::size_t len = 0;
+    const std::uint8_t *bytes = armor_any_bytes(any_.get(), &len);
+    return {bytes, len};
+  }
+  const armor_any *get() const { return any_.get(); }
+
+ private:
+  static std::string_view own(const char *text) { return text == nullptr ? "" : text; }
+
+  std::shared_ptr<armor_any> any_;
+};
+
+template <>
+inline const std::string &schema_of<AnyMessage>() {
+  static const std::string schema = ARMOR_ANY;
+  return schema;
+}
+
 // A message of a history. Spans and string_views that are decoded from it are valid during the call of
 // `data_received`.
 class Past {
@@ -211,6 +246,13 @@ class Data {
     std::size_t len = 0;
     const std::uint8_t *bytes = armor_data_bytes(data_, &len);
     return decode_message<T>(bytes, len, arena_);
+  }
+
+  // The message of an input of any type, to be passed on.
+  AnyMessage any() const {
+    armor_any *any = armor_any_received(data_);
+    if (any == nullptr) throw Error(ARMOR_ERROR_OTHER_TYPE, armor_last_error());
+    return AnyMessage(any);
   }
 
   // The last messages of the input that this message is of (`history="n"` of its link), this one among
@@ -411,6 +453,10 @@ class Component {
     }
     const EncodedMessage<T> encoded(message);
     check(armor_send_bytes(handle(), id, encoded.pieces(), encoded.piece_count()));
+  }
+  // Passes a message on, on an output of any type.
+  void send_data(const char *id, const AnyMessage &message) const {
+    check(armor_send_any(handle(), id, message.get()));
   }
   // The current time of the whole system in seconds since the Unix epoch.
   double timestamp() const { return armor_timestamp(handle()); }

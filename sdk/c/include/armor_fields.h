@@ -38,6 +38,10 @@
     }                                          \
   } while (0)
 
+// The schema of ports that pass on messages of any type, for `armor_subscribe_schema` and
+// `armor_provide_schema`.
+#define ARMOR_ANY "Any{}"
+
 // What the search of a history returns if it finds no message.
 #define ARMOR_NO_AGE ((size_t)-1)
 

@@ -445,6 +445,50 @@ ARMOR_STRUCT(armor_compressed_image, "CompressedImage",
   ARMOR_FIELD(armor_compressed_image, format, ""),
   ARMOR_LIST(armor_compressed_image, data, ""));
 
+// Something that was recognized in an image: what it is, how sure that is, and where it is in the image,
+// as a rectangle along rows and columns.
+typedef struct armor_detection2d {
+  // What it is, in the words of the detector: `person`.
+  armor_string label;
+  // How sure the detector is; its README states the scale.
+  double score;
+  // Column of the middle, in pixels from the left edge of the image.
+  double center_x;
+  // Row of the middle, in pixels from the upper edge of the image.
+  double center_y;
+  // Width in pixels.
+  double size_x;
+  // Height in pixels.
+  double size_y;
+} armor_detection2d;
+ARMOR_STRUCT(armor_detection2d, "Detection2D",
+  ARMOR_FIELD(armor_detection2d, label, ""),
+  ARMOR_FIELD(armor_detection2d, score, ""),
+  ARMOR_FIELD(armor_detection2d, center_x, ""),
+  ARMOR_FIELD(armor_detection2d, center_y, ""),
+  ARMOR_FIELD(armor_detection2d, size_x, ""),
+  ARMOR_FIELD(armor_detection2d, size_y, ""));
+
+// What was recognized in one image; none if the image was searched and nothing was found.
+typedef struct armor_detection2darray {
+  // System time in seconds of the exposure of the image.
+  double stamp;
+  // Optical frame of the camera.
+  armor_string frame;
+  // Rows of the image.
+  uint32_t height;
+  // Columns of the image.
+  uint32_t width;
+  // The surest first.
+  ARMOR_LIST_OF(armor_detection2d) detections;
+} armor_detection2darray;
+ARMOR_STRUCT(armor_detection2darray, "Detection2DArray",
+  ARMOR_FIELD(armor_detection2darray, stamp, "s"),
+  ARMOR_FIELD(armor_detection2darray, frame, ""),
+  ARMOR_FIELD(armor_detection2darray, height, ""),
+  ARMOR_FIELD(armor_detection2darray, width, ""),
+  ARMOR_NESTED_LIST(armor_detection2darray, detections, armor_detection2d));
+
 // A measurement of an inertial measurement unit.
 typedef struct armor_imu {
   // System time in seconds.

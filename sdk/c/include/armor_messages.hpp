@@ -443,6 +443,39 @@ struct CompressedImageView {
 };
 ARMOR_MESSAGE_NAMED("CompressedImage", CompressedImageView, (stamp, "s"), frame, format, data)
 
+// Something that was recognized in an image: what it is, how sure that is, and where it is in the image,
+// as a rectangle along rows and columns.
+struct Detection2D {
+  // What it is, in the words of the detector: `person`.
+  std::string label{};
+  // How sure the detector is; its README states the scale.
+  double score{};
+  // Column of the middle, in pixels from the left edge of the image.
+  double center_x{};
+  // Row of the middle, in pixels from the upper edge of the image.
+  double center_y{};
+  // Width in pixels.
+  double size_x{};
+  // Height in pixels.
+  double size_y{};
+};
+ARMOR_MESSAGE_NAMED("Detection2D", Detection2D, label, score, center_x, center_y, size_x, size_y)
+
+// What was recognized in one image; none if the image was searched and nothing was found.
+struct Detection2DArray {
+  // System time in seconds of the exposure of the image.
+  double stamp{};
+  // Optical frame of the camera.
+  std::string frame{};
+  // Rows of the image.
+  uint32_t height{};
+  // Columns of the image.
+  uint32_t width{};
+  // The surest first.
+  std::vector<Detection2D> detections{};
+};
+ARMOR_MESSAGE_NAMED("Detection2DArray", Detection2DArray, (stamp, "s"), frame, height, width, detections)
+
 // A measurement of an inertial measurement unit.
 struct Imu {
   // System time in seconds.

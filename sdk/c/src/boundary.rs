@@ -10,6 +10,7 @@
 
 #![allow(unsafe_code)]
 
+mod any;
 mod handles;
 mod history;
 mod process;
@@ -25,6 +26,7 @@ use std::sync::Arc;
 use armor_sdk::Fault;
 use armor_sdk::foreign::{ForeignArmor, KeptMessage, PortType, run};
 
+pub use any::*;
 pub use handles::*;
 pub use history::*;
 pub(crate) use process::flush_printed;
@@ -201,7 +203,8 @@ pub unsafe extern "C" fn armor_provide(
 }
 
 /// Declares an output by its schema, such as `Count{count:u64}`, for messages that are encoded by the
-/// caller; see `armor_send_bytes`.
+/// caller; see `armor_send_bytes`. With `ARMOR_ANY` it passes messages on, and has the type of the input
+/// of any type; see `armor_send_any`.
 ///
 /// # Safety
 /// The pointers are NULL or valid.
@@ -238,6 +241,7 @@ pub unsafe extern "C" fn armor_subscribe(
 }
 
 /// Declares an input by its schema, for messages that are decoded by the caller; see `armor_data_bytes`.
+/// With `ARMOR_ANY` it takes the type of its first link; see `armor_any_received`.
 ///
 /// # Safety
 /// The pointers are NULL or valid.

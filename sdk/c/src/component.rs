@@ -207,7 +207,7 @@ impl ForeignComponent for CComponent {
             instance: header.instance,
             lost: header.lost,
         };
-        let c_data = ArmorData::new(&self.handle, header.id(), data);
+        let c_data = ArmorData::new(&self.handle, header, data);
         check_returned(|| function(self.functions.user(), &raw const c_header, &raw const c_data))
     }
 

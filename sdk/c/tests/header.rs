@@ -3,12 +3,13 @@
 use std::path::Path;
 
 /// The files that declare what C sees.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 8] = [
     "src/failure.rs",
     "src/declaration.rs",
     "src/boundary/handles.rs",
     "src/boundary.rs",
     "src/boundary/received.rs",
+    "src/boundary/any.rs",
     "src/boundary/history.rs",
     "src/boundary/testing.rs",
 ];

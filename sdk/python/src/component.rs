@@ -4,10 +4,11 @@ use std::ffi::OsString;
 
 use armor_sdk::foreign::{self, ForeignArmor, ForeignComponent, KindDeclaration};
 use armor_sdk::wire::manifest::ParameterManifest;
-use armor_sdk::{Data, Fault, Value};
+use armor_sdk::{AnyMessage, Data, Fault, Value};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::any::PythonAnyMessage;
 use crate::declaration::{ClassDeclaration, declared_reports};
 use crate::decode::MessageReader;
 use crate::fault::{ArmorError, explain_exception, in_python_words};
@@ -99,8 +100,15 @@ impl ForeignComponent for PythonComponent {
             let mut receive = || -> PyResult<()> {
                 let layout = self.handle.get().find_input(py, header.id());
                 let layout = layout.ok_or_else(|| ArmorError::new_err("an unknown input"))?;
-                let keep = || data.keep();
-                let message = MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?;
+                let message = if layout.get().is_any() {
+                    let message = AnyMessage::received(header, data);
+                    let message =
+                        message.map_err(|error| ArmorError::new_err(error.to_string()))?;
+                    Bound::new(py, PythonAnyMessage::new(message))?.into_any()
+                } else {
+                    let keep = || data.keep();
+                    MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?
+                };
                 let in_python = self.names.wrap(py, header)?;
                 self.handle.get().histories().add_message(header, data, &in_python, py);
                 self.data_received.bind(py).call1((in_python, message))?;

@@ -89,6 +89,7 @@ impl<'a, 'py> MessageReader<'a, 'py> {
                 let member = member.ok_or_else(|| self.error_here("an unknown member"))?;
                 Ok(member.bind(py).clone())
             }
+            Parts::Any => Err(MessageError::new_err("a message of any type has no fields")),
         }
     }
 

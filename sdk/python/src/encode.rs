@@ -99,6 +99,11 @@ impl<'py> EncodedMessage<'py> {
                 let index = index.ok_or_else(|| wrong_type(layout.port_type.name(), message))?;
                 self.bytes.extend_from_slice(&(index as u32).to_le_bytes());
             }
+            Parts::Any => {
+                let why =
+                    "a message of any type is passed on with send_data, and is no field of another";
+                return Err(PyTypeError::new_err(why).into());
+            }
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use armor_sdk::{DeclareError as RefusedPort, SendError as RefusedData};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
+use crate::any::PythonAnyMessage;
 use crate::encode::EncodedMessage;
 use crate::fault::{ArmorError, DeclareError, SendError, in_python_words};
 use crate::history::{Histories, PythonHistory};
@@ -121,6 +122,11 @@ impl Handle {
                 "`{id}` is declared as {declared}, but a {given} is sent: send a {declared}, or \
                  declare it with `self.provide(\"{id}\", {given})` in `__init__`"
             )));
+        }
+        if let Ok(any) = message.cast::<PythonAnyMessage>() {
+            let any = any.get().message();
+            let sent = py.detach(|| self.armor.send_any(id, any));
+            return sent.map(|_| ()).map_err(refused_data);
         }
         let encoded = EncodedMessage::of(layout, message)?;
         let pieces = encoded.pieces();

@@ -4,10 +4,11 @@
 use std::collections::VecDeque;
 
 use armor_sdk::foreign::KeptMessage;
-use armor_sdk::{Data, Header};
+use armor_sdk::{AnyMessage, Data, Header};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 
+use crate::any::PythonAnyMessage;
 use crate::decode::MessageReader;
 use crate::fault::ArmorError;
 use crate::header::PythonHeader;
@@ -32,6 +33,8 @@ impl KeptPast {
 struct SourceHistory {
     input: String,
     source: String,
+    /// The name and the schema of the messages of an input of any type.
+    any: Option<(String, String)>,
     messages: VecDeque<KeptPast>,
 }
 
@@ -60,7 +63,9 @@ impl Histories {
             Some(place) => place,
             None => {
                 let (input, source) = (input.into(), source.into());
-                self.sources.push(SourceHistory { input, source, messages: VecDeque::new() });
+                let any = AnyMessage::received(header, data).ok();
+                let any = any.map(|it| (it.type_name().to_owned(), it.schema().to_owned()));
+                self.sources.push(SourceHistory { input, source, any, messages: VecDeque::new() });
                 self.sources.len() - 1
             }
         };
@@ -121,8 +126,9 @@ impl Histories {
                 "input `{input}` keeps no history; write history=\"n\" on its link in the file"
             )));
         }
+        let any = found.and_then(|it| it.any.clone());
         let messages = found.into_iter().flat_map(|it| &it.messages);
-        Ok(PythonHistory { layout, messages: messages.map(|it| it.clone_ref(py)).collect() })
+        Ok(PythonHistory { layout, any, messages: messages.map(|it| it.clone_ref(py)).collect() })
     }
 }
 
@@ -130,6 +136,8 @@ impl Histories {
 #[pyclass(name = "History", module = "armor", frozen, sequence)]
 pub struct PythonHistory {
     layout: Py<Layout>,
+    /// The name and the schema of messages of any type.
+    any: Option<(String, String)>,
     /// Oldest first.
     messages: Vec<KeptPast>,
 }
@@ -174,8 +182,17 @@ impl PythonHistory {
         })?;
         let before = self.message(age + 1);
         let restarted = before.is_some_and(|before| before.instance != past.instance);
-        let keep = || past.message.clone();
-        let data = MessageReader::new(py, &past.message, &keep).read_all(self.layout.get())?;
+        let data = match &self.any {
+            Some((name, schema)) => {
+                let bytes = past.message.to_vec();
+                let message = AnyMessage::encoded(name, schema, past.stamp_s, bytes);
+                Bound::new(py, PythonAnyMessage::new(message))?.into_any()
+            }
+            None => {
+                let keep = || past.message.clone();
+                MessageReader::new(py, &past.message, &keep).read_all(self.layout.get())?
+            }
+        };
         Ok(PythonPast {
             header: past.header.clone_ref(py),
             data: data.unbind(),

@@ -1,7 +1,7 @@
 //! The layout of a message class: its schema, and how its attributes are read and written.
 
 use armor_sdk::foreign::{KeptMessage, PortType};
-use armor_sdk::wire::schema::{Field, Schema, Variant};
+use armor_sdk::wire::schema::{ANY_NAME, Field, Schema, Variant};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString, PyTuple, PyType};
 
@@ -51,6 +51,8 @@ pub enum Parts {
     Fields(Vec<FieldLayout>),
     /// One of these members of an enum.
     Members(Vec<Py<PyAny>>),
+    /// Any: the message is passed on as it is.
+    Any,
 }
 
 /// The layout of a message class, made once for each.
@@ -104,6 +106,12 @@ impl Layout {
         Self::new(class, schema, Parts::Members(members))
     }
 
+    /// That of messages of any type, `class` being `armor.AnyMessage`.
+    #[staticmethod]
+    fn of_any(class: &Bound<'_, PyType>) -> PyResult<Self> {
+        Self::new(class, Schema::Struct { name: ANY_NAME.into(), fields: Vec::new() }, Parts::Any)
+    }
+
     /// The schema in its canonical form.
     #[getter]
     fn schema(&self) -> &str {
@@ -118,6 +126,11 @@ impl Layout {
 }
 
 impl Layout {
+    /// Whether it is that of messages of any type.
+    pub fn is_any(&self) -> bool {
+        matches!(self.parts, Parts::Any)
+    }
+
     fn new(class: &Bound<'_, PyType>, schema: Schema, parts: Parts) -> PyResult<Self> {
         // Once as text and back: limits and names are checked as for a message of any other process.
         let port_type = PortType::parse(&schema.to_string()).map_err(|error| {

@@ -1,6 +1,7 @@
 //! The native part of the Python package `armor`: components, their messages, and components under
 //! test. `python/armor` is what users see; this module is `armor._armor`.
 
+mod any;
 mod array;
 mod component;
 mod declaration;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _armor {
+    #[pymodule_export]
+    use crate::any::PythonAnyMessage;
     #[pymodule_export]
     use crate::component::{log, manifest, run};
     #[pymodule_export]

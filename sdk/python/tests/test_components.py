@@ -17,6 +17,26 @@ from armor.messages import Count, Image, Number, Text
 from armor.testing import START_S, Report, TestedComponent
 
 
+class Relay(armor.Component):
+    """Passes on what it receives, and the first message again at each tick."""
+
+    def __init__(self) -> None:
+        self.subscribe("in", armor.AnyMessage, many=True)
+        self.provide("out", armor.AnyMessage)
+        self.provide("first", armor.AnyMessage, latched=True)
+        self.received: List[armor.AnyMessage] = []
+        self.past: List[Any] = []
+
+    def data_received(self, header: armor.Header, data: armor.AnyMessage) -> None:
+        self.received.append(data)
+        self.past = [past.data for past in self.history("in")]
+        self.send_data("out", data)
+
+    def exec(self, call: armor.Call) -> None:
+        if call == armor.Call.TICK:
+            self.send_data("first", self.received[0] if self.received else Count(count=1))
+
+
 class Doubler(armor.Component):
     """Doubles numbers.
 
@@ -70,6 +90,48 @@ def started(**parameters: Any) -> TestedComponent[Doubler]:
 
 def quiet() -> Any:
     return contextlib.redirect_stderr(io.StringIO())
+
+
+class TestMessagesOfAnyType(unittest.TestCase):
+    def test_they_are_passed_on_at_once_and_later(self) -> None:
+        relay = TestedComponent(Relay)
+        relay.start()
+        self.assertEqual(relay.outputs("out"), [])
+        for count in (7, 8):
+            relay.send("in", Count(count=count))
+        relay.tick()
+        self.assertEqual(relay.outputs("out"), [Count(count=7), Count(count=8)])
+        self.assertEqual(relay.outputs("first"), [Count(count=7)])
+        message = relay.component.received[1]
+        self.assertEqual((message.type_name, message.schema), ("Count", armor.schema_of(Count)))
+        self.assertEqual((message.stamp_s, len(message)), (START_S, 8))
+        self.assertEqual(armor.decode(Count, bytes(message)), Count(count=8))
+        self.assertEqual([bytes(past) for past in relay.component.past], [b"\x08" + bytes(7), b"\x07" + bytes(7)])
+        with self.assertRaisesRegex(armor.TestError, "is a Number, which input `in` does not take"):
+            relay.send("in", Number(data=1.0))
+
+    def test_a_large_one_is_the_same(self) -> None:
+        relay = TestedComponent(Relay)
+        relay.start()
+        image = Image(width=3, height=1, data=np.arange(100_000, dtype=np.uint8))
+        relay.send("in", image)
+        self.assertEqual(relay.outputs("out"), [image])
+
+    def test_nothing_else_is_sent_there_and_it_is_no_field(self) -> None:
+        relay = TestedComponent(Relay)
+        relay.start()
+        with self.assertRaisesRegex(armor.TestError, "`first` is declared as Any, but a Count is sent"):
+            relay.tick()
+        with self.assertRaisesRegex(armor.MessageError, "AnyMessage is the type of a port"):
+
+            @armor.message
+            class Wrapped:
+                inner: armor.AnyMessage
+
+    def test_its_manifest_has_ports_of_any_type(self) -> None:
+        manifest = json.loads(armor.describe(Relay))
+        ports = [*manifest["inputs"], *manifest["outputs"]]
+        self.assertEqual({(port["type"], port["schema"]) for port in ports}, {("Any", "Any{}")})
 
 
 class TestFunctions(unittest.TestCase):

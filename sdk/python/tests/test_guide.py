@@ -11,7 +11,7 @@ from typing import Any, Dict, List
 from unittest import mock
 
 import armor
-from armor.messages import LaserScan
+from armor.messages import Count, LaserScan
 from armor.testing import TestedComponent
 
 ROOT = Path(__file__).parents[3]
@@ -33,12 +33,17 @@ def run_listing(code: str, name: str) -> Dict[str, Any]:
 
 class TestListings(unittest.TestCase):
     def test_the_guide(self) -> None:
-        component, messages, test, _ = listings("docs/python.md")
+        packages, component, messages, relay, test, _ = listings("docs/python.md")
+        self.assertIn("# /// script\n# dependencies = [", packages)
         follower = TestedComponent(run_listing(component, "follower")["Follower"])
         follower.start()
         follower.send("scan", LaserScan(ranges=[0.9]))
         follower.tick()
         self.assertEqual(follower.last_output("velocity").linear.x, 0.3)
+        newest = TestedComponent(run_listing("import armor\n" + relay, "relay")["Newest"])
+        newest.start()
+        newest.send("writers", Count(count=3))
+        self.assertEqual(newest.outputs("element"), [Count(count=3)])
         run_listing(test, "test_follower")["test_it_stops_in_front_of_a_wall"]()
         reading = run_listing(messages, "reading")["Reading"]
         self.assertTrue(

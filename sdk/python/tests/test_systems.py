@@ -249,6 +249,36 @@ class TestSystems(unittest.TestCase):
                 system.wait_for("a live parameter arrives", stands)
                 system.end()
 
+    def test_the_office_with_a_planner_in_python_drives_home(self) -> None:
+        """The example, in simulated time; the page about it promises at most 80 lines."""
+        examples = FOLLOWER.parent
+        lines = (examples / "planner.py").read_text().splitlines()
+        self.assertLessEqual(len(lines), 80)
+        text = (examples / "office.xml").read_text()
+        world = "../../../missions/worlds/office.svg"
+        clock = '<system name="office-in-python">\n    <clock source="simulator.clock"/>'
+        speed = f'rate="100Hz">\n      <parameter name="speed" value="3"/>\n      <parameter name="world" value="{WORLD}"/>'
+        for before, after in (
+            ('<system name="office-in-python">', clock),
+            (f'rate="20Hz">\n      <parameter name="world" value="{world}"/>', speed),
+        ):
+            self.assertEqual(text.count(before), 1, before)
+            text = text.replace(before, after)
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "office.xml").write_text(text)
+            command = [ARMOR, "run", "office.xml", "--components", str(examples), "--headless", "--quiet"]
+            done = subprocess.run(
+                [*command, "--system", f"python-office-{os.getpid()}", "--out", "out"],
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=5 * LIMIT_S,
+                env=environment(),
+            )
+        log = done.stdout + done.stderr
+        self.assertEqual(done.returncode, 0, log)
+        self.assertIn("the mission reached its goal", log)
+
     def run_armor(self, *arguments: str, cwd: str) -> "subprocess.CompletedProcess[str]":
         command = [ARMOR, *arguments]
         return subprocess.run(
@@ -282,6 +312,10 @@ class TestSystems(unittest.TestCase):
             script = components / "arm.py"
             script.write_text("#!/usr/bin/env python3\nimport no_such_module\n")
             script.chmod(0o755)
+            named = components / "leg.py"
+            block = '# /// script\n# dependencies = ["armor", "legs<2"]\n# ///\n'
+            named.write_text(f"#!/usr/bin/env python3\n{block}from json import no_such_name\n")
+            named.chmod(0o755)
             component = '<component name="a" kind="arm"/>'
             text = f'<armor version="1"><system name="x">{component}</system></armor>'
             (Path(folder) / "system.xml").write_text(text)
@@ -290,6 +324,8 @@ class TestSystems(unittest.TestCase):
             self.assertIn("W0119", found)
             self.assertIn("has no module `no_such_module`", found)
             self.assertIn("activate the environment", found)
+            self.assertIn("has a module `json` without `no_such_name`: another version", found)
+            self.assertIn("-m pip install 'legs<2'", found)
 
     def test_a_script_is_asked_again_when_another_python_runs_it(self) -> None:
         with tempfile.TemporaryDirectory() as folder:

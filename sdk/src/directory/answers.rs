@@ -1,6 +1,8 @@
 //! What the registry answers.
 
+use armor_wire::hello::Hello;
 use armor_wire::registry::{ComponentEntry, DataEntry};
+use armor_wire::run_key::LinkKey;
 
 /// The provider of data.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,6 +11,17 @@ pub struct FoundProvider {
     pub entry: DataEntry,
     /// The process that provides it.
     pub provider: ComponentEntry,
+    /// The key of a link to it, where that leads to another host of the system.
+    pub key: Option<LinkKey>,
+}
+
+impl FoundProvider {
+    /// Adds to the hello of a link what the provider asks of another host. It must not change after that.
+    pub(crate) fn prove_link(&self, hello: &mut Hello) {
+        if let Some(key) = &self.key {
+            key.prove(hello);
+        }
+    }
 }
 
 /// All that is registered.

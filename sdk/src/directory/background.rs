@@ -12,7 +12,8 @@ use armor_wire::clock::Exchange;
 use armor_wire::codec;
 use armor_wire::frame::{Frame, FrameKind};
 use armor_wire::hello::{HandshakeError, Hello, Refusal, RefusalCode};
-use armor_wire::registry::{ComponentEntry, DataEntry, RegistryReply, RegistryRequest};
+use armor_wire::registry::{ComponentEntry, DataEntry, DataReader, RegistryReply, RegistryRequest};
+use armor_wire::run_key::LinkKey;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::answers::{DirectoryChange, FoundProvider, Listing};
@@ -58,6 +59,8 @@ pub(super) struct RegistryState {
     pub(super) provided: Vec<DataEntry>,
     /// What the launcher reserves.
     pub(super) reserved: Option<Vec<String>>,
+    /// What configd reports of the links.
+    pub(super) readers: Option<Vec<DataReader>>,
     pub(super) lookups: HashMap<u64, PendingLookup>,
     pub(super) lists: HashMap<u64, ListAnswer>,
     pub(super) watchers: Vec<mpsc::Sender<DirectoryChange>>,
@@ -92,6 +95,9 @@ impl RegistryState {
     pub(super) fn declare_again(&mut self) {
         if let Some(names) = self.reserved.clone() {
             self.send_request(&RegistryRequest::Reserve { names });
+        }
+        if let Some(readers) = self.readers.clone() {
+            self.send_request(&RegistryRequest::Readers { readers });
         }
         for entry in self.provided.clone() {
             let request = self.fresh_request();
@@ -130,9 +136,13 @@ impl RegistryState {
 
     pub(super) fn handle_reply(&mut self, reply: RegistryReply) {
         match reply {
-            RegistryReply::Found { request, entry, provider } => {
+            RegistryReply::Found { request, entry, provider, key } => {
                 if let Some(lookup) = self.lookups.remove(&request) {
-                    let _ = lookup.answer.send(Ok(FoundProvider { entry, provider }));
+                    let _ = lookup.answer.send(Ok(FoundProvider {
+                        entry,
+                        provider,
+                        key: key.map(LinkKey::new),
+                    }));
                 }
             }
             RegistryReply::Refused { request, refusal } => {

@@ -133,6 +133,57 @@ fn its_faults_are_reports() {
     assert_eq!(echo.state(), RunState::Failed);
 }
 
+/// Passes on what it receives.
+struct Relay(ForeignArmor);
+
+impl ForeignComponent for Relay {
+    fn parameter_received(&mut self, _: &str, _: &Value) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
+        let message = AnyMessage::received(header, data)?;
+        assert_eq!(message.stamp_s(), header.stamp_s);
+        self.0.send_any("out", &message)?;
+        Ok(())
+    }
+
+    fn exec(&mut self, call: Call) -> Result<Outcome, Fault> {
+        if call == Call::Tick {
+            self.0.send_data("out", &[&[0; 8]])?;
+        }
+        Ok(Outcome::CarryOn)
+    }
+}
+
+#[test]
+fn messages_of_any_type_are_passed_on_as_the_first_link_gives_it() {
+    let any = PortType::parse("Any{}").expect("a schema");
+    assert!(any.is_any() && !count_type().is_any());
+    let kind = KindDeclaration::new("relay", "Passes messages on.");
+    let construct = |armor: ForeignArmor| -> Result<Box<dyn ForeignComponent>, Fault> {
+        armor.subscribe("in", &any, true, true)?;
+        armor.provide("out", &any, false)?;
+        Ok(Box::new(Relay(armor)))
+    };
+    let manifest = manifest_of(&kind, construct).expect("it is valid");
+    assert_eq!((&*manifest.inputs[0].type_name, &*manifest.outputs[0].schema), ("Any", "Any{}"));
+    let mut relay = TestedComponent::build_foreign(&kind, &[], construct).unwrap();
+    relay.start().unwrap();
+    relay.send_encoded("in", None, &count_type(), &8_u64.to_le_bytes()).unwrap();
+    relay.send("in", &Count { count: 9 }).unwrap();
+    let (schema, messages) = relay.encoded_outputs("out").unwrap();
+    assert_eq!(schema, count_type().text());
+    assert_eq!(messages, [8_u64.to_le_bytes(), 9_u64.to_le_bytes()]);
+    let other = relay.send_encoded("in", None, &image_type(), &[]).unwrap_err().to_string();
+    assert!(other.contains("is a Image, which input `in` does not take"), "{other}");
+    let encoded = relay.tick_after(std::time::Duration::from_secs(1)).unwrap_err().to_string();
+    assert!(
+        encoded.contains("out` is declared as Count, but a message in encoded form"),
+        "{encoded}"
+    );
+}
+
 #[test]
 fn only_a_struct_or_an_enum_with_a_name_is_a_message() {
     for (text, why) in [

@@ -16,6 +16,8 @@ pub(crate) struct InboxItem {
     pub arrival: u64,
     pub header: DataHeader,
     pub lost: u64,
+    /// When it was read, in the registry's time, if calls are traced; otherwise 0.
+    pub arrived_s: f64,
     pub payload: StoredPayload,
 }
 
@@ -126,7 +128,7 @@ mod tests {
     fn item(sequence: u64, len: usize) -> InboxItem {
         let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
         let payload = StoredPayload::Copied(vec![0; len]);
-        InboxItem { arrival: 10 + sequence, header, lost: 0, payload }
+        InboxItem { arrival: 10 + sequence, header, lost: 0, arrived_s: 0.0, payload }
     }
 
     fn check(keep: Keep, expected: &[u64]) {

@@ -252,7 +252,13 @@ impl InputPort {
         };
         self.skipped.fetch_add(passed_over, Ordering::Relaxed);
         // It waits in no inbox, so no other data come before it.
-        Some(InboxItem { arrival: 0, header, lost, payload: StoredPayload::Slot(slot) })
+        Some(InboxItem {
+            arrival: 0,
+            header,
+            lost,
+            arrived_s: 0.0,
+            payload: StoredPayload::Slot(slot),
+        })
     }
 
     /// Compares with the data so far: how many are missing before these, or `None` if they have been

@@ -172,7 +172,8 @@ impl InputReader {
             datagrams: settings.transport == Transport::Udp,
         };
         let identity = &participant.identity;
-        let hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
+        let mut hello = Hello::new(&identity.name, identity.instance, Purpose::Link { link });
+        found.prove_link(&mut hello);
         let dialled = dial::dial_component(&found.provider, &hello, settings.transport)
             .map_err(|error| error.to_string())?;
         InputPort::check_type(&dialled.welcome, expected)?;
@@ -394,12 +395,19 @@ impl InputReader {
         }
     }
 
+    /// The present time, if calls are traced; otherwise 0.
+    fn arrival_s(&self) -> f64 {
+        self.participant().ports.trace.time_s().unwrap_or_default()
+    }
+
     /// Stores the answer to a pull for the thread that waits for it, or for the next pull if it has
     /// come too late.
     fn store_pulled(&self, header: DataHeader, lost: u64, payload: &[u8]) {
         let payload = StoredPayload::Copied(payload.to_vec());
         let arrival = self.runtime.next_arrival();
-        let unseen = self.input.lock_inbox().push(InboxItem { arrival, header, lost, payload });
+        let arrived_s = self.arrival_s();
+        let item = InboxItem { arrival, header, lost, arrived_s, payload };
+        let unseen = self.input.lock_inbox().push(item);
         self.input.skipped.fetch_add(unseen, Ordering::Relaxed);
         self.input.pull.receive();
     }
@@ -417,7 +425,7 @@ impl InputReader {
         if let Some(component) = entered
             && !input.waiting.load(Ordering::Relaxed)
         {
-            component.deliver_data(self.index, header, lost, payload);
+            component.deliver_data(self.index, header, lost, self.arrival_s(), payload);
             input.received.increment();
             if runtime.main_waits() {
                 *entered = None;
@@ -427,6 +435,7 @@ impl InputReader {
         }
         // Left before waiting for room: only a thread inside the component makes room.
         *entered = None;
+        let arrived_s = self.arrival_s();
         let mut inbox = input.lock_inbox();
         while inbox.is_full() && runtime.participant.lifecycle.is_active() {
             runtime.wake_main();
@@ -434,7 +443,7 @@ impl InputReader {
         }
         let arrival = runtime.next_arrival();
         let payload = payload.store(StoredPayload::default());
-        let dropped = inbox.push(InboxItem { arrival, header, lost, payload });
+        let dropped = inbox.push(InboxItem { arrival, header, lost, arrived_s, payload });
         // Counted before the inbox is released: otherwise a status could miss a loss that has
         // happened.
         input.dropped.fetch_add(dropped, Ordering::Relaxed);
@@ -508,7 +517,7 @@ mod tests {
         let reader = reader(Keep::ALL, Wake::Sleep);
         let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };
         let payload = StoredPayload::Copied(vec![0; 2 << 20]);
-        let full = InboxItem { arrival: 0, header, lost: 0, payload };
+        let full = InboxItem { arrival: 0, header, lost: 0, arrived_s: 0.0, payload };
         reader.input.lock_inbox().push(full);
         reader.input.waiting.store(true, Ordering::Relaxed);
         let (sender, entered) = channel();

@@ -241,6 +241,7 @@ impl OutputPort {
         }
         // Counted only now: a message that cannot be encoded leaves no gap in the sequence.
         state.published += 1;
+        (how.noted)(sequence);
         state.published_bytes += std::mem::take(&mut state.encoded_len) as u64;
         let to = state.links.iter().filter(|link| link.is_pushed()).count();
         if state.links.iter().any(is_over_full) {
@@ -367,6 +368,11 @@ impl OutputPort {
         let mut state = self.lock_state();
         state.links.iter_mut().for_each(OutgoingLink::break_off);
         state.remove_broken();
+    }
+
+    /// Whether any subscriber is linked.
+    pub fn has_links(&self) -> bool {
+        self.lock_state().links.iter().any(|link| !link.broken)
     }
 
     pub fn status(&self) -> OutputStatus {

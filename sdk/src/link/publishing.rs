@@ -29,6 +29,8 @@ pub(crate) struct PublishContext<'a> {
     pub gathered: &'a AtomicBool,
     /// Wakes the service thread to look at the links.
     pub wake: &'a dyn Fn(),
+    /// Takes the sequence of the message once it is published.
+    pub noted: &'a dyn Fn(u64),
 }
 
 /// The count, the last value and the links of an output.

@@ -44,7 +44,7 @@ pub fn standard_definitions() -> Vec<StandardDefinition> {
         PoseWithCovarianceStamped Twist TwistWithCovariance FrameTransform FrameTransforms
         MapMetaData OccupancyGrid OccupancyGridUpdate Path SlamDiagnostics ZoneRule Zone Zones
         Odometry
-        LaserScan Image CompressedImage Imu NavSatStatus NavSatService NavSatFix
+        LaserScan Image CompressedImage Detection2D Detection2DArray Imu NavSatStatus NavSatService NavSatFix
         PowerSupplyStatus BatteryState
         Flag Number Text Count Log Progress
     ]

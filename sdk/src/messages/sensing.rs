@@ -80,6 +80,42 @@ pub struct CompressedImage {
     pub data: Array<u8>,
 }
 
+/// Something that was recognized in an image: what it is, how sure that is, and where it is in the image,
+/// as a rectangle along rows and columns.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Detection2D {
+    /// What it is, in the words of the detector: `person`.
+    pub label: String,
+    /// How sure the detector is; its README states the scale.
+    pub score: f64,
+    /// Column of the middle, in pixels from the left edge of the image.
+    pub center_x: f64,
+    /// Row of the middle, in pixels from the upper edge of the image.
+    pub center_y: f64,
+    /// Width in pixels.
+    pub size_x: f64,
+    /// Height in pixels.
+    pub size_y: f64,
+}
+
+/// What was recognized in one image; none if the image was searched and nothing was found.
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Detection2DArray {
+    /// System time in seconds of the exposure of the image.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Optical frame of the camera.
+    pub frame: String,
+    /// Rows of the image.
+    pub height: u32,
+    /// Columns of the image.
+    pub width: u32,
+    /// The surest first.
+    pub detections: Vec<Detection2D>,
+}
+
 /// A measurement of an inertial measurement unit.
 #[derive(Clone, Debug, PartialEq, Message)]
 #[message(wire = "armor_wire")]

@@ -7,19 +7,22 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use armor_socket::{OwnerError, Stream, check_client, is_temporary, own_key};
-use armor_wire::acting::{Opening, Preface};
+use armor_wire::acting::{Opening, Preface, Rights};
 use armor_wire::codec::MAX_HELLO_LEN;
 use armor_wire::control::Role;
 use armor_wire::frame::{self, FrameKind, FrameReader};
 use armor_wire::hello::{
     HandshakeError, Hello, LinkRequest, Purpose, Refusal, RefusalCode, Welcome,
 };
+use armor_wire::keep::Keep;
 use armor_wire::liveness::Liveness;
+use armor_wire::run_key::NameKey;
 use armor_wire::shared_memory::MemoryUse;
 use rustix::event::PollFd;
 
 use super::datagrams::DatagramService;
-use super::keep_rights::KeepRights;
+use super::keep_rights::{KeepRights, MOST_WITHOUT_RIGHT};
+use crate::call_trace::CALLS;
 use crate::faults::PeerFault;
 use crate::link::datagrams_out::LinkDatagrams;
 use crate::link::memory_out::suits_memory;
@@ -144,14 +147,19 @@ impl Handshakes {
         datagrams: &mut DatagramService,
     ) -> Result<Option<(Role, String, u64)>, Refusal> {
         let stream = &pending.stream;
-        check_role(&hello, &self.participant.identity.name)?;
-        let from = match pending.opening.preface() {
+        let identity = &self.participant.identity;
+        check_role(&hello, &identity.name)?;
+        let preface = pending.opening.preface();
+        let readable = check_reader(&hello, preface, own_key(&identity.name), identity.instance);
+        let from = match preface {
             Some(preface) if preface.role().is_some() => name_remote_tool(&hello.from, preface),
             // A process of this host, or of another host of the system.
             _ => hello.from,
         };
         match hello.purpose {
             Purpose::Link { link } => {
+                self.check_instance(&link)?;
+                readable?;
                 self.admit_link(&link, (&from, hello.instance), stream, datagrams).map(|()| None)
             }
             Purpose::Control { role } => {
@@ -168,13 +176,7 @@ impl Handshakes {
         }
     }
 
-    fn admit_link(
-        &self,
-        link: &LinkRequest,
-        (from, instance): (&str, u64),
-        stream: &Stream,
-        datagrams: &mut DatagramService,
-    ) -> Result<(), Refusal> {
+    fn check_instance(&self, link: &LinkRequest) -> Result<(), Refusal> {
         let ours = self.participant.identity.instance;
         if link.instance != 0 && link.instance != ours {
             let text = format!(
@@ -183,7 +185,17 @@ impl Handshakes {
             );
             return Err(Refusal::new(RefusalCode::WrongInstance, text));
         }
-        let outputs = self.participant.ports.outputs();
+        Ok(())
+    }
+
+    fn admit_link(
+        &self,
+        link: &LinkRequest,
+        (from, instance): (&str, u64),
+        stream: &Stream,
+        datagrams: &mut DatagramService,
+    ) -> Result<(), Refusal> {
+        let outputs = self.participant.ports.served_outputs();
         let is_it =
             |output: &&Arc<OutputPort>| output.entry.data == link.data && !output.lacks_type();
         let output = outputs.iter().find(is_it).ok_or_else(|| {
@@ -196,7 +208,11 @@ impl Handshakes {
         output.check_request(link, from)?;
         let copy =
             stream.try_clone().map_err(|e| Refusal::new(RefusalCode::Limit, e.to_string()))?;
-        let keep = self.keep_rights.grant(link.keep, from, instance);
+        let keep = match self.keep_rights.grant(link.keep, from, instance) {
+            // This thread publishes them, and must not wait.
+            Keep::All { .. } if output.id == CALLS => Keep::Last { count: MOST_WITHOUT_RIGHT },
+            keep => keep,
+        };
         let link_stream = Arc::new(copy);
         let added = OutgoingLink {
             stream: Arc::clone(&link_stream),
@@ -340,6 +356,30 @@ fn check_role(hello: &Hello, own_name: &str) -> Result<(), Refusal> {
     }
 }
 
+/// Refuses a link of another host for which the registry has given it no key: the file leads the data to no
+/// component there.
+fn check_reader(
+    hello: &Hello,
+    preface: Option<&Preface>,
+    own_key: Option<NameKey>,
+    own_instance: u64,
+) -> Result<(), Refusal> {
+    let Some(Preface { name: host, rights: Rights::Host { .. } }) = preface else { return Ok(()) };
+    let Purpose::Link { link } = &hello.purpose else { return Ok(()) };
+    match own_key {
+        Some(key) if !key.key_of_link(host, &link.data, own_instance).verify(hello) => {
+            let text = format!(
+                "reading `{}` is not for the host {host}: the registry has not granted it, since no link \
+                 of the file leads it to a component there",
+                link.data
+            );
+            Err(Refusal::new(RefusalCode::Role, text))
+        }
+        // It was started by hand.
+        None | Some(_) => Ok(()),
+    }
+}
+
 /// The name of a tool whose connection a gate forwards: no component's, whatever it claims, and with
 /// the holder of the key in it.
 fn name_remote_tool(from: &str, preface: &Preface) -> String {
@@ -350,8 +390,50 @@ fn name_remote_tool(from: &str, preface: &Preface) -> String {
 #[cfg(test)]
 mod tests {
     use armor_wire::acting::KeyRole;
+    use armor_wire::keep::{Keep, Wake};
+    use armor_wire::run_key::{KEY_LEN, RunSecret};
 
     use super::*;
+
+    #[test]
+    fn another_host_reads_what_the_registry_has_granted_and_no_more() {
+        let key = RunSecret::new([5; KEY_LEN]).key_of("laser");
+        let link = LinkRequest {
+            data: "laser.scan".into(),
+            instance: 9,
+            schema: String::new(),
+            schema_hash: 0,
+            keep: Keep::Latest,
+            wake: Wake::Sleep,
+            paused: false,
+            history: 1,
+            memory: MemoryUse::Never,
+            datagrams: false,
+        };
+        let plain = Hello::new("gripper", 3, Purpose::Link { link });
+        let mut proven = plain.clone();
+        key.key_of_link("arm", "laser.scan", 9).prove(&mut proven);
+        let host = |name: &str| {
+            let rights = Rights::Host { components: vec!["gripper".into()] };
+            Preface { name: name.into(), rights }
+        };
+        let check = |hello, preface: Option<&Preface>, key| check_reader(hello, preface, key, 9);
+        assert_eq!(check(&proven, Some(&host("arm")), Some(key)), Ok(()));
+        for (hello, preface) in [(&plain, host("arm")), (&proven, host("base"))] {
+            let refusal = check(hello, Some(&preface), Some(key)).expect_err("it is refused");
+            assert_eq!(refusal.code, RefusalCode::Role);
+            let text = format!("reading `laser.scan` is not for the host {}: ", preface.name);
+            assert!(refusal.text.starts_with(&text), "{refusal}");
+        }
+        assert!(check_reader(&proven, Some(&host("arm")), Some(key), 8).is_err(), "another start");
+        // A process of this host, a person, the launcher's host; and a provider started by hand.
+        let launcher = Preface { name: "robot".into(), rights: Rights::Launcher };
+        for preface in [None, Some(Preface::of_person("alice", KeyRole::Observer)), Some(launcher)]
+        {
+            assert_eq!(check(&plain, preface.as_ref(), Some(key)), Ok(()));
+        }
+        assert_eq!(check(&plain, Some(&host("arm")), None), Ok(()));
+    }
 
     #[test]
     fn a_remote_tool_cannot_pass_for_a_component() {

@@ -15,7 +15,7 @@ use crate::participant::Participant;
 use crate::tap::TOOL_PREFIX;
 
 /// Most data that wait for a peer without the right: it may have stopped reading.
-const MOST_WITHOUT_RIGHT: u32 = 16;
+pub const MOST_WITHOUT_RIGHT: u32 = 16;
 /// How long the registry is waited for. Without its answer a link stays as it is.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 /// Most peers that are remembered.

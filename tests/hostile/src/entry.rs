@@ -20,6 +20,7 @@ use armor_robotfile::claim::Claim;
 use armor_robotfile::guard::{Guard, MAX_LEN};
 use armor_simulator::pose::Pose2;
 use armor_simulator::world::World;
+use armor_tiles::{OpenError, Source};
 use armor_wire::datagram::{DatagramReceiver, DatagramSender, MAX_DATAGRAM_MESSAGE};
 use armor_wire::schema::parse;
 use armor_wire::shared_memory::read_slot;
@@ -28,7 +29,7 @@ use armor_wire::shared_memory::read_slot;
 pub type FileDecoder = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const DECODERS: [FileDecoder; 12] = [
+pub const DECODERS: [FileDecoder; 13] = [
     ("guards", read_guard),
     ("pnml", read_pnml),
     ("tina", read_tina),
@@ -41,6 +42,7 @@ pub const DECODERS: [FileDecoder; 12] = [
     ("datagrams", read_datagrams),
     ("recordings", read_recording),
     ("plans", read_plans),
+    ("pictures", read_picture),
 ];
 
 /// Most messages of one input that are read: what is compressed may become much longer.
@@ -105,6 +107,57 @@ pub fn read_recording(bytes: &[u8]) {
             }
         }
     }
+}
+
+/// The extensions of pictures for a map; the first byte of an input is the index of its own.
+pub const PICTURES: [&str; 8] =
+    ["png", "jpg", "pmtiles", "mbtiles", "tif", "yaml", "svg", "geojson"];
+
+/// Opens a picture for a map, next to a world file and the grey picture of a grid map.
+fn open_picture(bytes: &[u8]) -> Option<Result<Source, OpenError>> {
+    let (&kind, content) = bytes.split_first()?;
+    let folder = format!("armor-pictures-{}-{:?}", std::process::id(), std::thread::current().id());
+    let folder = std::env::temp_dir().join(folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let write = |name: &str, content: &[u8]| std::fs::write(folder.join(name), content);
+    let picture = format!("a.{}", PICTURES[usize::from(kind) % PICTURES.len()]);
+    write(&picture, content).expect("it is written");
+    write("a.wld", b"0.5\n0\n0\n-0.5\n100\n50\n").expect("it is written");
+    write("map.pgm", b"P5\n2 2\n255\n\x00\x80\xff\xfe").expect("it is written");
+    let opened = Source::open(&folder.join(picture));
+    // What is open is read from there on; a picture that is read later may be gone.
+    if let Ok(source) = &opened {
+        look_at_tiles(source);
+    }
+    std::fs::remove_dir_all(&folder).expect("it is removed");
+    Some(opened)
+}
+
+/// A few tiles of the finest level and of a coarse one. Each has the pixels that it states.
+fn look_at_tiles(source: &Source) {
+    let bounds = source.bounds();
+    assert!(bounds.width() >= 0.0 && bounds.height() >= 0.0, "{bounds:?}");
+    let fine = 1.0 / source.units_per_pixel();
+    for scale in [fine, fine / 16.0] {
+        for id in source.wanted(bounds, scale).into_iter().take(3) {
+            if let Ok(Some(image)) = source.decode(id) {
+                let pixels = image.width as usize * image.height as usize;
+                assert_eq!(image.rgba.len(), 4 * pixels, "{id}");
+            }
+        }
+    }
+}
+
+/// A picture for a map.
+pub fn read_picture(bytes: &[u8]) {
+    if let Some(Err(error)) = open_picture(bytes) {
+        assert!(!error.to_string().is_empty());
+    }
+}
+
+/// Whether an input is a picture that opens.
+pub fn is_picture(bytes: &[u8]) -> bool {
+    open_picture(bytes).is_some_and(|opened| opened.is_ok())
 }
 
 /// A net in PNML. What is written of it is the same net.

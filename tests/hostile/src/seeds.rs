@@ -91,8 +91,24 @@ pub fn make_seeds(name: &str, folder: &Path) -> Result<Vec<Vec<u8>>> {
         "datagrams" => make_datagrams(),
         "recordings" => make_recordings()?,
         "plans" => make_plans()?,
+        "pictures" => make_pictures(),
         _ => return Err(anyhow!("there is no decoder called {name}")),
     })
+}
+
+/// A small picture of each kind: `ARMOR_BLESS=1 cargo test -p armor-tiles` writes them.
+fn make_pictures() -> Vec<Vec<u8>> {
+    let pictures: [&[u8]; 8] = [
+        include_bytes!("../pictures/a.png"),
+        include_bytes!("../pictures/a.jpg"),
+        include_bytes!("../pictures/a.pmtiles"),
+        include_bytes!("../pictures/a.mbtiles"),
+        include_bytes!("../pictures/a.tif"),
+        include_bytes!("../pictures/a.yaml"),
+        include_bytes!("../pictures/a.svg"),
+        include_bytes!("../pictures/a.geojson"),
+    ];
+    (0..).zip(pictures).map(|(kind, picture)| [&[kind], picture].concat()).collect()
 }
 
 /// A plan with a fence and a rally point, in each format.

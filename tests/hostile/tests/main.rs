@@ -106,6 +106,9 @@ fn every_seed_is_well_formed() {
         let marks = plan.fences.len() + plan.rally_points.len();
         assert!(plan.routes[0].items.len() + marks > 1, "{plan:?}");
     }
+    for (seed, extension) in seeds("pictures").iter().zip(armor_hostile::entry::PICTURES) {
+        assert!(armor_hostile::entry::is_picture(seed), "{extension}");
+    }
     let keys = seeds("keys");
     assert!(armor_keys::revoked::parse_revoked(&text(&keys[0])).is_ok_and(|it| it.len() == 1));
     assert!(armor_keys::KeyFile::from_text(&text(&keys[1])).is_ok());
@@ -129,6 +132,11 @@ fn any_net_of_tina_gets_an_answer() {
 #[test]
 fn any_plan_gets_an_answer() {
     check("plans");
+}
+
+#[test]
+fn any_picture_gets_an_answer() {
+    check("pictures");
 }
 
 #[test]

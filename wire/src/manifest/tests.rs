@@ -158,6 +158,7 @@ fn the_json_form_comes_back_as_it_was() {
         kind: "mapper".into(),
         summary: "Draws.".into(),
         controllable: true,
+        reads_all: false,
         protocol: None,
         reports_done: true,
         ends_by_itself: false,

@@ -25,7 +25,7 @@ pub(crate) trait SidePanel: Send {
     }
 
     /// Returns whether there is anything to show.
-    fn is_visible(&self, _console: &Console) -> bool {
+    fn is_visible(&self, _console: &Console, _now: ClockTimes) -> bool {
         true
     }
 
@@ -67,10 +67,12 @@ impl PanelColumn {
         orders: &mut Vec<OperatorOrder>,
     ) {
         ui.add_space(6.0);
-        let (pinned, scrolling): (Vec<_>, Vec<_>) =
-            self.panels.iter_mut().partition(|panel| panel.is_pinned());
-        for panel in pinned {
-            show_panel(panel.as_mut(), ui, console, now, orders);
+        let shown = self.panels.iter_mut().filter(|panel| panel.is_visible(console, now));
+        let (pinned, scrolling): (Vec<_>, Vec<_>) = shown.partition(|panel| panel.is_pinned());
+        let is_divided = !pinned.is_empty() && !scrolling.is_empty();
+        show_panels(pinned, ui, console, now, orders);
+        if is_divided {
+            ui.separator();
         }
         if console.connection.is_old() {
             let text = if console.connection.has_ended() {
@@ -81,24 +83,25 @@ impl PanelColumn {
             ui.colored_label(colours_of(ui).warning, RichText::new(text).strong());
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            for panel in scrolling {
-                show_panel(panel.as_mut(), ui, console, now, orders);
-            }
+            show_panels(scrolling, ui, console, now, orders);
         });
     }
 }
 
-fn show_panel(
-    panel: &mut dyn SidePanel,
+/// Shows panels one below the other, with a line between two of them.
+fn show_panels(
+    panels: Vec<&mut Box<dyn SidePanel>>,
     ui: &mut Ui,
     console: &Console,
     now: ClockTimes,
     orders: &mut Vec<OperatorOrder>,
 ) {
-    if panel.is_visible(console) {
+    for (number, panel) in panels.into_iter().enumerate() {
+        if number > 0 {
+            ui.separator();
+        }
         let shown = ui.push_id(panel.name(), |ui| panel.show_contents(ui, console, now));
         orders.extend(shown.inner);
-        ui.separator();
     }
 }
 

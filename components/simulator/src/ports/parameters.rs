@@ -19,8 +19,8 @@ use crate::pose::Pose2;
 use crate::reading::Rates;
 use crate::simulation::Models;
 use crate::slip::SlipModel;
-use crate::start::WorldStart;
 use crate::steering::SteeringModel;
+use crate::world::WorldStart;
 
 /// An angle of one degree, in radians.
 const DEG: f64 = PI / 180.0;

@@ -69,3 +69,32 @@ fn a_kept_version_that_new_kinds_refuse_still_answers_with_its_frames() {
     let frames = request_frames(&mut versions);
     assert_eq!(frames.as_deref(), Some("laser,base_link,0.08,0,0,0,0,0"));
 }
+
+#[test]
+fn a_zone_that_is_drawn_reaches_the_components_that_obey_it() {
+    let mut kinds = live_manifests();
+    let mapper = kinds.get_mut("mapper").expect("it is one of them");
+    let speed = mapper.parameters.last().cloned().expect("it has some");
+    let (name, format, default) = ("zones".into(), Some(TextFormat::Zones), Some(String::new()));
+    mapper.parameters.push(ParameterManifest { name, format, default, live: true, ..speed });
+    let rules = VersionRules { manifests: Some(kinds), ..VersionRules::default() };
+    let mut versions = versions_under(rules);
+    connect(&mut versions, 1, "mapper", Purpose::Config);
+    let request = ConfigRequest::Parameter { request: 1, name: "zones".into() };
+    ask(&mut versions, 1, request);
+    for (shape, expected) in
+        [("circle 4,4 2m", "pit no-go circle 4,4 2m"), ("circle 4,5 2m", "pit no-go circle 4,5 2m")]
+    {
+        let map = format!("<map><zone name=\"pit\" kind=\"no-go\" shape=\"{shape}\"/></map>");
+        let text = FILE.replace("safe=\"end\">", &format!("safe=\"end\">{map}"));
+        let actions = versions.handle(saved(&text));
+        let sent = actions.iter().find_map(|action| match action {
+            ConfigdAction::Peer(armor_wire::peer::PeerAction::Send {
+                message: ConfigReply::Parameter { name, assigned: Some(assigned), .. },
+                ..
+            }) => Some((name.as_str(), assigned.text.as_str())),
+            _ => None,
+        });
+        assert_eq!(sent, Some(("zones", expected)), "{actions:?}");
+    }
+}

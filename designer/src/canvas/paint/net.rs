@@ -1,6 +1,6 @@
 //! The nodes of a net: places as pills with their tokens, transitions as bars.
 
-use eframe::egui::{Align, Align2, Pos2, Rect, Stroke, StrokeKind, Vec2, vec2};
+use eframe::egui::{Align, Align2, Pos2, Rect, Shape as Painted, Stroke, StrokeKind, Vec2, vec2};
 
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
@@ -11,6 +11,10 @@ use crate::canvas::state::Canvas;
 use crate::canvas::viewport::PLAIN;
 use armor_picture::theme::{BODY, LEAST_TEXT, SMALL, mix};
 
+/// Distance from dot to dot of a dotted border, in points.
+const DOT_STEP: f32 = 4.5;
+/// Pieces of each half circle of that border.
+const PILL_PIECES: usize = 12;
 /// From line to line in a place.
 const LINE: f32 = 16.0;
 /// Least height of a line beneath a bar, in points.
@@ -41,10 +45,16 @@ impl<Id: DiagramId> Canvas<Id> {
         };
         let width = if is_selected || node.look.outline == Outline::Strong { 2.5 } else { 1.5 };
         let line = Stroke::new(width, colour);
+        let is_derived = node.look.is_derived;
         match node.shape {
             NodeShape::Place { tokens, is_goal, is_safety } => {
                 let radius = area.height() / 2.0;
-                frame.painter.rect(area, radius, fill, line, StrokeKind::Inside);
+                if is_derived && frame.zoom > PLAIN {
+                    frame.painter.rect_filled(area, radius, fill);
+                    paint_dotted_pill(frame, area, line);
+                } else {
+                    frame.painter.rect(area, radius, fill, line, StrokeKind::Inside);
+                }
                 let inner = area.shrink(4.0 * frame.zoom);
                 if is_goal && frame.zoom > PLAIN {
                     let thin = Stroke::new(1.0, colour);
@@ -62,7 +72,13 @@ impl<Id: DiagramId> Canvas<Id> {
                 let ink = frame.mark_colour(node.mark).filter(|_| !is_selected).unwrap_or(ink);
                 let ink = node.look.tint.filter(|_| !is_selected).unwrap_or(ink);
                 let round = 2.0 * frame.zoom;
-                frame.painter.rect_filled(area, round, ink);
+                if is_derived && frame.zoom > PLAIN {
+                    let edge = Stroke::new(2.0, ink);
+                    let paper = colours.background;
+                    frame.painter.rect(area, round, paper, edge, StrokeKind::Inside);
+                } else {
+                    frame.painter.rect_filled(area, round, ink);
+                }
                 if is_hovered {
                     let halo = Stroke::new(1.0, colours.accent);
                     frame.painter.rect_stroke(area.expand(3.0), round, halo, StrokeKind::Outside);
@@ -198,4 +214,22 @@ impl<Id: DiagramId> Canvas<Id> {
             frame.painter.circle(dot, radius, frame.colours.good, edge);
         }
     }
+}
+
+/// The border of a pill as dots, inside its area.
+fn paint_dotted_pill<Id: DiagramId>(frame: &PaintFrame<'_, Id>, area: Rect, line: Stroke) {
+    let area = area.shrink(line.width / 2.0);
+    let radius = area.height() / 2.0;
+    let half = area.width() / 2.0 - radius;
+    let arc = |side: f32| {
+        (0..=PILL_PIECES).map(move |n| {
+            let turn = std::f32::consts::PI * n as f32 / PILL_PIECES as f32;
+            let at = vec2(side * (half + radius * turn.sin()), -side * radius * turn.cos());
+            area.center() + at
+        })
+    };
+    let mut points: Vec<Pos2> = arc(1.0).chain(arc(-1.0)).collect();
+    points.extend(points.first().copied());
+    let dots = Painted::dotted_line(&points, line.color, DOT_STEP, line.width * 0.6);
+    frame.painter.extend(dots);
 }

@@ -18,7 +18,10 @@ use armor_picture::theme::{SMALL, mix};
 /// Links of neighbouring ports run this close.
 const PORT_ROOM: f32 = 20.0;
 /// Approximate length of the straight pieces of a curve, in points.
-const PIECE: f32 = 14.0;
+const PIECE: f32 = 10.0;
+/// Fewest pieces: a short curve may turn as much as a long one.
+const LEAST_PIECES: f32 = 10.0;
+const MOST_PIECES: f32 = 24.0;
 
 /// Where on a wire its text may be, as shares of its length, the first one first.
 const LABEL_PLACES: [f32; 7] = [0.5, 0.38, 0.62, 0.26, 0.74, 0.16, 0.84];
@@ -47,7 +50,7 @@ impl<Id: DiagramId> Canvas<Id> {
             frame.painter.line_segment([from, to], stroke);
             return;
         }
-        let pieces = ((to - from).length() / PIECE).clamp(2.0, 24.0) as usize;
+        let pieces = ((to - from).length() / PIECE).clamp(LEAST_PIECES, MOST_PIECES) as usize;
         if let Some(bundle) = self.closed_bundle(frame.diagram, number) {
             let parts = frame.diagram.bundled_path(bundle, number, shift, BUNDLE_PIECES);
             return parts.into_iter().for_each(|parts| {

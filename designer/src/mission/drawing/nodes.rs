@@ -9,6 +9,7 @@ use crate::canvas::{
     Badge, DiagramNode, Direction, NodeLine, NodeLook, NodePort, NodeShape, Outline, PortSide,
 };
 use crate::item::Item;
+use crate::mission::derived::{is_derived, source_of};
 use crate::mission::marks::takes_words;
 use crate::mission::play::Standing;
 use crate::mission::words::{component_lines, conditions};
@@ -110,7 +111,8 @@ impl Scene<'_> {
             _ => None,
         };
         let outline = if is_marked { Outline::Strong } else { Outline::Plain };
-        NodeLook { tint, outline, is_dim: false }
+        let is_derived = is_derived(self.mission, &place.name.value);
+        NodeLook { tint, outline, is_dim: false, is_derived }
     }
 
     fn place_doc(&self, place: &Place, roles: &str) -> String {
@@ -129,7 +131,15 @@ impl Scene<'_> {
                 parameter.name.value, parameter.value.value
             );
         }
-        doc
+        doc + &self.source_doc(&place.name.value)
+    }
+
+    /// The line of the tooltip about the route that a place or transition is derived from.
+    fn source_doc(&self, name: &str) -> String {
+        let source = source_of(self.mission, name);
+        source.map_or_else(String::new, |source| {
+            format!("\nderived from {source}: edit that line in the file")
+        })
     }
 
     fn transition(&self, transition: &Transition) -> DiagramNode<Item> {
@@ -158,7 +168,9 @@ impl Scene<'_> {
             ..whole(BAR)
         };
         let ports = vec![whole(BAR), handle(BAR + vec2(HANDLE_DISTANCE, 0.0), &item), into];
-        let doc = format!("{item}\n{}", all.join("\n")) + &self.marks.messages(&item);
+        let doc = format!("{item}\n{}", all.join("\n"))
+            + &self.source_doc(name)
+            + &self.marks.messages(&item);
         DiagramNode {
             title: name.clone(),
             subtitle: String::new(),
@@ -185,7 +197,8 @@ impl Scene<'_> {
         };
         let is_dim = matches!(standing, Some(Standing::Disabled))
             || (standing.is_none() && transition.autonomy != Autonomy::Auto);
-        NodeLook { tint, outline: Outline::Plain, is_dim }
+        let is_derived = is_derived(self.mission, &transition.name.value);
+        NodeLook { tint, outline: Outline::Plain, is_dim, is_derived }
     }
 
     fn standing(&self, name: &str) -> Option<Standing> {

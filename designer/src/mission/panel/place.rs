@@ -196,7 +196,7 @@ fn kind_of<'a>(
     shown.kinds.find(&component.kind.value)
 }
 
-fn neighbours(
+pub(super) fn neighbours(
     ui: &mut egui::Ui,
     shown: &PanelSource<'_>,
     place: &Place,

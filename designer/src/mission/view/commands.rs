@@ -10,6 +10,7 @@ use super::state::{MissionView, mission_of};
 use crate::commands::Command;
 use crate::item::Item;
 use crate::mission::changes::Change;
+use crate::mission::derived::refusal;
 use crate::mission::drawing::arranged;
 use crate::mission::words::conditions;
 use crate::workspace::Workspace;
@@ -42,7 +43,7 @@ impl MissionView {
         use Command as C;
         match command {
             C::Cut => {
-                if self.copy(ctx, workspace) {
+                if !self.refuse_derived(workspace) && self.copy(ctx, workspace) {
                     self.delete(workspace);
                 }
             }
@@ -51,6 +52,7 @@ impl MissionView {
             }
             C::Duplicate => self.duplicate(workspace),
             C::Delete => self.delete(workspace),
+            C::Rename if self.refuse_derived(workspace) => {}
             C::Rename | C::Properties => {
                 workspace.settings.properties = true;
                 self.form.take_focus();
@@ -97,6 +99,7 @@ impl MissionView {
             Some(text) => {
                 self.add_fragment(&text, "duplicate", &|whole| whole.min + offset, workspace);
             }
+            None if self.refuse_derived(workspace) => {}
             None => self.pane.warn_not_duplicated(workspace),
         }
     }
@@ -116,7 +119,26 @@ impl MissionView {
         self.pane.select_when_drawn(added);
     }
 
+    /// Warns if what is selected is derived from a route, and returns whether it is.
+    fn refuse_derived(&self, workspace: &mut Workspace) -> bool {
+        let refusal = mission_of(workspace).and_then(|mission| {
+            self.pane.selected().iter().find_map(|item| match item {
+                Item::Place(name) | Item::Transition(name) => refusal(mission, name),
+                Item::Arc { transition, .. } => refusal(mission, transition),
+                _ => None,
+            })
+        });
+        let is_refused = refusal.is_some();
+        if let Some(refusal) = refusal {
+            workspace.messages.warn(refusal);
+        }
+        is_refused
+    }
+
     pub(super) fn delete(&mut self, workspace: &mut Workspace) {
+        if self.refuse_derived(workspace) {
+            return;
+        }
         let items: Vec<_> = self.pane.selected().into_iter().collect();
         let change = Change::Remove(items);
         if workspace.edit(change.what(), |documents| change.apply(documents)) {

@@ -3,11 +3,12 @@
 use eframe::egui::{self, Pos2};
 
 use super::choices::MissionPicker;
-use super::state::MissionView;
+use super::state::{MissionView, mission_of};
 use crate::commands::Command;
 use crate::diagram_pane::{DECORATION_MENU, EMPTY_MENU, NODE_MENU, WIRE_MENU};
 use crate::item::Item;
 use crate::mission::changes::Change;
+use crate::mission::derived::is_derived;
 use crate::name::ItemName;
 use crate::workspace::Workspace;
 
@@ -32,7 +33,11 @@ impl MissionView {
             self.picker = Some(MissionPicker::to_add(workspace, at));
             ui.close();
         }
-        if let (Some(Item::Place(name)), true) = (of, is_still) {
+        let is_own =
+            |name: &str| mission_of(workspace).is_some_and(|mission| !is_derived(mission, name));
+        if let (Some(Item::Place(name)), true) = (of, is_still)
+            && is_own(&name)
+        {
             self.show_roles(ui, name, workspace);
         }
         if let (Some(Item::Transition(name)), false) = (of, is_still)

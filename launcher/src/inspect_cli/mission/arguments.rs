@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use armor_robotfile::Date;
 use clap::{Args, Subcommand};
 
 use crate::arguments::{RunningSystem, parse_duration};
@@ -79,6 +80,16 @@ pub enum MissionCommand {
     Expand {
         /// The mission file.
         file: PathBuf,
+    },
+    /// Print when the steps of drawn routes end, at the earliest and at the latest, and how much time
+    /// is left of each limit.
+    Times {
+        /// The mission file.
+        file: PathBuf,
+        /// When the mission begins, in UTC, such as 2026-11-21T14:30:00Z: times that depend on dates
+        /// are then known.
+        #[arg(long, value_name = "DATE")]
+        begin: Option<Date>,
     },
     /// Replay a past mission from its journal, or a trace that `armor check` prints, step by step.
     Replay(ReplayArguments),

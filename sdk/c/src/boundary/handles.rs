@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::sync::Arc;
 
-use armor_sdk::{Data, Value};
+use armor_sdk::{Data, Header, Value};
 
 use crate::codec::{Arena, KeptBytes};
 use crate::component::{ComponentParts, DeclaredPort};
@@ -18,6 +18,7 @@ pub struct ArmorHandle(pub(crate) ComponentParts);
 pub struct ArmorData<'a> {
     pub(super) handle: &'a ArmorHandle,
     pub(super) input: &'a str,
+    pub(super) header: &'a Header<'a>,
     pub(super) data: &'a Data<'a>,
     pub(super) arena: RefCell<Arena>,
 }
@@ -36,8 +37,8 @@ pub struct ArmorKept {
 }
 
 impl<'a> ArmorData<'a> {
-    pub(crate) fn new(handle: &'a ArmorHandle, input: &'a str, data: &'a Data<'a>) -> Self {
-        Self { handle, input, data, arena: RefCell::default() }
+    pub(crate) fn new(handle: &'a ArmorHandle, header: &'a Header<'a>, data: &'a Data<'a>) -> Self {
+        Self { handle, input: header.id(), header, data, arena: RefCell::default() }
     }
 }
 

@@ -1,11 +1,11 @@
-// The peer of measure.sh in C.
+// The peer of measure.sh and memory.sh in C.
 
 #define _POSIX_C_SOURCE 200809L
 #include <armor_messages.h>
 #include <stdlib.h>
 #include <time.h>
 
-enum { ROUND_TRIPS = 20000, IMAGE_TRIPS = 200, FLOOD = 2000000, IMAGE_LEN = 8 << 20 };
+enum { ROUND_TRIPS = 20000, IMAGE_TRIPS = 200, IMAGE_LEN = 8 << 20 };
 
 // 100 bytes on the wire.
 typedef struct small {
@@ -17,6 +17,8 @@ ARMOR_STRUCT(small, "Small", ARMOR_FIELD(small, number, ""), ARMOR_ARRAY(small, 
 static const armor_handle *armor;
 static char role[16];
 static uint64_t count;
+// Messages of a flood.
+static int64_t flood;
 static double sent_s, times_us[ROUND_TRIPS];
 static size_t time_count;
 static uint8_t *pixels;
@@ -36,11 +38,13 @@ static int create(const armor_handle *handle, void *user) {
   ARMOR_TRY(ARMOR_PROVIDE(handle, "small-out", small, 0));
   ARMOR_TRY(ARMOR_SUBSCRIBE(handle, "image-in", armor_image, ARMOR_OPTIONAL));
   ARMOR_TRY(ARMOR_PROVIDE(handle, "image-out", armor_image, 0));
+  ARMOR_TRY(armor_get_parameter(handle, "flood"));
   return armor_get_parameter(handle, "role");
 }
 
 static int parameter_received(void *user, const char *name, const armor_value *value) {
-  (void)user, (void)name;
+  (void)user;
+  if (strcmp(name, "flood") == 0) return armor_value_integer(value, &flood);
   snprintf(role, sizeof role, "%s", armor_value_text(value));
   return ARMOR_ERROR_NONE;
 }
@@ -56,6 +60,16 @@ static int send_image(uint32_t number) {
   image.data.data = pixels, image.data.len = IMAGE_LEN;
   sent_s = now_s();
   return ARMOR_SEND(armor, "image-out", armor_image, &image);
+}
+
+// Resident memory of this process.
+static long resident_kb(void) {
+  char line[128];
+  long kb = -1;
+  FILE *status = fopen("/proc/self/status", "r");
+  while (status != NULL && fgets(line, sizeof line, status) != NULL) sscanf(line, "VmRSS: %ld", &kb);
+  if (status != NULL) fclose(status);
+  return kb;
 }
 
 static void take_time(void) { times_us[time_count++] = (now_s() - sent_s) * 1e6; }
@@ -102,8 +116,12 @@ static int data_received(void *user, const armor_header *header, const armor_dat
     return send_image(0);
   }
   if (count++ == 0) sent_s = now_s();
-  if (count == FLOOD) {
-    armor_write_log(20, "measured: flood 100 B: %.3f M msg/s", FLOOD / (now_s() - sent_s) / 1e6);
+  const uint64_t messages = (uint64_t)flood;
+  if (count % (messages / 10) == 0) {
+    armor_write_log(20, "measured: %llu messages, %ld kB resident", (unsigned long long)count, resident_kb());
+  }
+  if (count == messages) {
+    armor_write_log(20, "measured: flood 100 B: %.3f M msg/s", (double)messages / (now_s() - sent_s) / 1e6);
   }
   return ARMOR_ERROR_NONE;
 }
@@ -113,7 +131,7 @@ static armor_outcome execute(void *user, int call) {
   const bool is_first = is_role("ask") || is_role("flood");
   // At the second tick the links are up.
   if (call != ARMOR_CALL_TICK || !is_first || ++count != 2) return armor_carry_on();
-  const uint64_t messages = is_role("ask") ? 1 : FLOOD;
+  const uint64_t messages = is_role("ask") ? 1 : (uint64_t)flood;
   for (uint64_t number = 0; number < messages; ++number) {
     if (send_small(number) != ARMOR_ERROR_NONE) return armor_failed_with_last_error();
   }
@@ -123,7 +141,13 @@ static armor_outcome execute(void *user, int call) {
 static const armor_parameter parameters[] = {{.name = "role",
                                               .kind = ARMOR_PARAMETER_TYPE_TEXT,
                                               .default_value = "answer",
-                                              .doc = "ask, answer, flood or count"}};
+                                              .doc = "ask, answer, flood or count"},
+                                             {.name = "flood",
+                                              .kind = ARMOR_PARAMETER_TYPE_INTEGER,
+                                              .default_value = "2000000",
+                                              .minimum = 10,
+                                              .maximum = 1e12,
+                                              .doc = "messages of a flood"}};
 static const armor_component component = {.kind = "c-peer",
                                           .summary = "Measures links.",
                                           .parameters = parameters,

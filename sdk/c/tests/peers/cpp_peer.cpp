@@ -1,13 +1,14 @@
-// The peer of measure.sh in C++.
+// The peer of measure.sh and memory.sh in C++.
 
 #include <algorithm>
 #include <armor_messages.hpp>
 #include <chrono>
+#include <fstream>
 
 using armor::messages::ImageView;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint64_t ROUND_TRIPS = 20'000, IMAGE_TRIPS = 200, FLOOD = 2'000'000;
+constexpr std::uint64_t ROUND_TRIPS = 20'000, IMAGE_TRIPS = 200;
 constexpr std::size_t IMAGE_LEN = 8U << 20U;
 
 // 100 bytes on the wire.
@@ -38,8 +39,12 @@ class Peer : public armor::Component {
       return send_image(0);
     }
     if (count_++ == 0) sent_ = Clock::now();
-    if (count_ == FLOOD) {
-      const double rate = static_cast<double>(FLOOD) / seconds() / 1e6;
+    const auto messages = static_cast<std::uint64_t>(flood_.get());
+    if (count_ % (messages / 10) == 0) {
+      armor::log_info("measured: " + std::to_string(count_) + " messages, " + resident() + " resident");
+    }
+    if (count_ == messages) {
+      const double rate = static_cast<double>(messages) / seconds() / 1e6;
       armor::log_info("measured: flood 100 B: " + std::to_string(rate) + " M msg/s");
     }
   }
@@ -48,12 +53,21 @@ class Peer : public armor::Component {
     const bool is_first = role_.get() == "ask" || role_.get() == "flood";
     // At the second tick the links are up.
     if (call != armor::Call::Tick || !is_first || ++count_ != 2) return armor::carry_on();
-    const std::uint64_t messages = role_.get() == "ask" ? 1 : FLOOD;
+    const std::uint64_t messages = role_.get() == "ask" ? 1 : static_cast<std::uint64_t>(flood_.get());
     for (std::uint64_t number = 0; number < messages; ++number) send_small(number);
     return armor::carry_on();
   }
 
  private:
+  // Resident memory of this process.
+  static std::string resident() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);) {
+      if (line.rfind("VmRSS:", 0) == 0) return line.substr(line.find_first_of("0123456789"));
+    }
+    return "?";
+  }
+
   double seconds() const { return std::chrono::duration<double>(Clock::now() - sent_).count(); }
 
   void send_small(std::uint64_t number) {
@@ -95,6 +109,8 @@ class Peer : public armor::Component {
 
   armor::Parameter<std::string> role_{
       this, armor::text("role").default_value("answer").doc("ask, answer, flood or count")};
+  armor::Parameter<std::int64_t> flood_{
+      this, armor::integer("flood").default_value("2000000").range(10, 1e12).doc("messages of a flood")};
   std::uint64_t count_ = 0;
   Clock::time_point sent_;
   std::vector<double> times_us_;

@@ -29,6 +29,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armor._armor import (
+    AnyMessage,
     ArmorError,
     Call,
     DeclareError,
@@ -93,6 +94,7 @@ def observe(address: str = "") -> Observer:
 __all__ = [
     "CARRY_ON",
     "DONE",
+    "AnyMessage",
     "ArmorError",
     "Call",
     "Component",

@@ -56,6 +56,27 @@ class Header:
     def lost(self) -> int:
         """The number of messages that were lost immediately before them."""
 
+class AnyMessage:
+    """A message of any type, for a component that passes messages on and does not read them.
+
+    An input that is declared with it has the type of the first link; links of another type are refused. An
+    output that is declared with it gets that type too. `send_data` passes it on, in this call or later, with
+    its bytes and its stamp unchanged; a large one stays in the shared memory in which it came.
+    """
+
+    @property
+    def type_name(self) -> str:
+        """The name of its type."""
+    @property
+    def schema(self) -> str:
+        """The schema of its type, as `armor.schema_of` returns it."""
+    @property
+    def stamp_s(self) -> float:
+        """When it was created: system time in seconds."""
+    def __bytes__(self) -> bytes:
+        """A copy of its bytes, for `armor.decode`."""
+    def __len__(self) -> int: ...
+
 class Past:
     """A message of a history."""
 
@@ -88,6 +109,8 @@ class Layout:
     ) -> Layout: ...
     @staticmethod
     def of_members(cls: type, name: str, members: Sequence[Tuple[str, Any]], /) -> Layout: ...
+    @staticmethod
+    def of_any(cls: type, /) -> Layout: ...
     @property
     def schema(self) -> str: ...
     @property

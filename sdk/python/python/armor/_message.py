@@ -188,6 +188,8 @@ def layout_of(cls: type) -> _armor.Layout:
         raise MessageError(
             f"{cls!r} is {what}, not a message class; for example: self.provide(\"scan\", LaserScan)"
         )
+    if cls is _armor.AnyMessage:
+        return _layout_of_any()
     layout = cls.__dict__.get("__armor_layout__")
     if layout is not None:
         return layout  # type: ignore[no-any-return]
@@ -201,6 +203,17 @@ def layout_of(cls: type) -> _armor.Layout:
         raise MessageError(f"`{cls.__name__}` is not a message: decorate it with @armor.message")
     setattr(cls, "__armor_layout__", layout)
     return layout
+
+
+_any: Optional[_armor.Layout] = None
+
+
+def _layout_of_any() -> _armor.Layout:
+    """The layout of ports that pass on messages of any type."""
+    global _any
+    if _any is None:
+        _any = _armor.Layout.of_any(_armor.AnyMessage)
+    return _any
 
 
 def _is_enum(cls: Any) -> bool:
@@ -291,6 +304,8 @@ def _read_annotation(hint: Any) -> Tuple[Any, Optional[str]]:
         return ("array", number), None
     if getattr(hint, "__name__", "") == "ndarray":
         raise MessageError("the array needs the type of its numbers: NDArray[numpy.float32]")
+    if hint is _armor.AnyMessage:
+        raise MessageError("armor.AnyMessage is the type of a port, and no field of a message")
     if isinstance(hint, type) and hint not in (list, tuple, dict, set, object):
         return layout_of(hint), None
     known = "float, int, bool, str, bytes, list[…], NDArray[…], Optional[…], an enum or a message"

@@ -852,6 +852,87 @@ class CompressedImage(Message):
         self.data = _array(data, "<u1", "CompressedImage.data")
 
 
+class Detection2D(Message):
+    """Something that was recognized in an image: what it is, how sure that is, and where it is in the image, as a rectangle along rows and columns."""
+
+    __slots__ = ("label", "score", "center_x", "center_y", "size_x", "size_y",)
+    _fields = (
+        ("label", "label", None, "string"),
+        ("score", "score", None, "f64"),
+        ("center_x", "center_x", None, "f64"),
+        ("center_y", "center_y", None, "f64"),
+        ("size_x", "size_x", None, "f64"),
+        ("size_y", "size_y", None, "f64"),
+    )
+
+    label: str
+    """What it is, in the words of the detector: `person`."""
+    score: float
+    """How sure the detector is; its README states the scale."""
+    center_x: float
+    """Column of the middle, in pixels from the left edge of the image."""
+    center_y: float
+    """Row of the middle, in pixels from the upper edge of the image."""
+    size_x: float
+    """Width in pixels."""
+    size_y: float
+    """Height in pixels."""
+
+    def __init__(
+        self,
+        label: str = "",
+        score: float = 0.0,
+        center_x: float = 0.0,
+        center_y: float = 0.0,
+        size_x: float = 0.0,
+        size_y: float = 0.0,
+    ) -> None:
+        self.label = label
+        self.score = score
+        self.center_x = center_x
+        self.center_y = center_y
+        self.size_x = size_x
+        self.size_y = size_y
+
+
+class Detection2DArray(Message):
+    """What was recognized in one image; none if the image was searched and nothing was found."""
+
+    __slots__ = ("stamp", "frame", "height", "width", "detections",)
+    _fields = (
+        ("stamp", "stamp", "s", "f64"),
+        ("frame", "frame", None, "string"),
+        ("height", "height", None, "u32"),
+        ("width", "width", None, "u32"),
+        ("detections", "detections", None, ("list", Detection2D)),
+    )
+
+    stamp: float
+    """System time in seconds of the exposure of the image. Unit: s."""
+    frame: str
+    """Optical frame of the camera."""
+    height: int
+    """Rows of the image."""
+    width: int
+    """Columns of the image."""
+    detections: List[Detection2D]
+    """The surest first."""
+
+    def __init__(
+        self,
+        stamp: float = 0.0,
+        frame: str = "",
+        height: int = 0,
+        width: int = 0,
+        detections: Optional[List[Detection2D]] = None,
+    ) -> None:
+        self.stamp = stamp
+        self.frame = frame
+        self.height = height
+        self.width = width
+        self.detections = [] if detections is None else detections
+
+
 class Imu(Message):
     """A measurement of an inertial measurement unit."""
 

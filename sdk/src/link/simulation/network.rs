@@ -52,7 +52,7 @@ pub enum ToRegistry {
 pub enum FromRegistry {
     Welcome,
     Refusal,
-    Reply(RegistryReply),
+    Reply(Box<RegistryReply>),
     Beat,
 }
 

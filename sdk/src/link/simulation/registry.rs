@@ -89,7 +89,7 @@ impl RegistryHost {
                     None
                 }
                 PeerAction::Send { peer, message } => {
-                    send(peer, FromRegistry::Reply(message));
+                    send(peer, FromRegistry::Reply(Box::new(message)));
                     None
                 }
                 PeerAction::Refuse { peer, .. } => {
@@ -153,7 +153,7 @@ impl RegistryClient {
                 self.backoff.reset();
                 return (None, true);
             }
-            Delivery::FromRegistry(FromRegistry::Reply(reply)) => return (Some(reply), false),
+            Delivery::FromRegistry(FromRegistry::Reply(reply)) => return (Some(*reply), false),
             Delivery::FromRegistry(FromRegistry::Beat) => {}
             _ => self.lose(network.now()),
         }

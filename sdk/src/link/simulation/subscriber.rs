@@ -130,7 +130,7 @@ impl Subscriber {
             self.send_lookup(network);
         }
         match reply {
-            Some(RegistryReply::Found { request, entry, provider })
+            Some(RegistryReply::Found { request, entry, provider, .. })
                 if is_looking && request == self.attempt =>
             {
                 if entry.data != name_data(&provider.name) {

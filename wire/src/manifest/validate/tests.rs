@@ -44,6 +44,7 @@ fn manifest() -> Manifest {
         kind: "mapper".into(),
         summary: "Draws.".into(),
         controllable: true,
+        reads_all: false,
         protocol: None,
         reports_done: true,
         ends_by_itself: false,

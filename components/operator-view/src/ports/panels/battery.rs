@@ -44,7 +44,7 @@ impl SidePanel for BatteryPanel {
         "battery"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
+    fn is_visible(&self, console: &Console, _: ClockTimes) -> bool {
         console.is_linked(BatteryInput::ID)
     }
 

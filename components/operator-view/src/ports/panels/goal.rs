@@ -18,8 +18,10 @@ impl SidePanel for GoalPanel {
         "goal"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
-        console.orders.goal().is_some() || console.refusal.is_some() || console.arrival.is_some()
+    fn is_visible(&self, console: &Console, now: ClockTimes) -> bool {
+        console.orders.goal().is_some()
+            || console.recent_refusal(now).is_some()
+            || console.recent_arrival(now).is_some()
     }
 
     fn show_contents(

@@ -58,7 +58,7 @@ impl SidePanel for HostsPanel {
         "hosts"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
+    fn is_visible(&self, console: &Console, _: ClockTimes) -> bool {
         console.readings.newest::<HostsReading>().is_some_and(|reading| !reading.0.is_empty())
     }
 

@@ -37,7 +37,7 @@ impl SidePanel for MappingPanel {
         "mapping"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
+    fn is_visible(&self, console: &Console, _: ClockTimes) -> bool {
         console.readings.newest::<SlamDiagnostics>().is_some()
     }
 

@@ -17,7 +17,7 @@ impl SidePanel for MissionButtons {
         "mission"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
+    fn is_visible(&self, console: &Console, _: ClockTimes) -> bool {
         !console.buttons.is_empty()
     }
 

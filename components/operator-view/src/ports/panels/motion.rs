@@ -17,7 +17,7 @@ impl SidePanel for MotionPanel {
         "motion"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
+    fn is_visible(&self, console: &Console, _: ClockTimes) -> bool {
         console.is_linked("odometry") || console.scene.is_localised
     }
 

@@ -42,7 +42,7 @@ impl SidePanel for ProgressPanel {
         "progress"
     }
 
-    fn is_visible(&self, console: &Console) -> bool {
+    fn is_visible(&self, console: &Console, _: ClockTimes) -> bool {
         console.readings.newest::<Progress>().is_some_and(|progress| !progress.task.is_empty())
     }
 

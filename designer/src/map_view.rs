@@ -1,0 +1,33 @@
+//! The mission on the map: drawn, looked at and edited.
+//!
+//! The pure parts know no window: `camera.rs` is which part is shown, `scene.rs` makes items with
+//! positions of the model, `position_text.rs` writes positions as the file has them, `edits.rs`
+//! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs` and
+//! `triangles.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
+//! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `pictures.rs`
+//! the picture under it all, `view.rs` the pane.
+
+mod actions;
+mod camera;
+mod commands;
+mod corner;
+pub(crate) mod edits;
+mod hatching;
+mod hit;
+mod layers;
+mod model;
+mod names;
+mod painting;
+mod palette;
+mod panel;
+mod pictures;
+mod pointer;
+mod position_text;
+mod scene;
+mod state;
+mod symbol_picture;
+mod tools;
+mod triangles;
+mod view;
+
+pub use state::MapView;

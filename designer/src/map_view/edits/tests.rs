@@ -1,0 +1,177 @@
+use std::path::Path;
+use std::sync::Arc;
+
+use armor_geo::MapPoint;
+
+use super::*;
+use crate::map_view::camera::map_point;
+use crate::project::Project;
+
+const DRAWN: &str = r#"<armor version="1">
+  <system name="bench"><component name="way" kind="patrol"/></system>
+  <mission goal="over" safe="hold">
+    <map origin="48.8583 2.2945 35m"><!-- all of it -->
+      <point name="P1" at=" 0   0 "/> <!-- the door -->
+      <point name="P2" at="48.8584N 2.2946E"/>
+      <zone kind='no-go' name='yard'   shape="2,2 8,2  8,6 2,6"/>
+      <zone name="well" kind="observe" shape="circle 14,4 1m"/>
+      <line name="green" kind="phase" shape="-2,-3 16,-3"/>
+      <rally name="R1" at="-2 4"/>
+      <symbol at="16 7" sidc="10031000131211000000"/>
+    </map>
+    <route name="red" mover="way.route" start="P1" out="over">
+      <leg name="l1" to="P2"/>   <!-- out -->
+      <stay name="s1" for="2s"/>
+    </route>
+    <place name="over"/>
+    <place name="hold"/>
+    <check>never red.s1 and over</check>
+  </mission>
+</armor>
+"#;
+
+fn document(text: &str) -> Document {
+    Document::open(Path::new("a.xml"), text.as_bytes()).expect("it is XML")
+}
+
+fn text(document: &Document) -> &str {
+    std::str::from_utf8(document.bytes()).expect("it is text")
+}
+
+fn mission(text: &str) -> Mission {
+    let read = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(text.as_bytes().to_vec()));
+    read.configuration.and_then(|it| it.mission).expect("it has a mission")
+}
+
+fn placement() -> Option<MapPlacement> {
+    mission(DRAWN).map.expect("a map").placement
+}
+
+fn at(x_m: f64, y_m: f64) -> MapPoint {
+    map_point([x_m, y_m])
+}
+
+/// `edit` replaces `before` by `after`, and changes nothing else.
+#[track_caller]
+fn check(edit: impl FnOnce(&mut Document) -> Result<(), Refused>, before: &str, after: &str) {
+    let mut document = document(DRAWN);
+    edit(&mut document).expect("it is made");
+    assert_eq!(text(&document), DRAWN.replacen(before, after, 1));
+}
+
+#[test]
+fn a_position_is_written_as_it_was() {
+    let place = |item, number, to| {
+        move |document: &mut Document| {
+            let placed = [(Corner { item, number }, to)];
+            place_corners(document, placement().as_ref(), &placed)
+        }
+    };
+    check(place(Item::map_point("P1"), 0, at(1.5, -2.0)), "\" 0   0 \"", "\"1.5 -2\"");
+    check(place(Item::zone("yard"), 2, at(9.0, 7.0)), "8,6", "9,7");
+    check(place(Item::zone("well"), 1, at(14.0, 6.5)), "4 1m", "4 2.5m");
+    check(place(Item::zone("well"), 0, at(1.0, 1.0)), "circle 14,4", "circle 1,1");
+    check(place(Item::Symbol(0), 0, at(3.0, 3.0)), "16 7", "3 3");
+    let north = place(Item::map_point("P2"), 0, at(0.0, 0.0));
+    check(north, "48.8584N 2.2946E", "48.8583000N 2.2945000E");
+}
+
+#[test]
+fn what_is_not_there_is_refused_and_changes_nothing() {
+    let mut document = document(DRAWN);
+    let placed = |item, number| [(Corner { item, number }, at(1.0, 1.0))];
+    for placed in [
+        placed(Item::map_point("P9"), 0),
+        placed(Item::zone("yard"), 7),
+        placed(Item::Symbol(3), 0),
+    ] {
+        assert!(place_corners(&mut document, None, &placed).is_err(), "{placed:?}");
+    }
+    let flat = [(Corner { item: Item::zone("well"), number: 1 }, at(14.0, 4.0))];
+    let refused = place_corners(&mut document, None, &flat).expect_err("it has no radius");
+    assert!(refused.to_string().contains("radius"), "{refused}");
+    let corner = |number| Corner { item: Item::map_line("green"), number };
+    let refused = remove_corner(&mut document, corner(0)).expect_err("two are left");
+    assert_eq!(refused.to_string(), "line green needs 2 corners");
+    let gone = [Item::step("red", "s1")];
+    let refused = remove(&mut document, &mission(DRAWN), &gone).expect_err("a check names it");
+    assert!(refused.to_string().contains("still named"), "{refused}");
+    assert_eq!(text(&document), DRAWN);
+}
+
+#[test]
+fn a_file_without_a_map_gets_one() {
+    let empty = "<armor>\n  <mission>\n    <place name=\"a\"/>\n  </mission>\n</armor>\n";
+    let mut document = document(empty);
+    assert_eq!(add_point(&mut document, false, "1 2").expect("added"), "P1");
+    assert_eq!(add_area(&mut document, true, "speed", "0,0 1,0 1,1").expect("added"), "zone1");
+    assert_eq!(add_symbol(&mut document, "3 4").expect("added"), 0);
+    let expected = "<map>\n      <point name=\"P1\" at=\"1 2\"/>\n      <zone name=\"zone1\" \
+                    kind=\"speed\" shape=\"0,0 1,0 1,1\" speed=\"0.5m/s\"/>\n      <symbol at=\"3 4\" \
+                    sidc=\"10031000001211000000\"/>\n    </map>\n    <place name=\"a\"/>";
+    assert_eq!(text(&document), empty.replace("<place name=\"a\"/>", expected));
+}
+
+/// One random edit of the map; what it refuses changes nothing.
+fn act(document: &mut Document, random: &mut fastrand::Rng) -> Result<(), Refused> {
+    let to = at(f64::from(random.i16(..)) / 100.0, f64::from(random.i16(..)) / 100.0);
+    let items = [
+        Item::map_point("P1"),
+        Item::map_point("P2"),
+        Item::map_point("P3"),
+        Item::zone("yard"),
+        Item::zone("zone1"),
+        Item::zone("well"),
+        Item::map_line("green"),
+        Item::rally("R1"),
+        Item::Symbol(0),
+        Item::step("red", "l1"),
+        Item::step("red", "l2"),
+        Item::route("red"),
+    ];
+    let item = items[random.usize(..items.len())];
+    let corner = Corner { item, number: random.usize(..5) };
+    let placement = placement();
+    match random.u8(..10) {
+        0..3 => place_corners(document, placement.as_ref(), &[(corner, to)]),
+        3 => insert_corner(document, placement.as_ref(), corner, to),
+        4 => remove_corner(document, corner),
+        5 => add_point(document, random.bool(), "1 2").map(drop),
+        6 => add_area(document, true, "no-go", "0,0 1,0 1,1").map(drop),
+        7 => add_leg(document, "red", random.bool().then_some("s1"), "P1").map(drop),
+        8 => {
+            let mission = mission(text(document));
+            remove(document, &mission, &[item])
+        }
+        _ => {
+            Ok(document.set_attribute(item.named().unwrap_or(Named::Map), "name", Some("other"))?)
+        }
+    }
+}
+
+#[test]
+fn any_edits_all_undone_give_the_same_bytes_and_a_move_changes_one_line() {
+    let wanted =
+        |name: &str, or| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(or);
+    let (sequences, seed) = (wanted("ARMOR_SEQUENCES", 40), wanted("ARMOR_SEED", 1));
+    for sequence in seed..seed + sequences {
+        let mut random = fastrand::Rng::with_seed(sequence);
+        let files = [(Path::new("a.xml").to_owned(), DRAWN.to_owned())];
+        let mut project = Project::still(&files, Arc::default());
+        let mut texts = vec![project.files()[0].text().to_string()];
+        for _ in 0..20 {
+            let made = project.edit("act", |documents| act(documents.mission()?, &mut random));
+            let now = project.files()[0].text().to_string();
+            let last = texts.last().expect("one");
+            assert!(made.is_ok() || now == *last, "seed {sequence}: a refused edit changed {now}");
+            if now != *last {
+                texts.push(now);
+            }
+        }
+        for expected in texts.iter().rev().skip(1) {
+            assert!(project.undo().is_some(), "seed {sequence}");
+            assert_eq!(&**project.files()[0].text(), expected, "seed {sequence}");
+        }
+        assert!(project.undo().is_none(), "seed {sequence}");
+    }
+}
