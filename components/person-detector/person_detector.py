@@ -35,8 +35,8 @@ class PersonDetector(armor.Component):
         2, range=(1, 1000), live=True, doc="pictures in a row with, or without, people until it is reported"
     )
     events = [
-        armor.DeclaredEvent("appeared", "somebody is seen; the value is how many", value=int),
-        armor.DeclaredEvent("gone", "nobody is seen any more"),
+        armor.DeclaredEvent("appeared", "a person is seen; the value is the number of persons", value=int),
+        armor.DeclaredEvent("gone", "no person is seen any more"),
     ]
     reports_done = False
     needs_one_of = [["image", "compressed"]]
@@ -45,7 +45,7 @@ class PersonDetector(armor.Component):
         self.subscribe("image", Image, optional=True, doc="pictures: rgb8, bgr8 or mono8")
         self.subscribe("compressed", CompressedImage, optional=True, doc="pictures as JPEG or PNG")
         self.provide("people", Detection2DArray, doc="the people in each picture that was searched")
-        self.provide("present", Flag, latched=True, doc="whether anybody is seen")
+        self.provide("present", Flag, latched=True, doc="whether a person is seen")
         self.finder = PeopleFinder()
         self.forget()
 

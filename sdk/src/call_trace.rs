@@ -215,7 +215,7 @@ mod tests {
         trace.begin_call("exec");
         trace.end_call(false);
         trace.set_watched(false);
-        assert_eq!(trace.take_report(), None, "nobody waits for it any more");
+        assert_eq!(trace.take_report(), None, "no tool waits for it any more");
     }
 
     #[test]

@@ -75,7 +75,7 @@ fn report_obstacle(drive: &RouteDrive<'_>, obstacle: &Obstacle) -> Finding {
             };
             let remedy = match is_straight {
                 true => "leave out way=\"straight\", or move the point",
-                false => "move the point, or draw the grid anew if the site has changed",
+                false => "move the point, or save a new grid if the site has changed",
             };
             Finding::new(Code::PathBlocked, &drive.step.at, message).remedy(remedy)
         }

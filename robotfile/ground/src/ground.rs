@@ -178,8 +178,8 @@ impl OpenGround<'_> {
         if is_open(&cell) {
             return cell;
         }
-        let mut beside = cell.edge_neighbours().chain(cell.neighbours());
-        beside.find(is_open).unwrap_or(cell)
+        let mut neighbours = cell.edge_neighbours().chain(cell.neighbours());
+        neighbours.find(is_open).unwrap_or(cell)
     }
 
     /// Whether a path between two points exists.
@@ -275,7 +275,7 @@ fn label_parts(open: &Grid<bool>) -> Grid<u32> {
         next_label += 1;
         labels[first] = next_label;
         queue.push(first);
-        // A diagonal step needs both cells beside it, so that four neighbours suffice.
+        // A diagonal step needs both cells next to it, so that four neighbours suffice.
         while let Some(cell) = queue.pop() {
             for next in cell.edge_neighbours() {
                 if is_open(next) && labels[next] == 0 {

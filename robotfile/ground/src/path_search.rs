@@ -1,5 +1,5 @@
 //! Shortest paths over open cells, to the eight neighbours: A* (Hart, Nilsson & Raphael 1968). A
-//! diagonal step needs both cells beside it, so that no corner is cut. Pure; lengths are whole numbers, so
+//! diagonal step needs both cells next to it, so that no corner is cut. Pure; lengths are whole numbers, so
 //! that sums are exact.
 
 use std::cmp::Reverse;
@@ -119,8 +119,8 @@ fn list_steps(
         if next.column == cell.column || next.row == cell.row {
             return Some((next, STRAIGHT + own));
         }
-        let beside = [Cell::new(cell.column, next.row), Cell::new(next.column, cell.row)];
-        beside.into_iter().all(|cell| cost(cell) == Some(0)).then_some((next, DIAGONAL + own))
+        let corners = [Cell::new(cell.column, next.row), Cell::new(next.column, cell.row)];
+        corners.into_iter().all(|cell| cost(cell) == Some(0)).then_some((next, DIAGONAL + own))
     })
 }
 
