@@ -29,6 +29,9 @@ pub use watch::WatchArguments;
 
 /// Time between two looks at whether a component is back.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// How long a component must run until it is reported as running: on a busy host a process whose first call
+/// fails needs this long to end.
+const RUNS_FOR: Duration = Duration::from_millis(300);
 
 /// Start a component again: one that runs, has failed, has ended, was stopped or was given up.
 #[derive(Args, Debug)]
@@ -104,7 +107,7 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
             && status.state != RunState::Starting
         {
             // Many a component fails, or its process ends, in its first call.
-            thread::sleep(LOOK_EVERY);
+            thread::sleep(RUNS_FOR);
             let later = observed.ask_component(component);
             let is_same =
                 find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);

@@ -8,6 +8,21 @@ use crate::canvas::event::CanvasEvent;
 use crate::canvas::snap::GRID;
 use crate::canvas::state::Canvas;
 
+/// The arrow keys, and the direction of each on the screen.
+pub const ARROWS: [(Key, Vec2); 4] = [
+    (Key::ArrowLeft, Vec2::new(-1.0, 0.0)),
+    (Key::ArrowRight, Vec2::new(1.0, 0.0)),
+    (Key::ArrowUp, Vec2::new(0.0, -1.0)),
+    (Key::ArrowDown, Vec2::new(0.0, 1.0)),
+];
+
+/// Gives the arrow keys to a drawing that has the focus; otherwise they would move the focus.
+pub fn keep_arrow_keys(ui: &egui::Ui, drawing: &egui::Response) {
+    let filter =
+        EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(drawing.id, filter));
+}
+
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn handle_keys(
         &mut self,
@@ -16,18 +31,8 @@ impl<Id: DiagramId> Canvas<Id> {
         diagram: &Diagram<Id>,
         events: &mut Vec<CanvasEvent<Id>>,
     ) {
-        let filter = EventFilter {
-            horizontal_arrows: true,
-            vertical_arrows: true,
-            ..EventFilter::default()
-        };
-        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
-        for (key, way) in [
-            (Key::ArrowLeft, Vec2::new(-1.0, 0.0)),
-            (Key::ArrowRight, Vec2::new(1.0, 0.0)),
-            (Key::ArrowUp, Vec2::new(0.0, -1.0)),
-            (Key::ArrowDown, Vec2::new(0.0, 1.0)),
-        ] {
+        keep_arrow_keys(ui, response);
+        for (key, direction) in ARROWS {
             let pressed = |modifiers: Modifiers| {
                 ui.input(|i| {
                     let is_it = |event: &&Input| {
@@ -38,11 +43,11 @@ impl<Id: DiagramId> Canvas<Id> {
                 })
             };
             if pressed(Modifiers::NONE) > 0 {
-                self.select_neighbour(diagram, way);
+                self.select_neighbour(diagram, direction);
             }
             let nudges = pressed(Modifiers::SHIFT);
             if nudges > 0 && self.is_editable && !self.selection.is_empty() {
-                events.push(CanvasEvent::Moved(way * GRID * nudges as f32));
+                events.push(CanvasEvent::Moved(direction * GRID * nudges as f32));
             }
         }
         if ui.input(|i| i.key_pressed(Key::Home) && i.modifiers.is_none()) {
@@ -51,7 +56,7 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 
     /// Selects the nearest node in a direction, and brings it into view.
-    fn select_neighbour(&mut self, diagram: &Diagram<Id>, way: Vec2) {
+    fn select_neighbour(&mut self, diagram: &Diagram<Id>, direction: Vec2) {
         let from = self.selection.iter().find_map(|item| diagram.rect(item));
         let Some(from) = from.map(|rect| rect.center()) else {
             let first = diagram.nodes.first().map(|node| node.item);
@@ -59,9 +64,9 @@ impl<Id: DiagramId> Canvas<Id> {
         };
         let cost = |at: Pos2| {
             let apart = at - from;
-            let along = apart.dot(way);
+            let along = apart.dot(direction);
             // Distance across the direction counts more than distance along it.
-            (along > 1.0).then(|| along + 2.5 * (apart - way * along).length())
+            (along > 1.0).then(|| along + 2.5 * (apart - direction * along).length())
         };
         let others =
             diagram.nodes.iter().filter_map(|node| Some((cost(node.rect.center())?, node.item)));

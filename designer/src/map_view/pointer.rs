@@ -262,9 +262,9 @@ impl MapView {
     }
 
     /// The distance of one step of the keyboard.
-    pub(super) fn nudge_m(&self, way: Vec2) -> [f64; 2] {
+    pub(super) fn nudge_m(&self, direction: Vec2) -> [f64; 2] {
         let step_m = self.camera.snap_step_m();
-        [f64::from(way.x) * step_m, f64::from(-way.y) * step_m]
+        [f64::from(direction.x) * step_m, f64::from(-direction.y) * step_m]
     }
 
     /// Moves what is selected by these metres.

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use armor_picture::theme::ThemeColours;
 use eframe::egui::{
-    self, Align2, EventFilter, Key, Modifiers, Popup, Rect, Sense, Shape, Stroke, StrokeKind, Vec2,
+    self, Align2, Key, Modifiers, Popup, Rect, Sense, Shape, Stroke, StrokeKind, Vec2,
 };
 
-use crate::canvas::Diagram;
+use crate::canvas::{ARROWS, Diagram, keep_arrow_keys};
 use crate::commands::Command;
 use crate::export::{ExportError, export_shown};
 use crate::help::pages::HelpPage;
@@ -64,21 +64,11 @@ impl MapView {
     }
 
     fn handle_keys(&mut self, ui: &egui::Ui, response: &egui::Response, workspace: &mut Workspace) {
-        let filter = EventFilter {
-            horizontal_arrows: true,
-            vertical_arrows: true,
-            ..EventFilter::default()
-        };
-        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
-        for (key, way) in [
-            (Key::ArrowLeft, Vec2::new(-1.0, 0.0)),
-            (Key::ArrowRight, Vec2::new(1.0, 0.0)),
-            (Key::ArrowUp, Vec2::new(0.0, -1.0)),
-            (Key::ArrowDown, Vec2::new(0.0, 1.0)),
-        ] {
+        keep_arrow_keys(ui, response);
+        for (key, direction) in ARROWS {
             // With shift first: a pattern without it takes both.
             if ui.input_mut(|input| input.consume_key(Modifiers::SHIFT, key)) {
-                self.move_selected(self.nudge_m(way), workspace);
+                self.move_selected(self.nudge_m(direction), workspace);
             } else if ui.input_mut(|input| input.consume_key(Modifiers::NONE, key)) {
                 self.select_neighbour(way);
             }
