@@ -70,7 +70,7 @@ impl MapView {
             if ui.input_mut(|input| input.consume_key(Modifiers::SHIFT, key)) {
                 self.move_selected(self.nudge_m(direction), workspace);
             } else if ui.input_mut(|input| input.consume_key(Modifiers::NONE, key)) {
-                self.select_neighbour(way);
+                self.select_neighbour(direction);
             }
         }
         if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Home)) {
