@@ -108,11 +108,20 @@ fn write_processes(text: &mut MetricsText, picture: &SystemPicture, is_remote: b
             }
         }
     }
-    text.family("armor_published_total", "counter", "messages published on the output");
-    for (_, process, _) in &processes {
-        for output in process.status.iter().flat_map(|status| &status.outputs) {
-            let labels = [("data", output.data.as_str()), ("type", output.type_name.as_str())];
-            text.add("armor_published_total", &labels, output.published as f64);
+    type OutputMetric = (&'static str, &'static str, fn(&armor_sdk::control::OutputStatus) -> u64);
+    const OUTPUT: [OutputMetric; 2] = [
+        ("armor_published_total", "messages published on the output", |it| it.published),
+        ("armor_published_bytes_total", "bytes of those that had a link, each once", |it| {
+            it.published_bytes
+        }),
+    ];
+    for (metric, about, read) in OUTPUT {
+        text.family(metric, "counter", about);
+        for (_, process, _) in &processes {
+            for output in process.status.iter().flat_map(|status| &status.outputs) {
+                let labels = [("data", output.data.as_str()), ("type", output.type_name.as_str())];
+                text.add(metric, &labels, read(output) as f64);
+            }
         }
     }
 }
