@@ -4,6 +4,7 @@ mod board;
 mod book;
 mod changes;
 mod checks;
+mod cli;
 mod command;
 mod command_line;
 mod component_orders;

@@ -3,6 +3,10 @@
 use clap::Command;
 use clap::builder::StyledStr;
 
+use crate::help_layout::{lay_out_examples, wrap_words};
+
+/// The column of the meaning of a code.
+const CODE_INDENT: usize = 6;
 /// What 1 means for most commands that need a running system.
 const NO_SYSTEM: &str = "no system is found, it does not answer, or has nothing of that name";
 const NO_DATA: &str = "no system is found, no component provides the data or it has ended for good, or \
@@ -203,13 +207,16 @@ fn add_below(command: Command, group: &str) -> Command {
         group => format!("{group} {}", command.get_name()),
     };
     let command = command.mut_subcommands(|nested| add_below(nested, &path));
+    let before = command.get_after_help().map(StyledStr::to_string);
     if command.is_subcommand_required_set() {
-        return command;
+        return match before {
+            Some(before) => command.after_help(lay_out_examples(&before)),
+            None => command,
+        };
     }
     let text = describe_codes(&path);
-    let before = command.get_after_help().map(StyledStr::to_string);
     match before {
-        Some(before) => command.after_help(format!("{before}\n\n{text}")),
+        Some(before) => command.after_help(format!("{}\n\n{text}", lay_out_examples(&before))),
         None => command.after_help(text),
     }
 }
@@ -221,7 +228,9 @@ fn describe_codes(path: &str) -> String {
     let mut lines = vec![(0, *fine), (1, *failed), (2, "wrong usage")];
     lines.extend_from_slice(others);
     let lines = lines.into_iter().filter(|(_, text)| *text != "-");
-    let lines = lines.map(|(code, text)| format!("\n  {code:<3} {text}"));
+    let lines = lines.map(|(code, text)| {
+        format!("\n  {code:<3} {}", wrap_words(text, CODE_INDENT).trim_start())
+    });
     format!("Exit codes:{}", lines.collect::<String>())
 }
 

@@ -43,7 +43,10 @@ pub enum ReadError {
     /// It cannot be opened or read.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// It is no MCAP file, or damaged.
+    /// It is no MCAP file.
+    #[error("it does not begin as an MCAP file does")]
+    NotMcap,
+    /// It is damaged.
     #[error("{0}")]
     Format(#[from] McapError),
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mcap::records::{Record, op};
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
-use mcap::{MAGIC, McapError, Summary};
+use mcap::{MAGIC, Summary};
 
 use crate::attachment_check::is_safe_summary;
 use crate::head::HEADS;
@@ -232,7 +232,7 @@ fn find_file(file: &mut File, name: &str) -> Result<Option<Vec<u8>>, ReadError> 
 fn check_magic(file: &mut File) -> Result<(), ReadError> {
     let mut magic = Vec::new();
     file.take(MAGIC.len() as u64).read_to_end(&mut magic)?;
-    if magic == MAGIC { Ok(()) } else { Err(McapError::BadMagic.into()) }
+    if magic == MAGIC { Ok(()) } else { Err(ReadError::NotMcap) }
 }
 
 fn read_index(file: &mut File) -> Result<Option<Summary>, ReadError> {

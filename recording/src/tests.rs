@@ -207,7 +207,7 @@ fn what_is_no_recording_is_refused() {
     assert!(Recording::open(&folder.0.path().join("none.mcap")).is_err());
     let text = folder.save("text.mcap", b"this is no recording, and longer than its first bytes");
     let Err(error) = Recording::open(&text) else { panic!("it was opened") };
-    assert_eq!(error.to_string(), "Bad magic number");
+    assert_eq!(error.to_string(), "it does not begin as an MCAP file does");
 }
 
 #[test]

@@ -216,12 +216,16 @@ fn the_legend_hides_kinds_of_marks() {
 #[test]
 fn what_is_wrong_with_a_recording_is_stated() {
     let trouble = FoundMarks {
-        trouble: "/data/drive.mcap cannot be read as a recording: Bad magic number".into(),
+        trouble:
+            "/data/drive.mcap cannot be read as a recording: it does not begin as an MCAP file does"
+                .into(),
         is_complete: true,
         ..FoundMarks::default()
     };
     let window = playing_a(trouble, PlaybackState::default());
-    assert!(window.has("/data/drive.mcap cannot be read as a recording: Bad magic number"));
+    assert!(window.has(
+        "/data/drive.mcap cannot be read as a recording: it does not begin as an MCAP file does"
+    ));
     let bare = FoundMarks {
         files: Arc::default(),
         notes: vec!["it has no system file: the components are listed at the left".into()],

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use armor_exchange::{PlanFormat, write_plan};
 use armor_robotfile::drawn_route::DrawnRoute;
-use armor_robotfile::{Colours, Mission, advise_similar};
+use armor_robotfile::{Mission, advise_similar};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
@@ -16,6 +16,7 @@ use super::planning::plan_drawing;
 use crate::arguments::OutputFormat;
 use crate::check::STDIN;
 use crate::exit::CommandEnding;
+use crate::findings_error::refuse_file;
 use crate::print::{end_printing, print_line, print_text};
 
 /// A format, as it is named on the command line.
@@ -82,7 +83,7 @@ pub fn export_plan(arguments: &ExportArguments, format: OutputFormat) -> Result<
     };
     let reading = armor_robotfile::check(armor_robotfile::load(file), &[], None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
-        bail!("{}", reading.findings.render(Colours::No).trim_end());
+        return Err(refuse_file(file, &reading.findings));
     };
     let mission = configuration.mission.as_ref();
     let (mission, map) = mission

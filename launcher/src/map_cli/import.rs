@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
-use armor_robotfile::{Colours, Configuration, Document, Findings, read_bytes};
+use anyhow::{Context, Result, bail};
+use armor_robotfile::{Configuration, Document, read_bytes};
 use armor_wire::name::{is_name, split_data};
 use clap::Args;
 use serde_json::json;
@@ -16,6 +16,7 @@ use super::text_difference::unified_difference;
 use crate::arguments::{KindFolders, OutputFormat};
 use crate::check::{CheckedFile, check_reading};
 use crate::exit::CommandEnding;
+use crate::findings_error::refuse_file;
 use crate::print::{end_printing, print_line, print_notice, print_text, print_wrapped};
 
 /// The kind whose parameter `route` takes the point of a leg.
@@ -175,7 +176,8 @@ pub(super) fn draw_into(
     configuration: Option<&Configuration>,
     draw: impl FnOnce(&ExistingDrawing) -> Result<Drawing>,
 ) -> Result<ChangedText> {
-    let mut document = Document::open(file, bytes).map_err(|findings| as_error(&findings))?;
+    let mut document =
+        Document::open(file, bytes).map_err(|findings| refuse_file(file, &findings))?;
     let existing =
         find_existing(&document, configuration).with_context(|| file.display().to_string())?;
     let drawing = draw(&existing)?;
@@ -197,7 +199,7 @@ fn make_mission(arguments: &ImportArguments) -> Result<ChangedText> {
     };
     let leave = arguments.leave.clone().or_else(|| system.map(|_| GOAL.to_owned()));
     let options = make_options(arguments, mover, leave);
-    let mut document = make_file(path).map_err(|findings| as_error(&findings))?;
+    let mut document = make_file(path).map_err(|findings| refuse_file(path, &findings))?;
     let existing = find_existing(&document, None)?;
     let drawing = draw_plan(&load_plan(&arguments.plan)?, &options, &existing)
         .with_context(|| arguments.plan.display().to_string())?;
@@ -222,7 +224,9 @@ fn take_drawing(text: &str) -> String {
 /// the drawing change.
 fn lay_out(path: &Path, bytes: &[u8], is_formatted: bool) -> Result<String> {
     let bytes = match is_formatted {
-        true => armor_robotfile::format(path, bytes).map_err(|findings| as_error(&findings))?,
+        true => {
+            armor_robotfile::format(path, bytes).map_err(|findings| refuse_file(path, &findings))?
+        }
         false => bytes.to_vec(),
     };
     Ok(String::from_utf8_lossy(&bytes).into_owned())
@@ -286,8 +290,4 @@ pub(super) fn check_text(path: &Path, bytes: &[u8], kinds: &KindFolders) -> Resu
     let mut load =
         |asked: &Path| if asked == path { Ok(bytes.to_vec()) } else { read_bytes(asked) };
     check_reading(armor_robotfile::read(path, &mut load), &[], kinds)
-}
-
-fn as_error(findings: &Findings) -> anyhow::Error {
-    anyhow!("{}", findings.render(Colours::No).trim_end())
 }

@@ -9,7 +9,9 @@ use armor_plan::Plan;
 use armor_robotfile::mission::{
     Autonomy, LostLink, Mission, Place, PlaceParameter, SetVariable, Transition, Variable,
 };
-use armor_robotfile::{Colours, Date, Findings, Spanned};
+use armor_robotfile::{Date, Spanned};
+
+use crate::findings_error::refuse_file;
 
 /// Returns whether a text is one of our files and not PNML, by its first element.
 pub fn is_mission(text: &str) -> bool {
@@ -32,16 +34,12 @@ pub fn is_mission(text: &str) -> bool {
 /// # Errors
 /// Returns the faults of the file, or that it contains no mission.
 pub fn read_mission_net(path: &Path) -> Result<NetFile> {
-    let refused = |findings: &Findings| {
-        let text = findings.render(Colours::No);
-        anyhow!("{} contains no sound mission:\n{}", path.display(), text.trim_end())
-    };
     let reading = armor_robotfile::check(armor_robotfile::load(path), &[], None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
-        return Err(refused(&reading.findings));
+        return Err(refuse_file(path, &reading.findings));
     };
-    let plan = Plan::of(configuration).map_err(|findings| refused(&findings))?;
-    let mission = configuration.flattened().map_err(|findings| refused(&findings))?;
+    let plan = Plan::of(configuration).map_err(|findings| refuse_file(path, &findings))?;
+    let mission = configuration.flattened().map_err(|findings| refuse_file(path, &findings))?;
     let (Some(plan), Some(mission)) = (plan, mission) else {
         return Err(anyhow!("{} has no mission, only a system", path.display()));
     };

@@ -10,7 +10,6 @@ use armor_executive::{
     JournalRecord, Ledger, LedgerError, MissionStage, Phase, apply_record, journal,
 };
 use armor_plan::Plan;
-use armor_robotfile::Colours;
 use serde_json::{Map, Value, json};
 
 use super::arguments::ReplayArguments;
@@ -19,6 +18,7 @@ use super::journal::{PastJournal, RecordPrinter, fail_if_damaged, read, time};
 use crate::arguments::OutputFormat;
 use crate::check;
 use crate::exit::CommandEnding;
+use crate::findings_error::refuse_file;
 use crate::print::{end_printing, print_line, print_wrapped};
 
 /// Prints each record and the marking after it.
@@ -89,10 +89,9 @@ fn of_file(file: &Path, arguments: &ReplayArguments) -> Result<Plan> {
     }
     let reading = armor_robotfile::check(armor_robotfile::load(file), &overrides, None);
     let Some(configuration) = reading.configuration.as_ref().filter(|_| reading.is_valid()) else {
-        bail!("{}", reading.findings.render(Colours::No).trim_end());
+        return Err(refuse_file(file, &reading.findings));
     };
-    let plan = Plan::of(configuration)
-        .map_err(|findings| anyhow!("{}", findings.render(Colours::No).trim_end()))?;
+    let plan = Plan::of(configuration).map_err(|findings| refuse_file(file, &findings))?;
     plan.with_context(|| format!("{} has no mission", file.display()))
 }
 

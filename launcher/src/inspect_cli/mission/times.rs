@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use armor_robotfile::timing::{StepLimit, StepTime, StraightLengths, Timetable};
-use armor_robotfile::{Code, Colours, Date, Severity};
+use armor_robotfile::{Code, Date, Severity};
 use serde_json::json;
 
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
+use crate::findings_error::refuse_file;
 use crate::print::{Table, end_printing, print_line, print_notice, print_text, terminal_width};
 
 /// The findings with which times can still be printed.
@@ -30,7 +31,7 @@ pub fn print_times(
     let is_other = |code: Code| code.severity() == Severity::Error && !OF_TIMES.contains(&code);
     let has_other = findings.iter().any(|finding| is_other(finding.code));
     let Some(configuration) = reading.configuration.as_ref().filter(|_| !has_other) else {
-        bail!("{}", findings.render(Colours::No).trim_end());
+        return Err(refuse_file(file, findings));
     };
     let mission = configuration.mission.as_ref();
     let mission = mission
