@@ -282,8 +282,13 @@ impl DiagramPane {
         let areas = self.selected_areas(diagram);
         let selected = areas.iter().map(|(_, area)| *area).reduce(Rect::union);
         let (rect, text, what) = if is_note {
-            let at =
-                selected.map_or(self.canvas.spot(), |area| area.left_bottom() + self.copy_offset());
+            let at = match selected {
+                Some(area) => area.left_bottom() + self.copy_offset(),
+                None => {
+                    let middle = self.canvas.spot() + NOTE_SIZE / 2.0;
+                    diagram.free_spot(middle, NOTE_SIZE) - NOTE_SIZE / 2.0
+                }
+            };
             (Rect::from_min_size(at, NOTE_SIZE), "Note", "add a note")
         } else {
             let Some(area) = selected else { return false };

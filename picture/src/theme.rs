@@ -112,7 +112,7 @@ pub struct ThemeColours {
     pub accent: Color32,
     /// Text on the accent.
     pub on_accent: Color32,
-    /// A port that the dragged wire may be connected to; ArMoR's red.
+    /// A port that the dragged wire may be connected to, with the wire.
     pub connect: Color32,
     /// Something wrong.
     pub error: Color32,
@@ -143,7 +143,7 @@ pub const DARK: ThemeColours = ThemeColours {
     wire: Color32::from_rgb(132, 144, 164),
     accent: Color32::from_rgb(86, 168, 255),
     on_accent: Color32::BLACK,
-    connect: Color32::from_rgb(255, 108, 100),
+    connect: Color32::from_rgb(84, 200, 150),
     error: Color32::from_rgb(255, 118, 106),
     warning: Color32::from_rgb(240, 178, 62),
     good: Color32::from_rgb(84, 200, 150),
@@ -168,7 +168,7 @@ pub const LIGHT: ThemeColours = ThemeColours {
     wire: Color32::from_rgb(100, 112, 132),
     accent: Color32::from_rgb(0, 98, 204),
     on_accent: Color32::WHITE,
-    connect: Color32::from_rgb(200, 24, 24),
+    connect: Color32::from_rgb(0, 98, 66),
     error: Color32::from_rgb(176, 20, 18),
     warning: Color32::from_rgb(132, 80, 0),
     good: Color32::from_rgb(0, 98, 66),

@@ -87,6 +87,8 @@ def refuse_a_link(stage):
     window = stage.window
     window.press("f")
     window.hold("output simulator.scan", "input grid-slam.odometry")
+    # The text follows the pointer by some frames.
+    time.sleep(1.0)
     stage.shoot()
     window.release()
     if window.find("link simulator.scan to grid-slam.odometry"):
@@ -206,12 +208,12 @@ def draw_transitions(stage):
         window.wait_for(f"transition {name}")
         if name == "seen":
             window.choose("when it fires", "after a time (timeout)")
-            window.fill("timeout", "10s")
+            window.fill("timeout", "30s")
         else:
             window.choose("who decides", "the operator")
     window.click((360, 640))
     stage.save(
-        '<transition name="seen" from="look" to="over" timeout="10s"/>',
+        '<transition name="seen" from="look" to="over" timeout="30s"/>',
         '<transition name="enough" from="look" to="hold" operator="true"/>',
     )
 
@@ -288,8 +290,9 @@ def run_it(stage):
     window.press("f")
     await_that("the run", lambda: "mapper" in run(stage.armor, "ps", check=False))
     stage.shoot()
-    # The mission reaches its goal after ten seconds, and the run ends by itself.
-    await_that("the end of the run", lambda: "mapper" not in run(stage.armor, "ps", check=False))
+    # The mission reaches its goal after half a minute, and the run ends by itself.
+    ended = lambda: "mapper" not in run(stage.armor, "ps", check=False)
+    await_that("the end of the run", ended, patience_s=90)
     window.wait_for("Open results")
 
 
@@ -345,6 +348,7 @@ def export(stage):
     run(stage.programs / "armor-designer", "--export", drawing, stage.file)
     if "mapper" not in drawing.read_text():
         raise TaskFailed("the drawing does not name its blocks")
+    stage.shoot()
     stage.desk.end(stage.window.child)
 
 
@@ -353,7 +357,7 @@ def play_a_recording(stage):
     recording = stage.folder / "rooms.mcap"
     recorder = stage.desk.start(stage.armor, "record", "--wait", "--output", recording)
     run(stage.armor, "run", stage.file, "--headless", "--quiet", "--out", stage.folder / "recorded")
-    recorder.wait(timeout=30)
+    recorder.wait(timeout=90)
     stage.open_window(recording)
     window = stage.window
     window.wait_for("marks: Firings 1")
@@ -362,7 +366,12 @@ def play_a_recording(stage):
         window.click("Discard")
     window.wait_for("place look: marked")
     window.click("component mapper*")
-    window.click("output mapper.map of type OccupancyGrid")
+    # The list moves while values arrive, so that a click may meet another line.
+    for _ in range(3):
+        window.click("output mapper.map of type OccupancyGrid")
+        time.sleep(1.0)
+        if window.find("preview of mapper.map*"):
+            break
     window.wait_for("preview of mapper.map*")
     window.click("live: Marks")
     window.press("f")

@@ -27,6 +27,12 @@ pub enum SystemConnection {
         /// What is known of it, and what to do.
         why: String,
     },
+    /// The mission is over, and so the screen component has ended; the launcher is still ending the
+    /// others.
+    Ending {
+        /// Its name.
+        system: String,
+    },
     /// The system has ended, which its launcher's record proves; what is shown is old.
     Ended {
         /// Its name.
@@ -48,6 +54,7 @@ impl SystemConnection {
             Self::Part | Self::Live { .. } => Ok(()),
             Self::Awaited { .. } => Err("no system runs yet".into()),
             Self::Cut { .. } => Err(CUT.into()),
+            Self::Ending { system } => Err(format!("{system} is ending")),
             Self::Ended { system, .. } => Err(format!("{system} has ended")),
         }
     }
@@ -59,7 +66,7 @@ impl SystemConnection {
 
     /// Returns whether the connection is lost and the system may run.
     pub fn is_cut(&self) -> bool {
-        matches!(self, Self::Cut { .. })
+        matches!(self, Self::Cut { .. } | Self::Ending { .. })
     }
 
     /// Returns whether the system has ended.

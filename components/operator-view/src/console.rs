@@ -209,6 +209,9 @@ impl Console {
 
     /// Returns what is wrong with the active goal: no path leads to it.
     pub fn goal_problem(&self, now: ClockTimes) -> Option<String> {
+        if self.orders.goal().is_some() && self.unheard.contains("goal") {
+            return Some("nothing receives the goal: what is linked to it does not run".into());
+        }
         if !self.is_linked("path") {
             return None;
         }
@@ -220,6 +223,9 @@ impl Console {
     pub fn set_mission(&mut self, mission: MissionState, now: ClockTimes) {
         let before = self.mission.replace(mission);
         let Some(mission) = &self.mission else { return };
+        if before.as_ref().is_some_and(|before| before.places != mission.places) {
+            self.orders.follow_button(&mission.places, now.host_s);
+        }
         let is_new = before.is_none_or(|before| before.why != mission.why);
         if is_new && !mission.why.is_empty() {
             let text = format!("mission {}: {}, {}", mission.name, mission.stage, mission.why);
@@ -239,6 +245,12 @@ impl Console {
     pub fn cut_connection(&mut self, system: &str, why: &str, now: ClockTimes) {
         self.begin_silence(now);
         self.connection = SystemConnection::Cut { system: system.into(), why: why.into() };
+    }
+
+    /// Keeps what is shown, as old: the mission is over, and the system is ending.
+    pub fn await_end(&mut self, system: &str, now: ClockTimes) {
+        self.begin_silence(now);
+        self.connection = SystemConnection::Ending { system: system.into() };
     }
 
     /// Keeps what is shown, as that of a system that has ended.
@@ -316,6 +328,7 @@ impl Console {
                 conditions.push(CUT.into());
             }
             SystemConnection::Cut { .. }
+            | SystemConnection::Ending { .. }
             | SystemConnection::Ended { .. }
             | SystemConnection::Awaited { .. } => {}
             SystemConnection::Part | SystemConnection::Live { .. } => {
@@ -323,7 +336,7 @@ impl Console {
                 let gone = silent.filter(|(_, how, _)| *how == Freshness::Gone);
                 conditions.extend(gone.map(|(link, ..)| format!("no data at {}", link.input)));
                 conditions.extend(self.delivery_warning());
-                if self.goal_problem(now).is_some() {
+                if self.goal_problem(now).is_some() && !self.unheard.contains("goal") {
                     conditions.push("no path to the goal".into());
                 }
                 if self.orders.is_frame_new() {

@@ -10,6 +10,8 @@ const MAX_ARRIVALS: usize = 600;
 const LATE: (f64, f64) = (1.0, 3.0);
 /// A steady input is gone after this, and after so many of its periods.
 const GONE: (f64, f64) = (3.0, 10.0);
+/// A loss is shown with the health of all links for this time, in seconds.
+const LOSS_SHOWN_S: f64 = 10.0;
 
 /// Both clocks at one moment, in seconds. The host's always advances; the system's may stand still,
 /// as after the death of the simulator that provides it.
@@ -47,6 +49,8 @@ pub struct InputLink {
     pub problem: Option<String>,
     /// Number of lost data, from gaps in the sequence.
     pub lost: u64,
+    /// When data were missing last, by the host's clock, in seconds.
+    lost_at_s: Option<f64>,
     arrivals: VecDeque<f64>,
     last: Option<ClockTimes>,
     /// Number of the newest data.
@@ -66,19 +70,38 @@ impl InputLink {
     /// Makes a link without data.
     pub fn new(input: &'static str, data: String, is_steady: bool) -> Self {
         let arrivals = VecDeque::new();
-        Self { input, data, is_steady, problem: None, lost: 0, arrivals, last: None, newest: None }
+        Self {
+            input,
+            data,
+            is_steady,
+            problem: None,
+            lost: 0,
+            lost_at_s: None,
+            arrivals,
+            last: None,
+            newest: None,
+        }
     }
 
     /// Records the arrival of data created at `stamp_s` of system time. Missing numbers count as
     /// lost, wherever it happened, also in this program's own inbox.
     pub fn record_arrival(&mut self, now: ClockTimes, stamp_s: f64, number: SequenceNumber) {
         if let Some(newest) = self.newest.filter(|newest| newest.instance == number.instance) {
-            self.lost += number.sequence.saturating_sub(newest.sequence.saturating_add(1));
+            let missing = number.sequence.saturating_sub(newest.sequence.saturating_add(1));
+            self.lost += missing;
+            if missing > 0 {
+                self.lost_at_s = Some(now.host_s);
+            }
         }
         self.newest = Some(number);
         self.last = Some(ClockTimes { host_s: now.host_s, system_s: stamp_s });
         self.arrivals.push_back(now.host_s);
         self.forget(now.host_s);
+    }
+
+    /// Returns whether data were lost in the last seconds.
+    pub fn is_losing(&self, now: ClockTimes) -> bool {
+        self.lost_at_s.is_some_and(|at_s| now.host_s - at_s < LOSS_SHOWN_S)
     }
 
     fn forget(&mut self, host_s: f64) {

@@ -39,6 +39,11 @@ pub struct MissionQuestion {
 }
 
 impl MissionState {
+    /// Returns whether the mission is over or has been ended, so that the system ends.
+    pub fn is_over(&self) -> bool {
+        ["ending", "stopping", "goal", "safe", "failed"].contains(&self.stage.as_str())
+    }
+
     /// Returns mission time, in seconds.
     pub fn now_at_s(&self, now: ClockTimes) -> f64 {
         let passed_s = if self.is_running { (now.host_s - self.received_s).max(0.0) } else { 0.0 };

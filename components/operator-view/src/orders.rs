@@ -20,6 +20,10 @@ const PATH_WITHIN_S: f64 = 1.0;
 const PATH_END_M: f64 = 0.5;
 /// Most events that wait to be reported; a person causes fewer in a tick.
 const MAX_EVENTS: usize = 16;
+/// Changes of the mission are taken for what a button has caused for this time, in seconds.
+const FOLLOWED_S: f64 = 10.0;
+/// Most of these changes that are kept.
+const MAX_FOLLOWED: usize = 4;
 
 /// What the operator can do.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,6 +205,8 @@ pub struct OperatorOrders {
     frame: Option<Arc<str>>,
     knowledge: FrameKnowledge,
     pressed: Option<(String, f64)>,
+    /// The places that the mission went to after the button.
+    followed: Vec<String>,
     /// The button that was pressed last during STOP.
     pressed_in_stop: Option<String>,
     events: VecDeque<OperatorEvent>,
@@ -253,6 +259,22 @@ impl OperatorOrders {
         self.pressed.as_ref()
     }
 
+    /// Takes the places of the mission after they have changed at `now_s` of the host's clock: they
+    /// may be what the last button has caused.
+    pub fn follow_button(&mut self, places: &[String], now_s: f64) {
+        let is_recent = |at_s: f64| now_s - at_s < FOLLOWED_S;
+        if self.pressed.as_ref().is_some_and(|(_, at_s)| is_recent(*at_s))
+            && self.followed.len() < MAX_FOLLOWED
+        {
+            self.followed.push(places.join(" and "));
+        }
+    }
+
+    /// The places that the mission went to after the last button, in their order.
+    pub fn followed_button(&self) -> &[String] {
+        &self.followed
+    }
+
     /// The button of the mission that was pressed last since STOP: with what Release continues.
     pub fn pressed_in_stop(&self) -> Option<&str> {
         self.pressed_in_stop.as_deref()
@@ -292,6 +314,7 @@ impl OperatorOrders {
                 self.report(OperatorEvent::Pressed(name.clone()));
                 self.pressed_in_stop = Some(name.clone()).filter(|_| self.is_stopped);
                 self.pressed = Some((name, now_s));
+                self.followed.clear();
                 Vec::new()
             }
             OperatorOrder::Resume => vec![RobotCommand::Resume],

@@ -90,8 +90,8 @@ impl Screen {
                 if is_small && ui.button("layers").clicked() {
                     open_parts::toggle(ui.ctx(), OpenPart::Layers);
                 }
-                if !is_small || open_parts::is_open(ui.ctx(), OpenPart::Layers) {
-                    self.shown.show_switches(ui, console);
+                let is_open = !is_small || open_parts::is_open(ui.ctx(), OpenPart::Layers);
+                if is_open && self.shown.show_switches(ui, console) {
                     ui.separator();
                 }
                 self.area.show_view_buttons(ui);
@@ -138,5 +138,7 @@ fn shows_ages(console: &Console, now: ClockTimes) -> bool {
 mod frame_cost;
 #[cfg(test)]
 mod model_tests;
+#[cfg(test)]
+mod notice_tests;
 #[cfg(test)]
 mod tests;

@@ -301,8 +301,16 @@ impl Designer {
     /// Shows why the files were not saved, and the place of the first error.
     pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
         self.workspace.settings.problems = true;
-        let mut text = refused.to_string();
-        if matches!(refused, SaveRefused::Wrong(_)) {
+        let is_draft = self.workspace.project.is_draft();
+        let mut text = match self.after_saving {
+            Some(Then::Run) if is_draft => {
+                let reasons = refused.to_string();
+                let reasons = reasons.strip_prefix("Not saved: ").unwrap_or(&reasons);
+                format!("Not run, since this draft has errors: {reasons}")
+            }
+            _ => refused.to_string(),
+        };
+        if matches!(refused, SaveRefused::Wrong(_)) && !is_draft {
             text += ". File, Save as draft keeps it";
         }
         self.workspace.messages.warn(text);

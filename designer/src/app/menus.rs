@@ -16,8 +16,9 @@ const TOOLS: &[&[Command]] = &[
     &[Command::ZoomFit, Command::Find],
 ];
 
-/// Approximate width of the widest tool.
+/// Approximate width of the widest tool, and of one that is only its icon.
 const A_TOOL: f32 = 90.0;
+const AN_ICON: f32 = 30.0;
 
 impl Designer {
     /// Runs the commands whose keys are pressed, unless a text is being written.
@@ -101,12 +102,18 @@ impl Designer {
                 self.menu_keys.open(ui.ctx(), &buttons);
                 ui.separator();
                 self.view_tabs(ui);
+                // A window in which not all have room has their icons.
+                let count = TOOLS.iter().map(|group| group.len()).sum::<usize>();
+                let is_wide = ui.available_width() > count as f32 * A_TOOL;
+                let width = if is_wide { A_TOOL } else { AN_ICON };
                 for group in TOOLS {
-                    ui.separator();
+                    // All of them are in the menus; a very narrow one has the first of them.
+                    if ui.available_width() > width {
+                        ui.separator();
+                    }
                     for command in *group {
-                        // All of them are in the menus; a narrow window has the first of them.
-                        if ui.available_width() > A_TOOL {
-                            self.show_tool_button(ui, *command);
+                        if ui.available_width() > width {
+                            self.show_tool_button(ui, *command, is_wide);
                         }
                     }
                 }
@@ -136,7 +143,7 @@ impl Designer {
         }
     }
 
-    fn show_tool_button(&mut self, ui: &mut egui::Ui, command: Command) {
+    fn show_tool_button(&mut self, ui: &mut egui::Ui, command: Command, is_wide: bool) {
         let entry = about(command);
         let keys = entry.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
         let may = self.may(command);
@@ -148,7 +155,8 @@ impl Designer {
                 let icon = icon.to_coloured_atom(colours.on_accent);
                 Button::new((icon, text)).fill(colours.accent)
             }
-            Some(icon) => Button::new((icon.to_atom(), name)).frame_when_inactive(false),
+            Some(icon) if is_wide => Button::new((icon.to_atom(), name)).frame_when_inactive(false),
+            Some(icon) => Button::new(icon.to_atom()).frame_when_inactive(false),
             None => Button::new(name).frame_when_inactive(false),
         };
         let button = ui.add_enabled(may, button.gap(theme::NEAR));

@@ -40,8 +40,11 @@ pub(super) fn bundles<Id>(
             |ports: &mut dyn Iterator<Item = f32>| ports.sum::<f32>() / numbers.len() as f32;
         let out = |n: &usize| nodes[from].rect.min.y + nodes[from].ports[wires[*n].from.port].at.y;
         let into = |n: &usize| nodes[to].rect.min.y + nodes[to].ports[wires[*n].to.port].at.y;
-        let start = Pos2::new(nodes[from].rect.max.x + FAN, height(&mut numbers.iter().map(out)));
-        let end = Pos2::new(nodes[to].rect.min.x - FAN, height(&mut numbers.iter().map(into)));
+        let (left, right) = (nodes[from].rect.max.x, nodes[to].rect.min.x);
+        // Between blocks that are near each other the two ends share the gap.
+        let fan = if right > left { FAN.min((right - left) / 2.0) } else { FAN };
+        let start = Pos2::new(left + fan, height(&mut numbers.iter().map(out)));
+        let end = Pos2::new(right - fan, height(&mut numbers.iter().map(into)));
         let right = Vec2::new(1.0, 0.0);
         let ends = [
             RouteEnd { at: start, out: right, is_sided: true, node: from },

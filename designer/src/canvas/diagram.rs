@@ -133,7 +133,8 @@ impl<Id: DiagramId> Diagram<Id> {
         Some(Rect::from_two_pos(self.port_position(wire.from)?, self.port_position(wire.to)?))
     }
 
-    /// The position nearest to this one, on the grid, with room for a node.
+    /// The position nearest to this one, on the grid, with room for a node or a note. In a group
+    /// there is room.
     pub fn free_spot(&self, at: Pos2, room: Vec2) -> Pos2 {
         let steps = || (-8..=8).map(|step| step as f32 * 50.0);
         let mut ways: Vec<_> =
@@ -141,7 +142,9 @@ impl<Id: DiagramId> Diagram<Id> {
         ways.sort_by(|one, other| one.length().total_cmp(&other.length()));
         let is_free = |way: &Vec2| {
             let wanted = Rect::from_center_size(at + *way, room);
-            !(0..self.nodes.len()).any(|node| self.area(node).intersects(wanted))
+            let notes = self.decorations.iter().filter(|it| it.is_note).map(|it| it.rect);
+            let nodes = (0..self.nodes.len()).map(|node| self.area(node));
+            !nodes.chain(notes).any(|taken| taken.intersects(wanted))
         };
         snapped(at + ways.into_iter().find(is_free).unwrap_or_default())
     }

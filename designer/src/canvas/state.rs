@@ -57,7 +57,7 @@ pub struct Canvas<Id> {
     pub(super) wheel_turned: f64,
     /// Whether the whole drawing stays fitted into the window: until the user moves the view.
     pub(super) stays_fitted: bool,
-    /// Where in the drawing the pointer is, or was last.
+    /// Where in the drawing the pointer is, if it is over it.
     pub(super) pointer: Option<Pos2>,
 }
 
@@ -202,6 +202,10 @@ impl<Id: DiagramId> Canvas<Id> {
         let pointer = response.hover_pos().or_else(|| response.interact_pointer_pos());
         let hovered =
             pointer.filter(|_| !in_map).and_then(|at| self.hit(diagram, self.to_drawing(at)));
+        // A dialog in which something is chosen for the drawing covers it.
+        if ui.memory(|memory| memory.top_modal_layer().is_none()) {
+            self.pointer = response.hover_pos().map(|at| self.to_drawing(at));
+        }
         self.open_hovered_bundle(diagram, pointer.filter(|_| !in_map), hovered);
         if !in_map {
             self.handle_pointer(ui, diagram, rules, &response, hovered, &mut events);

@@ -182,8 +182,8 @@ fn unanswered(asked: &Confirmation, now_s: f64) -> String {
 fn in_places(ui: &mut egui::Ui, marking: &Marking) {
     let marked = marking.places.iter().map(|place| {
         let tokens = if place.tokens == 1 { String::new() } else { format!(" x {}", place.tokens) };
-        let waits =
-            if place.active || marking.pause.is_some() { "" } else { " (not all running yet)" };
+        let is_awaited = !place.active && marking.pause.is_none() && !is_over(marking.stage);
+        let waits = if is_awaited { " (not all running yet)" } else { "" };
         format!("{}{tokens}{waits}", place.place)
     });
     let marked: Vec<_> = marked.collect();

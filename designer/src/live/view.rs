@@ -391,7 +391,7 @@ impl Pane for LiveView {
 
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         self.show_time_line(ui, workspace);
-        let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(240.0);
+        let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(150.0);
         panel.min_size(70.0).show(ui, |ui| self.show_bottom_panel(ui, workspace));
         self.update_drawings(workspace, ui.visuals().dark_mode);
         self.comparison.show(ui, workspace);

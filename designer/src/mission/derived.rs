@@ -32,7 +32,9 @@ pub fn is_derived(mission: &Mission, name: &str) -> bool {
 /// that has its own element.
 pub fn refusal(mission: &Mission, name: &str) -> Option<String> {
     let source = source_of(mission, name)?;
-    Some(format!("{name} is derived from {source}: edit that line in the file"))
+    Some(format!(
+        "{name} is derived from {source}: edit it in the view Map, or that line in the file"
+    ))
 }
 
 fn step_word(step: &RouteStep) -> &'static str {

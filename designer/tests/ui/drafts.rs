@@ -37,7 +37,8 @@ fn a_file_with_errors_is_saved_as_a_draft_and_completed_by_saving() {
     assert!(window.has("this file is a draft, which is not run"), "the check reports it");
     // A run states what is missing, and starts nothing.
     window.harness.key_press_modifiers(Modifiers::COMMAND, Key::R);
-    window.until("it is refused", |window| window.last_message().starts_with("Not saved"));
+    window.until("it is refused", |window| window.last_message().starts_with("Not run"));
+    assert!(!window.last_message().contains("Save as draft"), "{}", window.last_message());
     assert!(window.harness.state_mut().workspace().live.run().is_none());
     window.settle();
     window.click("view: System");

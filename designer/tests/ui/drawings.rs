@@ -231,6 +231,25 @@ fn links_between_the_same_two_blocks_are_one_bundle_until_the_pointer_or_a_selec
     assert_eq!(window.text(), PAIR);
 }
 
+#[test]
+fn a_bundle_between_blocks_that_are_near_each_other_stays_in_the_gap() {
+    let mut count = 0;
+    for x in (100..400).step_by(10) {
+        let near = PAIR.replace(r#"of="arm" x="500""#, &format!(r#"of="arm" x="{x}""#));
+        let mut window = Window::open(Some(&near));
+        let diagram = drawing(&mut window);
+        let rect = |name: &str| {
+            diagram.nodes.iter().find(|node| node.label.contains(name)).expect("a block").rect
+        };
+        let gap = rect("arm").min.x - rect("eye").max.x;
+        if (15.0..80.0).contains(&gap) {
+            assert_eq!(crossings(&diagram), Vec::<String>::new(), "a gap of {gap}");
+            count += 1;
+        }
+    }
+    assert!(count >= 3, "{count}");
+}
+
 /// What a link shows of its own must be seen: it is in no bundle.
 #[test]
 fn a_link_with_a_text_is_in_no_bundle() {

@@ -158,6 +158,30 @@ fn a_group_and_a_note_are_drawn_and_kept_in_the_file() {
 }
 
 #[test]
+fn new_notes_are_at_the_pointer_and_not_on_each_other() {
+    let mut window = Window::open(Some(ROBOT));
+    let free = window.at("component eye") + vec2(0.0, 200.0);
+    let mut add_at = |at| {
+        window.harness.event(Event::PointerMoved(at));
+        window.settle();
+        window.key(Key::N);
+        window.key(Key::Escape);
+        window.key(Key::Escape);
+        let text = window.text();
+        let note = text.rsplit("<note ").next().unwrap().to_owned();
+        let number = |attribute: &str| -> f32 {
+            let value = note.split_once(attribute).unwrap().1.split_once('"').unwrap().0;
+            value.parse().unwrap()
+        };
+        (number("x=\""), number("y=\""))
+    };
+    let (first, second) = (add_at(free), add_at(free));
+    assert_ne!(first, second, "the second would cover the first");
+    let right = add_at(free + vec2(150.0, 0.0));
+    assert!(right.0 > first.0, "{right:?} is right of {first:?}");
+}
+
+#[test]
 fn everything_is_arranged_in_one_step() {
     let mut window = Window::open(Some(ROBOT));
     window.keys(Modifiers::COMMAND, Key::L);

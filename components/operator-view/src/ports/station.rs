@@ -43,6 +43,8 @@ const PICTURE_PERIOD: Duration = Duration::from_millis(500);
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// One in this many looks asks the launcher for its component.
 const LOOKS_PER_HINT: u32 = 10;
+/// So many looks a system whose mission is over may take to end; then its connection counts as lost.
+const LOOKS_OF_ENDING: u32 = 30;
 /// Time between two looks at the ends of the processes of a run.
 const LOOK_FOR_CRASHES_EVERY: Duration = Duration::from_secs(1);
 /// Size of the window, in points.
@@ -505,13 +507,25 @@ impl Station {
             eprintln!("{CUT}, to {system}: {text}");
             return cut(&text);
         }
-        cut("the component is started again, or the system ends");
+        let is_ending = self.console.lock().mission.as_ref().is_some_and(MissionState::is_over);
+        let lost = "the component is started again, or the system ends";
+        match is_ending {
+            true => change(&|console, robot| console.await_end(robot, self.now())),
+            false => cut(lost),
+        }
         let mut looks = 0_u32;
         while run.is_running() {
             if !self.is_newest(number) {
                 return;
             }
             looks += 1;
+            if is_ending && looks < LOOKS_OF_ENDING {
+                std::thread::sleep(LOOK_EVERY);
+                continue;
+            }
+            if is_ending && looks == LOOKS_OF_ENDING {
+                cut(lost);
+            }
             if looks.is_multiple_of(LOOKS_PER_HINT)
                 && let Some(hint) = run.find_hint()
             {

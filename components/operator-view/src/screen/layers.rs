@@ -44,11 +44,13 @@ impl Layers {
     }
 
     /// Shows a switch for each layer with a linked input.
-    pub(super) fn show_switches(&mut self, ui: &mut Ui, console: &Console) {
+    pub(super) fn show_switches(&mut self, ui: &mut Ui, console: &Console) -> bool {
+        let mut is_any = false;
         for (layer, name, colour, inputs) in LAYERS {
             if !inputs.iter().any(|input| console.is_linked(input)) {
                 continue;
             }
+            is_any = true;
             let mut is_shown = self.is_shown(layer);
             let text = RichText::new(name).color(colours_of(ui).make_legible(colour));
             if ui.checkbox(&mut is_shown, text).changed() {
@@ -58,5 +60,6 @@ impl Layers {
                 }
             }
         }
+        is_any
     }
 }

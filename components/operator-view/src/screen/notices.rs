@@ -60,7 +60,8 @@ pub(super) fn show_notices(
         && let Some(mission) = &console.mission
         && !mission.paused_by.is_empty()
     {
-        let (rect, is_resumed) = show_pause(&mut column, colours, mission);
+        let is_stopped = console.orders.is_stopped();
+        let (rect, is_resumed) = show_pause(&mut column, colours, mission, is_stopped);
         covered.push(rect);
         if is_resumed && new_buttons.accepts(RESUME, now.host_s) {
             orders.push(OperatorOrder::Resume);
@@ -94,11 +95,19 @@ fn show_connection(
 ) -> Option<Rect> {
     let (title, why, colour, next) = match &console.connection {
         SystemConnection::Cut { why, .. } => {
-            (format!("{CUT}; the robot may be moving"), why, colours.error, "")
+            (format!("{CUT}; the robot may be moving"), format!("{why}."), colours.error, "")
+        }
+        SystemConnection::Ending { system } => {
+            (format!("{system} is ending"), String::new(), colours.text, "")
         }
         SystemConnection::Ended { system, why, is_normal } => {
             let colour = if *is_normal { colours.text } else { colours.error };
-            (format!("{system} has ended"), why, colour, " Waiting for the next run.")
+            (
+                format!("{system} has ended:"),
+                format!("{why}."),
+                colour,
+                " Waiting for the next run.",
+            )
         }
         _ => return None,
     };
@@ -108,7 +117,7 @@ fn show_connection(
     };
     let (rect, ()) = show_banner(ui, colours.panel, |ui| {
         ui.label(RichText::new(title).size(theme::HEADING).strong().color(colour));
-        ui.label(RichText::new(format!("{why}.")).size(theme::HEADING));
+        ui.label(RichText::new(why).size(theme::HEADING));
         let age = format!("Map and readings are {age} old.{next}");
         ui.label(RichText::new(age).color(colours.warning));
     });
@@ -165,7 +174,12 @@ fn show_stopped(
 }
 
 /// A pause, with what it freezes and what it does not; and whether it is to end.
-fn show_pause(ui: &mut Ui, colours: &ThemeColours, mission: &MissionState) -> (Rect, bool) {
+fn show_pause(
+    ui: &mut Ui,
+    colours: &ThemeColours,
+    mission: &MissionState,
+    is_stopped: bool,
+) -> (Rect, bool) {
     show_banner(ui, colours.panel, |ui| {
         ui.label(RichText::new("PAUSED").size(theme::LARGE).strong().color(colours.warning));
         let button = Button::new(RichText::new("Resume").size(theme::HEADING).strong());
@@ -175,11 +189,14 @@ fn show_pause(ui: &mut Ui, colours: &ThemeColours, mission: &MissionState) -> (R
             [] => "none is frozen".to_owned(),
             names => names.join(", "),
         };
-        let text = format!(
-            "by {}: the mission and its components ({frozen}) stand still. All others run: orders \
-             of yours, such as a goal or driving by hand, still move the robot.",
+        let mut text = format!(
+            "by {}: the mission and its components ({frozen}) stand still. All others run",
             mission.paused_by
         );
+        text += match is_stopped {
+            true => ".",
+            false => ": orders of yours, such as a goal or driving by hand, still move the robot.",
+        };
         ui.label(RichText::new(text).size(theme::HEADING));
         button.clicked()
     })
@@ -222,7 +239,9 @@ fn paint_middle(ui: &Ui, colours: &ThemeColours, look: &MapViewport, console: &C
         SystemConnection::Awaited { what } => {
             format!("no system yet: waiting for\n{what}")
         }
-        SystemConnection::Cut { .. } | SystemConnection::Ended { .. } => return,
+        SystemConnection::Cut { .. }
+        | SystemConnection::Ending { .. }
+        | SystemConnection::Ended { .. } => return,
         _ if !console.scene.map.is_empty() => return,
         _ => match console.link("map") {
             Some(link) => format!("no map yet: waiting for {}", link.data),

@@ -66,7 +66,7 @@ pub(super) fn show_strip(ui: &mut Ui, console: &mut Console, now: ClockTimes) {
         if let Some(mission) = &console.mission {
             ui.separator();
             let run_time = console.run_time(now);
-            show_mission(ui, mission, run_time);
+            show_mission(ui, mission, run_time, console.connection.has_ended());
         }
     });
     ui.add_space(3.0);
@@ -77,17 +77,22 @@ fn show_connection(ui: &mut Ui, colours: &ThemeColours, console: &Console) {
         SystemConnection::Part | SystemConnection::Live { .. } => (colours.good, "connected"),
         SystemConnection::Awaited { .. } => (colours.warning, "waiting for a system"),
         SystemConnection::Cut { .. } => (colours.error, "! connection lost"),
+        SystemConnection::Ending { .. } => (colours.text, "ending"),
         SystemConnection::Ended { is_normal: true, .. } => (colours.text, "ended"),
         SystemConnection::Ended { .. } => (colours.error, "! ended"),
     };
     ui.colored_label(colour, text);
 }
 
-fn show_mission(ui: &mut Ui, mission: &MissionState, now: ClockTimes) {
+fn show_mission(ui: &mut Ui, mission: &MissionState, now: ClockTimes, has_ended: bool) {
     let places = if mission.places.is_empty() { "-".into() } else { mission.places.join(", ") };
     ui.label(RichText::new(places).size(theme::HEADING).strong())
         .on_hover_text(format!("the marked places of the mission {}", mission.name));
-    let stage = if mission.stage == "playing" { "" } else { mission.stage.as_str() };
+    let stage = match mission.stage.as_str() {
+        "playing" => "",
+        "stopping" if has_ended => "",
+        stage => stage,
+    };
     let clock = format_clock(mission.now_at_s(now));
     ui.weak(format!("{} {clock} {stage}", mission.name));
 }

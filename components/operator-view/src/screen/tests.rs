@@ -536,7 +536,7 @@ fn painted_texts(window: &ViewWindow) -> Vec<(String, Pos2)> {
     texts
 }
 
-fn shows(window: &ViewWindow, text: &str) -> bool {
+pub(super) fn shows(window: &ViewWindow, text: &str) -> bool {
     painted_texts(window).iter().any(|(painted, _)| painted.contains(text))
 }
 

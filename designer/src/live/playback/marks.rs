@@ -162,7 +162,7 @@ impl SharedMarks {
         let trouble = match self.read_recording(path) {
             Ok(()) => String::new(),
             Err(ReadError::Io(error)) => format!("{name} cannot be read: {error}"),
-            Err(ReadError::Format(error)) => {
+            Err(error) => {
                 format!("{name} cannot be read as a recording: {error}")
             }
         };

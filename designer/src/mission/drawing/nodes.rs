@@ -138,7 +138,7 @@ impl Scene<'_> {
     fn source_doc(&self, name: &str) -> String {
         let source = source_of(self.mission, name);
         source.map_or_else(String::new, |source| {
-            format!("\nderived from {source}: edit that line in the file")
+            format!("\nderived from {source}: edit it in the view Map, or that line in the file")
         })
     }
 

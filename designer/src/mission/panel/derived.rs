@@ -69,6 +69,8 @@ pub(super) fn show_arc(ui: &mut egui::Ui, item: &Item, source: &str) {
 fn show_source(ui: &mut egui::Ui, heading: &str, source: &str) {
     ui.heading(heading);
     let colour = ThemeColours::of(ui.visuals()).text;
-    let hint = format!("Derived from {source}. To change it, edit that line in the file.");
+    let hint = format!(
+        "Derived from {source}. To change it, edit it in the view Map (Ctrl+4), or edit that line in the file."
+    );
     ui.label(RichText::new(hint).color(colour));
 }

@@ -44,7 +44,9 @@ impl SystemView {
             let name = frame.name.value.as_str();
             ui.push_id(("frame", name), |ui| {
                 self.show_parent(ui, name, &frame.parent.value);
-                for row in MEASURES.chunks(3) {
+                // In a narrow panel two next to each other.
+                let in_row = if ui.available_width() < 3.2 * MEASURE_WIDTH { 2 } else { 3 };
+                for row in MEASURES.chunks(in_row) {
                     ui.horizontal(|ui| {
                         for measure in row {
                             let value = written(name, measure.0).unwrap_or_default();

@@ -1,7 +1,7 @@
 //! The goal that the robot is sent to.
 
 use crate::screen::colours_of;
-use eframe::egui::Ui;
+use eframe::egui::{Button, Ui};
 
 use crate::console::Console;
 use crate::links::ClockTimes;
@@ -44,7 +44,8 @@ impl SidePanel for GoalPanel {
             let distance_m = robot.map(|robot| robot.point().distance_m(place.point()));
             let away = distance_m.map_or(String::new(), |far_m| format!(", {far_m:.1} m away"));
             ui.label(format!("goal {:.2}, {:.2}{away}", place.x_m, place.y_m));
-            if ui.button("cancel").clicked() {
+            let may_order = console.connection.check_orders().is_ok();
+            if ui.add_enabled(may_order, Button::new("cancel")).clicked() {
                 orders.push(OperatorOrder::Cancel);
             }
         });

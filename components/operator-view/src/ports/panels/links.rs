@@ -98,8 +98,12 @@ fn describe_health(console: &Console, now: ClockTimes) -> (Freshness, String) {
         names_of(|link, now| link.problem.is_some() || link.freshness(now) == Freshness::Gone);
     let late = names_of(|link, now| link.freshness(now) == Freshness::Late);
     let silent = names_of(|link, now| link.freshness(now) == Freshness::Nothing);
+    let losing = names_of(InputLink::is_losing);
     let count = console.links.len();
     match (gone.as_slice(), late.as_slice(), silent.as_slice()) {
+        ([], [], []) if !losing.is_empty() => {
+            (Freshness::Late, format!("! data are lost: {}", list(&losing)))
+        }
         ([], [], []) => (Freshness::Fresh, format!("links: all {count} fine")),
         ([], [], silent) => {
             (Freshness::Nothing, format!("{count} links, no data yet: {}", list(silent)))

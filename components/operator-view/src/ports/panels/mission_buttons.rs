@@ -42,6 +42,13 @@ impl SidePanel for MissionButtons {
         if let Some((name, at_s)) = console.orders.pressed() {
             let ago_s = (console.run_time(now).host_s - at_s).max(0.0);
             ui.weak(format!("{name}: sent {}", format_ago(ago_s)));
+            let followed = console.orders.followed_button();
+            if !followed.is_empty() {
+                ui.weak(format!("the mission went to {}", followed.join(", then "))).on_hover_text(
+                    "the places that were marked after the button; if it came back at once, a \
+                     component has refused: see the alerts and the component's log",
+                );
+            }
         }
         orders
     }
