@@ -1,5 +1,5 @@
 //! What a connection through a gate costs, compared with one on loopback, and with one through two
-//! proxies without TLS: round trips of 100 bytes, bytes per second in one direction, and the time to
+//! proxies without TLS: round trips of 100 bytes and of 1 MiB, bytes per second in one direction, and the time to
 //! connect. Tool, proxy, gate and process are on one host, each in a thread of its own.
 //!
 //! `cargo run --release -p armor-keys --example gate_cost`
@@ -22,6 +22,8 @@ type Failure = Box<dyn std::error::Error>;
 
 const MESSAGE_LEN: usize = 100;
 const ROUND_TRIPS: usize = 20_000;
+const LARGE_LEN: usize = 1 << 20;
+const LARGE_ROUND_TRIPS: usize = 200;
 const CONNECTIONS: usize = 200;
 const BULK_LEN: usize = 512 << 20;
 const PIECE_LEN: usize = 64 << 10;
@@ -47,10 +49,18 @@ fn main() -> Result<(), Failure> {
     let direct = || -> Result<_, Failure> { Ok(TcpStream::connect(process)?) };
     let forwarded = || -> Result<_, Failure> { Ok(TcpStream::connect(plain)?) };
     let through = || connect_through(proxy, process);
-    let rows: [(&str, [f64; 3]); 3] = [
+    let rows: [(&str, [f64; 3]); 4] = [
         (
             "round trip 100 B, us",
             [round_trip_us(direct()?)?, round_trip_us(forwarded()?)?, round_trip_us(through()?)?],
+        ),
+        (
+            "round trip 1 MiB, us",
+            [
+                large_round_trip_us(direct()?)?,
+                large_round_trip_us(forwarded()?)?,
+                large_round_trip_us(through()?)?,
+            ],
         ),
         (
             "MB/s in one direction",
@@ -192,6 +202,31 @@ fn round_trip_us(mut stream: TcpStream) -> Result<f64, Failure> {
         stream.read_exact(&mut answer)?;
         times.push(start.elapsed());
     }
+    Ok(median_us(times))
+}
+
+/// The median of the round trips of a large message, which begins to come back before all of it is sent.
+fn large_round_trip_us(mut stream: TcpStream) -> Result<f64, Failure> {
+    stream.set_nodelay(true)?;
+    let mut writing = stream.try_clone()?;
+    let (begin, begins) = channel::<()>();
+    let writer = thread::spawn(move || -> std::io::Result<()> {
+        let message = vec![0; LARGE_LEN];
+        for () in begins {
+            writing.write_all(&message)?;
+        }
+        Ok(())
+    });
+    let mut answer = vec![0; LARGE_LEN];
+    let mut times = Vec::with_capacity(LARGE_ROUND_TRIPS);
+    for _ in 0..LARGE_ROUND_TRIPS {
+        let start = Instant::now();
+        begin.send(())?;
+        stream.read_exact(&mut answer)?;
+        times.push(start.elapsed());
+    }
+    drop(begin);
+    writer.join().map_err(|_| "the writer has panicked")??;
     Ok(median_us(times))
 }
 
