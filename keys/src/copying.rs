@@ -164,4 +164,79 @@ mod tests {
         }
         assert_eq!(way.kept.capacity(), 0);
     }
+
+    /// A stream that gives some bytes and then fails, as a connection that is reset does.
+    struct Reset(Vec<u8>);
+
+    impl AsyncRead for Reset {
+        fn poll_read(
+            mut self: Pin<&mut Self>,
+            _: &mut Context<'_>,
+            buffer: &mut ReadBuf<'_>,
+        ) -> Poll<io::Result<()>> {
+            if self.0.is_empty() {
+                return Poll::Ready(Err(io::ErrorKind::ConnectionReset.into()));
+            }
+            buffer.put_slice(&std::mem::take(&mut self.0));
+            Poll::Ready(Ok(()))
+        }
+    }
+
+    impl AsyncWrite for Reset {
+        fn poll_write(
+            self: Pin<&mut Self>,
+            _: &mut Context<'_>,
+            bytes: &[u8],
+        ) -> Poll<io::Result<usize>> {
+            Poll::Ready(Ok(bytes.len()))
+        }
+
+        fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Poll::Ready(Ok(()))
+        }
+
+        fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Poll::Ready(Ok(()))
+        }
+    }
+
+    #[tokio::test]
+    async fn a_reset_ends_both_directions_after_what_came_before_it() {
+        let (mut far_end, mut far) = duplex(1000);
+        let mut near_end = Reset(b"the last words".to_vec());
+        let error = copy_both(&mut near_end, &mut far_end).await.expect_err("it is reset");
+        assert_eq!(error.kind(), io::ErrorKind::ConnectionReset);
+        drop(far_end);
+        let mut received = Vec::new();
+        far.read_to_end(&mut received).await.expect("it ends");
+        assert_eq!(received, b"the last words");
+    }
+
+    #[tokio::test]
+    async fn a_writer_that_is_gone_ends_both_directions() {
+        let (mut near, mut near_end) = duplex(1000);
+        let (mut far_end, far) = duplex(1000);
+        drop(far);
+        near.write_all(b"for no one").await.expect("it has room");
+        let error = copy_both(&mut near_end, &mut far_end).await.expect_err("no one is there");
+        assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
+    }
+
+    #[tokio::test]
+    async fn a_reader_that_takes_nothing_stops_the_sender_at_a_bound() {
+        let (mut near, mut near_end) = duplex(1 << 20);
+        let (mut far_end, _far) = duplex(100);
+        let mut way = CopiedWay::default();
+        near.write_all(&vec![7; 1 << 20]).await.expect("it has room");
+        let mut context = Context::from_waker(std::task::Waker::noop());
+        for _ in 0..10 {
+            let ends = (Pin::new(&mut near_end), Pin::new(&mut far_end));
+            assert!(way.poll_copy(&mut context, ends.0, ends.1).is_pending());
+        }
+        assert_eq!(way.kept.len(), COPY_LEN - 100);
+        for taken in [Poll::Ready(COPY_LEN), Poll::Pending] {
+            let sent = Pin::new(&mut near).poll_write(&mut context, &[7; COPY_LEN]);
+            assert_eq!(sent.map(|sent| sent.expect("it is open")), taken);
+        }
+    }
 }
