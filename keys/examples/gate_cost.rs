@@ -1,6 +1,7 @@
 //! What a connection through a gate costs, compared with one on loopback, and with one through two
-//! proxies without TLS: round trips of 100 bytes, bytes per second in one direction, and the time to
-//! connect. Tool, proxy, gate and process are on one host, each in a thread of its own.
+//! proxies without TLS: round trips of 100 bytes and of 1 MiB, bytes per second in one direction, the
+//! processor time that all ends take for these bytes, and the time to connect. Tool, proxy, gate and
+//! process are on one host, each in a thread of its own.
 //!
 //! `cargo run --release -p armor-keys --example gate_cost`
 
@@ -22,9 +23,13 @@ type Failure = Box<dyn std::error::Error>;
 
 const MESSAGE_LEN: usize = 100;
 const ROUND_TRIPS: usize = 20_000;
+const LARGE_LEN: usize = 1 << 20;
+const LARGE_ROUND_TRIPS: usize = 200;
 const CONNECTIONS: usize = 200;
 const BULK_LEN: usize = 512 << 20;
 const PIECE_LEN: usize = 64 << 10;
+/// The unit of times in `/proc`, on every Linux.
+const TICKS_PER_S: f64 = 100.0;
 /// Switches the process from echoing to swallowing.
 const BULK: u8 = 0xff;
 
@@ -47,19 +52,22 @@ fn main() -> Result<(), Failure> {
     let direct = || -> Result<_, Failure> { Ok(TcpStream::connect(process)?) };
     let forwarded = || -> Result<_, Failure> { Ok(TcpStream::connect(plain)?) };
     let through = || connect_through(proxy, process);
-    let rows: [(&str, [f64; 3]); 3] = [
+    let transfers = [transfer(direct()?)?, transfer(forwarded()?)?, transfer(through()?)?];
+    let rows: [(&str, [f64; 3]); 5] = [
         (
             "round trip 100 B, us",
             [round_trip_us(direct()?)?, round_trip_us(forwarded()?)?, round_trip_us(through()?)?],
         ),
         (
-            "MB/s in one direction",
+            "round trip 1 MiB, us",
             [
-                megabytes_per_s(direct()?)?,
-                megabytes_per_s(forwarded()?)?,
-                megabytes_per_s(through()?)?,
+                large_round_trip_us(direct()?)?,
+                large_round_trip_us(forwarded()?)?,
+                large_round_trip_us(through()?)?,
             ],
         ),
+        ("MB/s in one direction", transfers.map(|it| it.megabytes_per_s)),
+        ("processor s for 1 GB", transfers.map(|it| it.processor_s_per_gb)),
         (
             "connecting, us",
             [connecting_us(direct)?, connecting_us(forwarded)?, connecting_us(through)?],
@@ -195,14 +203,59 @@ fn round_trip_us(mut stream: TcpStream) -> Result<f64, Failure> {
     Ok(median_us(times))
 }
 
-fn megabytes_per_s(mut stream: TcpStream) -> Result<f64, Failure> {
+/// The median of the round trips of a large message, which begins to come back before all of it is sent.
+fn large_round_trip_us(mut stream: TcpStream) -> Result<f64, Failure> {
+    stream.set_nodelay(true)?;
+    let mut writing = stream.try_clone()?;
+    let (begin, begins) = channel::<()>();
+    let writer = thread::spawn(move || -> std::io::Result<()> {
+        let message = vec![0; LARGE_LEN];
+        for () in begins {
+            writing.write_all(&message)?;
+        }
+        Ok(())
+    });
+    let mut answer = vec![0; LARGE_LEN];
+    let mut times = Vec::with_capacity(LARGE_ROUND_TRIPS);
+    for _ in 0..LARGE_ROUND_TRIPS {
+        let start = Instant::now();
+        begin.send(())?;
+        stream.read_exact(&mut answer)?;
+        times.push(start.elapsed());
+    }
+    drop(begin);
+    writer.join().map_err(|_| "the writer has panicked")??;
+    Ok(median_us(times))
+}
+
+/// What many bytes in one direction take.
+#[derive(Clone, Copy)]
+struct Transfer {
+    megabytes_per_s: f64,
+    /// Of all ends together. Other programs change it less than the time that passes.
+    processor_s_per_gb: f64,
+}
+
+fn transfer(mut stream: TcpStream) -> Result<Transfer, Failure> {
     let piece = [BULK; PIECE_LEN];
-    let start = Instant::now();
+    let (start, before_s) = (Instant::now(), read_processor_s()?);
     for _ in 0..BULK_LEN / PIECE_LEN {
         stream.write_all(&piece)?;
     }
     stream.read_exact(&mut [0])?;
-    Ok(BULK_LEN as f64 / 1e6 / start.elapsed().as_secs_f64())
+    Ok(Transfer {
+        megabytes_per_s: BULK_LEN as f64 / 1e6 / start.elapsed().as_secs_f64(),
+        processor_s_per_gb: (read_processor_s()? - before_s) / (BULK_LEN as f64 / 1e9),
+    })
+}
+
+/// The processor time of this process, in seconds.
+fn read_processor_s() -> Result<f64, Failure> {
+    let text = std::fs::read_to_string("/proc/self/stat")?;
+    let (_, numbers) = text.rsplit_once(')').ok_or("it has another form")?;
+    let numbers: Vec<&str> = numbers.split_whitespace().collect();
+    let ticks = numbers[11].parse::<f64>()? + numbers[12].parse::<f64>()?;
+    Ok(ticks / TICKS_PER_S)
 }
 
 fn connecting_us(connect: impl Fn() -> Result<TcpStream, Failure>) -> Result<f64, Failure> {

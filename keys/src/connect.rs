@@ -46,8 +46,6 @@ const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
 const FIRST_DELAY: Duration = Duration::from_millis(100);
 /// Longest wait between two attempts.
 const MOST_DELAY: Duration = Duration::from_secs(1);
-/// Bytes that are copied at a time, in each direction of a connection.
-pub(crate) const COPY_LEN: usize = 32 << 10;
 
 /// Why the gate cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -119,8 +119,8 @@ type Turn = fn(&mut DatagramSeal, &[u8]) -> Option<Vec<u8>>;
 
 impl<K: Copy + Eq + Hash> DatagramWay<K> {
     async fn carry(mut self, far: SocketAddr, mut seal: DatagramSeal, there: Turn, back: Turn) {
-        let mut buffer = [0; SEALED_LEN + 1];
-        // Most connections have no datagrams: the socket is opened for the first.
+        // Most connections have no datagrams: socket and buffer are made for the first.
+        let mut buffer = Vec::new();
         let mut socket: Option<UdpSocket> = None;
         let mut near = None;
         loop {
@@ -131,6 +131,7 @@ impl<K: Copy + Eq + Hash> DatagramWay<K> {
                     near = Some(from);
                     if socket.is_none() {
                         socket = connect(far).await.ok();
+                        buffer.resize(SEALED_LEN + 1, 0);
                     }
                     if let Some(socket) = &socket {
                         let _ = socket.send(&turned).await;

@@ -9,6 +9,7 @@ mod addresses;
 pub mod authority;
 pub mod certificate;
 pub mod connect;
+mod copying;
 mod datagrams;
 mod dial;
 pub mod discovery;

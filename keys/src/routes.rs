@@ -12,12 +12,12 @@ use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::HostAddress;
 use armor_wire::transport::Endpoint;
 use parking_lot::Mutex;
-use tokio::io::copy_bidirectional_with_sizes;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time;
 use tokio_rustls::client::TlsStream;
 
-use crate::connect::{COPY_LEN, GateClient, GateError, LIMIT};
+use crate::connect::{GateClient, GateError, LIMIT};
+use crate::copying::copy_both;
 use crate::datagrams::RouterPort;
 use crate::host_keys::HostKeys;
 use crate::seal::{DatagramSeal, SealEnd};
@@ -164,7 +164,7 @@ async fn forward_to_own(mut tool: TcpStream, address: &str) {
         return;
     };
     if socks::answer(&mut tool, SocksAnswer::Connected).await.is_ok() {
-        let _ = copy_bidirectional_with_sizes(&mut tool, &mut process, COPY_LEN, COPY_LEN).await;
+        let _ = copy_both(&mut tool, &mut process).await;
     }
 }
 
@@ -207,7 +207,7 @@ impl GateClient {
             let carrying = carry_datagrams(&process, &gate, datagrams);
             tokio::select! {
                 () = carrying => {}
-                _ = copy_bidirectional_with_sizes(&mut process, &mut gate, COPY_LEN, COPY_LEN) => {}
+                _ = copy_both(&mut process, &mut gate) => {}
                 _ = revoked => {}
             }
         }

@@ -50,6 +50,7 @@ pub(crate) async fn drain_and_close(mut stream: TcpStream) {
 }
 
 async fn drain(stream: &mut (impl AsyncRead + Unpin)) {
-    let mut waste = [0; 4 << 10];
+    // Not in the future, which every connection would hold.
+    let mut waste = vec![0; 4 << 10];
     while matches!(stream.read(&mut waste).await, Ok(len) if len > 0) {}
 }

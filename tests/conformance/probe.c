@@ -344,6 +344,7 @@ int main(int argc, char **argv) {
   component.parameter_count = ARMOR_COUNT(parameters);
   component.events = events;
   component.event_count = ARMOR_COUNT(events);
+  component.reads_all = true;
   component.user = &it;
   component.create = create;
   component.parameter_received = parameter_received;

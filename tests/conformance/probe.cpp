@@ -96,6 +96,7 @@ class Probe : public armor::Component {
     provide<AnyMessage>("any_last", "", ARMOR_LATCHED);
     declare_event("near", "something is near", true, "m");
     declare_event("over", "it is over");
+    set_reads_all();
     if (behaviour == "declare-twice") provide<Count>("out");
     if (behaviour == "declare-bad-name") provide<Count>("7 up");
     if (behaviour == "construct-fails") throw std::runtime_error("no hardware");

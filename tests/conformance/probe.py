@@ -80,6 +80,7 @@ class Probe(armor.Component):
     flag = armor.parameter(False, doc="A flag.")
     text = armor.parameter("none", doc="A text.")
     file = armor.parameter(pathlib.Path("mark"), doc="A file.")
+    reads_all = True
     events = [
         armor.DeclaredEvent("near", "something is near", value=float, unit="m"),
         armor.DeclaredEvent("over", "it is over"),

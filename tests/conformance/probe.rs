@@ -120,6 +120,7 @@ impl Component for Probe {
     const KIND: &'static str = "probe";
     const SUMMARY: &'static str = "Shows how a component behaves.";
     const PARAMETERS: &'static [Parameter] = Settings::DECLARED;
+    const READS_ALL: bool = true;
     const EVENTS: &'static [DeclaredEvent] = &[
         DeclaredEvent::new("near").doc("something is near").number("m"),
         DeclaredEvent::new("over").doc("it is over"),

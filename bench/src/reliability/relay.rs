@@ -5,10 +5,10 @@
 //! connection, and a narrow connection delays what follows.
 
 use std::ffi::OsString;
-use std::io::{BufRead, ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::io::{BufRead, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
@@ -26,7 +26,7 @@ const PIECE_LEN: usize = 16 << 10;
 const QUEUE_LEN: usize = 64;
 /// TCP repeats what was lost after this time at least; Linux waits this long.
 const REPEATED_AFTER: Duration = Duration::from_millis(200);
-/// Time between two looks at whether a connection has ended or a fault is over.
+/// Time between two looks at whether a black hole is over.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// What a network does to all connections through it.
@@ -197,15 +197,12 @@ impl Relay {
         sender: &SyncSender<DuePiece>,
     ) {
         let (mut from, _) = connection.ends(direction);
-        if from.set_read_timeout(Some(LOOK)).is_err() {
-            return;
-        }
         let mut piece = vec![0; PIECE_LEN];
         // When the one before has passed, and when the connection is free for the next one.
         let (mut last, mut free) = (Instant::now(), Instant::now());
         while !connection.has_ended() {
             match from.read(&mut piece) {
-                Ok(0) => return,
+                Ok(0) | Err(_) => return,
                 Ok(len) => {
                     let quality = *self.quality.lock();
                     free = free.max(Instant::now());
@@ -218,8 +215,6 @@ impl Relay {
                         return;
                     }
                 }
-                Err(error) if is_timeout(error.kind()) => {}
-                Err(_) => return,
             }
         }
     }
@@ -240,18 +235,13 @@ impl Relay {
         pieces: &Receiver<DuePiece>,
     ) {
         let (_, mut to) = connection.ends(direction);
-        while !connection.has_ended() {
-            let (due, mut piece) = match pieces.recv_timeout(LOOK) {
-                Ok(piece) => piece,
-                Err(RecvTimeoutError::Timeout) => continue,
-                Err(RecvTimeoutError::Disconnected) => return,
-            };
+        for (due, mut piece) in pieces {
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            while self.holds(direction) {
-                if connection.has_ended() {
-                    return;
-                }
+            while self.holds(direction) && !connection.has_ended() {
                 std::thread::sleep(LOOK);
+            }
+            if connection.has_ended() {
+                return;
             }
             if self.corrupts.swap(false, Ordering::Relaxed) {
                 let bit = self.dice.lock().draw_below(8 * piece.len());
@@ -287,7 +277,7 @@ impl Relay {
                 // With this the kernel sends a reset when the last thread lets go of it.
                 let _ = set_socket_linger(stream, Some(Duration::ZERO));
             }
-            connection.has_ended.store(true, Ordering::Relaxed);
+            connection.end();
             count += 1;
         }
         count
@@ -310,11 +300,11 @@ impl RelayedConnection {
     /// The threads of both directions let go of it, which closes it.
     fn end(&self) {
         self.has_ended.store(true, Ordering::Relaxed);
+        for stream in [&self.client, &self.server] {
+            // It wakes who reads, and sends nothing. One that has gone needs no waking.
+            let _ = stream.shutdown(Shutdown::Read);
+        }
     }
-}
-
-fn is_timeout(kind: ErrorKind) -> bool {
-    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
 #[cfg(test)]

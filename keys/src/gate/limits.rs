@@ -7,8 +7,6 @@ pub(crate) const ACCEPT_REST: Duration = Duration::from_millis(200);
 /// Period with which the folder of keys and the ends of keys are looked at. Together with closing a
 /// connection it bounds the time from a revocation to the end of its sessions: 1 s.
 pub(crate) const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
-/// Bytes that are copied at a time, in each direction of a connection.
-pub(crate) const COPY_LEN: usize = 32 << 10;
 
 /// The limits that depend on the machine; the defaults serve a robot.
 #[derive(Clone, Copy, Debug)]

@@ -11,17 +11,17 @@ use armor_wire::gate::{GateReply, GateRequest, HostExamination};
 use armor_wire::hello::{Refusal, RefusalCode, VERSION};
 use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::remote_process::RemoteStart;
-use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, copy_bidirectional_with_sizes};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time;
 use tokio_rustls::server::TlsStream;
 use tracing::{debug, info};
 
 use super::RunOrder;
-use super::limits::COPY_LEN;
 use super::sessions::SessionPlace;
 use super::{Client, Gate};
 use crate::connect::now_us;
+use crate::copying::copy_both;
 use crate::dial::dial_process;
 use crate::frames::{read_frame, write_control};
 use crate::identity::KeyHolder;
@@ -261,7 +261,7 @@ impl Gate {
         }
         tokio::select! {
             why = place.ended() => debug!(%name, %address, %why, "disconnected"),
-            _ = copy_bidirectional_with_sizes(&mut stream, target, COPY_LEN, COPY_LEN) => {}
+            _ = copy_both(&mut stream, target) => {}
         }
     }
 

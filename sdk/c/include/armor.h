@@ -280,6 +280,9 @@ typedef struct armor_component {
   bool ends_by_itself;
   // Whether it does nothing without a rate.
   bool needs_rate;
+  // Whether it reads data of the system to which no link leads, as a recorder does. Where the file
+  // places such a component on another host, that host may read all data.
+  bool reads_all;
   // Given to each function.
   void *user;
   // Declares the ports and requests the parameters.

@@ -438,6 +438,9 @@ class Component {
   void set_ends_by_itself() { ends_by_itself_ = true; }
   // It does nothing without a rate.
   void set_needs_rate() { needs_rate_ = true; }
+  // It reads data of the system to which no link leads, as a recorder does. Where the file places such a
+  // component on another host, that host may read all data.
+  void set_reads_all() { reads_all_ = true; }
   // Forbids the executive to freeze this component.
   void set_non_controllable() { non_controllable_ = true; }
 
@@ -513,7 +516,8 @@ class Component {
   std::deque<Port> ports_;
   std::deque<DeclaredEvent> events_;
   std::deque<DeclaredParameter> parameters_;
-  bool never_done_ = false, ends_by_itself_ = false, needs_rate_ = false, non_controllable_ = false;
+  bool never_done_ = false, ends_by_itself_ = false, needs_rate_ = false, reads_all_ = false;
+  bool non_controllable_ = false;
   const armor_handle *handle_ = nullptr;
   std::string reported_;
 };
@@ -583,6 +587,7 @@ class Runner {
     table_.never_done = component.never_done_;
     table_.ends_by_itself = component.ends_by_itself_;
     table_.needs_rate = component.needs_rate_;
+    table_.reads_all = component.reads_all_;
   }
 
   // Runs code of the component: its exception is an error.

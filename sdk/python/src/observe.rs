@@ -1,11 +1,11 @@
 //! A running system, observed from Python: its data, its parameters, and orders to its mission.
 
-use std::net::{SocketAddr, ToSocketAddrs};
+use std::net::ToSocketAddrs;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use armor_inspect::{ObservedSystem, systems, this_user};
+use armor_inspect::{ObservedSystem, find_own_registry, systems, this_user};
 use armor_sdk::configuration::{ConfigdConnection, Questions, SetOutcome};
 use armor_sdk::control::{Order, TokenMove};
 use armor_sdk::foreign::KeptMessage;
@@ -44,8 +44,15 @@ fn refused(error: impl std::fmt::Display) -> PyErr {
     ArmorError::new_err(error.to_string())
 }
 
-/// The registry at `host:port`, or of the running system with this name.
-fn find_registry(address: &str) -> PyResult<SocketAddr> {
+/// The registry at `host:port`, or of the running system with this name. Without either, that of the
+/// system of which this process is a component, and else of the only one of this host.
+fn find_registry(address: &str) -> PyResult<String> {
+    if address.is_empty()
+        && let Some(own) = find_own_registry()
+    {
+        // It may name another host, to which the router of this one leads.
+        return Ok(own);
+    }
     if address.contains(':') {
         let mut found = address.to_socket_addrs().map_err(|error| {
             PyValueError::new_err(format!(
@@ -54,6 +61,7 @@ fn find_registry(address: &str) -> PyResult<SocketAddr> {
         })?;
         return found
             .next()
+            .map(|found| found.to_string())
             .ok_or_else(|| PyValueError::new_err(format!("`{address}` has no address")));
     }
     let directory = systems::record_directory().map_err(refused)?;
@@ -64,7 +72,7 @@ fn find_registry(address: &str) -> PyResult<SocketAddr> {
         records.iter().map(|it| format!("{} at {}", it.system, it.registry)).collect();
     let known = if known.is_empty() { "none".into() } else { known.join(", ") };
     match named.as_slice() {
-        [only] => Ok(only.registry),
+        [only] => Ok(only.registry.to_string()),
         [] => {
             Err(ArmorError::new_err(format!("no such system runs on this host (running: {known})")))
         }
@@ -87,10 +95,11 @@ impl SystemObserver {
     fn new(py: Python<'_>, address: &str) -> PyResult<Self> {
         let registry = find_registry(address)?;
         py.detach(|| {
-            systems::adopt_place(registry);
-            let observed = ObservedSystem::at(&registry.to_string(), "python");
-            let listed = observed.list();
-            listed.map(|_| Self { observed, registry: registry.to_string() })
+            if let Ok(registry) = registry.parse() {
+                systems::adopt_place(registry);
+            }
+            let observed = ObservedSystem::at(&registry, "python");
+            observed.list().map(|_| Self { observed, registry })
         })
         .map_err(refused)
     }

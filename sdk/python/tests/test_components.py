@@ -274,6 +274,15 @@ class TestFunctions(unittest.TestCase):
 
 
 class TestManifest(unittest.TestCase):
+    def test_it_reads_all_if_its_class_states_so(self) -> None:
+        class Recorder(armor.Component):
+            """Records."""
+
+            reads_all = True
+
+        self.assertTrue(json.loads(armor.describe(Recorder))["reads_all"])
+        self.assertFalse(json.loads(armor.describe(Doubler)).get("reads_all", False))
+
     def test_it_has_all_that_is_declared(self) -> None:
         manifest = json.loads(armor.describe(Doubler))
         self.assertEqual((manifest["kind"], manifest["summary"]), ("doubler", "Doubles numbers."))
@@ -360,6 +369,7 @@ class TestRefusals(unittest.TestCase):
     def test_attributes_of_another_type(self) -> None:
         self.refused({"events": ["near"]}, "'near'", "armor.DeclaredEvent(")
         self.refused({"needs_rate": "yes"}, "needs_rate = True")
+        self.refused({"reads_all": 1}, "reads_all = True")
         self.refused({"stale_after": {"scan": 1.0}}, '{"velocity": "0.5s"}')
         self.refused({"provide": armor.parameter(1)}, "`provide`", "another one")
 

@@ -9,13 +9,15 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable, Dict, List
+from typing import Any, Callable, Dict, Iterator, List, Sequence
 
 HERE = Path(__file__).parent
 COMPONENTS = HERE / "components"
@@ -42,6 +44,15 @@ SYSTEM = """<armor version="1">
 </armor>
 """
 
+TWO_HOSTS = """<armor version="1">
+  <system name="python-hosts">
+    <host name="arm" at="127.0.0.1:{port}"/>
+    <component name="talker" kind="talker" rate="50Hz"/>
+    <component name="reader" kind="{kind}" rate="5Hz" host="arm"/>
+  </system>
+</armor>
+"""
+
 WORLD = HERE.parents[2] / "missions" / "worlds" / "office.svg"
 DRIVE = f"""<armor version="1">
   <system name="python-drive">
@@ -64,6 +75,13 @@ def environment() -> Dict[str, str]:
     here = os.path.dirname(sys.executable)
     path = here + os.pathsep + os.environ.get("PATH", "")
     return {**os.environ, "PATH": path, "ARMOR_NO_CACHE": "1"}
+
+
+def free_port() -> int:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port: int = taken.getsockname()[1]
+    return port
 
 
 class TestCommandLine(unittest.TestCase):
@@ -120,14 +138,14 @@ class TestCommandLine(unittest.TestCase):
 class RunningSystem:
     """A system of its own, until the end of the `with` block."""
 
-    def __init__(self, text: str, *folders: Path) -> None:
+    def __init__(self, text: str, *folders: Path, arguments: Sequence[str] = ()) -> None:
         self.folder = tempfile.TemporaryDirectory()
         self.out = Path(self.folder.name) / "out"
         file = Path(self.folder.name) / "system.xml"
         file.write_text(text)
         self.name = f"python-{os.getpid()}-{id(self) % 10_000}"
         command = [ARMOR, "run", str(file), "--headless", "--quiet", "--system", self.name]
-        command += ["--out", str(self.out)]
+        command += ["--out", str(self.out), *arguments]
         for folder in folders:
             command += ["--components", str(folder)]
         self.log = Path(self.folder.name) / "run.log"
@@ -278,6 +296,50 @@ class TestSystems(unittest.TestCase):
         log = done.stdout + done.stderr
         self.assertEqual(done.returncode, 0, log)
         self.assertIn("the mission reached its goal", log)
+
+    @contextmanager
+    def run_on_two_hosts(self, folder: Path, kind: str) -> Iterator[Callable[[str], Any]]:
+        """A talker here and a reader on the host arm, whose log is searched by what this yields."""
+        gate, agent = free_port(), free_port()
+        out = folder / f"arm-{kind}"
+        command = [ARMOR, "host", "--from", "robot", "--listen", f"127.0.0.1:{agent}"]
+        command += ["--keys", str(folder / "arm"), "--out", str(out), "--components", str(COMPONENTS)]
+        quiet = subprocess.DEVNULL
+        running = subprocess.Popen(command, stdout=quiet, stderr=quiet, env=environment())
+        text = TWO_HOSTS.format(port=agent, kind=kind)
+        arguments = ["--gate", f"127.0.0.1:{gate}", "--keys", str(folder / "robot")]
+        try:
+            with RunningSystem(text, COMPONENTS, arguments=arguments) as system:
+
+                def wait_for_log(words: str) -> Any:
+                    def find() -> Any:
+                        logs = [it.read_text() for it in out.glob("*/logs/reader.log")]
+                        return [log for log in logs if words in log]
+
+                    return system.wait_for(f"{words!r} in the log of {kind}", find)
+
+                yield wait_for_log
+                system.end()
+        finally:
+            running.terminate()
+            running.wait(timeout=LIMIT_S)
+
+    def test_a_recorder_in_python_reads_all_data_from_another_host(self) -> None:
+        """Also what no link leads to it; the same component without `reads_all` is refused."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            for words in (["init"], ["add", "robot", "--role", "host"], ["add", "arm", "--role", "host"]):
+                made = self.run_armor("keys", *words, "--keys", "authority", cwd=name)
+                self.assertEqual(made.returncode, 0, made.stderr)
+            for host in ("robot", "arm"):
+                (folder / host).mkdir(mode=0o700)
+                for file in (f"{host}.key", "revoked"):
+                    shutil.copy(folder / "authority" / file, folder / host)
+            with self.run_on_two_hosts(folder, "noter") as wait_for_log:
+                wait_for_log("noted")
+            with self.run_on_two_hosts(folder, "curious") as wait_for_log:
+                refused = wait_for_log("is not for the host arm: no link of the file leads it")
+            self.assertNotIn("noted", refused[0])
 
     def run_armor(self, *arguments: str, cwd: str) -> "subprocess.CompletedProcess[str]":
         command = [ARMOR, *arguments]

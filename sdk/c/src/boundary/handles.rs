@@ -81,6 +81,9 @@ pub struct ArmorComponent {
     pub ends_by_itself: bool,
     /// Whether it does nothing without a rate.
     pub needs_rate: bool,
+    /// Whether it reads data of the system to which no link leads, as a recorder does. Where the file
+    /// places such a component on another host, that host may read all data.
+    pub reads_all: bool,
     /// Given to each function.
     pub user: *mut c_void,
     /// Declares the ports and requests the parameters.

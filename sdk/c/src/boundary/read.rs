@@ -190,6 +190,7 @@ pub(super) unsafe fn read_kind(component: &ArmorComponent) -> Result<KindDeclara
         declaration.reports_done = !component.never_done;
         declaration.ends_by_itself = component.ends_by_itself;
         declaration.needs_rate = component.needs_rate;
+        declaration.reads_all = component.reads_all;
         declaration.constructor_rule = CONSTRUCTOR_RULE;
         Ok(declaration)
     }

@@ -78,8 +78,8 @@ if TYPE_CHECKING:
 
 
 def observe(address: str = "") -> Observer:
-    """Connects to a running system: its name, or the address of its registry, `"127.0.0.1:7411"`; empty for
-    the only one that runs on this host.
+    """Connects to a running system: its name, or the address of its registry, `"127.0.0.1:7411"`. Empty: in
+    a component, its own system; else that of `ARMOR_REGISTRY`, or the only one that runs on this host.
 
         with armor.observe("office") as system:
             for header, odometry in system.read("simulator.odometry", 10):

@@ -210,6 +210,9 @@ class Component:
     ends_by_itself: bool = False
     #: Whether it does nothing without a rate.
     needs_rate: bool = False
+    #: Whether it reads data of the system to which no link leads, as a recorder does. Where the file places
+    #: such a component on another host, that host may read all data.
+    reads_all: bool = False
     #: Groups of inputs and parameters of which one must be fed or given.
     needs_one_of: List[List[str]] = []
     #: Inputs, and the age from which on it takes their data for missing: `{"velocity": "0.5s"}`.
@@ -304,6 +307,7 @@ class _Declaration:
         self.reports_done = of.reports_done
         self.ends_by_itself = of.ends_by_itself
         self.needs_rate = of.needs_rate
+        self.reads_all = of.reads_all
         self.needs_one_of = [list(group) for group in of.needs_one_of]
         self.stale_after = list(of.stale_after.items())
         self.frames = list(of.frames.items())
@@ -317,6 +321,7 @@ _ATTRIBUTES: Dict[str, Tuple[type_, str]] = {
     "reports_done": (bool, "False"),
     "ends_by_itself": (bool, "True"),
     "needs_rate": (bool, "True"),
+    "reads_all": (bool, "True"),
     "needs_one_of": (list, '[["scan", "camera"]]'),
     "stale_after": (dict, '{"velocity": "0.5s"}'),
     "frames": (dict, '{"scan": "laser_frame"}'),
