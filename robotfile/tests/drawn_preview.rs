@@ -257,7 +257,7 @@ fn a_route_that_a_place_begins_is_not_known() {
 }
 
 /// Prints what the preview of 8 routes of 50 legs costs, which cross each other:
-/// `cargo test --release -p armor-robotfile drawn_preview -- --ignored --nocapture`.
+/// `cargo test -p armor-robotfile costs_of -- --ignored --nocapture`.
 #[test]
 #[ignore = "prints a measurement"]
 fn costs_of_eight_routes_of_fifty_legs() {

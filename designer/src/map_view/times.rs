@@ -69,6 +69,8 @@ impl MapView {
 
     fn show_strip(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
         let is_without = mission_of(workspace).is_none_or(|mission| mission.routes.is_empty());
+        // It keeps its height while there is little in it.
+        ui.set_min_height(ui.available_height());
         self.times.show_bar(ui);
         let text = match self.times.forecaster.forecast() {
             _ if is_without => "No route is drawn: the tool Leg draws one.",
@@ -112,9 +114,13 @@ impl TimesStrip {
             }
             let end_s = self.end_s();
             self.at_s = self.at_s.clamp(0.0, end_s.max(0.0));
-            ui.spacing_mut().slider_width = (ui.available_width() - 360.0).clamp(120.0, 700.0);
+            ui.spacing_mut().slider_width = (ui.available_width() - 420.0).clamp(120.0, 700.0);
             let slider = Slider::new(&mut self.at_s, 0.0..=end_s.max(0.1));
             let slider = ui.add(slider.suffix(" s").fixed_decimals(1).step_by(0.1));
+            if slider.clicked() || slider.drag_started() {
+                // Its arrow keys act from then on.
+                slider.request_focus();
+            }
             slider
                 .on_hover_text("The time of the mission that the map shows (arrow keys)")
                 .accessible_name("time of the mission");

@@ -29,7 +29,7 @@ impl TimesStrip {
             .include_x(0.0)
             .include_x(self.end_s())
             .include_y(0.0)
-            .legend(Legend::default().position(Corner::LeftTop));
+            .legend(Legend::default().position(Corner::RightBottom));
         let shown = plot.show(ui, |shown| self.draw(shown, forecast, colours));
         let is_chosen = shown.response.clicked() || shown.response.dragged();
         shown.response.accessible_name("distance of the robots over time");
@@ -47,7 +47,7 @@ impl TimesStrip {
         for (number, robot) in forecast.preview.robots.iter().enumerate() {
             let (colour, name) = (colours.of_type(number), robot.route.as_str());
             let band = &forecast.bands[number];
-            let area = FilledArea::new(name, &band.times_s, &band.least_m, &band.most_m);
+            let area = FilledArea::new("", &band.times_s, &band.least_m, &band.most_m);
             shown.add(area.fill_color(colour.gamma_multiply(0.2)).allow_hover(false));
             let line = PlotPoints::from(forecast.lines[self.speeds as usize][number].clone());
             shown.line(Line::new(name, line).color(colour).width(2.0));
