@@ -17,7 +17,7 @@ mod network;
 mod preview;
 mod timetable;
 
-pub use chance::{CHANCE_DRAWS, Chance, MissionChances};
+pub use chance::{CHANCE_DRAWS, DrawnChance, MissionChances};
 pub use drive::{DriveLengths, StraightLengths};
 pub use encounter::RobotEncounter;
 pub(crate) use endurance::{EnduranceGap, OpenTime, find_endurance_gap};

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use std::path::Path;
 
 use armor_robotfile::timing::{
-    CHANCE_DRAWS, Chance, MissionPreview, SpeedChoice, StraightLengths, Timetable,
+    CHANCE_DRAWS, DrawnChance, MissionPreview, SpeedChoice, StraightLengths, Timetable,
 };
 use armor_robotfile::{Date, read};
 
@@ -172,7 +172,7 @@ fn a_robot_that_has_ended_is_still_there() {
 }
 
 /// The chance that a limit is kept: by 1,000 draws and in its interval.
-fn chance(preview: &MissionPreview, limit: usize) -> Option<Chance> {
+fn chance(preview: &MissionPreview, limit: usize) -> Option<DrawnChance> {
     preview.draw_chances(7, CHANCE_DRAWS, &|| false).expect("not cancelled").limits[limit]
 }
 

@@ -23,14 +23,14 @@ const Z: f64 = 1.959_963_984_540_054;
 
 /// How many times of many something has happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Chance {
+pub struct DrawnChance {
     /// How many times it has.
     pub count: u32,
     /// Of how many.
     pub draws: NonZeroU32,
 }
 
-impl Chance {
+impl DrawnChance {
     /// The share, from 0 to 1.
     pub fn share(self) -> f64 {
         f64::from(self.count) / f64::from(self.draws.get())
@@ -56,11 +56,11 @@ impl Chance {
 pub struct MissionChances {
     /// That each limit is kept, in the order of [`MissionPreview::limits`]; none where a time that it depends
     /// on is not known.
-    pub limits: Vec<Option<Chance>>,
+    pub limits: Vec<Option<DrawnChance>>,
     /// That all limits are kept; none if a chance is not known, or there is no limit.
-    pub all: Option<Chance>,
+    pub all: Option<DrawnChance>,
     /// That two robots come closer than their radii allow: their numbers, and of those that ever do.
-    pub encounters: Vec<([usize; 2], Chance)>,
+    pub encounters: Vec<([usize; 2], DrawnChance)>,
 }
 
 /// Computes the chances of a mission. `is_cancelled` is asked before each draw; then there is no result.
@@ -102,7 +102,7 @@ pub(super) fn draw_chances(
             }
         }
     }
-    let chance = |count| Chance { count, draws };
+    let chance = |count| DrawnChance { count, draws };
     let is_known = !kept.is_empty() && kept.iter().all(Option::is_some);
     let met = pairs.iter().zip(met).filter(|(_, count)| *count > 0);
     Some(MissionChances {
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn the_interval_is_wilsons() {
         let interval = |count, draws| {
-            let chance = Chance { count, draws: NonZeroU32::new(draws).expect("draws") };
+            let chance = DrawnChance { count, draws: NonZeroU32::new(draws).expect("draws") };
             chance.interval().map(|share| (share * 1e4).round() / 1e4)
         };
         // Calculated by hand: 8 of 10 with z² = 3.8415.

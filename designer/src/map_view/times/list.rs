@@ -3,7 +3,7 @@
 
 use armor_picture::theme::ThemeColours;
 use armor_robotfile::timing::{
-    Appointment, CHANCE_DRAWS, Chance, MissionPreview, PreviewSchedule, RobotEncounter,
+    Appointment, CHANCE_DRAWS, DrawnChance, MissionPreview, PreviewSchedule, RobotEncounter,
 };
 use eframe::egui::{self, RichText, ScrollArea};
 
@@ -116,7 +116,7 @@ fn appointment_text(
 }
 
 /// None while it is computed; within it, none where it is not known.
-fn chance_text(chance: Option<Option<Chance>>) -> String {
+fn chance_text(chance: Option<Option<DrawnChance>>) -> String {
     let percent = |share: f64| format!("{:.1}", share * 100.0);
     match chance {
         None => "…".to_owned(),

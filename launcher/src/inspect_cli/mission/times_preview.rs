@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use armor_robotfile::timing::{
-    CHANCE_DRAWS, Chance, MissionChances, MissionPreview, RobotEncounter, SpeedChoice,
+    CHANCE_DRAWS, DrawnChance, MissionChances, MissionPreview, RobotEncounter, SpeedChoice,
 };
 use serde_json::{Value, json};
 
@@ -119,9 +119,9 @@ pub(super) fn print_chance_records(
     Ok(())
 }
 
-fn chance_record(mut of: Value, chance: Option<Chance>) -> Value {
-    of["share"] = json!(chance.map(Chance::share));
-    of["interval"] = json!(chance.map(Chance::interval));
+fn chance_record(mut of: Value, chance: Option<DrawnChance>) -> Value {
+    of["share"] = json!(chance.map(DrawnChance::share));
+    of["interval"] = json!(chance.map(DrawnChance::interval));
     of["draws"] = json!(CHANCE_DRAWS);
     of
 }
@@ -167,7 +167,7 @@ fn name_steps<'a>(preview: &'a MissionPreview, encounter: &RobotEncounter) -> [O
     [name(0), name(1)]
 }
 
-fn chance_row(of: [String; 3], chance: Option<Chance>) -> Vec<String> {
+fn chance_row(of: [String; 3], chance: Option<DrawnChance>) -> Vec<String> {
     let mut row = Vec::from(of);
     match chance {
         Some(chance) => {
