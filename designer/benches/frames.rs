@@ -33,23 +33,31 @@ fn main() {
     println!("{:52} {:>6} {:>6} {:>6} {:>10}", "", "p50", "p95", "max", "triangles");
     let robot = folder.join("robot.xml");
     std::fs::write(&robot, a_robot()).expect("written");
-    measure(&format!("{BLOCKS} blocks, {LINKS} links"), robot, View::System);
+    measure(&format!("{BLOCKS} blocks, {LINKS} links"), robot, View::System, None);
     let mission = folder.join("mission.xml");
     std::fs::write(&mission, a_mission()).expect("written");
-    measure(&format!("{PLACES} places, {PLACES} transitions"), mission, View::Mission);
+    measure(&format!("{PLACES} places, {PLACES} transitions"), mission, View::Mission, None);
     let map = folder.join("map.xml");
     std::fs::write(&map, a_map()).expect("written");
-    measure(&format!("{ROUTES} routes of {LEGS} legs, {SYMBOLS} symbols"), map, View::Map);
+    let name = format!("{ROUTES} routes of {LEGS} legs, {SYMBOLS} symbols");
+    measure(&name, map.clone(), View::Map, None);
+    measure(&format!("{name}, times"), map, View::Map, Some(Command::ToggleTimes));
     let _ = std::fs::remove_dir_all(&folder);
 }
 
-/// One file in one view: all of it and at actual size, at rest and moving.
-fn measure(name: &str, file: PathBuf, view: View) {
+/// One file in one view, after a command: all of it and at actual size, at rest and moving.
+fn measure(name: &str, file: PathBuf, view: View, first: Option<Command>) {
     let context = Context::default();
     let start = Start { file: Some(file), view, kinds: Some(kinds()), ..Start::default() };
     let mut designer = Designer::new(&context, start, Settings::default());
     designer.workspace().project.settle();
     let mut stage = Stage::new(context.clone(), 1920, 1080, 1.0);
+    if let Some(first) = first {
+        designer.run(first, &context);
+        stage.settle(FRAMES, |ui| designer.show(ui));
+        // What a thread computes is shown from the next frame on.
+        std::thread::sleep(Duration::from_secs(2));
+    }
     for (zoom, command) in [("all of it", Command::ZoomFit), ("actual size", Command::ZoomActual)] {
         designer.run(command, &context);
         stage.settle(FRAMES, |ui| designer.show(ui));
@@ -228,7 +236,10 @@ fn a_map() -> String {
             "    <route name=\"r{route}\" mover=\"block.route\" start=\"P{route}-0\" out=\"over\">"
         );
         for leg in 1..=LEGS {
-            let _ = writeln!(out, "      <leg name=\"l{leg}\" to=\"P{route}-{leg}\"/>");
+            let _ = writeln!(
+                out,
+                "      <leg name=\"l{leg}\" to=\"P{route}-{leg}\" speed=\"1m/s\" by=\"25s\"/>"
+            );
         }
         out += "      <otherwise on=\"blocked\" do=\"rally\"/>\n    </route>\n";
     }

@@ -56,6 +56,7 @@ pub enum Command {
     ToggleProperties,
     ToggleProblems,
     ToggleMinimap,
+    ToggleTimes,
     ToggleSnap,
     ToggleTheme,
     NextProblem,

@@ -5,7 +5,8 @@
 //! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs` and
 //! `triangles.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
 //! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `pictures.rs`
-//! the picture under it all, `view.rs` the pane.
+//! the picture under it all, `times.rs` when the robots are where before the mission runs, `view.rs` the
+//! pane.
 
 mod actions;
 mod camera;
@@ -26,6 +27,7 @@ mod position_text;
 mod scene;
 mod state;
 mod symbol_picture;
+mod times;
 mod tools;
 mod triangles;
 mod view;

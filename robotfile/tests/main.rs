@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod drawn;
+mod drawn_preview;
 mod drawn_times;
 mod drawn_zones;
 mod edit_hostile;

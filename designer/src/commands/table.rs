@@ -274,6 +274,13 @@ pub const COMMANDS: &[About] = {
             Some((NONE, Key::F4)),
         ),
         entry(
+            C::ToggleTimes,
+            View,
+            "Times",
+            "Shows or hides when the robots of the map are where, before the mission runs.",
+            Some((NONE, Key::T)),
+        ),
+        entry(
             C::ToggleMinimap,
             View,
             "Map of the drawing",

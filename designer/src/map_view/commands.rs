@@ -26,7 +26,7 @@ impl MapView {
             C::Link => matches!(self.only(), Some(Item::MapPoint(_) | Item::Rally(_))),
             C::Add => workspace.project.configuration().is_some(),
             C::SelectAll | C::ZoomFit => mission_of(workspace).is_some(),
-            C::SelectNone | C::ZoomIn | C::ZoomOut | C::ZoomActual => true,
+            C::ToggleTimes | C::SelectNone | C::ZoomIn | C::ZoomOut | C::ZoomActual => true,
             _ => return None,
         })
     }
@@ -50,6 +50,7 @@ impl MapView {
                 let all: Vec<_> = self.sight().items().map(|entry| entry.item).collect();
                 self.select(all);
             }
+            C::ToggleTimes => self.times.toggle(),
             C::SelectNone if self.cancel() => {}
             C::SelectNone => self.select([]),
             C::ZoomFit => self.fit_everything(),

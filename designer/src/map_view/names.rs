@@ -61,10 +61,12 @@ impl MapView {
                 node.set_role(Role::Button);
             });
         }
+        self.describe_times(ctx, response);
     }
 }
 
-fn publish(
+/// Publishes the name of what is in an area.
+pub fn publish(
     ctx: &egui::Context,
     id: egui::Id,
     label: &str,

@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, ComboBox, RichText, ScrollArea};
 
+use crate::commands::{Command, about};
 use crate::map_view::layers::Layer;
 use crate::map_view::model::mission_of;
 use crate::map_view::state::MapView;
@@ -35,6 +36,12 @@ impl MapView {
                 _ => true,
             });
             self.pictures.show_status(ui);
+            ui.add_space(armor_picture::theme::GAP);
+            let times = ui.selectable_label(self.times.is_open, "Times (T)");
+            let times = times.on_hover_text(about(Command::ToggleTimes).doc);
+            if times.accessible_name("times of the routes").clicked() {
+                self.times.toggle();
+            }
         });
     }
 

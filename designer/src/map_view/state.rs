@@ -16,6 +16,7 @@ use crate::map_view::model::mission_of;
 use crate::map_view::pictures::Pictures;
 use crate::map_view::scene::MapScene;
 use crate::map_view::symbol_picture::SymbolPictures;
+use crate::map_view::times::TimesStrip;
 use crate::map_view::tools::Tool;
 use crate::mission::form::Form;
 use crate::mission::marks::Marks;
@@ -56,6 +57,7 @@ pub struct MapView {
     pub(super) route: Option<ItemName>,
     /// The point where a new route begins.
     pub(super) new_start: Option<MapPoint>,
+    pub(super) times: TimesStrip,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Of other views; a map is no diagram.
@@ -136,6 +138,7 @@ impl MapView {
             clicked: None,
             route: None,
             new_start: None,
+            times: TimesStrip::default(),
             wheel_turned: f64::NEG_INFINITY,
             no_diagram: Diagram::default(),
         }

@@ -105,6 +105,7 @@ impl MapView {
             colours,
         };
         paint_scene(&painter, &self.sight(), &looks);
+        self.paint_times(&painter, colours);
         self.paint_draft(&painter, colours);
         paint_scale_bar(&painter, &self.camera, self.window, colours);
         self.paint_coordinates(&painter, workspace, colours);
@@ -269,12 +270,15 @@ impl Pane for MapView {
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         self.update(workspace);
         self.pictures.receive(ui.ctx(), workspace);
+        self.show_times(ui, workspace);
         let response = self.take_window(ui);
         let fitted = self.camera;
         self.navigate(ui, &response);
         self.stays_fitted &= self.camera == fitted;
         self.pointer = response.hover_pos().or(response.interact_pointer_pos());
-        self.handle_pointer(ui, &response, workspace);
+        if !self.click_encounter(&response) {
+            self.handle_pointer(ui, &response, workspace);
+        }
         let is_free = ui.memory(|m| m.focused().is_none() && m.top_modal_layer().is_none());
         if is_free && !Popup::is_any_open(ui.ctx()) {
             response.request_focus();

@@ -9,6 +9,7 @@ mod journal;
 mod orders;
 mod replay;
 mod times;
+mod times_preview;
 mod verification;
 mod words;
 
@@ -62,7 +63,9 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
             return journal::print(path.or(journal).as_deref(), &running, format);
         }
         MissionCommand::Expand { file } => return expand::print_expanded(&file),
-        MissionCommand::Times { file, begin } => return times::print_times(&file, begin, format),
+        MissionCommand::Times { file, begin, chances, seed } => {
+            return times::print_times(&file, begin, chances.then_some(seed), format);
+        }
         MissionCommand::Replay(arguments) => return replay::run(&arguments, format),
         MissionCommand::Operate(by) => return orders::operate(&by, format),
         MissionCommand::Fire { transition, by } => (by, Order::Fire { transition }),

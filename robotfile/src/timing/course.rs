@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use armor_geo::MapPoint;
+use armor_wire::quantity::{self, Dimension};
+
 use crate::date::Date;
 use crate::drawn_route::{DrawnLeg, DrawnMeet, DrawnRoute, DrawnStay, RouteStep};
 use crate::mission::Mission;
@@ -18,7 +21,11 @@ pub(super) const DATES: usize = 0;
 /// The moment at which the mission begins.
 pub(super) const BEGIN: usize = 1;
 
+/// Radius of a robot of which the file states none: the default of `planner`, `driver` and `simulator`.
+const STOCK_RADIUS_M: f64 = 0.18;
+
 /// The moments of a mission.
+#[derive(Clone, Debug)]
 pub(super) struct Course {
     /// What each moment waits for.
     pub(super) waits: Vec<Vec<TimeWait>>,
@@ -28,10 +35,39 @@ pub(super) struct Course {
     pub(super) limits: Vec<CourseLimit>,
     /// The ends of steps, in the order of the file.
     pub(super) ends: Vec<CourseEnd>,
+    /// Where the robots are between the moments: one for each route, in the order of the file.
+    pub(super) tracks: Vec<CourseTrack>,
+}
+
+/// Where the robot of a route is between its moments.
+#[derive(Clone, Debug)]
+pub(super) struct CourseTrack {
+    pub(super) route: String,
+    /// Radius of the robot.
+    pub(super) radius_m: f64,
+    /// Where it is before its route begins.
+    pub(super) start: Option<MapPoint>,
+    /// The moment at which its route begins.
+    pub(super) begins: usize,
+    /// What follows, each from the end of the one before it.
+    pub(super) stretches: Vec<CourseStretch>,
+}
+
+/// A straight drive, or a stop.
+#[derive(Clone, Debug)]
+pub(super) struct CourseStretch {
+    /// The name of its step, as that of its end.
+    pub(super) step: String,
+    /// The moment at which it ends.
+    pub(super) ends: usize,
+    /// Where it ends; it begins where the one before it has ended.
+    pub(super) to: Option<MapPoint>,
+    /// By which share the speed of a drive may differ; none of a stop.
+    pub(super) tolerance: Option<f64>,
 }
 
 /// Why a moment waits for another one.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct WaitReason {
     /// `red.l1`, or of a date `red.l1 is not before 2026-…`.
     pub(super) what: String,
@@ -42,6 +78,7 @@ pub(super) struct WaitReason {
 }
 
 /// A limit: a moment comes at most some time after another one.
+#[derive(Clone, Debug)]
 pub(super) struct CourseLimit {
     pub(super) from: usize,
     pub(super) to: usize,
@@ -54,9 +91,12 @@ pub(super) struct CourseLimit {
 }
 
 /// The end of a step, or of a part of a leg.
+#[derive(Clone, Debug)]
 pub(super) struct CourseEnd {
     /// The route.
     pub(super) route: String,
+    /// The other route of a meeting.
+    pub(super) with: Option<String>,
     /// `l1`, or `l1 to green` for the part of a leg that ends at a phase line.
     pub(super) step: String,
     /// Its moment.
@@ -73,15 +113,20 @@ impl Course {
         lengths: &dyn DriveLengths,
         begin: Option<Date>,
     ) -> Self {
-        let mut course =
-            Self { waits: vec![], reasons: vec![], limits: Vec::new(), ends: Vec::new() };
+        let mut course = Self {
+            waits: Vec::new(),
+            reasons: Vec::new(),
+            limits: Vec::new(),
+            ends: Vec::new(),
+            tracks: Vec::new(),
+        };
         for _ in [DATES, BEGIN] {
             course.add_moment();
         }
         if let Some(begin) = begin {
             let what = format!("the mission begins at {begin}");
             let reason = WaitReason { what, is_date: true, at: mission.at.clone() };
-            course.wait(BEGIN, DATES, (begin.since_1970_ns(), Some(begin.since_1970_ns())), reason);
+            course.wait(BEGIN, TimeWait::exact(DATES, begin.since_1970_ns()), reason);
         }
         let mut meetings = BTreeMap::new();
         for (number, route) in mission.routes.iter().enumerate() {
@@ -99,7 +144,7 @@ impl Course {
                 routes: &mission.routes,
                 meetings: &mut meetings,
             };
-            builder.add_route(route, &pieces);
+            builder.add_route(route, &pieces, find_radius_m(route, system));
         }
         course
     }
@@ -110,17 +155,34 @@ impl Course {
         self.waits.len() - 1
     }
 
-    /// Lets a moment wait for another one and a duration after it: the shortest and the longest.
-    fn wait(
-        &mut self,
-        moment: usize,
-        after: usize,
-        (least_ns, most_ns): (i128, Option<i128>),
-        reason: WaitReason,
-    ) {
-        self.waits[moment].push(TimeWait { after, least_ns, most_ns });
+    /// Lets a moment wait for another one and a duration after it.
+    fn wait(&mut self, moment: usize, wait: TimeWait, reason: WaitReason) {
+        self.waits[moment].push(wait);
         self.reasons[moment].push(reason);
     }
+
+    /// The robot of the newest route drives or stops until a moment.
+    fn stretch(&mut self, step: &str, ends: usize, to: Option<MapPoint>, tolerance: Option<f64>) {
+        let step = step.to_owned();
+        if let Some(track) = self.tracks.last_mut() {
+            track.stretches.push(CourseStretch { step, ends, to, tolerance });
+        }
+    }
+}
+
+/// Returns the radius of a route's robot: that of the route, else the largest `radius` that the file gives
+/// to a component that the route names, else that of the stock components.
+fn find_radius_m(route: &DrawnRoute, system: &System) -> f64 {
+    if route.radius.metres() > 0.0 {
+        return route.radius.metres();
+    }
+    let ports = [Some(&route.mover), route.pace.as_ref(), route.pose.as_ref()];
+    let named = ports.into_iter().flatten().map(|port| &port.component).chain(&route.components);
+    let radii = named.filter_map(|name| {
+        let parameter = system.component(&name.value)?.parameter("radius")?;
+        quantity::parse_in(&parameter.value.value, Dimension::Length, "a radius").ok()
+    });
+    radii.filter(|radius_m| *radius_m > 0.0).max_by(f64::total_cmp).unwrap_or(STOCK_RADIUS_M)
 }
 
 /// Two steps that are one meeting: the routes and their steps, the smaller first.
@@ -135,18 +197,26 @@ struct RouteCourse<'a, 'b> {
 }
 
 impl<'a> RouteCourse<'a, '_> {
-    fn add_route(&mut self, route: &'a DrawnRoute, pieces: &[RoutePiece<'a>]) {
+    fn add_route(&mut self, route: &'a DrawnRoute, pieces: &[RoutePiece<'a>], radius_m: f64) {
         let mut before = self.course.add_moment();
+        self.course.tracks.push(CourseTrack {
+            route: route.name.value.clone(),
+            radius_m,
+            start: pieces.first().and_then(|piece| piece.start),
+            begins: before,
+            stretches: Vec::new(),
+        });
         let begin = format!("route {}", route.name.value);
         let reason = WaitReason { what: begin, is_date: false, at: route.name.at.clone() };
         // When the place that begins it gets its token is not known.
         let most_ns = if route.enter.is_some() { None } else { Some(0) };
-        self.course.wait(before, BEGIN, (0, most_ns), reason);
+        let wait = TimeWait { after: BEGIN, least_ns: 0, nominal_ns: most_ns, most_ns };
+        self.course.wait(before, wait, reason);
         for piece in pieces {
             before = match &route.steps[piece.step] {
                 RouteStep::Leg(leg) => self.add_leg(route, leg, piece, before),
-                RouteStep::Stay(stay) => self.add_stay(route, stay, before),
-                RouteStep::Meet(meet) => self.add_meeting(route, meet, piece.step, before),
+                RouteStep::Stay(stay) => self.add_stay(route, stay, piece, before),
+                RouteStep::Meet(meet) => self.add_meeting(route, meet, piece, before),
             };
         }
     }
@@ -160,15 +230,16 @@ impl<'a> RouteCourse<'a, '_> {
     ) -> usize {
         let name = format!("{}.{}", route.name.value, leg.name.value);
         let arrives = self.course.add_moment();
-        let time = match (piece.start, piece.end) {
+        let (least_ns, nominal_ns, most_ns) = match (piece.start, piece.end) {
             (Some(start), Some(end)) => {
                 let time = self.driving.leg_time(leg, start, end);
-                (time.least_ns, time.most_ns)
+                (time.least_ns, time.nominal_ns, time.most_ns)
             }
-            _ => (0, None),
+            _ => (0, None, None),
         };
+        let wait = TimeWait { after: before, least_ns, nominal_ns, most_ns };
         let reason = WaitReason { what: name.clone(), is_date: false, at: leg.name.at.clone() };
-        self.course.wait(arrives, before, time, reason);
+        self.course.wait(arrives, wait, reason);
         let (waits_until, what) = match piece.ends_at {
             Some(line) => (line.not_before.as_ref(), format!("{name} at {}", line.name.value)),
             None => (leg.not_before.as_ref(), name),
@@ -178,6 +249,10 @@ impl<'a> RouteCourse<'a, '_> {
             Some(line) => format!("{} to {}", leg.name.value, line.name.value),
             None => leg.name.value.clone(),
         };
+        self.course.stretch(&step, arrives, piece.end, Some(route.tolerance));
+        if leaves != arrives {
+            self.course.stretch(&step, leaves, piece.end, None);
+        }
         let end = self.add_end(route, step, leaves, &leg.name.at);
         if let Some(by) = &leg.by {
             // At a phase line the time of the part is over; at its point the leg waits for the date.
@@ -205,20 +280,30 @@ impl<'a> RouteCourse<'a, '_> {
         let leaves = self.course.add_moment();
         let reason =
             |words: String, is_date| WaitReason { what: words, is_date, at: date.at.clone() };
-        self.course.wait(leaves, arrives, (0, Some(0)), reason(what.to_owned(), false));
+        let is_there = TimeWait::exact(arrives, 0);
+        self.course.wait(leaves, is_there, reason(what.to_owned(), false));
         let ns = date.value.since_1970_ns();
         let words = format!("{what} does not continue before {}", date.value);
-        self.course.wait(leaves, DATES, (ns, Some(ns)), reason(words, true));
+        self.course.wait(leaves, TimeWait::exact(DATES, ns), reason(words, true));
         leaves
     }
 
-    fn add_stay(&mut self, route: &DrawnRoute, stay: &DrawnStay, before: usize) -> usize {
+    fn add_stay(
+        &mut self,
+        route: &DrawnRoute,
+        stay: &DrawnStay,
+        piece: &RoutePiece<'_>,
+        before: usize,
+    ) -> usize {
         let over = self.course.add_moment();
         let most_ns = stay.duration.as_ref().map(|time| as_nanoseconds(time.value));
         let least_ns = most_ns.filter(|_| stay.on.is_none()).unwrap_or(0);
         let what = format!("{}.{}", route.name.value, stay.name.value);
         let reason = WaitReason { what, is_date: false, at: stay.name.at.clone() };
-        self.course.wait(over, before, (least_ns, most_ns), reason);
+        // A report may end it earlier; nominally it takes its whole time.
+        let wait = TimeWait { after: before, least_ns, nominal_ns: most_ns, most_ns };
+        self.course.wait(over, wait, reason);
+        self.course.stretch(&stay.name.value, over, piece.end, None);
         self.add_end(route, stay.name.value.clone(), over, &stay.name.at);
         over
     }
@@ -227,9 +312,10 @@ impl<'a> RouteCourse<'a, '_> {
         &mut self,
         route: &DrawnRoute,
         meet: &DrawnMeet,
-        step: usize,
+        piece: &RoutePiece<'_>,
         before: usize,
     ) -> usize {
+        let step = piece.step;
         let with = meet.with.value.as_str();
         let earlier = route.steps[..step].iter().filter(|step| match step {
             RouteStep::Meet(other) => other.with.value == with,
@@ -248,8 +334,10 @@ impl<'a> RouteCourse<'a, '_> {
         };
         let what = format!("{}.{}", route.name.value, meet.name.value);
         let reason = WaitReason { what, is_date: false, at: meet.name.at.clone() };
-        self.course.wait(moment, before, (0, Some(0)), reason);
+        self.course.wait(moment, TimeWait::exact(before, 0), reason);
+        self.course.stretch(&meet.name.value, moment, piece.end, None);
         let end = self.add_end(route, meet.name.value.clone(), moment, &meet.name.at);
+        self.course.ends[end].with = Some(meet.with.value.clone());
         if let Some(patience) = &meet.patience {
             let words = format!("patience {}", time_in_words(patience.value));
             self.limit(before, moment, patience.value, end, words, &patience.at);
@@ -259,7 +347,7 @@ impl<'a> RouteCourse<'a, '_> {
 
     fn add_end(&mut self, route: &DrawnRoute, step: String, moment: usize, at: &Location) -> usize {
         let (route, at) = (route.name.value.clone(), at.clone());
-        self.course.ends.push(CourseEnd { route, step, moment, at });
+        self.course.ends.push(CourseEnd { route, with: None, step, moment, at });
         self.course.ends.len() - 1
     }
 

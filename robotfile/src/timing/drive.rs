@@ -28,11 +28,12 @@ impl DriveLengths for StraightLengths {
     }
 }
 
-/// The shortest and the longest time of a drive, in nanoseconds; without a longest time, its speed is
-/// not known.
+/// The times of a drive, in nanoseconds; without a nominal and a longest time, its speed is not known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DriveTime {
     pub(crate) least_ns: i128,
+    /// At exactly its speed, and slower where a zone asks for it.
+    pub(crate) nominal_ns: Option<i128>,
     pub(crate) most_ns: Option<i128>,
 }
 
@@ -71,15 +72,21 @@ impl<'a> Driving<'a> {
     }
 
     fn time(&self, speed_mps: Option<f64>, from: MapPoint, to: MapPoint) -> DriveTime {
-        let Some(speed_mps) = speed_mps else { return DriveTime { least_ns: 0, most_ns: None } };
+        let Some(speed_mps) = speed_mps else {
+            return DriveTime { least_ns: 0, nominal_ns: None, most_ns: None };
+        };
         let tolerance = self.route.tolerance;
         let straight_m = from.distance_m(to);
         let length_m = self.lengths.length_m(from, to, self.route.radius).max(straight_m);
         let least_s = straight_m / (speed_mps * (1.0 + tolerance));
         let (slow_m, slow_s) = self.slow_part(speed_mps, from, to);
         let rest_m = (length_m - slow_m).max(0.0);
-        let most_s = (rest_m / speed_mps + slow_s) / (1.0 - tolerance);
-        DriveTime { least_ns: nanoseconds(least_s), most_ns: Some(nanoseconds(most_s)) }
+        let nominal_s = rest_m / speed_mps + slow_s;
+        DriveTime {
+            least_ns: nanoseconds(least_s),
+            nominal_ns: Some(nanoseconds(nominal_s)),
+            most_ns: Some(nanoseconds(nominal_s / (1.0 - tolerance))),
+        }
     }
 
     /// The metres of the straight drive within slow zones, and the time for them; rather too many than

@@ -7,8 +7,17 @@ pub(crate) struct TimeWait {
     pub(crate) after: usize,
     /// The shortest duration.
     pub(crate) least_ns: i128,
+    /// The nominal one, if there is a longest one.
+    pub(crate) nominal_ns: Option<i128>,
     /// The longest one, if there is one.
     pub(crate) most_ns: Option<i128>,
+}
+
+impl TimeWait {
+    /// A duration that is known exactly.
+    pub(crate) fn exact(after: usize, ns: i128) -> Self {
+        Self { after, least_ns: ns, nominal_ns: Some(ns), most_ns: Some(ns) }
+    }
 }
 
 /// Returns the moments in an order in which each comes after those that it waits for; else the moments
@@ -80,19 +89,38 @@ pub(crate) fn most_after(
     order: &[usize],
     waits: &[Vec<TimeWait>],
 ) -> Vec<Option<i128>> {
-    let mut most = vec![None; waits.len()];
+    time_moments(anchors, order, waits, |_, wait| wait.most_ns)
+}
+
+/// Returns the time of each moment when every wait takes one duration; none of a moment that something
+/// without a duration delays. `anchors` has a moment and its own time for each; `duration` is given the
+/// moment that waits.
+pub(crate) fn time_moments(
+    anchors: &[(usize, i128)],
+    order: &[usize],
+    waits: &[Vec<TimeWait>],
+    duration: impl Fn(usize, &TimeWait) -> Option<i128>,
+) -> Vec<Option<i128>> {
+    let mut times = vec![None; waits.len()];
     for &moment in order {
         let anchor = anchors.iter().find(|anchor| anchor.0 == moment);
-        most[moment] = match anchor {
+        times[moment] = match anchor {
             Some(anchor) => Some(anchor.1),
             None => {
-                let after = |wait: &TimeWait| Some(most[wait.after]? + wait.most_ns?);
-                let all: Option<Vec<i128>> = waits[moment].iter().map(after).collect();
-                all.and_then(|all| all.into_iter().max())
+                let mut latest = None;
+                for wait in &waits[moment] {
+                    let after = times[wait.after].zip(duration(moment, wait));
+                    let Some((after, ns)) = after else {
+                        latest = None;
+                        break;
+                    };
+                    latest = latest.max(Some(after + ns));
+                }
+                latest
             }
         };
     }
-    most
+    times
 }
 
 #[cfg(test)]
@@ -106,7 +134,7 @@ mod tests {
             let draw = |random: &mut fastrand::Rng| {
                 let least_ns = i128::from(random.u8(0..5));
                 let most_ns = Some(least_ns + i128::from(random.u8(0..3)));
-                TimeWait { after: random.usize(..moment), least_ns, most_ns }
+                TimeWait { after: random.usize(..moment), least_ns, nominal_ns: most_ns, most_ns }
             };
             waits.push((0..random.usize(1..3)).map(|_| draw(random)).collect());
         }
@@ -149,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_circle_is_returned_in_its_order() {
-        let wait = |after| TimeWait { after, least_ns: 0, most_ns: None };
+        let wait = |after| TimeWait { after, least_ns: 0, nominal_ns: None, most_ns: None };
         let waits = [vec![wait(1)], vec![wait(3)], vec![], vec![wait(2), wait(0)]];
         assert_eq!(sort_moments(&waits), Err(vec![0, 1, 3]));
     }

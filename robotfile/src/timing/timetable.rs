@@ -8,7 +8,7 @@ use crate::model::System;
 use crate::source::Location;
 use crate::timing::course::{BEGIN, Course, CourseLimit, DATES};
 use crate::timing::drive::DriveLengths;
-use crate::timing::extremes::{least_after, most_after, sort_moments};
+use crate::timing::extremes::{least_after, most_after, sort_moments, time_moments};
 use crate::timing::network::{TimeBound, find_negative_cycle};
 
 /// Long before every moment, in nanoseconds.
@@ -36,6 +36,8 @@ pub struct StepTime {
     pub step: String,
     /// The earliest time.
     pub earliest: Option<Duration>,
+    /// The time at exactly the speeds of the file; none where there is no latest time.
+    pub nominal: Option<Duration>,
     /// The latest time; none if something without a longest time comes before.
     pub latest: Option<Duration>,
     /// Its limits.
@@ -102,6 +104,7 @@ impl Timetable {
                 route: end.route.clone(),
                 step: end.step.clone(),
                 earliest: times.earliest[end.moment].and_then(as_duration),
+                nominal: times.nominal[end.moment].and_then(as_duration),
                 latest: times.latest[end.moment].and_then(as_duration),
                 limits: own
                     .map(|(limit, slack_ns)| StepLimit {
@@ -208,6 +211,7 @@ struct CourseTimes<'a> {
     course: &'a Course,
     order: &'a [usize],
     earliest: Vec<Option<i128>>,
+    nominal: Vec<Option<i128>>,
     latest: Vec<Option<i128>>,
     /// The latest without what dates delay, from the begin; and what dates alone delay, from 1970.
     from_begin: Vec<Option<i128>>,
@@ -222,6 +226,7 @@ impl<'a> CourseTimes<'a> {
         let waits = &course.waits;
         let most = |anchors: &[(usize, i128)]| most_after(anchors, order, waits);
         let begin_ns = begin.map(Date::since_1970_ns);
+        let anchors = anchor_begin(begin_ns);
         let (earliest, latest) = match begin_ns {
             Some(begin_ns) => {
                 // The date of the begin is known: so are all dates from it.
@@ -241,6 +246,7 @@ impl<'a> CourseTimes<'a> {
             course,
             order,
             earliest,
+            nominal: time_moments(&anchors, order, waits, |_, wait| wait.nominal_ns),
             latest,
             from_begin: most(&[(BEGIN, 0), (DATES, LONG_BEFORE_NS)]),
             from_dates: most(&[(BEGIN, LONG_BEFORE_NS), (DATES, 0)]),
@@ -284,6 +290,12 @@ impl<'a> CourseTimes<'a> {
         let takes_ns = self.from_begin[limit.to].filter(|ns| *ns > LONG_BEFORE_NS / 2)?;
         (limit.from == DATES).then_some(limit.at_most_ns - takes_ns)
     }
+}
+
+/// The moments whose times are known from the begin: the begin, and 1970 if the date of the begin is known.
+pub(super) fn anchor_begin(begin_ns: Option<i128>) -> Vec<(usize, i128)> {
+    let dates = begin_ns.map(|begin_ns| (DATES, -begin_ns));
+    [(BEGIN, 0)].into_iter().chain(dates).collect()
 }
 
 fn as_duration(ns: i128) -> Option<Duration> {

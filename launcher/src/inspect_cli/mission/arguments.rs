@@ -90,6 +90,13 @@ pub enum MissionCommand {
         /// are then known.
         #[arg(long, value_name = "DATE")]
         begin: Option<Date>,
+        /// Also print how probable it is that each limit is kept, and that robots meet: the speed of each
+        /// drive is drawn 1000 times within the tolerance of its route.
+        #[arg(long)]
+        chances: bool,
+        /// The seed of the draws: the same one gives the same chances.
+        #[arg(long, value_name = "NUMBER", default_value_t = 1, requires = "chances")]
+        seed: u64,
     },
     /// Replay a past mission from its journal, or a trace that `armor check` prints, step by step.
     Replay(ReplayArguments),
