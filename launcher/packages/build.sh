@@ -14,7 +14,10 @@ for tool in cargo cargo-deb dpkg-shlibdeps; do
   command -v "$tool" >/dev/null || { echo "$0: $tool is missing; see docs/install.md" >&2; exit 1; }
 done
 
-cargo build --release --locked -p armor -p armor-designer -p armor-operator-view -p armor-foxglove -p armor-c
+# The program by itself: cargo builds what a package names together with one set of features for all, and
+# the program is to be the one that `cargo install` builds. install.sh builds the library for C and C++.
+cargo build --release --locked -p armor
+cargo build --release --locked -p armor-designer -p armor-operator-view -p armor-foxglove
 
 # The files that the programs write, where the manifests look for them.
 stage=target/packages

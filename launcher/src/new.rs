@@ -178,7 +178,8 @@ fn create_cmake_project(
     }
     let at = folder.display();
     end_printing(print_line(format_args!(
-        "{at} is created. Next, with PREFIX where sdk/c/install.sh has installed the package Armor:\n  \
+        "{at} is created. Next, with PREFIX where sdk/c/install.sh has installed the package Armor \
+         (without `-D…` where `armor-dev` is installed):\n  \
          cd {at} && cmake -B build -DCMAKE_PREFIX_PATH=PREFIX && cmake --build build && ctest --test-dir \
          build\nand read its README.md."
     )))

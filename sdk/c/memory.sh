@@ -60,7 +60,7 @@ done
 
 quietly cmake -S sdk/c/tests/native -B "$out/native" -DCMAKE_PREFIX_PATH="$out/prefix"
 quietly cmake --build "$out/native" --parallel 2
-for test in "$out"/native/*_test; do
+for test in "$out"/native/*_test_*; do
   valgrind --quiet --leak-check=full --errors-for-leak-kinds=definite,indirect --error-exitcode=1 "$test"
   echo "valgrind | $(basename "$test"): no errors, no leaks"
 done

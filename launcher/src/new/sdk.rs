@@ -90,8 +90,9 @@ impl SdkSource {
         }
         let places: Vec<_> = places.iter().map(|path| path.display().to_string()).collect();
         bail!(
-            "armor-sdk was not found: looked in {}; name its folder with --sdk DIR, or copy it next \
-             to this program with `armor sdk DIR` where Armor's sources are",
+            "armor-sdk was not found: looked in {}; install the package `armor-dev`, name its folder \
+             with --sdk DIR, or copy it next to this program with `armor sdk DIR` where Armor's \
+             sources are",
             places.join(", ")
         )
     }

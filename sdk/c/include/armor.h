@@ -644,7 +644,7 @@ const uint8_t *armor_any_bytes(const struct armor_any *any, size_t *len);
 // Frees a message; NULL is allowed.
 //
 // Contract:
-// `any` is NULL, or from `armor_any_received` and not freed yet.
+// `any` is NULL, or from `armor_any_received` or `armor_history_any`, and not freed yet.
 void armor_any_free(struct armor_any *any);
 
 // Reads how many messages the history of an input has: those since the component was activated, at
@@ -693,6 +693,17 @@ int armor_history_decode(const struct armor_data *data,
                          size_t age,
                          const struct armor_type *table,
                          void *message);
+
+// Takes the message of that age, of an input with the schema `ARMOR_ANY`, as `armor_any_received` takes the
+// one that has arrived: with its type, its schema and its stamp, to be passed on in this call or later.
+// NULL if there is none, or the input has a type of its own. Free it with `armor_any_free`.
+//
+// Contract:
+// The pointers are NULL or valid.
+struct armor_any *armor_history_any(const struct armor_data *data,
+                                    const char *input,
+                                    const char *source,
+                                    size_t age);
 
 // Returns the age of the message whose stamp is nearest to a time; of several, of the newest.
 // `ARMOR_NO_AGE` if there are no messages.

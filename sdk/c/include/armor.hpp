@@ -183,6 +183,13 @@ class Past {
     return decode_message<T>(bytes, len, *arena_);
   }
 
+  // The message of an input of any type, with its type; valid beyond the call.
+  AnyMessage any() const {
+    armor_any *any = armor_history_any(data_, input_.c_str(), c_source(), age_);
+    if (any == nullptr) throw Error(ARMOR_ERROR_OTHER_TYPE, armor_last_error());
+    return AnyMessage(any);
+  }
+
  private:
   const char *c_source() const { return source_.empty() ? nullptr : source_.c_str(); }
 

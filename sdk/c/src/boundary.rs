@@ -38,8 +38,8 @@ use crate::component::{CComponent, ComponentParts, DeclaredPort, UsedType, check
 use crate::declaration::{ArmorOutcomeKind, ArmorPiece, ArmorType};
 use crate::failure::{ArmorError, Failure, keep_last_error, to_c_text, with_last_error};
 use crate::layout::Layout;
-pub(crate) use read::read_outcome;
-use read::{MessageMemory, read_kind, read_pointer, read_slice, read_text, read_type};
+use read::{MessageMemory, read_bytes, read_kind, read_pointer, read_slice, read_text, read_type};
+pub(crate) use read::{check_utf8, read_outcome};
 
 /// An output keeps its last message for late subscribers.
 pub const ARMOR_LATCHED: u32 = 1;
@@ -177,10 +177,17 @@ pub unsafe extern "C" fn armor_log_text(level: c_int, text: *const c_char) {
 unsafe fn with_type<T>(
     handle: &ArmorHandle,
     table: *const ArmorType,
-    work: impl FnOnce(&UsedType) -> Result<T, Failure>,
+    work: impl FnOnce(&Arc<UsedType>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
-    let read = || Layout::of_table(&unsafe { read_type(table, 0) }?);
-    handle.0.with_type(table.addr(), read, work)
+    handle.0.with_type(table.addr(), || unsafe { read_layout(table) }, work)
+}
+
+/// Reads the layout of a type from its table.
+///
+/// # Safety
+/// As [`with_type`].
+unsafe fn read_layout(table: *const ArmorType) -> Result<Layout, Failure> {
+    Layout::of_table(&unsafe { read_type(table, 0) }?)
 }
 
 /// Declares an output. Only in `create`. `flags`: 0 or `ARMOR_LATCHED`: a late subscriber immediately
@@ -198,7 +205,9 @@ pub unsafe extern "C" fn armor_provide(
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
         let id = read_text(id, "id")?;
-        with_type(handle, table, |used| handle.0.provide(id, &used.of, flags & ARMOR_LATCHED != 0))
+        with_type(handle, table, |used| {
+            handle.0.provide(id, DeclaredPort::of_table(used), flags & ARMOR_LATCHED != 0)
+        })
     })
 }
 
@@ -217,8 +226,8 @@ pub unsafe extern "C" fn armor_provide_schema(
 ) -> c_int {
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
-        let of = PortType::parse(read_text(schema, "schema")?)?;
-        handle.0.provide(read_text(id, "id")?, &of, flags & ARMOR_LATCHED != 0)
+        let port = DeclaredPort::of_schema(PortType::parse(read_text(schema, "schema")?)?);
+        handle.0.provide(read_text(id, "id")?, port, flags & ARMOR_LATCHED != 0)
     })
 }
 
@@ -236,7 +245,7 @@ pub unsafe extern "C" fn armor_subscribe(
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
         let id = read_text(id, "id")?;
-        with_type(handle, table, |used| subscribe(handle, id, &used.of, flags))
+        with_type(handle, table, |used| subscribe(handle, id, DeclaredPort::of_table(used), flags))
     })
 }
 
@@ -254,14 +263,19 @@ pub unsafe extern "C" fn armor_subscribe_schema(
 ) -> c_int {
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
-        let of = PortType::parse(read_text(schema, "schema")?)?;
-        subscribe(handle, read_text(id, "id")?, &of, flags)
+        let port = DeclaredPort::of_schema(PortType::parse(read_text(schema, "schema")?)?);
+        subscribe(handle, read_text(id, "id")?, port, flags)
     })
 }
 
-fn subscribe(handle: &ArmorHandle, id: &str, of: &PortType, flags: u32) -> Result<(), Failure> {
+fn subscribe(
+    handle: &ArmorHandle,
+    id: &str,
+    port: DeclaredPort,
+    flags: u32,
+) -> Result<(), Failure> {
     let many = flags & ARMOR_MANY != 0;
-    handle.0.subscribe(id, of, flags & (ARMOR_OPTIONAL | ARMOR_MANY) == 0, many)
+    handle.0.subscribe(id, port, flags & (ARMOR_OPTIONAL | ARMOR_MANY) == 0, many)
 }
 
 thread_local! {
@@ -355,10 +369,13 @@ pub unsafe extern "C" fn armor_send_data(
 ) -> c_int {
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
-        let id = read_text(id, "id")?;
-        with_type(handle, table, |used| {
-            handle.0.check_output(id, &used.of)?;
+        let read = || read_layout(table);
+        handle.0.with_output_type(read_bytes(id, "id")?, table.addr(), read, |id, used| {
             let content = read_slice(message.cast::<u8>(), used.layout.size, "message")?;
+            if let Some(bytes) = used.layout.find_encoded(content) {
+                handle.0.armor.send_data(id, &[bytes])?;
+                return Ok(());
+            }
             let memory = MessageMemory::of_message();
             let message = EncodedMessage::of_struct(&used.layout, content, &memory)?;
             message.with_pieces(|pieces| handle.0.armor.send_data(id, pieces))?;

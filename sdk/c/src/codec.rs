@@ -191,7 +191,7 @@ impl Arena {
     }
 }
 
-/// Decodes a message into the memory of a struct.
+/// Decodes a message into the memory of a struct, which is all zeros.
 pub(crate) fn decode_struct(
     layout: &Layout,
     bytes: &[u8],
@@ -199,7 +199,6 @@ pub(crate) fn decode_struct(
     arena: &mut Arena,
 ) -> Result<(), Failure> {
     let mut reader = Reader(bytes);
-    content.fill(0);
     reader.decode_steps(&layout.steps, content, arena)?;
     match reader.0.len() {
         0 => Ok(()),

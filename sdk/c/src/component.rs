@@ -1,7 +1,7 @@
 //! A component of C as the SDK calls it.
 
-use std::ffi::{CString, c_char, c_int};
-use std::sync::Arc;
+use std::ffi::{CStr, CString, c_char, c_int};
+use std::sync::{Arc, OnceLock};
 
 use armor_sdk::foreign::{ForeignArmor, ForeignComponent, PortType};
 use armor_sdk::wire::schema;
@@ -9,7 +9,7 @@ use armor_sdk::{Call, Data, Fault, Header, Outcome, Value};
 use parking_lot::RwLock;
 
 use crate::boundary::{
-    ArmorData, ArmorHandle, ArmorValue, CFunctions, flush_printed, read_outcome,
+    ArmorData, ArmorHandle, ArmorValue, CFunctions, check_utf8, flush_printed, read_outcome,
 };
 use crate::declaration::{ArmorCall, ArmorHeader};
 use crate::failure::{ArmorError, Failure, keep_last_error, to_c_text, with_last_error};
@@ -18,22 +18,47 @@ use crate::layout::Layout;
 /// A port, as C has declared it.
 #[derive(Debug)]
 pub(crate) struct DeclaredPort {
-    pub of: PortType,
+    of: PortType,
+    /// The type with a table that it was declared with; `None` if with a schema.
+    used: Option<Arc<UsedType>>,
+}
+
+impl DeclaredPort {
+    pub fn of_schema(of: PortType) -> Self {
+        Self { of, used: None }
+    }
+
+    pub fn of_table(used: &Arc<UsedType>) -> Self {
+        Self { of: used.of.clone(), used: Some(Arc::clone(used)) }
+    }
+}
+
+/// A port with its name.
+type NamedPort = (String, Arc<DeclaredPort>);
+
+/// Searched for each message: a few short lists are faster than maps.
+#[derive(Clone, Default)]
+struct DeclaredPorts {
+    outputs: Vec<NamedPort>,
+    inputs: Vec<NamedPort>,
 }
 
 /// What the functions of C need of a component; its threads share it.
 pub(crate) struct ComponentParts {
     pub armor: ForeignArmor,
-    // Searched for each message: a few short lists are faster than maps.
-    outputs: RwLock<Vec<(String, Arc<DeclaredPort>)>>,
-    inputs: RwLock<Vec<(String, Arc<DeclaredPort>)>>,
-    /// The types that have been used, by the address of their table.
-    types: RwLock<Vec<(usize, UsedType)>>,
+    /// The ports, while `create` declares them.
+    declaring: RwLock<DeclaredPorts>,
+    /// The ports when `create` has returned. No message waits for a lock then.
+    declared: OnceLock<DeclaredPorts>,
+    /// The types that have been used.
+    types: RwLock<Vec<Arc<UsedType>>>,
 }
 
 /// A type with a table.
 #[derive(Debug)]
 pub(crate) struct UsedType {
+    /// Address of its table.
+    table: usize,
     pub layout: Layout,
     pub of: PortType,
 }
@@ -42,70 +67,120 @@ impl ComponentParts {
     pub fn new(armor: ForeignArmor) -> Self {
         Self {
             armor,
-            outputs: RwLock::default(),
-            inputs: RwLock::default(),
+            declaring: RwLock::default(),
+            declared: OnceLock::new(),
             types: RwLock::default(),
         }
     }
 
-    /// Uses the type with this table; `read` reads it the first time.
+    /// Uses the type with the table at this address; `read` reads it the first time.
     pub fn with_type<T>(
         &self,
-        address: usize,
+        table: usize,
         read: impl FnOnce() -> Result<Layout, Failure>,
-        work: impl FnOnce(&UsedType) -> Result<T, Failure>,
+        work: impl FnOnce(&Arc<UsedType>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let is_it = |(known, _): &&(usize, UsedType)| *known == address;
         // `work` may wait for a subscriber: a thread that waits to add a type must not stop the others.
-        if let Some((_, used)) = self.types.read_recursive().iter().find(is_it) {
+        if let Some(used) = self.types.read_recursive().iter().find(|used| used.table == table) {
             return work(used);
         }
         let layout = read()?;
         let of = PortType::of_schema(layout.schema.clone())?;
-        let used = UsedType { layout, of };
+        let used = Arc::new(UsedType { table, layout, of });
         let result = work(&used);
-        self.types.write().push((address, used));
+        self.types.write().push(used);
         result
     }
 
-    pub fn provide(&self, id: &str, of: &PortType, latched: bool) -> Result<(), Failure> {
-        self.armor.provide(id, of, latched)?;
-        self.outputs.write().push((id.into(), Arc::new(DeclaredPort { of: of.clone() })));
+    /// As [`with_type`](Self::with_type), for a message that is to be sent on this output. An output that
+    /// does not exist is left to `send_data`, which explains it.
+    pub fn with_output_type<T>(
+        &self,
+        id: &CStr,
+        table: usize,
+        read: impl FnOnce() -> Result<Layout, Failure>,
+        work: impl FnOnce(&str, &UsedType) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let outputs = self.declared.get().map_or(&[][..], |ports| &ports.outputs);
+        // The name of a port is UTF-8, so one that equals it is.
+        if let Some((id, port)) = outputs.iter().find(|(port, _)| port.as_bytes() == id.to_bytes())
+            && let Some(used) = port.used.as_deref().filter(|used| used.table == table)
+        {
+            return work(id, used);
+        }
+        let id = check_utf8(id, "id")?;
+        self.with_type(table, read, |used| {
+            self.with_ports(|ports| check_port("output", &ports.outputs, id, &used.of))?;
+            work(id, used)
+        })
+    }
+
+    /// As [`with_type`](Self::with_type), for a message that has arrived at this input.
+    pub fn with_input_type<T>(
+        &self,
+        id: &str,
+        table: usize,
+        read: impl FnOnce() -> Result<Layout, Failure>,
+        work: impl FnOnce(&UsedType) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let ports = self.declared.get();
+        if let Some(used) = ports.and_then(|ports| find_declared_type(&ports.inputs, id, table)) {
+            return work(used);
+        }
+        self.with_type(table, read, |used| {
+            self.with_ports(|ports| check_port("input", &ports.inputs, id, &used.of))?;
+            work(used)
+        })
+    }
+
+    pub fn provide(&self, id: &str, port: DeclaredPort, latched: bool) -> Result<(), Failure> {
+        self.armor.provide(id, &port.of, latched)?;
+        self.declaring.write().outputs.push((id.into(), Arc::new(port)));
         Ok(())
     }
 
     pub fn subscribe(
         &self,
         id: &str,
-        of: &PortType,
+        port: DeclaredPort,
         required: bool,
         many: bool,
     ) -> Result<(), Failure> {
-        self.armor.subscribe(id, of, required, many)?;
-        self.inputs.write().push((id.into(), Arc::new(DeclaredPort { of: of.clone() })));
+        self.armor.subscribe(id, &port.of, required, many)?;
+        self.declaring.write().inputs.push((id.into(), Arc::new(port)));
         Ok(())
     }
 
-    /// Checks the type of an output. One that does not exist is left to `send_data`, which explains it.
-    pub fn check_output(&self, id: &str, of: &PortType) -> Result<(), Failure> {
-        match self.outputs.read().iter().find(|(output, _)| output == id) {
-            Some((_, port)) => check_type("output", id, port, of),
-            None => Ok(()),
+    /// No port is declared any more.
+    fn end_declaration(&self) {
+        let declared = self.declaring.read().clone();
+        self.declared.get_or_init(|| declared);
+    }
+
+    fn with_ports<T>(&self, work: impl FnOnce(&DeclaredPorts) -> T) -> T {
+        match self.declared.get() {
+            Some(ports) => work(ports),
+            None => work(&self.declaring.read()),
         }
     }
 
     pub fn find_input(&self, id: &str) -> Option<Arc<DeclaredPort>> {
-        let inputs = self.inputs.read();
-        inputs.iter().find(|(input, _)| input == id).map(|(_, port)| Arc::clone(port))
+        self.with_ports(|ports| find_port(&ports.inputs, id).map(Arc::clone))
     }
+}
 
-    /// Checks the type of an input.
-    pub fn check_input(&self, id: &str, of: &PortType) -> Result<(), Failure> {
-        match self.inputs.read().iter().find(|(input, _)| input == id) {
-            Some((_, port)) => check_type("input", id, port, of),
-            None => Ok(()),
-        }
-    }
+fn find_port<'a>(ports: &'a [NamedPort], id: &str) -> Option<&'a Arc<DeclaredPort>> {
+    ports.iter().find(|(port, _)| port == id).map(|(_, port)| port)
+}
+
+/// The type of a port, if it was declared with this table.
+fn find_declared_type<'a>(ports: &'a [NamedPort], id: &str, table: usize) -> Option<&'a UsedType> {
+    find_port(ports, id)?.used.as_deref().filter(|used| used.table == table)
+}
+
+/// Checks the type of a port, if it exists.
+fn check_port(noun: &str, ports: &[NamedPort], id: &str, of: &PortType) -> Result<(), Failure> {
+    find_port(ports, id).map_or(Ok(()), |port| check_type(noun, id, port, of))
 }
 
 /// Checks that a port is used with the type it was declared with.
@@ -143,6 +218,7 @@ impl CComponent {
         let created = check_returned(|| create(Arc::as_ptr(&handle), functions.user()));
         flush_printed();
         created?;
+        handle.0.end_declaration();
         Ok(Self { functions, handle, names: Vec::new() })
     }
 

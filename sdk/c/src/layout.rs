@@ -101,6 +101,14 @@ impl Layout {
         }
         Ok(Self { size: *size, schema, steps })
     }
+
+    /// The encoded message, if it lies in the memory of the struct as it is: numbers without gaps.
+    pub fn find_encoded<'a>(&self, content: &'a [u8]) -> Option<&'a [u8]> {
+        match self.steps.as_slice() {
+            [Step::Copy { offset, len }] => content.get(*offset..*offset + *len),
+            _ => None,
+        }
+    }
 }
 
 /// Adds a step; bytes that follow each other in both places are copied together.

@@ -1,6 +1,6 @@
 //! Messages of any type, which a component of C passes on and does not read.
 
-use armor_sdk::AnyMessage;
+use armor_sdk::{AnyMessage, Data, Header};
 
 use super::received::write_value;
 use super::*;
@@ -23,12 +23,17 @@ pub struct ArmorAny {
 pub unsafe extern "C" fn armor_any_received(data: *const ArmorData<'_>) -> *mut ArmorAny {
     guard_value(std::ptr::null_mut(), || {
         let data = unsafe { read_pointer(data, "data") }?;
-        let received = AnyMessage::received(data.header, data.data);
-        let message =
-            received.map_err(|error| Failure::new(ArmorError::OtherType, error.to_string()))?;
-        let (type_name, schema) = (to_c_text(message.type_name()), to_c_text(message.schema()));
-        Ok(Box::into_raw(Box::new(ArmorAny { message, type_name, schema })))
+        take_any(data.header, data.data)
     })
+}
+
+/// Gives C a received message of an input of any type.
+pub(super) fn take_any(header: &Header<'_>, data: &Data<'_>) -> Result<*mut ArmorAny, Failure> {
+    let received = AnyMessage::received(header, data);
+    let message =
+        received.map_err(|error| Failure::new(ArmorError::OtherType, error.to_string()))?;
+    let (type_name, schema) = (to_c_text(message.type_name()), to_c_text(message.schema()));
+    Ok(Box::into_raw(Box::new(ArmorAny { message, type_name, schema })))
 }
 
 /// Passes a message on, on an output with the schema `ARMOR_ANY`: its bytes and its stamp stay as they
@@ -93,7 +98,7 @@ pub unsafe extern "C" fn armor_any_bytes(any: *const ArmorAny, len: *mut usize) 
 /// Frees a message; NULL is allowed.
 ///
 /// # Safety
-/// `any` is NULL, or from `armor_any_received` and not freed yet.
+/// `any` is NULL, or from `armor_any_received` or `armor_history_any`, and not freed yet.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn armor_any_free(any: *mut ArmorAny) {
     guard(|| {

@@ -2,6 +2,7 @@
 
 use armor_sdk::{History, PastMessage};
 
+use super::any::take_any;
 use super::*;
 use crate::declaration::ArmorPast;
 
@@ -118,11 +119,31 @@ pub unsafe extern "C" fn armor_history_decode(
     guard(|| unsafe {
         let past = message_of_age(&open_history(data, input, source)?, age)?;
         let data = read_pointer(data, "data")?;
-        with_type(data.handle, table, |used| {
-            data.handle.0.check_input(past.header.id(), &used.of)?;
+        let (parts, input) = (&data.handle.0, past.header.id());
+        let read = || read_layout(table);
+        parts.with_input_type(input, table.addr(), read, |used| {
             let arena = &mut data.arena.borrow_mut();
             decode_into(&used.layout, past.data.bytes(), message, arena)
         })
+    })
+}
+
+/// Takes the message of that age, of an input with the schema `ARMOR_ANY`, as `armor_any_received` takes the
+/// one that has arrived: with its type, its schema and its stamp, to be passed on in this call or later.
+/// NULL if there is none, or the input has a type of its own. Free it with `armor_any_free`.
+///
+/// # Safety
+/// The pointers are NULL or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn armor_history_any(
+    data: *const ArmorData<'_>,
+    input: *const c_char,
+    source: *const c_char,
+    age: usize,
+) -> *mut ArmorAny {
+    guard_value(std::ptr::null_mut(), || {
+        let past = message_of_age(&unsafe { open_history(data, input, source) }?, age)?;
+        take_any(&past.header, &past.data)
     })
 }
 

@@ -52,10 +52,21 @@ fn find_kind<T: Copy>(kinds: &[T], number: c_int, what: &str) -> Result<T, Failu
 /// # Safety
 /// `text` is NULL, or ends with a NUL and does not change while the result is used.
 pub(super) unsafe fn read_text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Failure> {
+    check_utf8(unsafe { read_bytes(text, what) }?, what)
+}
+
+/// As [`read_text`], not yet known to be UTF-8.
+///
+/// # Safety
+/// As there.
+pub(super) unsafe fn read_bytes<'a>(text: *const c_char, what: &str) -> Result<&'a CStr, Failure> {
     if text.is_null() {
         return Err(Failure::null(what));
     }
-    let text = unsafe { CStr::from_ptr(text) };
+    Ok(unsafe { CStr::from_ptr(text) })
+}
+
+pub(crate) fn check_utf8<'a>(text: &'a CStr, what: &str) -> Result<&'a str, Failure> {
     text.to_str()
         .map_err(|_| Failure::new(ArmorError::NotUtf8, format!("{what} is not UTF-8: {text:?}")))
 }

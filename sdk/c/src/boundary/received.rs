@@ -48,8 +48,9 @@ pub unsafe extern "C" fn armor_decode(
 ) -> c_int {
     guard(|| unsafe {
         let data = read_pointer(data, "data")?;
-        with_type(data.handle, table, |used| {
-            data.handle.0.check_input(data.input, &used.of)?;
+        let parts = &data.handle.0;
+        let read = || read_layout(table);
+        parts.with_input_type(data.input, table.addr(), read, |used| {
             let arena = &mut data.arena.borrow_mut();
             decode_into(&used.layout, data.data.bytes(), message, arena)
         })

@@ -277,7 +277,7 @@ pub unsafe extern "C" fn armor_test_output(
         take_step(test, |test| {
             let id = read_text(output, "output")?;
             let (schema, bytes) = find_output(test, id, index)?;
-            let port = DeclaredPort { of: PortType::parse(&schema)? };
+            let port = DeclaredPort::of_schema(PortType::parse(&schema)?);
             let ArmorTest { handle, outputs, arena, .. } = test;
             outputs.push(bytes);
             let bytes = outputs.last().map(Vec::as_slice).unwrap_or_default();
@@ -307,7 +307,8 @@ pub unsafe extern "C" fn armor_test_output_bytes(
         let id = read_text(output, "output")?;
         let (declared, bytes) = find_output(test, id, index)?;
         let used = PortType::parse(read_text(schema, "schema")?)?;
-        check_type("output", id, &DeclaredPort { of: PortType::parse(&declared)? }, &used)?;
+        let port = DeclaredPort::of_schema(PortType::parse(&declared)?);
+        check_type("output", id, &port, &used)?;
         if len.is_null() {
             return Err(Failure::null("len"));
         }

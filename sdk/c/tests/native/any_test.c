@@ -7,7 +7,25 @@
 typedef struct self {
   const armor_handle *armor;
   armor_any *first;
+  uint64_t received;
 } self;
+
+// The messages before this one have their type, too.
+static void check_past(const armor_data *data, uint64_t received) {
+  for (size_t age = 0; age < received; ++age) {
+    armor_any *past = armor_history_any(data, NULL, NULL, age);
+    CHECK(past != NULL && strcmp(armor_any_schema(past), "Count{count:u64}") == 0);
+    armor_past header;
+    CHECK_OK(armor_history_get(data, NULL, NULL, age, &header));
+    CHECK(armor_any_stamp(past) == header.stamp_s);
+    size_t len = 0;
+    CHECK(armor_any_bytes(past, &len)[0] == received - age && len == 8);
+    armor_any_free(past);
+  }
+  CHECK(armor_history_any(data, NULL, NULL, received) == NULL);
+  CHECK(strstr(armor_last_error(), "none of the age") != NULL);
+  CHECK(armor_history_any(NULL, NULL, NULL, 0) == NULL);
+}
 
 static int create(const armor_handle *armor, void *user) {
   self *it = user;
@@ -23,6 +41,8 @@ static int data_received(void *user, const armor_header *header, const armor_dat
   armor_any *any = armor_any_received(data);
   if (strcmp(header->id, "typed") == 0) {
     CHECK(any == NULL && strstr(armor_last_error(), "declared as Count, but was decoded as Any") != NULL);
+    CHECK(armor_history_any(data, NULL, NULL, 0) == NULL);
+    CHECK(strstr(armor_last_error(), "declared as Count, but was decoded as Any") != NULL);
     return ARMOR_ERROR_NONE;
   }
   CHECK(any != NULL && armor_any_stamp(any) == header->stamp_s);
@@ -31,6 +51,7 @@ static int data_received(void *user, const armor_header *header, const armor_dat
   size_t len = 0, data_len = 0;
   const uint8_t *bytes = armor_any_bytes(any, &len);
   CHECK(memcmp(bytes, armor_data_bytes(data, &data_len), 8) == 0 && len == 8 && data_len == 8);
+  check_past(data, ++it->received);
   const int sent = armor_send_any(it->armor, "out", any);
   if (it->first == NULL) it->first = any;
   else armor_any_free(any);

@@ -5,6 +5,8 @@
 
 #include "check.h"
 
+#include <cstring>
+
 namespace {
 
 using armor::AnyMessage;
@@ -35,12 +37,21 @@ class Passer : public armor::Component {
   void data_received(const armor::Header &header, const armor::Data &data) override {
     if (header.id == "typed") {
       CHECK(contains(refusal([&] { data.any(); }), "declared as Count, but was decoded as Any"));
+      CHECK(contains(refusal([&] { data.history()[0].any(); }), "declared as Count, but was decoded as Any"));
       return;
     }
     CHECK(contains(refusal([&] { data.decode<Count>(); }), "declared as Any{}"));
     const AnyMessage message = data.any();
     CHECK(message.stamp_s() == header.stamp_s && message.schema() == armor::schema_of<Image>());
     CHECK(message.type_name() == "Image" && message.bytes().size() > 100000);
+    const AnyMessage newest = data.history()[0].any();
+    CHECK(newest.schema() == message.schema() && newest.stamp_s() == header.stamp_s);
+    CHECK(newest.bytes().size() == message.bytes().size());
+    if (first) {
+      const AnyMessage past = data.history("in")[1].any();
+      CHECK(past.type_name() == "Image" && past.stamp_s() == first.stamp_s());
+      CHECK(std::memcmp(past.bytes().data(), first.bytes().data(), first.bytes().size()) == 0);
+    }
     if (!first) first = message;
     send_data("out", message);
   }
