@@ -269,6 +269,7 @@ codes! {
         TwoTokens = "W0244", "a second token in a place with components";
         MarkedTogether = "W0245", "exclusive components requested together";
         NotProven = "W0246", "a mission too large to be proven";
+        ProvenByRoutes = "N0285", "a mission whose routes are proven one by one";
         Takes = "N0247", "how long the mission takes";
         ValuesContradict = "W0248", "two values for one parameter";
         ValuesOpen = "W0249", "variables that are not followed in the proof";

@@ -12,7 +12,7 @@ use armor_petri::{NetTransition, PlaceId, TransitionId};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
 use crate::proof::{Proof, Witness};
-use armor_plan::ComponentId;
+use armor_plan::{ComponentId, Plan};
 
 /// Most transitions to the goal that a remedy explains.
 const MOST_LACKS: usize = 2;
@@ -376,22 +376,7 @@ impl Proof<'_> {
 
     /// The pairs of places of which each activates one of two exclusive components.
     pub(super) fn exclusive_places(&self) -> Vec<([ComponentId; 2], [PlaceId; 2])> {
-        let mut known = BTreeSet::new();
-        let mut pairs = Vec::new();
-        for one in self.plan.component_ids() {
-            let component = &self.plan.components()[one.index()];
-            for other in component.peers.iter().filter(|other| **other > one) {
-                for place in &component.places {
-                    for second in &self.plan.components()[other.index()].places {
-                        let pair = (*place.min(second), *place.max(second));
-                        if place != second && known.insert(pair) {
-                            pairs.push(([one, *other], [*place, *second]));
-                        }
-                    }
-                }
-            }
-        }
-        pairs
+        list_exclusive_places(self.plan)
     }
 
     /// Exclusive components in places that can be marked together: one of them would wait.
@@ -406,8 +391,7 @@ impl Proof<'_> {
         components: [ComponentId; 2],
         [place, second]: [PlaceId; 2],
     ) -> Option<Finding> {
-        let together = |marking: &[u32]| marking[place.index()] > 0 && marking[second.index()] > 0;
-        let seen = self.find_witness(&together)?;
+        let seen = self.find_together(place, second)?;
         let [one, other] = components.map(|id| self.plan.components()[id.index()].name.as_str());
         let message = format!(
             "{} {} and {} are marked together, but {one} and {other} exclude each other: one would wait",
@@ -431,4 +415,24 @@ impl Proof<'_> {
         let marked = marking.iter().position(|tokens| *tokens > 0);
         marked.map_or(&self.mission.at, |place| self.at(PlaceId(place as u32)))
     }
+}
+
+/// The pairs of places of which each activates one of two exclusive components.
+pub(super) fn list_exclusive_places(plan: &Plan) -> Vec<([ComponentId; 2], [PlaceId; 2])> {
+    let mut known = BTreeSet::new();
+    let mut pairs = Vec::new();
+    for one in plan.component_ids() {
+        let component = &plan.components()[one.index()];
+        for other in component.peers.iter().filter(|other| **other > one) {
+            for place in &component.places {
+                for second in &plan.components()[other.index()].places {
+                    let pair = (*place.min(second), *place.max(second));
+                    if place != second && known.insert(pair) {
+                        pairs.push(([one, *other], [*place, *second]));
+                    }
+                }
+            }
+        }
+    }
+    pairs
 }

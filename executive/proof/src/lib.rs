@@ -23,6 +23,7 @@ mod preempted;
 mod proof;
 mod prove;
 mod repair;
+mod routes;
 mod starts;
 mod sums;
 #[cfg(test)]

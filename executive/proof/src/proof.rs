@@ -3,6 +3,7 @@
 use std::cell::{Cell, OnceCell};
 
 use crate::analysed::Analysed;
+use crate::routes::{RouteMachines, RouteProof};
 use armor_petri::analysis::classes::{StateClasses, find_state_classes, is_possible};
 use armor_petri::analysis::invariants::{PlaceBounds, Semiflows, place_semiflows};
 use armor_petri::analysis::runs::MarkingGraph;
@@ -23,6 +24,8 @@ pub const MAX_BYTES: u64 = 256 << 20;
 const FEW_STATES: u64 = 20_000;
 /// How many times a cycle that fills a place is repeated before times count as allowing it.
 const ROUNDS: usize = 4;
+/// States of the whole mission that are looked at beside routes that are proven one by one.
+const STATES_BESIDE_ROUTES: u64 = 2_000;
 
 /// How much is looked at.
 #[derive(Clone, Copy, Debug)]
@@ -58,12 +61,15 @@ pub(crate) struct Proof<'a> {
     untimed_alone: OnceCell<bool>,
     sums: OnceCell<Semiflows<PlaceId>>,
     pub(crate) effort: ProofEffort,
+    /// What is shown of the routes, or why they are not proven one by one.
+    pub(crate) routes: Result<RouteProof<'a>, Option<String>>,
     pub(crate) stop: &'a dyn Fn() -> bool,
     /// How many states and state classes were explored.
     explored: Cell<u64>,
 }
 
 /// A marking and firings that lead to it.
+#[derive(Clone, Debug)]
 pub(crate) struct Witness {
     pub(crate) path: Vec<TransitionId>,
     pub(crate) marking: Vec<u32>,
@@ -86,8 +92,35 @@ impl<'a> Proof<'a> {
         stop: &'a dyn Fn() -> bool,
     ) -> Self {
         let net = &analysed.net;
-        let bounds = PlaceBounds::of_net(net, stop);
         let explored = Cell::new(0);
+        let machines = RouteMachines::find(plan, mission, analysed, stop);
+        let bounds = match &machines {
+            Ok(machines) => machines.bounds(),
+            Err(_) => PlaceBounds::of_net(net, stop),
+        };
+        let sums = OnceCell::new();
+        let routes = machines.and_then(|machines| {
+            if machines.product() <= effort.states {
+                return Err(None);
+            }
+            // To search the whole net would take long, and find little more.
+            let _ = sums.set(machines.sums().clone());
+            if machines.count() < 2 {
+                return Err(None);
+            }
+            let budget = AnalysisBudget {
+                states: effort.states,
+                memory_bytes: MAX_BYTES,
+                stop,
+                explored: Some(&explored),
+            };
+            RouteProof::of(plan, machines, &budget).map_err(Some)
+        });
+        let states = match &routes {
+            Ok(_) => effort.states.min(STATES_BESIDE_ROUTES),
+            Err(_) => effort.states,
+        };
+        let effort = ProofEffort { states, ..effort };
         let budget = AnalysisBudget {
             states: effort.states,
             memory_bytes: MAX_BYTES,
@@ -95,7 +128,7 @@ impl<'a> Proof<'a> {
             explored: Some(&explored),
         };
         let exploration = explore_states(net, &bounds, true, &budget);
-        let (timed, sums) = (OnceCell::new(), OnceCell::new());
+        let timed = OnceCell::new();
         let untimed_alone = OnceCell::new();
         Self {
             plan,
@@ -109,6 +142,7 @@ impl<'a> Proof<'a> {
             untimed_alone,
             sums,
             effort,
+            routes,
             stop,
             explored,
         }
@@ -118,6 +152,10 @@ impl<'a> Proof<'a> {
     /// them, and with this proof, in which no start waits. If no start can be blocked, calls it
     /// with this proof alone.
     pub(crate) fn with_waits(self, go_on: &mut dyn FnMut(&Proof<'_>, Option<&Proof<'_>>)) {
+        // That starts wait is not examined where routes are proven one by one, which is reported.
+        if self.one_by_one().is_some() {
+            return go_on(&self, None);
+        }
         let pairs = self.meeting_places();
         let waiting = Analysed::keeping_apart(self.plan, &pairs);
         let Some(analysed) = waiting.ok().filter(|_| !pairs.is_empty()) else {
@@ -220,6 +258,21 @@ impl<'a> Proof<'a> {
             Some(classes) => classes.nearest(asked).map(|class| Witness::of(classes, class)),
             None => Some(Witness::of(space, found)),
         }
+    }
+
+    /// What is shown of the routes, unless all states of the mission were explored.
+    pub(crate) fn one_by_one(&self) -> Option<&RouteProof<'a>> {
+        self.routes.as_ref().ok().filter(|_| !self.is_whole())
+    }
+
+    /// The nearest marking with a token in both places.
+    pub(crate) fn find_together(&self, one: PlaceId, other: PlaceId) -> Option<Witness> {
+        if let Some(routes) = self.one_by_one() {
+            // What is neither known to be apart nor among these is reported as open.
+            let met = routes.met.iter().find(|it| it.places == [one, other]);
+            return met.map(|met| met.seen.clone());
+        }
+        self.find_witness(&|marking| marking[one.index()] > 0 && marking[other.index()] > 0)
     }
 
     /// Whether a marking as asked comes in some run; `excluded` returns whether sums exclude it.

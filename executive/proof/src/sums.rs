@@ -21,6 +21,24 @@ pub(super) fn exclude(sums: &Semiflows<PlaceId>, net: &Net, formula: &PlaceFormu
     alternatives.iter().all(is_excluded)
 }
 
+/// Whether each alternative of the formula asks for tokens in two places that are never marked
+/// together.
+pub(super) fn are_apart(
+    formula: &PlaceFormula,
+    are_apart: &dyn Fn(PlaceId, PlaceId) -> bool,
+) -> bool {
+    let Some(alternatives) = alternatives(formula) else { return false };
+    let find_place = |count: &TokenCount| match count.0.as_slice() {
+        [(place, weight)] if *weight > 0 && count.1 > 0 => Some(*place),
+        _ => None,
+    };
+    alternatives.iter().all(|counts| {
+        let places: Vec<_> = counts.iter().filter_map(find_place).collect();
+        let mut pairs = places.iter().flat_map(|one| places.iter().map(move |other| (one, other)));
+        pairs.any(|(one, other)| one != other && are_apart(*one, *other))
+    })
+}
+
 /// The formula as alternatives, each of counts that all hold; none if they are too many.
 fn alternatives(formula: &PlaceFormula) -> Option<Vec<Vec<TokenCount>>> {
     let found = match formula {

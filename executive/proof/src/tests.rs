@@ -15,6 +15,7 @@ mod large;
 mod one_cause;
 mod outcomes;
 mod random;
+mod routes;
 mod silent;
 mod variables;
 
@@ -41,8 +42,8 @@ fn all_proven(file: &str, effort: ProofEffort) -> Findings {
 
 /// Codes of the proof whose pages describe an example instead of showing one: too large, or not a
 /// finding of the text output.
-const WITHOUT_EXAMPLE: [Code; 4] =
-    [Code::NotProven, Code::Takes, Code::ValuesOpen, Code::CheckUndecided];
+const WITHOUT_EXAMPLE: [Code; 5] =
+    [Code::NotProven, Code::Takes, Code::ValuesOpen, Code::CheckUndecided, Code::ProvenByRoutes];
 
 fn text_of(example: Option<PageExample>) -> Option<String> {
     let example = example?;

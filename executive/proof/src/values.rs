@@ -16,8 +16,7 @@ impl Proof<'_> {
     fn contradiction_finding(&self, contradiction: &Contradiction<'_>) -> Option<Finding> {
         let Contradiction { component, places: [place, second], values: [one, other] } =
             contradiction;
-        let together = |marking: &[u32]| marking[place.index()] > 0 && marking[second.index()] > 0;
-        let seen = self.find_witness(&together)?;
+        let seen = self.find_together(*place, *second)?;
         let component = &self.plan.components()[component.index()].name;
         let message = format!(
             "{} {} and {} are marked together, and the one gives {component} {one}, the other {other}: \

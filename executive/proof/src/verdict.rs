@@ -12,7 +12,7 @@ use armor_robotfile::{FiringTrace, Location};
 
 use crate::formula::PlaceFormula;
 use crate::proof::{Possible, Proof, Witness};
-use crate::sums::exclude;
+use crate::sums::{are_apart, exclude};
 use armor_robotfile::time_in_words as time;
 
 /// What comes of a check.
@@ -97,6 +97,9 @@ impl Proof<'_> {
     fn decide_possibly(&self, formula: &PlaceFormula) -> Possible {
         self.find_possible(&|marking| self.holds(formula, marking), || {
             exclude(self.token_sums(), self.net, formula)
+                || self.one_by_one().is_some_and(|it| {
+                    are_apart(formula, &|one, other| it.machines.are_apart(one, other))
+                })
         })
     }
 
@@ -122,6 +125,9 @@ impl Proof<'_> {
     }
 
     fn always_reachable(&self, wanted: &PlaceFormula) -> ClaimVerdict {
+        if self.one_by_one().is_some_and(|it| it.keeps_end()) && self.includes_end(wanted) {
+            return ClaimVerdict::Holds;
+        }
         let asked = |marking: &[u32]| self.holds(wanted, marking);
         let found = self.timed().and_then(|classes| {
             let node = nearest_lost(classes, &asked, &self.budget())?;
@@ -138,6 +144,16 @@ impl Proof<'_> {
             }
             Err(why) => self.undecided(why),
         }
+    }
+
+    /// Whether a formula holds wherever the mission is over.
+    fn includes_end(&self, formula: &PlaceFormula) -> bool {
+        let mut ends = [self.plan.goal(), self.plan.safe()].into_iter().flatten();
+        let names = |end: PlaceId| match formula {
+            PlaceFormula::Any(parts) => parts.contains(&PlaceFormula::at_least(end, 1)),
+            other => *other == PlaceFormula::at_least(end, 1),
+        };
+        ends.all(names)
     }
 
     /// Of a check that is not met because the mission ended: that the end may count too.

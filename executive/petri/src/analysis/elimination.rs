@@ -146,8 +146,8 @@ impl EliminationTable {
             }
             for &minus in &negative {
                 let (a, b) = (&self.rows[plus], &self.rows[minus]);
-                self.steps_left =
-                    self.steps_left.saturating_sub((a.rest.len() + b.rest.len()) as u64);
+                let entries = a.rest.len() + b.rest.len() + a.weights.len() + b.weights.len();
+                self.steps_left = self.steps_left.saturating_sub(entries as u64);
                 if self.steps_left == 0 || made.len() > most_rows {
                     return false;
                 }
@@ -170,10 +170,17 @@ impl EliminationTable {
             let mut minimal = true;
             for (variable, _) in &row.weights {
                 let beginning = &self.by_first[*variable as usize];
-                self.steps_left = self.steps_left.saturating_sub(beginning.len() as u64 + 1);
+                let mut steps = beginning.len() as u64 + 1;
                 let others = beginning.iter().filter(|number| self.live.contains(number));
-                minimal &=
-                    !others.map(|number| &self.rows[*number]).any(|o| contains_support_of(&row, o));
+                let mut others = others.map(|number| &self.rows[*number]);
+                minimal &= !others.any(|other| {
+                    steps += other.weights.len() as u64;
+                    contains_support_of(&row, other)
+                });
+                self.steps_left = self.steps_left.saturating_sub(steps);
+                if !minimal {
+                    break;
+                }
             }
             if self.steps_left == 0 {
                 return false;

@@ -94,6 +94,11 @@ impl PlaceBounds {
         Self { most: vec![None; net.places().len()] }
     }
 
+    /// Returns bounds that are known from elsewhere, one for each place.
+    pub fn known(most: Vec<Option<u64>>) -> Self {
+        Self { most }
+    }
+
     /// Computes bounds from sums that no firing increases: `y·C ≤ 0`. First the sums that stay the
     /// same; then, if places are left without a bound, those that may decrease. A reset only lowers
     /// a sum.
