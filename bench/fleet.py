@@ -6,7 +6,6 @@
 
 --deadlock     robot 7 waits for robot 6 after leg 30, without patience and without an order that leads on,
                and robot 6 may have parked where it does not end the mission
---zone         a zone lies on the way of an exit of robot 2
 --exclusive    two robots have an arm each, which exclude each other, on legs that they may drive at once
 --robots N     fewer robots
 --legs N       fewer legs
@@ -27,7 +26,7 @@ def read_arguments():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    for flag in ("deadlock", "zone", "exclusive"):
+    for flag in ("deadlock", "exclusive"):
         parser.add_argument(f"--{flag}", action="store_true")
     parser.add_argument("--robots", type=int, default=8)
     parser.add_argument("--legs", type=int, default=40)
@@ -44,7 +43,7 @@ def print_system(options):
         print(f'    <component name="way{robot}" kind="patrol" rate="5Hz">')
         print('      <parameter name="route" value="0,0"/>\n    </component>')
         if options.exclusive and robot in ARMS:
-            print(f'    <component name="arm{robot}" kind="battery" rate="1Hz"/>')
+            print(f'    <component name="arm{robot}" kind="chart" rate="1Hz"/>')
     print('    <link from="simulator.scan" to="mapper.scan" keep="10"/>')
     print('    <link from="simulator.odometry" to="mapper.odometry" keep="50"/>')
     for robot in range(options.robots):
@@ -59,9 +58,6 @@ def print_map(options):
         for point in range(options.legs + 1):
             print(f'      <point name="P{robot}-{point}" at="{5 * point} {y + point % 2}"/>')
         print(f'      <rally name="R{robot}" at="100 {y + 6}"/>')
-    if options.zone:
-        # Of robot 2 (y = 40): between its legs and its rally point, and too near to the others' ones.
-        print('      <zone name="pit" kind="no-go" margin="1m" shape="circle 60,43.5 0.5m"/>')
     print("    </map>")
 
 

