@@ -11,8 +11,10 @@ use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
 use armor_petri::{NetTransition, PlaceId, TransitionId};
 use armor_robotfile::{Code, Finding, Findings, Location};
 
-use crate::proof::{Proof, Witness};
-use armor_plan::{ComponentId, Plan};
+use crate::exclusive::list_exclusive_places;
+use crate::proof::Proof;
+use crate::witness::Witness;
+use armor_plan::ComponentId;
 
 /// Most transitions to the goal that a remedy explains.
 const MOST_LACKS: usize = 2;
@@ -415,24 +417,4 @@ impl Proof<'_> {
         let marked = marking.iter().position(|tokens| *tokens > 0);
         marked.map_or(&self.mission.at, |place| self.at(PlaceId(place as u32)))
     }
-}
-
-/// The pairs of places of which each activates one of two exclusive components.
-pub(super) fn list_exclusive_places(plan: &Plan) -> Vec<([ComponentId; 2], [PlaceId; 2])> {
-    let mut known = BTreeSet::new();
-    let mut pairs = Vec::new();
-    for one in plan.component_ids() {
-        let component = &plan.components()[one.index()];
-        for other in component.peers.iter().filter(|other| **other > one) {
-            for place in &component.places {
-                for second in &plan.components()[other.index()].places {
-                    let pair = (*place.min(second), *place.max(second));
-                    if place != second && known.insert(pair) {
-                        pairs.push(([one, *other], [*place, *second]));
-                    }
-                }
-            }
-        }
-    }
-    pairs
 }

@@ -9,8 +9,9 @@ use armor_petri::analysis::stubborn::find_wanted_deadlocks;
 use armor_robotfile::{Code, Finding, Findings};
 
 use crate::analysed::Analysed;
-use crate::proof::{Proof, Witness};
+use crate::proof::Proof;
 use crate::routes::RouteProof;
+use crate::witness::Witness;
 
 /// Open questions of one sort that are named.
 const MAX_NAMED: usize = 3;

@@ -10,6 +10,7 @@ mod blamed;
 mod claims;
 mod dead;
 mod durations;
+mod exclusive;
 mod formula;
 mod general;
 mod ignored_ends;
@@ -33,6 +34,7 @@ mod unfolding;
 mod unmet;
 mod values;
 mod verdict;
+mod witness;
 mod wording;
 
 pub use analysed::Analysed;

@@ -8,7 +8,8 @@ use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::mission::{Autonomy, Transition};
 use armor_robotfile::{Code, Finding, Findings};
 
-use crate::proof::{Proof, Witness};
+use crate::proof::Proof;
+use crate::witness::Witness;
 use armor_robotfile::time_in_words;
 
 /// Most transitions that a message names.

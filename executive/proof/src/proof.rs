@@ -4,13 +4,14 @@ use std::cell::{Cell, OnceCell};
 
 use crate::analysed::Analysed;
 use crate::routes::{RouteMachines, RouteProof};
+use crate::witness::Witness;
 use armor_petri::analysis::classes::{StateClasses, find_state_classes, is_possible};
 use armor_petri::analysis::invariants::{PlaceBounds, Semiflows, place_semiflows};
 use armor_petri::analysis::runs::MarkingGraph;
 use armor_petri::analysis::{
     AnalysisBudget, Exhausted, ExplorationEnd, StateExploration, explore_states,
 };
-use armor_petri::{Net, PlaceId, TransitionId};
+use armor_petri::{Net, PlaceId};
 use armor_plan::Plan;
 use armor_robotfile::{Findings, Location, Mission};
 
@@ -66,13 +67,6 @@ pub(crate) struct Proof<'a> {
     pub(crate) stop: &'a dyn Fn() -> bool,
     /// How many states and state classes were explored.
     explored: Cell<u64>,
-}
-
-/// A marking and firings that lead to it.
-#[derive(Clone, Debug)]
-pub(crate) struct Witness {
-    pub(crate) path: Vec<TransitionId>,
-    pub(crate) marking: Vec<u32>,
 }
 
 /// Whether a marking of some kind can come.
@@ -317,11 +311,5 @@ impl<'a> Proof<'a> {
     pub(crate) fn is_over(&self, marking: &[u32]) -> bool {
         let ends = [self.plan.goal(), self.plan.safe()];
         ends.into_iter().flatten().any(|place| marking[place.index()] > 0)
-    }
-}
-
-impl Witness {
-    pub(crate) fn of(graph: &dyn MarkingGraph, node: u32) -> Self {
-        Self { path: graph.path(node), marking: graph.tokens(node).into_owned() }
     }
 }

@@ -11,8 +11,9 @@ use armor_robotfile::claim::{Formula, Relation, Statement};
 use armor_robotfile::{FiringTrace, Location};
 
 use crate::formula::PlaceFormula;
-use crate::proof::{Possible, Proof, Witness};
+use crate::proof::{Possible, Proof};
 use crate::sums::{are_apart, exclude};
+use crate::witness::Witness;
 use armor_robotfile::time_in_words as time;
 
 /// What comes of a check.

@@ -4,7 +4,8 @@ use armor_petri::analysis::{Exhausted, ExplorationEnd};
 use armor_petri::{PlaceId, TransitionId};
 use armor_robotfile::FiringTrace;
 
-use crate::proof::{Proof, Witness};
+use crate::proof::Proof;
+use crate::witness::Witness;
 
 /// Firings of a path that a message names; the finding's data has all of them.
 const MAX_NAMED: usize = 12;

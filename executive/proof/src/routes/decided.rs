@@ -9,8 +9,8 @@ use armor_plan::Plan;
 use super::joined::{EndShown, JoinedStates};
 use super::machines::RouteMachines;
 use super::trace::RouteTarget;
-use crate::general::list_exclusive_places;
-use crate::proof::Witness;
+use crate::exclusive::list_exclusive_places;
+use crate::witness::Witness;
 
 /// A mission whose routes are proven one by one.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use armor_petri::analysis::rules::FiringRules;
 use armor_petri::{PlaceId, TransitionId};
 
 use super::machines::RouteMachines;
-use crate::proof::Witness;
+use crate::witness::Witness;
 
 /// Where the token of each route is to be: anywhere, in a place, or (`Some(None)`) outside.
 #[derive(Clone, Debug)]
