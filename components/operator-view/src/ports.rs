@@ -12,6 +12,7 @@ mod settings;
 mod station;
 mod system_lookout;
 mod watch_messages;
+mod watched_run;
 
 use std::panic::resume_unwind;
 use std::path::PathBuf;

@@ -36,7 +36,7 @@ const DRAWN: &str = r#"<armor version="1">
 "#;
 
 /// A window on a file, with the view of its map open.
-fn map(text: &str) -> Window {
+pub(super) fn map(text: &str) -> Window {
     Window::open_as(Some(text), |_, start| {
         start.kinds = Some(Kinds::of([bench_kinds::way()], "stock"));
         start.view = View::Map;

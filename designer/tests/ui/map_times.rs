@@ -1,10 +1,10 @@
 //! The strip of the times under the map: the slider, the marks, the lists.
 
-use armor_designer::{Kinds, View};
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 
-use crate::ui::{Window, bench_kinds};
+use crate::ui::Window;
+use crate::ui::map::map;
 
 /// Two robots whose legs cross: both are at 5 0 after 5 s.
 const CROSSING: &str = r#"<armor version="1">
@@ -30,13 +30,6 @@ const CROSSING: &str = r#"<armor version="1">
   </mission>
 </armor>
 "#;
-
-fn map(text: &str) -> Window {
-    Window::open_as(Some(text), |_, start| {
-        start.kinds = Some(Kinds::of([bench_kinds::way()], "stock"));
-        start.view = View::Map;
-    })
-}
 
 /// A window with the strip open, and everything computed.
 fn times(text: &str) -> Window {

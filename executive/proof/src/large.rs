@@ -152,7 +152,7 @@ impl Proof<'_> {
             routes.is_some_and(|it| it.met.iter().any(|met| met.places == *places))
         };
         let is_open = |places: &&&[_; 2]| {
-            let together = self.exploration.space.together(places[0], places[1]);
+            let together = self.nearest_together(places[0], places[1]);
             together.is_none() && !is_seen(places)
         };
         let names = unproven.iter().filter(is_open);

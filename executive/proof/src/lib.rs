@@ -16,6 +16,7 @@ mod general;
 mod ignored_ends;
 mod immediate;
 mod large;
+mod marked_pairs;
 mod meetings;
 mod misplaced;
 mod outside;

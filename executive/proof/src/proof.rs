@@ -3,6 +3,7 @@
 use std::cell::{Cell, OnceCell};
 
 use crate::analysed::Analysed;
+use crate::marked_pairs::MarkedPairs;
 use crate::routes::{RouteMachines, RouteProof};
 use crate::witness::Witness;
 use armor_petri::analysis::classes::{StateClasses, find_state_classes, is_possible};
@@ -25,8 +26,8 @@ pub const MAX_BYTES: u64 = 256 << 20;
 const FEW_STATES: u64 = 20_000;
 /// How many times a cycle that fills a place is repeated before times count as allowing it.
 const ROUNDS: usize = 4;
-/// States of the whole mission that are looked at beside routes that are proven one by one.
-const STATES_BESIDE_ROUTES: u64 = 2_000;
+/// States of the whole mission that are looked at in addition to routes that are proven one by one.
+const STATES_WITH_ROUTES: u64 = 2_000;
 
 /// How much is looked at.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +62,7 @@ pub(crate) struct Proof<'a> {
     timed: OnceCell<(StateClasses, Option<Exhausted>)>,
     untimed_alone: OnceCell<bool>,
     sums: OnceCell<Semiflows<PlaceId>>,
+    pairs: OnceCell<MarkedPairs>,
     pub(crate) effort: ProofEffort,
     /// What is shown of the routes, or why they are not proven one by one.
     pub(crate) routes: Result<RouteProof<'a>, Option<String>>,
@@ -111,7 +113,7 @@ impl<'a> Proof<'a> {
             RouteProof::of(plan, machines, &budget).map_err(Some)
         });
         let states = match &routes {
-            Ok(_) => effort.states.min(STATES_BESIDE_ROUTES),
+            Ok(_) => effort.states.min(STATES_WITH_ROUTES),
             Err(_) => effort.states,
         };
         let effort = ProofEffort { states, ..effort };
@@ -134,6 +136,7 @@ impl<'a> Proof<'a> {
             exploration,
             timed,
             untimed_alone,
+            pairs: OnceCell::new(),
             sums,
             effort,
             routes,
@@ -247,10 +250,14 @@ impl<'a> Proof<'a> {
             let (classes, _) = self.timed_so_far();
             return classes.nearest(asked).map(|class| Witness::of(classes, class));
         }
-        let found = space.find(asked)?;
+        space.find(asked).and_then(|state| self.with_times(state, asked))
+    }
+
+    /// The nearest marking as asked in a run, if the mission is small; otherwise that of the state.
+    fn with_times(&self, state: u32, asked: &dyn Fn(&[u32]) -> bool) -> Option<Witness> {
         match self.timed_if_small() {
             Some(classes) => classes.nearest(asked).map(|class| Witness::of(classes, class)),
-            None => Some(Witness::of(space, found)),
+            None => Some(Witness::of(&self.exploration.space, state)),
         }
     }
 
@@ -266,7 +273,18 @@ impl<'a> Proof<'a> {
             let met = routes.met.iter().find(|it| it.places == [one, other]);
             return met.map(|met| met.seen.clone());
         }
-        self.find_witness(&|marking| marking[one.index()] > 0 && marking[other.index()] > 0)
+        let asked = |marking: &[u32]| marking[one.index()] > 0 && marking[other.index()] > 0;
+        if matches!(self.exploration.ending, ExplorationEnd::Unbounded(_)) {
+            return self.find_witness(&asked);
+        }
+        self.nearest_together(one, other).and_then(|state| self.with_times(state, &asked))
+    }
+
+    /// The nearest state with a token in both places.
+    pub(crate) fn nearest_together(&self, one: PlaceId, other: PlaceId) -> Option<u32> {
+        let space = &self.exploration.space;
+        let pairs = self.pairs.get_or_init(|| MarkedPairs::of(space, self.net.places().len()));
+        pairs.nearest(one, other)
     }
 
     /// Whether a marking as asked comes in some run; `excluded` returns whether sums exclude it.

@@ -184,7 +184,7 @@ mod tests {
         let across = [(0.0, 0.0, 0.0), (10.0, 10.0, 0.0)];
         let up = [(0.0, 5.0, -5.0), (10.0, 5.0, 5.0)];
         check(&across, &up, 2.0_f64.sqrt(), &["4.000..6.000 0.000 at 5.000"]);
-        // Head on at 1 m beside each other: closer than 2 m within √3 m along, at 2 m/s.
+        // Head on, 1 m apart sideways: closer than 2 m within √3 m along, at 2 m/s.
         let back = [(0.0, 10.0, 1.0), (10.0, 0.0, 1.0)];
         check(&across, &back, 2.0, &["4.134..5.866 1.000 at 5.000"]);
         check(&across, &back, 1.0, &[]);

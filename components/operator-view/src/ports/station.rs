@@ -12,8 +12,6 @@ use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use armor_grid::Pose2;
-use armor_inspect::run_control::{AbsentState, ComponentHistory, RunRequest, request};
-use armor_inspect::systems::{RunRecord, list_running, record_directory};
 use parking_lot::Mutex;
 
 use super::panels::{HostsReading, LinksReading, make_panels};
@@ -21,6 +19,7 @@ use super::port_list::all_inputs;
 use super::watch_messages::{
     MessageWriter, ToComponent, ToWindow, check_owner, read_message, socket_of, subject_of,
 };
+use super::watched_run::{WatchedRun, file_len, find_history, is_crash};
 use crate::connection::{CUT, SystemConnection, find_end};
 use crate::console::Console;
 use crate::links::{ClockTimes, InputLink, SequenceNumber};
@@ -541,77 +540,6 @@ impl Station {
         eprintln!("{system} has ended: {}", end.why);
         change(&|console, robot| console.end_system(robot, end.clone(), self.now()));
     }
-}
-
-/// What is known of a run on this host without its component.
-#[derive(Clone)]
-struct WatchedRun {
-    system: String,
-    component: String,
-    /// The launcher's process; 0 if it is on another host.
-    launcher: u32,
-    log: String,
-    /// Length of the log at the beginning of the connection: what is before is of the past.
-    log_begin: u64,
-}
-
-impl WatchedRun {
-    /// Returns the record of the run. Its launcher holds a lock on it as long as it runs.
-    fn find_record(&self) -> Option<RunRecord> {
-        let records = record_directory().and_then(|directory| list_running(&directory)).ok()?;
-        records.into_iter().find(|record| record.pid == self.launcher)
-    }
-
-    /// Returns whether the launcher has not been seen to end: records that cannot be read prove
-    /// nothing.
-    fn is_running(&self) -> bool {
-        let records = record_directory().and_then(|directory| list_running(&directory));
-        records.map_or(true, |records| records.iter().any(|record| record.pid == self.launcher))
-    }
-
-    fn read_log(&self) -> String {
-        let log = std::fs::read(&self.log).unwrap_or_default();
-        // A shorter one is new: logs are renamed when they are long.
-        let begin = usize::try_from(self.log_begin).unwrap_or(usize::MAX);
-        String::from_utf8_lossy(log.get(begin..).unwrap_or(&log)).into_owned()
-    }
-
-    /// Returns the processes of the run: each has a log.
-    fn list_processes(&self) -> Vec<String> {
-        let folder = Path::new(&self.log).parent().map(std::fs::read_dir);
-        let files = folder.into_iter().flatten().flatten().filter_map(Result::ok);
-        let names = files.filter_map(|file| {
-            let name = file.file_name().into_string().ok()?;
-            Some(name.strip_suffix(".log")?.to_owned())
-        });
-        names.filter(|name| name != "launcher").collect()
-    }
-
-    /// Returns what an operator has to do so that the component returns.
-    fn find_hint(&self) -> Option<String> {
-        let history = find_history(&self.find_record()?, &self.component)?;
-        let component = &self.component;
-        match history.state? {
-            AbsentState::Starting => None,
-            state => {
-                Some(format!("{component} is {state}; `armor restart {component}` starts it again"))
-            }
-        }
-    }
-}
-
-fn find_history(record: &RunRecord, component: &str) -> Option<ComponentHistory> {
-    request(record, &RunRequest::History { component: component.into() }).ok()?.history
-}
-
-/// Returns whether a process has ended as it should not, by the launcher's words.
-fn is_crash(last_end: &str) -> bool {
-    let is_final = last_end.contains("it is not started again") && !last_end.contains("code 0");
-    is_final || ["it starts again", "it is given up"].iter().any(|text| last_end.contains(text))
-}
-
-fn file_len(path: &str) -> u64 {
-    std::fs::metadata(path).map_or(0, |file| file.len())
 }
 
 #[cfg(test)]

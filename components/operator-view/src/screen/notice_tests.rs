@@ -27,6 +27,16 @@ fn set_goal(window: &mut ViewWindow) {
     window.state_mut().console.orders.handle_order(order, 1.0);
 }
 
+/// Data of this number arrive at all inputs.
+fn receive_everywhere(window: &mut ViewWindow, sequence: u64) {
+    let now = window.state().now;
+    let number = SequenceNumber { instance: 1, sequence };
+    for input in ["scan", "pose", "image", "map"] {
+        window.state_mut().console.record_arrival(input, now, now.system_s, number, Ok(()));
+    }
+    window.run_steps(2);
+}
+
 #[test]
 fn the_end_of_a_mission_is_no_alarm() {
     let mut window = window_of(test_screen(), SIZE);
@@ -97,20 +107,10 @@ fn a_pause_does_not_contradict_stop() {
 fn losses_are_in_the_line_of_all_links_for_some_seconds() {
     let mut window = window_of(test_screen(), SIZE);
     assert!(shows(&window, "4 links, no data yet: image"));
-    let now = window.state().now;
-    let fourth = SequenceNumber { instance: 1, sequence: 4 };
-    for input in ["scan", "pose", "image", "map"] {
-        window.state_mut().console.record_arrival(input, now, now.system_s, fourth, Ok(()));
-    }
-    window.run_steps(2);
+    receive_everywhere(&mut window, 4);
     assert!(shows(&window, "! data are lost: "));
     window.state_mut().now.host_s += 10.5;
-    let now = window.state().now;
-    let fifth = SequenceNumber { instance: 1, sequence: 5 };
-    for input in ["scan", "pose", "image", "map"] {
-        window.state_mut().console.record_arrival(input, now, now.system_s, fifth, Ok(()));
-    }
-    window.run_steps(2);
+    receive_everywhere(&mut window, 5);
     assert!(shows(&window, "links: all 4 fine"));
 }
 

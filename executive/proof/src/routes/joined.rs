@@ -34,7 +34,7 @@ impl RouteMachines<'_> {
     pub(super) fn explore_joined(&self, budget: &AnalysisBudget<'_>) -> Option<JoinedStates> {
         let is_free = self.find_free();
         let mut joined = self.join_places(&|place| is_free[place.index()]).ok()?;
-        // How often a route begins is known, and would only make more states.
+        // The number of times that a route begins is known, and would only make more states.
         joined.forget_entries()?;
         let mut most = vec![Some(1); joined.net.places().len()];
         for (place, of) in joined.places.iter().enumerate() {

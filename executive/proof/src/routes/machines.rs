@@ -48,7 +48,7 @@ pub(super) struct JoinedNet {
     pub(super) places: Vec<PlaceId>,
     /// Per route, the one place.
     pub(super) running: Vec<PlaceId>,
-    /// Per route, a place that counts how often its token enters it.
+    /// Per route, a place that counts the entries of its token.
     pub(super) entered: Vec<PlaceId>,
     /// Per transition, one of the mission that it is.
     pub(super) sources: Vec<TransitionId>,

@@ -8,7 +8,7 @@ use super::dice::Dice;
 use super::*;
 use crate::routes::{RouteMachines, RouteProof};
 
-/// A mission with these routes, and what stands beside them.
+/// A mission with these routes, and the other elements that are given.
 fn drawn(robots: usize, routes: &str, more: &str) -> String {
     let ways: String =
         (0..robots).map(|robot| format!("<component name='way{robot}' kind='k'/>")).collect();
@@ -159,7 +159,7 @@ fn exclusive_components_of_two_routes_are_compared() {
     let met = met.unwrap_or_else(|| panic!("{:#?}", texts(&together)));
     assert_eq!(met.trace.as_ref().map(|it| it.firings.len()), Some(2 + 5), "{met:?}");
     assert!(together.iter().all(|it| it.code != Code::ProvenByRoutes));
-    // The first works before the meeting, the second after it; whoever misses it does not go on.
+    // The first works before the meeting, the second after it; a route that misses it does not go on.
     let meet = |with: &str| format!("<meet name='m' with='{with}' patience='90s'/>");
     let before = works("arm0", "w3", 4) + &meet("r1") + &legs('b', 4);
     let after = legs('a', 4) + &meet("r0") + &works("arm1", "w2", 4);
