@@ -45,7 +45,7 @@ impl SystemView {
             ui.push_id(("frame", name), |ui| {
                 self.show_parent(ui, name, &frame.parent.value);
                 // In a narrow panel two next to each other.
-                let in_row = if ui.available_width() < 3.2 * MEASURE_WIDTH { 2 } else { 3 };
+                let in_row = if ui.available_width() < 4.0 * MEASURE_WIDTH { 2 } else { 3 };
                 for row in MEASURES.chunks(in_row) {
                     ui.horizontal(|ui| {
                         for measure in row {
@@ -65,7 +65,7 @@ impl SystemView {
 
     /// The names of a frame and its parent, and the button that removes the frame.
     fn show_parent(&mut self, ui: &mut egui::Ui, name: &str, parent: &str) {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             for (attribute, value) in [("name", name), ("in", parent)] {
                 let label = format!("frame {name} {attribute}");
                 let form = Form { name: &label, hint: attribute, width: 84.0, rows: 1 };
