@@ -1,21 +1,24 @@
 #!/usr/bin/env python3
-"""Messages between two Python processes: Armor, pyzmq and zenoh in turn, in the same run.
+"""Messages between two Python processes: Armor, pyzmq, zenoh and dora in turn, in the same run; floods
+of Armor's components in Rust, too.
 
     cargo build --release -p armor -p armor-bench
     python3 -m venv /tmp/venv && . /tmp/venv/bin/activate
-    pip install numpy pyzmq eclipse-zenoh && pip install armor --find-links WHEELS
+    pip install numpy pyzmq eclipse-zenoh dora-rs dora-rs-cli && pip install armor --find-links WHEELS
     python3 bench/python_peers.py [--rounds 3] [--seconds 2] [--same-core] [--only NAME]
     python3 bench/python_peers.py --memory 10000000     resident memory while so many messages pass
     python3 bench/python_peers.py --start               time and memory of the import
 
 One process is on core 0, the other on core 1, or both on core 0. Armor and pyzmq use Unix sockets (Armor shared
-memory for large messages), zenoh TCP on loopback between two peers. A flood with Armor is sent within one
+memory for large messages), zenoh TCP on loopback between two peers, dora its daemon and shared memory. A flood with Armor is sent within one
 call of `exec`, with `keep="all"`; with pyzmq by PUSH and PULL without a limit on the waiting messages that
-matters; with zenoh with `CongestionControl.BLOCK`. Each image is a new numpy array, and is read at
-the other end: the sum of every 4096th byte. The tables are medians of the rounds.
+matters; with zenoh with `CongestionControl.BLOCK`; with dora with the policy `backpressure`. Each image is
+a numpy array, and is read at the other end: the sum of every 4096th byte; in Rust it is not read. The
+tables are medians of the rounds.
 """
 
 import argparse
+import functools
 import json
 import os
 import pathlib
@@ -137,6 +140,10 @@ def measure_start():
 
 def finish(result):
     print(json.dumps(result), flush=True)
+    # A node of dora has its output in a log.
+    if where := os.environ.get("PEERS_RESULT"):
+        pathlib.Path(where + ".new").write_text(json.dumps(result))
+        os.rename(where + ".new", where)
     os._exit(0)
 
 
@@ -270,7 +277,38 @@ def run_zenoh(role, seconds, size):
     time.sleep(3600)
 
 
-RUN = {"armor": run_armor, "pyzmq": run_zmq, "zenoh": run_zenoh}
+def run_dora(role, seconds, size):
+    import dora
+    import numpy as np
+    import pyarrow as pa
+
+    node = dora.Node()
+    image, small = np.zeros(size, np.uint8), bytes(size)
+    make = lambda: pa.array(image) if size == IMAGE else small
+    send = lambda: node.send_output("out", make())
+    if role == "flood":
+        time.sleep(1)
+        while True:
+            send()
+    sink, pings = Sink(seconds), Pings(seconds, send)
+    if role == "ping":
+        time.sleep(1)
+        pings.begin()
+    for event in node:
+        if event["type"] != "INPUT":
+            continue
+        value = event["value"]
+        if role == "ping":
+            pings.answered()
+        elif role == "echo":
+            node.send_output("out", value)
+        else:
+            if size == IMAGE:
+                sink.checked += int(value.to_numpy()[::4096].sum()) + 1
+            sink.received()
+
+
+RUN = {"armor": run_armor, "pyzmq": run_zmq, "zenoh": run_zenoh, "dora": run_dora}
 
 
 def start(library, role, seconds, size, core):
@@ -295,6 +333,65 @@ def measure(library, roles, seconds, size, cores):
         time.sleep(0.3)
 
 
+def measure_dora(roles, seconds, size, cores):
+    """The same with dora, whose program starts both processes."""
+    folder = pathlib.Path(tempfile.mkdtemp(dir=os.environ["PEERS_FOLDER"]))
+    result, graph = folder / "result", {"nodes": []}
+    for role, other, core in zip(roles, reversed(roles), cores):
+        arguments = f"{__file__} --role 'dora {role} {seconds} {size} {core}'"
+        node = {"id": role, "path": sys.executable, "args": arguments, "outputs": ["out"]}
+        if role != "flood":
+            link = {"source": f"{other}/out", "queue_size": 100, "queue_policy": "backpressure"}
+            node["inputs"] = {"in": link}
+        if role == roles[0]:
+            node["env"] = {"PEERS_RESULT": str(result)}
+        graph["nodes"].append(node)
+    # JSON is YAML.
+    (folder / "dataflow.yml").write_text(json.dumps(graph))
+    command = [str(pathlib.Path(sys.executable).with_name("dora")), "run", "dataflow.yml"]
+    program = subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        end = time.monotonic() + seconds + 20
+        while not result.exists() and program.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+        return json.loads(result.read_text()) if result.exists() else None
+    finally:
+        os.killpg(program.pid, 9)
+        program.wait()
+        # The nodes are not in its session.
+        subprocess.run(["pkill", "-9", "-f", "--", "--role dora "], check=False)
+        time.sleep(0.3)
+
+
+def measure_rust(roles, seconds, size, cores):
+    """The same flood between two components in Rust, which `armor-bench` has."""
+    if roles[0] != "sink":
+        return None
+    bench = ROOT / "target/release/armor-bench"
+
+    def start_role(role, core, more):
+        command = [bench, "role", str(core), "armor", role, "--alone", "--name", role, "--registry", REGISTRY]
+        command += ["--set", f"len={size}", "--set", f"window={seconds}s", *more]
+        quiet = os.environ | {"ARMOR_LOG": "error"}
+        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=quiet)
+
+    flood = start_role("flood", cores[1], ["--set", "subscribers=1", "--set", "paced=false", "--rate", "100Hz"])
+    sink = start_role("sink", cores[0], ["--link", "data=flood.data,keep=all"])
+    try:
+        for line in sink.stdout:
+            if line.startswith("window "):
+                return {"per_s": float(line.split("rate_hz=")[1].split()[0])}
+    finally:
+        for process in (sink, flood):
+            process.kill()
+            process.wait()
+        time.sleep(0.3)
+
+
+MEASURE = {"dora": measure_dora, "rust": measure_rust}
+
 JOBS = {
     "round trip 100 B": (("ping", "echo"), SMALL, ("p50_us", "p99_us"), "us"),
     "flood 100 B": (("sink", "flood"), SMALL, ("per_s",), "messages/s"),
@@ -311,7 +408,7 @@ def main():
     parser.add_argument("--memory", type=int)
     parser.add_argument("--start", action="store_true")
     parser.add_argument("--only", choices=list(JOBS))
-    parser.add_argument("--libraries", nargs="+", default=list(RUN))
+    parser.add_argument("--libraries", nargs="+", default=["armor", "rust", *list(RUN)[1:]])
     parser.add_argument("--armor", default=ROOT / "target/release/armor")
     options = parser.parse_args()
     if options.role:
@@ -334,7 +431,8 @@ def main():
             found = {library: [] for library in options.libraries}
             for _ in range(options.rounds):
                 for library in options.libraries:
-                    result = measure(library, roles, options.seconds, size, cores)
+                    by = MEASURE.get(library, functools.partial(measure, library))
+                    result = by(roles, options.seconds, size, cores)
                     if result:
                         found[library].append(result)
             if options.memory:

@@ -48,6 +48,11 @@ for component in joystick pose-filter; do
   test_built "$component"
 done
 
+# The headers' comments, as a reader has them.
+if command -v doxygen >/dev/null; then
+  quietly sdk/c/reference.sh "$out/reference"
+fi
+
 # Without CMake: a C compiler and pkg-config.
 if command -v pkg-config >/dev/null; then
   # shellcheck disable=SC2046

@@ -13,10 +13,13 @@
 // A position in space.
 typedef struct armor_point {
   // Forward, in metres.
+  // Unit: m.
   double x;
   // To the left, in metres.
+  // Unit: m.
   double y;
   // Up, in metres.
+  // Unit: m.
   double z;
 } armor_point;
 ARMOR_STRUCT(armor_point, "Point",
@@ -69,10 +72,13 @@ ARMOR_STRUCT(armor_pose, "Pose",
 // Position and heading on the plane.
 typedef struct armor_pose2d {
   // Forward, in metres.
+  // Unit: m.
   double x;
   // To the left, in metres.
+  // Unit: m.
   double y;
   // Heading, counter-clockwise from x, in radians.
+  // Unit: rad.
   double theta;
 } armor_pose2d;
 ARMOR_STRUCT(armor_pose2d, "Pose2D",
@@ -83,6 +89,7 @@ ARMOR_STRUCT(armor_pose2d, "Pose2D",
 // A pose in a frame at a time.
 typedef struct armor_pose_stamped {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame the pose is in.
   armor_string frame;
@@ -97,6 +104,7 @@ ARMOR_STRUCT(armor_pose_stamped, "PoseStamped",
 // Poses in one frame at one time, such as the hypotheses of a particle filter.
 typedef struct armor_pose_array {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame the poses are in.
   armor_string frame;
@@ -122,6 +130,7 @@ ARMOR_STRUCT(armor_pose_with_covariance, "PoseWithCovariance",
 // A pose, how sure it is, in a frame at a time.
 typedef struct armor_pose_with_covariance_stamped {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame the pose is in.
   armor_string frame;
@@ -136,8 +145,10 @@ ARMOR_STRUCT(armor_pose_with_covariance_stamped, "PoseWithCovarianceStamped",
 // A velocity.
 typedef struct armor_twist {
   // In metres per second.
+  // Unit: m/s.
   armor_vector3 linear;
   // In radians per second.
+  // Unit: rad/s.
   armor_vector3 angular;
 } armor_twist;
 ARMOR_STRUCT(armor_twist, "Twist",
@@ -162,6 +173,7 @@ typedef struct armor_frame_transform {
   // The frame.
   armor_string child;
   // Its origin in the parent, in metres.
+  // Unit: m.
   armor_vector3 translation;
   // Its axes in the parent.
   armor_quaternion rotation;
@@ -176,6 +188,7 @@ ARMOR_STRUCT(armor_frame_transform, "FrameTransform",
 // one parent, and one component publishes where it is.
 typedef struct armor_frame_transforms {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // The frames.
   ARMOR_LIST_OF(armor_frame_transform) transforms;
@@ -187,8 +200,10 @@ ARMOR_STRUCT(armor_frame_transforms, "FrameTransforms",
 // How a map lies in its frame.
 typedef struct armor_map_meta_data {
   // System time in seconds when the map was made.
+  // Unit: s.
   double map_load_time;
   // Side of a cell in metres.
+  // Unit: m.
   float resolution;
   // Cells along x.
   uint32_t width;
@@ -207,6 +222,7 @@ ARMOR_STRUCT(armor_map_meta_data, "MapMetaData",
 // Which parts of the plane are occupied.
 typedef struct armor_occupancy_grid {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the map.
   armor_string frame;
@@ -224,6 +240,7 @@ ARMOR_STRUCT(armor_occupancy_grid, "OccupancyGrid",
 // A rectangle of a map that has changed (`map_msgs`).
 typedef struct armor_occupancy_grid_update {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the map.
   armor_string frame;
@@ -250,6 +267,7 @@ ARMOR_STRUCT(armor_occupancy_grid_update, "OccupancyGridUpdate",
 // Poses to follow, in order.
 typedef struct armor_path {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the path.
   armor_string frame;
@@ -264,6 +282,7 @@ ARMOR_STRUCT(armor_path, "Path",
 // Quality of mapping and localising, once per scan (our own; ROS has no such message).
 typedef struct armor_slam_diagnostics {
   // System time of the scan, in seconds.
+  // Unit: s.
   double stamp;
   // Number of particles.
   uint32_t particles;
@@ -274,6 +293,7 @@ typedef struct armor_slam_diagnostics {
   // Loops closed so far.
   uint64_t closures;
   // Time the scan took, in seconds.
+  // Unit: s.
   double update_time;
   // Scans dropped because no odometry came for them.
   uint64_t dropped;
@@ -308,14 +328,17 @@ typedef struct armor_zone {
   armor_zone_rule kind;
   // Distance that the robot's outline must keep from it, in metres; from its boundary where the
   // robot must stay in it.
+  // Unit: m.
   double margin;
   // Fastest speed in a `Speed` zone, in metres per second; 0 in the others.
+  // Unit: m/s.
   double speed;
   // Corners of the polygon, in either order, the first one not repeated; empty for a circle.
   ARMOR_LIST_OF(armor_point) polygon;
   // Centre of the circle, if it is one.
   armor_point centre;
   // Radius of the circle, in metres; 0 for a polygon.
+  // Unit: m.
   double radius;
 } armor_zone;
 ARMOR_STRUCT(armor_zone, "Zone",
@@ -330,6 +353,7 @@ ARMOR_STRUCT(armor_zone, "Zone",
 // All zones of a map; they replace those before (our own).
 typedef struct armor_zones {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the map.
   armor_string frame;
@@ -344,6 +368,7 @@ ARMOR_STRUCT(armor_zones, "Zones",
 // The robot's pose and velocity, estimated from its own motion.
 typedef struct armor_odometry {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame the pose is in, usually `odom`.
   armor_string frame;
@@ -364,26 +389,35 @@ ARMOR_STRUCT(armor_odometry, "Odometry",
 // One sweep of a planar laser range-finder.
 typedef struct armor_laser_scan {
   // System time in seconds of the first ray.
+  // Unit: s.
   double stamp;
   // Frame of the laser; angles are about its z axis, 0 along x, counter-clockwise.
   armor_string frame;
   // Angle of the first ray.
+  // Unit: rad.
   float angle_min;
   // Angle of the last ray.
+  // Unit: rad.
   float angle_max;
   // Angle from one ray to the next.
+  // Unit: rad.
   float angle_increment;
   // Time from one ray to the next.
+  // Unit: s.
   float time_increment;
   // Time from one sweep to the next.
+  // Unit: s.
   float scan_time;
   // Shortest range that can be measured.
+  // Unit: m.
   float range_min;
   // Longest range that can be measured.
+  // Unit: m.
   float range_max;
   // Strength of the return of each ray; empty if not measured.
   armor_f32_list intensities;
   // Range of each ray; outside of `range_min..=range_max` or not finite: nothing seen.
+  // Unit: m.
   armor_f32_list ranges;
 } armor_laser_scan;
 ARMOR_STRUCT(armor_laser_scan, "LaserScan",
@@ -402,6 +436,7 @@ ARMOR_STRUCT(armor_laser_scan, "LaserScan",
 // An uncompressed image.
 typedef struct armor_image {
   // System time in seconds of the exposure.
+  // Unit: s.
   double stamp;
   // Optical frame of the camera: z ahead, x right, y down.
   armor_string frame;
@@ -414,6 +449,7 @@ typedef struct armor_image {
   // 1 if pixels of more than one byte are big-endian.
   uint8_t is_bigendian;
   // Length of a row in bytes.
+  // Unit: B.
   uint32_t step;
   // The rows, top first.
   armor_u8_list data;
@@ -431,6 +467,7 @@ ARMOR_STRUCT(armor_image, "Image",
 // A compressed image.
 typedef struct armor_compressed_image {
   // System time in seconds of the exposure.
+  // Unit: s.
   double stamp;
   // Optical frame of the camera.
   armor_string frame;
@@ -472,6 +509,7 @@ ARMOR_STRUCT(armor_detection2d, "Detection2D",
 // What was recognized in one image; none if the image was searched and nothing was found.
 typedef struct armor_detection2darray {
   // System time in seconds of the exposure of the image.
+  // Unit: s.
   double stamp;
   // Optical frame of the camera.
   armor_string frame;
@@ -492,6 +530,7 @@ ARMOR_STRUCT(armor_detection2darray, "Detection2DArray",
 // A measurement of an inertial measurement unit.
 typedef struct armor_imu {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the unit.
   armor_string frame;
@@ -500,10 +539,12 @@ typedef struct armor_imu {
   // Row-major 3x3 about x, y, z.
   double orientation_covariance[9];
   // Angular velocity.
+  // Unit: rad/s.
   armor_vector3 angular_velocity;
   // Row-major 3x3 about x, y, z.
   double angular_velocity_covariance[9];
   // Linear acceleration, gravity included.
+  // Unit: m/s2.
   armor_vector3 linear_acceleration;
   // Row-major 3x3 along x, y, z.
   double linear_acceleration_covariance[9];
@@ -542,6 +583,7 @@ ARMOR_STRUCT(armor_nav_sat_service, "NavSatService",
 // A position from satellites, WGS 84.
 typedef struct armor_nav_sat_fix {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the antenna.
   armor_string frame;
@@ -550,10 +592,13 @@ typedef struct armor_nav_sat_fix {
   // Systems used.
   armor_nav_sat_service service;
   // Degrees, north positive.
+  // Unit: deg.
   double latitude;
   // Degrees, east positive.
+  // Unit: deg.
   double longitude;
   // Metres above the ellipsoid; NaN if unknown.
+  // Unit: m.
   double altitude;
   // Row-major 3x3 over east, north, up, in m².
   double position_covariance[9];
@@ -589,20 +634,27 @@ ARMOR_ENUM(armor_power_supply_status, "PowerSupplyStatus", "Unknown", "Charging"
 // State of a battery. A number that is not measured is NaN.
 typedef struct armor_battery_state {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame, or place, of the battery.
   armor_string frame;
   // Voltage.
+  // Unit: V.
   float voltage;
   // Temperature.
+  // Unit: degC.
   float temperature;
   // Current; negative when discharging.
+  // Unit: A.
   float current;
   // Current charge.
+  // Unit: Ah.
   float charge;
   // Charge when last full.
+  // Unit: Ah.
   float capacity;
   // Charge by design.
+  // Unit: Ah.
   float design_capacity;
   // 0..=1.
   float percentage;
@@ -659,6 +711,7 @@ ARMOR_STRUCT(armor_count, "Count",
 // One line of a log.
 typedef struct armor_log {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // 10 debug, 20 info, 30 warning, 40 error, 50 fatal.
   uint8_t level;
@@ -689,6 +742,7 @@ ARMOR_STRUCT(armor_log, "Log",
 // newest one.
 typedef struct armor_progress {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // What is being done, such as `exploring`; empty while no task is active.
   armor_string task;

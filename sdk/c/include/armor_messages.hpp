@@ -13,10 +13,13 @@ namespace armor::messages {
 // A position in space.
 struct Point {
   // Forward, in metres.
+  // Unit: m.
   double x{};
   // To the left, in metres.
+  // Unit: m.
   double y{};
   // Up, in metres.
+  // Unit: m.
   double z{};
 };
 ARMOR_MESSAGE_NAMED("Point", Point, (x, "m"), (y, "m"), (z, "m"))
@@ -57,10 +60,13 @@ ARMOR_MESSAGE_NAMED("Pose", Pose, position, orientation)
 // Position and heading on the plane.
 struct Pose2D {
   // Forward, in metres.
+  // Unit: m.
   double x{};
   // To the left, in metres.
+  // Unit: m.
   double y{};
   // Heading, counter-clockwise from x, in radians.
+  // Unit: rad.
   double theta{};
 };
 ARMOR_MESSAGE_NAMED("Pose2D", Pose2D, (x, "m"), (y, "m"), (theta, "rad"))
@@ -68,6 +74,7 @@ ARMOR_MESSAGE_NAMED("Pose2D", Pose2D, (x, "m"), (y, "m"), (theta, "rad"))
 // A pose in a frame at a time.
 struct PoseStamped {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame the pose is in.
   std::string frame{};
@@ -79,6 +86,7 @@ ARMOR_MESSAGE_NAMED("PoseStamped", PoseStamped, (stamp, "s"), frame, pose)
 // Poses in one frame at one time, such as the hypotheses of a particle filter.
 struct PoseArray {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame the poses are in.
   std::string frame{};
@@ -99,6 +107,7 @@ ARMOR_MESSAGE_NAMED("PoseWithCovariance", PoseWithCovariance, pose, covariance)
 // A pose, how sure it is, in a frame at a time.
 struct PoseWithCovarianceStamped {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame the pose is in.
   std::string frame{};
@@ -110,8 +119,10 @@ ARMOR_MESSAGE_NAMED("PoseWithCovarianceStamped", PoseWithCovarianceStamped, (sta
 // A velocity.
 struct Twist {
   // In metres per second.
+  // Unit: m/s.
   Vector3 linear{};
   // In radians per second.
+  // Unit: rad/s.
   Vector3 angular{};
 };
 ARMOR_MESSAGE_NAMED("Twist", Twist, (linear, "m/s"), (angular, "rad/s"))
@@ -132,6 +143,7 @@ struct FrameTransform {
   // The frame.
   std::string child{};
   // Its origin in the parent, in metres.
+  // Unit: m.
   Vector3 translation{};
   // Its axes in the parent.
   Quaternion rotation{};
@@ -142,6 +154,7 @@ ARMOR_MESSAGE_NAMED("FrameTransform", FrameTransform, parent, child, (translatio
 // one parent, and one component publishes where it is.
 struct FrameTransforms {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // The frames.
   std::vector<FrameTransform> transforms{};
@@ -151,8 +164,10 @@ ARMOR_MESSAGE_NAMED("FrameTransforms", FrameTransforms, (stamp, "s"), transforms
 // How a map lies in its frame.
 struct MapMetaData {
   // System time in seconds when the map was made.
+  // Unit: s.
   double map_load_time{};
   // Side of a cell in metres.
+  // Unit: m.
   float resolution{};
   // Cells along x.
   uint32_t width{};
@@ -166,6 +181,7 @@ ARMOR_MESSAGE_NAMED("MapMetaData", MapMetaData, (map_load_time, "s"), (resolutio
 // Which parts of the plane are occupied.
 struct OccupancyGrid {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the map.
   std::string frame{};
@@ -180,6 +196,7 @@ ARMOR_MESSAGE_NAMED("OccupancyGrid", OccupancyGrid, (stamp, "s"), frame, info, d
 // from the sender's memory.
 struct OccupancyGridView {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the map.
   std::string_view frame{};
@@ -193,6 +210,7 @@ ARMOR_MESSAGE_NAMED("OccupancyGrid", OccupancyGridView, (stamp, "s"), frame, inf
 // A rectangle of a map that has changed (`map_msgs`).
 struct OccupancyGridUpdate {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the map.
   std::string frame{};
@@ -213,6 +231,7 @@ ARMOR_MESSAGE_NAMED("OccupancyGridUpdate", OccupancyGridUpdate, (stamp, "s"), fr
 // from the sender's memory.
 struct OccupancyGridUpdateView {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the map.
   std::string_view frame{};
@@ -232,6 +251,7 @@ ARMOR_MESSAGE_NAMED("OccupancyGridUpdate", OccupancyGridUpdateView, (stamp, "s")
 // Poses to follow, in order.
 struct Path {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the path.
   std::string frame{};
@@ -243,6 +263,7 @@ ARMOR_MESSAGE_NAMED("Path", Path, (stamp, "s"), frame, poses)
 // Quality of mapping and localising, once per scan (our own; ROS has no such message).
 struct SlamDiagnostics {
   // System time of the scan, in seconds.
+  // Unit: s.
   double stamp{};
   // Number of particles.
   uint32_t particles{};
@@ -253,6 +274,7 @@ struct SlamDiagnostics {
   // Loops closed so far.
   uint64_t closures{};
   // Time the scan took, in seconds.
+  // Unit: s.
   double update_time{};
   // Scans dropped because no odometry came for them.
   uint64_t dropped{};
@@ -280,14 +302,17 @@ struct Zone {
   ZoneRule kind{};
   // Distance that the robot's outline must keep from it, in metres; from its boundary where the
   // robot must stay in it.
+  // Unit: m.
   double margin{};
   // Fastest speed in a `Speed` zone, in metres per second; 0 in the others.
+  // Unit: m/s.
   double speed{};
   // Corners of the polygon, in either order, the first one not repeated; empty for a circle.
   std::vector<Point> polygon{};
   // Centre of the circle, if it is one.
   Point centre{};
   // Radius of the circle, in metres; 0 for a polygon.
+  // Unit: m.
   double radius{};
 };
 ARMOR_MESSAGE_NAMED("Zone", Zone, name, kind, (margin, "m"), (speed, "m/s"), polygon, centre, (radius, "m"))
@@ -295,6 +320,7 @@ ARMOR_MESSAGE_NAMED("Zone", Zone, name, kind, (margin, "m"), (speed, "m/s"), pol
 // All zones of a map; they replace those before (our own).
 struct Zones {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the map.
   std::string frame{};
@@ -306,6 +332,7 @@ ARMOR_MESSAGE_NAMED("Zones", Zones, (stamp, "s"), frame, zones)
 // The robot's pose and velocity, estimated from its own motion.
 struct Odometry {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame the pose is in, usually `odom`.
   std::string frame{};
@@ -321,26 +348,35 @@ ARMOR_MESSAGE_NAMED("Odometry", Odometry, (stamp, "s"), frame, child_frame, pose
 // One sweep of a planar laser range-finder.
 struct LaserScan {
   // System time in seconds of the first ray.
+  // Unit: s.
   double stamp{};
   // Frame of the laser; angles are about its z axis, 0 along x, counter-clockwise.
   std::string frame{};
   // Angle of the first ray.
+  // Unit: rad.
   float angle_min{};
   // Angle of the last ray.
+  // Unit: rad.
   float angle_max{};
   // Angle from one ray to the next.
+  // Unit: rad.
   float angle_increment{};
   // Time from one ray to the next.
+  // Unit: s.
   float time_increment{};
   // Time from one sweep to the next.
+  // Unit: s.
   float scan_time{};
   // Shortest range that can be measured.
+  // Unit: m.
   float range_min{};
   // Longest range that can be measured.
+  // Unit: m.
   float range_max{};
   // Strength of the return of each ray; empty if not measured.
   std::vector<float> intensities{};
   // Range of each ray; outside of `range_min..=range_max` or not finite: nothing seen.
+  // Unit: m.
   std::vector<float> ranges{};
 };
 ARMOR_MESSAGE_NAMED("LaserScan", LaserScan, (stamp, "s"), frame, (angle_min, "rad"), (angle_max, "rad"), (angle_increment, "rad"), (time_increment, "s"), (scan_time, "s"), (range_min, "m"), (range_max, "m"), intensities, (ranges, "m"))
@@ -349,26 +385,35 @@ ARMOR_MESSAGE_NAMED("LaserScan", LaserScan, (stamp, "s"), frame, (angle_min, "ra
 // from the sender's memory.
 struct LaserScanView {
   // System time in seconds of the first ray.
+  // Unit: s.
   double stamp{};
   // Frame of the laser; angles are about its z axis, 0 along x, counter-clockwise.
   std::string_view frame{};
   // Angle of the first ray.
+  // Unit: rad.
   float angle_min{};
   // Angle of the last ray.
+  // Unit: rad.
   float angle_max{};
   // Angle from one ray to the next.
+  // Unit: rad.
   float angle_increment{};
   // Time from one ray to the next.
+  // Unit: s.
   float time_increment{};
   // Time from one sweep to the next.
+  // Unit: s.
   float scan_time{};
   // Shortest range that can be measured.
+  // Unit: m.
   float range_min{};
   // Longest range that can be measured.
+  // Unit: m.
   float range_max{};
   // Strength of the return of each ray; empty if not measured.
   armor::span<const float> intensities{};
   // Range of each ray; outside of `range_min..=range_max` or not finite: nothing seen.
+  // Unit: m.
   armor::span<const float> ranges{};
 };
 ARMOR_MESSAGE_NAMED("LaserScan", LaserScanView, (stamp, "s"), frame, (angle_min, "rad"), (angle_max, "rad"), (angle_increment, "rad"), (time_increment, "s"), (scan_time, "s"), (range_min, "m"), (range_max, "m"), intensities, (ranges, "m"))
@@ -376,6 +421,7 @@ ARMOR_MESSAGE_NAMED("LaserScan", LaserScanView, (stamp, "s"), frame, (angle_min,
 // An uncompressed image.
 struct Image {
   // System time in seconds of the exposure.
+  // Unit: s.
   double stamp{};
   // Optical frame of the camera: z ahead, x right, y down.
   std::string frame{};
@@ -388,6 +434,7 @@ struct Image {
   // 1 if pixels of more than one byte are big-endian.
   uint8_t is_bigendian{};
   // Length of a row in bytes.
+  // Unit: B.
   uint32_t step{};
   // The rows, top first.
   std::vector<uint8_t> data{};
@@ -398,6 +445,7 @@ ARMOR_MESSAGE_NAMED("Image", Image, (stamp, "s"), frame, height, width, encoding
 // from the sender's memory.
 struct ImageView {
   // System time in seconds of the exposure.
+  // Unit: s.
   double stamp{};
   // Optical frame of the camera: z ahead, x right, y down.
   std::string_view frame{};
@@ -410,6 +458,7 @@ struct ImageView {
   // 1 if pixels of more than one byte are big-endian.
   uint8_t is_bigendian{};
   // Length of a row in bytes.
+  // Unit: B.
   uint32_t step{};
   // The rows, top first.
   armor::span<const uint8_t> data{};
@@ -419,6 +468,7 @@ ARMOR_MESSAGE_NAMED("Image", ImageView, (stamp, "s"), frame, height, width, enco
 // A compressed image.
 struct CompressedImage {
   // System time in seconds of the exposure.
+  // Unit: s.
   double stamp{};
   // Optical frame of the camera.
   std::string frame{};
@@ -433,6 +483,7 @@ ARMOR_MESSAGE_NAMED("CompressedImage", CompressedImage, (stamp, "s"), frame, for
 // from the sender's memory.
 struct CompressedImageView {
   // System time in seconds of the exposure.
+  // Unit: s.
   double stamp{};
   // Optical frame of the camera.
   std::string_view frame{};
@@ -464,6 +515,7 @@ ARMOR_MESSAGE_NAMED("Detection2D", Detection2D, label, score, center_x, center_y
 // What was recognized in one image; none if the image was searched and nothing was found.
 struct Detection2DArray {
   // System time in seconds of the exposure of the image.
+  // Unit: s.
   double stamp{};
   // Optical frame of the camera.
   std::string frame{};
@@ -479,6 +531,7 @@ ARMOR_MESSAGE_NAMED("Detection2DArray", Detection2DArray, (stamp, "s"), frame, h
 // A measurement of an inertial measurement unit.
 struct Imu {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the unit.
   std::string frame{};
@@ -487,10 +540,12 @@ struct Imu {
   // Row-major 3x3 about x, y, z.
   std::array<double, 9> orientation_covariance{};
   // Angular velocity.
+  // Unit: rad/s.
   Vector3 angular_velocity{};
   // Row-major 3x3 about x, y, z.
   std::array<double, 9> angular_velocity_covariance{};
   // Linear acceleration, gravity included.
+  // Unit: m/s2.
   Vector3 linear_acceleration{};
   // Row-major 3x3 along x, y, z.
   std::array<double, 9> linear_acceleration_covariance{};
@@ -520,6 +575,7 @@ ARMOR_MESSAGE_NAMED("NavSatService", NavSatService, bits)
 // A position from satellites, WGS 84.
 struct NavSatFix {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the antenna.
   std::string frame{};
@@ -528,10 +584,13 @@ struct NavSatFix {
   // Systems used.
   NavSatService service{};
   // Degrees, north positive.
+  // Unit: deg.
   double latitude{};
   // Degrees, east positive.
+  // Unit: deg.
   double longitude{};
   // Metres above the ellipsoid; NaN if unknown.
+  // Unit: m.
   double altitude{};
   // Row-major 3x3 over east, north, up, in m².
   std::array<double, 9> position_covariance{};
@@ -558,20 +617,27 @@ ARMOR_MESSAGE_ENUM(PowerSupplyStatus, Unknown, Charging, Discharging, NotChargin
 // State of a battery. A number that is not measured is NaN.
 struct BatteryState {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame, or place, of the battery.
   std::string frame{};
   // Voltage.
+  // Unit: V.
   float voltage{};
   // Temperature.
+  // Unit: degC.
   float temperature{};
   // Current; negative when discharging.
+  // Unit: A.
   float current{};
   // Current charge.
+  // Unit: Ah.
   float charge{};
   // Charge when last full.
+  // Unit: Ah.
   float capacity{};
   // Charge by design.
+  // Unit: Ah.
   float design_capacity{};
   // 0..=1.
   float percentage{};
@@ -613,6 +679,7 @@ ARMOR_MESSAGE_NAMED("Count", Count, count)
 // One line of a log.
 struct Log {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // 10 debug, 20 info, 30 warning, 40 error, 50 fatal.
   uint8_t level{};
@@ -636,6 +703,7 @@ ARMOR_MESSAGE_NAMED("Log", Log, (stamp, "s"), level, name, msg, file, function, 
 // newest one.
 struct Progress {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // What is being done, such as `exploring`; empty while no task is active.
   std::string task{};

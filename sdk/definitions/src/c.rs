@@ -56,6 +56,14 @@ pub fn write_doc<'a>(out: &mut String, lines: impl IntoIterator<Item = &'a Strin
     }
 }
 
+/// Writes the documentation of a field, and its unit.
+pub fn write_field_doc(out: &mut String, definition: &Definition, field: &Field) {
+    write_doc(out, definition.member_docs.get(&field.name).into_iter().flatten(), "  ");
+    if let Some(unit) = &field.unit {
+        let _ = writeln!(out, "  // Unit: {unit}.");
+    }
+}
+
 /// `LaserScan` is `armor_laser_scan`, `NoFix` in it `ARMOR_…_NO_FIX`.
 fn snake_case(name: &str) -> String {
     let mut result = String::new();
@@ -219,7 +227,7 @@ fn write_struct(
     let _ = writeln!(out, "typedef struct {ctype} {{");
     let mut entries = Vec::new();
     for field in fields {
-        write_doc(out, definition.member_docs.get(&field.name).into_iter().flatten(), "  ");
+        write_field_doc(out, definition, field);
         let (declaration, entry) = describe_field(definition, &ctype, field)?;
         let _ = writeln!(out, "  {declaration};");
         entries.push(format!("  {entry}"));

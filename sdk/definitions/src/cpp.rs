@@ -5,7 +5,7 @@ use std::fmt::Write;
 use armor_wire::schema::{Field, Schema, Variant};
 use serde_json::Value;
 
-use crate::c::{KEPT_HEAD, plain_type, write_doc};
+use crate::c::{KEPT_HEAD, plain_type, write_doc, write_field_doc};
 use crate::definition::{Definition, name_of};
 use crate::language::{ExportError, Language};
 
@@ -190,7 +190,7 @@ fn write_struct(
         if KEYWORDS.contains(&field.name.as_str()) {
             return Err(ExportError::reserved(definition, &field.name, Language::Cpp));
         }
-        write_doc(out, definition.member_docs.get(&field.name).into_iter().flatten(), "  ");
+        write_field_doc(out, definition, field);
         let default = initializer(field, definition.default.get(&field.name));
         let _ = writeln!(out, "  {} {}{default};", type_name(&field.schema, is_view), field.name);
         entries.push(match &field.unit {

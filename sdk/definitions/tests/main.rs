@@ -82,7 +82,7 @@ fn a_message_of_a_component_is_written_in_every_language() {
         Language::C,
         &[
             "#include <armor_messages.h>",
-            "  armor_string_list names;\n  double corner[4];\n  struct {\n    bool is_present;\n",
+            "  armor_string_list names;\n  // Unit: m.\n  double corner[4];\n  // Unit: m.\n  struct {\n",
             "  ARMOR_NESTED(armor_reading, at, armor_pose2d, \"\"),\n",
         ],
     );

@@ -12,6 +12,7 @@ ARMOR_ENUM(armor_state_message, "State", "Idle", "Busy");
 
 typedef struct armor_part {
   int32_t id;
+  // Unit: kg.
   struct {
     bool is_present;
     float value;
@@ -22,14 +23,18 @@ ARMOR_STRUCT(armor_part, "Part",
   ARMOR_OPTIONAL_FIELD(armor_part, mass, "kg"));
 
 typedef struct armor_reading {
+  // Unit: s.
   double stamp;
   armor_string name;
   uint16_t level;
   bool ok;
+  // Unit: m.
   armor_f32_list ranges;
   armor_u8_list raw;
   armor_string_list names;
+  // Unit: m.
   double corner[4];
+  // Unit: m.
   struct {
     bool is_present;
     double value;
