@@ -4,7 +4,7 @@ use crate::field::{CellWindow, LikelihoodField};
 use crate::grid::SurfaceGrid;
 use crate::pose::Point;
 use crate::prior::Prior;
-use crate::refine::{Expected, Refined, refine};
+use crate::refine::{Expected, Refined, points_in_front, refine};
 use crate::search::search;
 
 /// Scans with fewer points are not matched.
@@ -36,7 +36,9 @@ pub(crate) fn place_scan(
         let wide = window.widened((WIDER_M / resolution_m) as i32);
         *field = Some(LikelihoodField::draw(grid, wide, BLUR_M, LEVELS));
     }
-    let found = search(field.as_ref()?, points, prior, resolution_m, None)?;
+    let in_front = points_in_front(grid, points, &prior.pose);
+    let searched = if in_front.len() < FEWEST_POINTS { points } else { &in_front[..] };
+    let found = search(field.as_ref()?, searched, prior, resolution_m, None)?;
     let refined = refine(grid, points, found.pose, &expected.doubted(&found.pose));
     (refined.support >= BELIEVED_SUPPORT).then_some(refined)
 }
