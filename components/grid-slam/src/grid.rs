@@ -1,6 +1,7 @@
 //! The map: an occupancy grid in log-odds that grows in tiles with the area seen. Every cell also
 //! knows the mean of the points that fell into it, so that walls are finer than cells.
 
+use crate::normals::find_normals;
 use crate::pose::{Point, Pose};
 use crate::scan::Beam;
 use crate::snapshot::GridSnapshot;
@@ -44,19 +45,24 @@ impl SurfaceGrid {
 
     /// Draws a scan: cells that beams went through become freer, those they ended in more occupied.
     pub fn insert(&mut self, world_from_robot: &Pose, laser: Point, beams: &[Beam]) {
-        let from = self.cell_of(world_from_robot.apply(laser));
+        let laser = world_from_robot.apply(laser);
+        let from = self.cell_of(laser);
         let ends: Vec<_> = beams.iter().map(|b| (world_from_robot.apply(b.end), b.hit)).collect();
-        let fits = |grid: &mut Self, end: Point| {
-            grid.cover_tile(from) && grid.cover_tile(grid.cell_of(end))
-        };
-        let kept: Vec<_> = ends.iter().copied().filter(|&(end, _)| fits(self, end)).collect();
-        self.outside += (ends.len() - kept.len()) as u64;
-        let cells: Vec<_> = kept.iter().map(|&(end, _)| self.cell_of(end)).collect();
-        let mut sweep = Sweep::over(cells.iter().copied().chain([from]));
-        for (&(end, _), &cell) in kept.iter().zip(&cells).filter(|((_, hit), _)| *hit) {
-            self.hit(cell, end, sweep.mark_end(cell));
+        let mut kept = Vec::with_capacity(ends.len());
+        for (&(end, is_hit), normal) in ends.iter().zip(find_normals(&ends, laser)) {
+            let cell = self.cell_of(end);
+            if self.cover_tile(from) && self.cover_tile(cell) {
+                kept.push((cell, end, is_hit.then_some(normal)));
+            }
         }
-        cells.iter().for_each(|&cell| sweep.mark_passed(from, cell));
+        self.outside += (ends.len() - kept.len()) as u64;
+        let mut sweep = Sweep::over(kept.iter().map(|&(cell, ..)| cell).chain([from]));
+        for &(cell, end, normal) in &kept {
+            if let Some(normal) = normal {
+                self.hit(cell, end, normal, sweep.mark_end(cell));
+            }
+        }
+        kept.iter().for_each(|&(cell, ..)| sweep.mark_passed(from, cell));
         // What this scan saw as a surface, no other beam of it may clear.
         for (tile, passed) in sweep.passed() {
             if let Some(tile) = self.tile_mut(tile.map(|t| t * TILE_CELLS)) {
@@ -73,7 +79,7 @@ impl SurfaceGrid {
         let mut sweep = Sweep::over(kept.iter().map(|&point| self.cell_of(point)));
         for point in kept {
             let cell = self.cell_of(point);
-            self.hit(cell, point, sweep.mark_end(cell));
+            self.hit(cell, point, [0.0; 2], sweep.mark_end(cell));
         }
     }
 
@@ -90,6 +96,17 @@ impl SurfaceGrid {
         high: [i32; 2],
         mut visit: impl FnMut([i32; 2], Point),
     ) {
+        self.for_each_facing_surface(low, high, |cell, point, _| visit(cell, point));
+    }
+
+    /// The same with the direction in which each surface faces: the mean of the unit vectors out of
+    /// it towards where it was seen from, short where these differ, zero where it is not known.
+    pub(crate) fn for_each_facing_surface(
+        &self,
+        low: [i32; 2],
+        high: [i32; 2],
+        mut visit: impl FnMut([i32; 2], Point, [f64; 2]),
+    ) {
         for tile_y in tile_of(low[1])..=tile_of(high[1] - 1) {
             for tile_x in tile_of(low[0])..=tile_of(high[0] - 1) {
                 let Some(tile) = self.tile_at([tile_x, tile_y]) else { continue };
@@ -98,12 +115,12 @@ impl SurfaceGrid {
                     let within = |cell: i32| (cell - corner[axis]).clamp(0, TILE_CELLS) as usize;
                     within(low[axis])..within(high[axis])
                 };
-                tile.for_each_surface(part(0), part(1), |[x, y], from_middle| {
+                tile.for_each_surface(part(0), part(1), |[x, y], from_middle, normal| {
                     let cell = [corner[0] + x as i32, corner[1] + y as i32];
                     let along = |axis: usize| {
                         (f64::from(cell[axis]) + 0.5 + from_middle[axis]) * self.resolution_m
                     };
-                    visit(cell, Point { x_m: along(0), y_m: along(1) });
+                    visit(cell, Point { x_m: along(0), y_m: along(1) }, normal);
                 });
             }
         }
@@ -141,12 +158,12 @@ impl SurfaceGrid {
         GridSnapshot { origin, resolution_m: self.resolution_m, width, height, cells }
     }
 
-    fn hit(&mut self, cell: [i32; 2], end: Point, is_first: bool) {
+    fn hit(&mut self, cell: [i32; 2], end: Point, normal: [f64; 2], is_first: bool) {
         let resolution_m = self.resolution_m;
         let from_middle = |metres: f64, cell: i32| metres / resolution_m - f64::from(cell) - 0.5;
         let offset = [from_middle(end.x_m, cell[0]), from_middle(end.y_m, cell[1])];
         if let Some(tile) = self.tile_mut(cell) {
-            tile.hit(within_tile(cell), offset, is_first);
+            tile.hit(within_tile(cell), offset, normal, is_first);
         }
     }
 

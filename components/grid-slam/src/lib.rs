@@ -11,6 +11,7 @@ pub mod filter;
 pub mod graph;
 pub mod grid;
 mod matching;
+mod normals;
 pub mod pairing;
 mod particle;
 mod ports;

@@ -4,7 +4,7 @@ use crate::field::{CellWindow, LikelihoodField};
 use crate::grid::SurfaceGrid;
 use crate::pose::Point;
 use crate::prior::Prior;
-use crate::refine::{Expected, Refined, refine};
+use crate::refine::{Expected, Refined, points_in_front, refine};
 use crate::search::search;
 
 /// Scans with fewer points are not matched.
@@ -36,7 +36,60 @@ pub(crate) fn place_scan(
         let wide = window.widened((WIDER_M / resolution_m) as i32);
         *field = Some(LikelihoodField::draw(grid, wide, BLUR_M, LEVELS));
     }
-    let found = search(field.as_ref()?, points, prior, resolution_m, None)?;
+    let in_front = points_in_front(grid, points, &prior.pose);
+    let searched = if in_front.len() < FEWEST_POINTS { points } else { &in_front[..] };
+    let found = search(field.as_ref()?, searched, prior, resolution_m, None)?;
     let refined = refine(grid, points, found.pose, &expected.doubted(&found.pose));
     (refined.support >= BELIEVED_SUPPORT).then_some(refined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::pose::Pose;
+    use crate::scan::Beam;
+
+    /// Points every 5 cm from one corner to the next.
+    fn points_along(corners: &[[f64; 2]]) -> Vec<Point> {
+        let mut points = Vec::new();
+        for pair in corners.windows(2) {
+            let [[from_x, from_y], [to_x, to_y]] = [pair[0], pair[1]];
+            let steps = ((to_x - from_x).hypot(to_y - from_y) / 0.05).round() as i32;
+            points.extend((0..steps).map(|step| f64::from(step) / f64::from(steps)).map(|part| {
+                Point { x_m: from_x + part * (to_x - from_x), y_m: from_y + part * (to_y - from_y) }
+            }));
+        }
+        points
+    }
+
+    /// Where a scan of `seen` is placed, taken at `truth`, as the odometry rightly expects; `None`
+    /// if it fits nowhere.
+    fn place(grid: &SurfaceGrid, seen: &[Point], truth: Pose) -> Option<Pose> {
+        let points: Vec<_> = seen.iter().map(|point| truth.inverse().apply(*point)).collect();
+        let motion = Pose::new(0.4, 0.0, 0.0);
+        let (expected, prior) =
+            Config::default().expect_motion(&(truth * motion.inverse()), &motion);
+        place_scan(grid, &mut None, &points, &expected, &prior).map(|placed| placed.pose)
+    }
+
+    #[test]
+    fn a_wall_that_is_known_from_one_side_does_not_place_a_scan_of_the_other() {
+        // A wall from x = 0 to 0.1 m, at the end of a room.
+        let room = points_along(&[[-4.0, -3.0], [0.0, -3.0], [0.0, 3.0], [-4.0, 3.0]]);
+        let from = Pose::new(-2.0, 0.0, 0.0);
+        let beam = |point: &Point| Beam { end: from.inverse().apply(*point), hit: true };
+        let beams: Vec<_> = room.iter().map(beam).collect();
+        let mut grid = SurfaceGrid::new(0.05);
+        (0..3).for_each(|_| grid.insert(&from, Point::default(), &beams));
+
+        let here = Pose::new(-2.5, 0.5, 0.2);
+        let placed = place(&grid, &room, here).expect("the room is known");
+        assert!(placed.distance_m(&here) < 0.02, "{placed:?}");
+
+        let next_room = points_along(&[[0.6, -3.0], [0.1, -3.0], [0.1, 3.0], [0.6, 3.0]]);
+        let there = Pose::new(2.0, 0.0, 3.0);
+        let placed = place(&grid, &next_room, there);
+        assert!(placed.is_none_or(|it| it.distance_m(&there) < 0.03), "{placed:?}");
+    }
 }

@@ -14,6 +14,8 @@ const ROUGHNESS_M: f64 = 0.03;
 const DOUBT_SIGMAS: f64 = 2.0;
 /// Share of an independent measurement that a beam is worth: neighbours err together.
 pub(crate) const BEAM_WORTH: f64 = 0.15;
+/// A surface is seen from behind if the cosine between the view and its normal exceeds this.
+const BEHIND: f64 = 0.15;
 const MOST_STEPS: usize = 12;
 const STILL_M: f64 = 2e-4;
 const STILL_RAD: f64 = 2e-5;
@@ -80,7 +82,7 @@ impl Landscape {
         let mut landscape = Self { seen: Vec::with_capacity(points.len()), elsewhere: 0.0 };
         for point in points {
             let world = pose.apply(*point);
-            match read_patch(grid, world) {
+            match read_patch(grid, world, view_direction(pose, world)) {
                 Some(patch) => landscape.seen.push((*point, patch)),
                 None if grid.is_known(grid.cell_of(world)) => landscape.elsewhere += CONTRADICTED,
                 None => landscape.elsewhere += UNKNOWN,
@@ -190,15 +192,49 @@ fn nearness(x: f64) -> f64 {
     power
 }
 
-/// Weighted mean and scatter of the surface points around `world`.
-fn read_patch(grid: &SurfaceGrid, world: Point) -> Option<Patch> {
+/// The direction in which a robot sees a point.
+fn view_direction(pose: &Pose, world: Point) -> [f64; 2] {
+    let along = [world.x_m - pose.x_m, world.y_m - pose.y_m];
+    let length_m = along[0].hypot(along[1]).max(1e-6);
+    along.map(|part| part / length_m)
+}
+
+/// Returns whether a surface that faces this way is seen from behind.
+fn is_behind(normal: [f64; 2], view: [f64; 2]) -> bool {
+    normal[0] * view[0] + normal[1] * view[1] > BEHIND
+}
+
+/// Returns the points that may be on surfaces of the map, seen from about `pose`: those near which
+/// there is none, or one that is not seen from behind. What is near the back of a wall only is the
+/// wall's other side, which the map does not show yet: it would draw the scan across the wall.
+pub(crate) fn points_in_front(grid: &SurfaceGrid, points: &[Point], pose: &Pose) -> Vec<Point> {
+    let is_in_front = |point: &&Point| {
+        let world = pose.apply(**point);
+        let view = view_direction(pose, world);
+        let [x, y] = grid.cell_of(world);
+        let low = [x - NEIGHBOUR_CELLS, y - NEIGHBOUR_CELLS];
+        let high = [x + NEIGHBOUR_CELLS + 1, y + NEIGHBOUR_CELLS + 1];
+        let (mut front, mut back) = (false, false);
+        grid.for_each_facing_surface(low, high, |_, _, normal| {
+            if is_behind(normal, view) { back = true } else { front = true }
+        });
+        front || !back
+    };
+    points.iter().filter(is_in_front).copied().collect()
+}
+
+/// Weighted mean and scatter of the surface points around `world` that are not seen from behind.
+fn read_patch(grid: &SurfaceGrid, world: Point, view: [f64; 2]) -> Option<Patch> {
     let [x, y] = grid.cell_of(world);
     let width_m = 0.5 * f64::from(NEIGHBOUR_CELLS) * grid.resolution_m();
     let scale = 0.5 / (width_m * width_m);
     let (mut weights, mut sum, mut squares) = (0.0, Vector2::zeros(), Matrix2::zeros());
     let low = [x - NEIGHBOUR_CELLS, y - NEIGHBOUR_CELLS];
     let high = [x + NEIGHBOUR_CELLS + 1, y + NEIGHBOUR_CELLS + 1];
-    grid.for_each_surface(low, high, |_, point| {
+    grid.for_each_facing_surface(low, high, |_, point, normal| {
+        if is_behind(normal, view) {
+            return;
+        }
         let offset = Vector2::new(point.x_m - world.x_m, point.y_m - world.y_m);
         let weight = nearness(scale * offset.norm_squared());
         weights += weight;

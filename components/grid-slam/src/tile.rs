@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-/// Cells along a side of a tile: 3.2 m at 5 cm, a tile is 17 KiB.
+/// Cells along a side of a tile: 3.2 m at 5 cm, a tile is 25 KiB.
 pub const TILE_CELLS: i32 = 64;
 const SIDE: usize = TILE_CELLS as usize;
 // A row's surfaces are the bits of a number.
@@ -19,6 +19,7 @@ const LEAST: i8 = -60;
 /// The mean point of a cell follows slow changes: it is never over more points than this.
 const MEAN_OVER: u8 = 24;
 const OFFSET_STEPS: f64 = 250.0;
+const NORMAL_STEPS: f64 = 100.0;
 
 /// Cells of a tile, a bit each: a number for every row.
 pub(crate) type TileRows = [u64; SIDE];
@@ -29,6 +30,8 @@ pub(crate) struct MapTile {
     log_odds: [i8; SIDE * SIDE],
     /// Mean hit point from the cell's centre, in 1/250 of a cell, and over how many.
     means: [([i8; 2], u8); SIDE * SIDE],
+    /// Mean of the unit vectors out of the surface towards the laser, in 1/100.
+    normals: [[i8; 2]; SIDE * SIDE],
     /// Where a beam has ever ended or gone through.
     known: TileRows,
     /// Where there is more likely a surface than not.
@@ -53,16 +56,26 @@ impl MapTile {
     pub(crate) const UNKNOWN: Self = Self {
         log_odds: [0; SIDE * SIDE],
         means: [([0; 2], 0); SIDE * SIDE],
+        normals: [[0; 2]; SIDE * SIDE],
         known: [0; SIDE],
         surfaces: [0; SIDE],
     };
 
-    /// A beam ended in a cell, so far from its middle, in cells; the first one of its scan or not.
-    pub(crate) fn hit(&mut self, [x, y]: [usize; 2], from_middle: [f64; 2], is_first: bool) {
+    /// A beam ended in a cell, so far from its middle, in cells, on a surface that faces this way;
+    /// the first one of its scan or not.
+    pub(crate) fn hit(
+        &mut self,
+        [x, y]: [usize; 2],
+        from_middle: [f64; 2],
+        normal: [f64; 2],
+        is_first: bool,
+    ) {
+        let normals = &mut self.normals[y * SIDE + x];
         let odds = &mut self.log_odds[y * SIDE + x];
         let (mean, hits) = &mut self.means[y * SIDE + x];
         if *odds <= 0 {
             *hits = 0;
+            *normals = [0; 2];
         }
         if is_first {
             *odds = odds.saturating_add(HIT).min(MOST);
@@ -71,6 +84,12 @@ impl MapTile {
         for (mean, new) in mean.iter_mut().zip(from_middle) {
             let (old, new) = (f64::from(*mean), (new * OFFSET_STEPS).clamp(-125.0, 125.0));
             *mean = (old + (new - old) / f64::from(*hits)).round() as i8;
+        }
+        if normal != [0.0; 2] {
+            for (mean, new) in normals.iter_mut().zip(normal) {
+                let (old, new) = (f64::from(*mean), new * NORMAL_STEPS);
+                *mean = (old + (new - old) / f64::from(*hits)).round() as i8;
+            }
         }
         self.known[y] |= 1 << x;
         if *odds > 0 {
@@ -104,13 +123,13 @@ impl MapTile {
         self.known[y] >> x & 1 == 1
     }
 
-    /// Calls `visit` with every surface of some rows and columns: its cell, and how far its points'
-    /// mean is from the cell's middle, in cells.
+    /// Calls `visit` with every surface of some rows and columns: its cell, how far its points' mean
+    /// is from the cell's middle, in cells, and which way it faces.
     pub(crate) fn for_each_surface(
         &self,
         columns: Range<usize>,
         rows: Range<usize>,
-        mut visit: impl FnMut([usize; 2], [f64; 2]),
+        mut visit: impl FnMut([usize; 2], [f64; 2], [f64; 2]),
     ) {
         let (below, above) = (u64::MAX << columns.start, u64::MAX >> (SIDE - columns.end));
         for y in rows {
@@ -119,7 +138,13 @@ impl MapTile {
                 let x = waiting.trailing_zeros() as usize;
                 waiting &= waiting - 1;
                 let (mean, _) = self.means[y * SIDE + x];
-                visit([x, y], mean.map(|steps| f64::from(steps) * (1.0 / OFFSET_STEPS)));
+                let from_middle = mean.map(|steps| f64::from(steps) * (1.0 / OFFSET_STEPS));
+                let normal = self.normals[y * SIDE + x];
+                visit(
+                    [x, y],
+                    from_middle,
+                    normal.map(|part| f64::from(part) * (1.0 / NORMAL_STEPS)),
+                );
             }
         }
     }

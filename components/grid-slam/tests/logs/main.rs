@@ -2,7 +2,7 @@
 //! absolute errors, as in Kümmerle et al., Autonomous Robots 27, 2009.
 //!
 //! Prints the figures (`--nocapture`); writes maps as PNG and time and memory per scan as CSV into
-//! the folder `ARMOR_MAPS`, if set. `ARMOR_PARTICLES` takes the place of the default.
+//! the folder `ARMOR_MAPS`, if set. `ARMOR_PARTICLES` and `ARMOR_SEED` replace the defaults.
 
 // A test that cannot continue may panic.
 #![allow(clippy::unwrap_used)]
@@ -63,11 +63,13 @@ fn mapped(scans: &[Recorded], config: Config) -> (ScanTrajectory, Slam, String) 
     (recorded::numbered(scans, &slam), slam, curve)
 }
 
-/// The default configuration, with ARMOR_PARTICLES instead of its particles if that is set.
+/// The default configuration, with ARMOR_PARTICLES and ARMOR_SEED instead of its particles and seed
+/// if they are set.
 fn config() -> Config {
-    let asked = std::env::var("ARMOR_PARTICLES").ok().and_then(|text| text.parse().ok());
+    let asked = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let default = Config::default();
-    Config { particles: asked.unwrap_or(default.particles), ..default }
+    let particles = asked("ARMOR_PARTICLES").map_or(default.particles, |count| count as usize);
+    Config { particles, seed: asked("ARMOR_SEED").unwrap_or(default.seed), ..default }
 }
 
 /// Bounds on the mean errors: `next` metres and degrees, `revisit` metres and degrees.
@@ -81,7 +83,7 @@ fn check(name: &str, bounds: [f64; 4]) {
     let kinds = summarize_by_kind(&judge_relations(&poses, &relations).unwrap());
     let found = ["next", "revisit"].map(|kind| [kinds[kind].metres.mean, kinds[kind].degrees.mean]);
     println!(
-        "{name:>13}: next {:.3} m {:.2} deg, revisit {:.3} m {:.2} deg; {} closures, \
+        "{name:>13}: next {:.4} m {:.3} deg, revisit {:.4} m {:.3} deg; {} closures, \
          {} of {} tiles, {seconds:.1} s ({processor_s:.1} s of processor time), \
          {:.0} times as fast as recorded",
         found[0][0],
