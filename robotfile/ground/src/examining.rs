@@ -46,6 +46,15 @@ pub fn examine_drives(mission: &Mission, system: &System, ground: &SiteGround) -
     findings
 }
 
+/// Calls `predict` with the lengths of the paths of a mission's drives over this ground.
+pub fn with_path_lengths<R>(
+    mission: &Mission,
+    ground: &SiteGround,
+    predict: impl FnOnce(&dyn DriveLengths) -> R,
+) -> R {
+    predict(&RouteGrounds::new(&list_drives(mission), ground))
+}
+
 fn find_obstacle(open: &OpenGround<'_>, drive: &RouteDrive<'_>) -> Option<Obstacle> {
     match drive.purpose {
         DrivePurpose::Leg { is_straight: true } => open.find_on_line(drive.from[0], drive.to),
