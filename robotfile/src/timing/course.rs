@@ -13,7 +13,7 @@ use crate::model::System;
 use crate::route::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_partner};
 use crate::source::{Location, Spanned};
 use crate::time_words::{estimate_in_words, time_in_words};
-use crate::timing::drive::{DriveLengths, Driving, direction_rad, turn_between};
+use crate::timing::drive::{DriveLengths, Driving, turn_between};
 use crate::timing::extremes::TimeWait;
 
 /// The moment from which dates are counted: the beginning of 1970.
@@ -138,12 +138,14 @@ impl Course {
                 continue;
             }
             let driving = Driving::new(route, mission.map.as_ref(), system, lengths);
+            let start = pieces.first().and_then(|piece| piece.start);
+            let heading_rad = driving.first_heading_rad(start);
             let mut builder = RouteCourse {
                 course: &mut course,
                 driving,
                 routes: &mission.routes,
                 meetings: &mut meetings,
-                heading_rad: None,
+                heading_rad,
             };
             builder.add_route(route, &pieces, find_radius_m(route, system));
         }
@@ -195,7 +197,7 @@ struct RouteCourse<'a, 'b> {
     routes: &'a [DrawnRoute],
     /// The moment of each meeting.
     meetings: &'b mut BTreeMap<Meeting, usize>,
-    /// The direction of the drive before.
+    /// The direction of the robot after the drive before, if it is known.
     heading_rad: Option<f64>,
 }
 
@@ -235,9 +237,13 @@ impl<'a> RouteCourse<'a, '_> {
         let arrives = self.course.add_moment();
         let (least_ns, nominal_ns, most_ns) = match (piece.start, piece.end) {
             (Some(start), Some(end)) => {
-                let next_rad = direction_rad(start, end);
-                let turn_rad = turn_between(self.heading_rad, next_rad);
-                self.heading_rad = next_rad.or(self.heading_rad);
+                let radius = route.radius;
+                let path_rad = self.driving.lengths.directions_rad(start, end, radius);
+                let turn_rad = self
+                    .heading_rad
+                    .zip(path_rad)
+                    .map(|(before_rad, [next_rad, _])| turn_between(before_rad, next_rad));
+                self.heading_rad = path_rad.map(|[_, last_rad]| last_rad).or(self.heading_rad);
                 let time = self.driving.leg_time(leg, start, end, turn_rad);
                 (time.least_ns, time.nominal_ns, time.most_ns)
             }

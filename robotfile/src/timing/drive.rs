@@ -1,7 +1,7 @@
 //! How long a drive takes: the robot turns on the spot to the direction of the drive, speeds up, keeps its
 //! speed, and brakes. What the file does not state about its base takes no time.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use armor_geo::{Clearance, MapPoint, MapSegment};
 use armor_wire::quantity::{self, Dimension};
@@ -15,10 +15,16 @@ const PARTS: u32 = 128;
 /// Longest time that is counted, in seconds: 31 years.
 const MOST_S: f64 = 1e9;
 
-/// The lengths of drives, from a point to another one for a robot of a radius.
+/// The paths of drives, from a point to another one for a robot of a radius.
 pub trait DriveLengths {
     /// Returns the length in metres, at least the straight distance.
     fn length_m(&self, from: MapPoint, to: MapPoint, radius: Clearance) -> f64;
+
+    /// Returns the directions in which the path begins and ends, in radians anticlockwise from x; none if it
+    /// leads nowhere. By default it is straight.
+    fn directions_rad(&self, from: MapPoint, to: MapPoint, _radius: Clearance) -> Option<[f64; 2]> {
+        direction_rad(from, to).map(|straight_rad| [straight_rad; 2])
+    }
 }
 
 /// All drives are straight.
@@ -103,15 +109,14 @@ fn change_s(way: f64, rate: f64, acceleration: Option<f64>) -> f64 {
     }
 }
 
-/// The angle from one drive to the next, from 0 to π; 0 where there is no drive before.
-pub(crate) fn turn_between(before_rad: Option<f64>, next_rad: Option<f64>) -> f64 {
-    let (Some(before_rad), Some(next_rad)) = (before_rad, next_rad) else { return 0.0 };
+/// The angle from one direction to another one, from 0 to π.
+pub(crate) fn turn_between(before_rad: f64, next_rad: f64) -> f64 {
     let turn_rad = (next_rad - before_rad).rem_euclid(TAU);
     turn_rad.min(TAU - turn_rad)
 }
 
 /// The direction of a straight drive; none if it leads nowhere.
-pub(crate) fn direction_rad(from: MapPoint, to: MapPoint) -> Option<f64> {
+fn direction_rad(from: MapPoint, to: MapPoint) -> Option<f64> {
     (from != to).then(|| (to.y_m() - from.y_m()).atan2(to.x_m() - from.x_m()))
 }
 
@@ -131,13 +136,21 @@ impl<'a> Driving<'a> {
         Self { route, map, usual_mps, base, lengths }
     }
 
-    /// The time of a leg, or of a part of it, after a turn by this angle.
+    /// The direction of the robot before its first drive. A map that nothing places on the Earth begins where
+    /// its robot does, which looks along its x axis; anywhere else the direction is not known.
+    pub(crate) fn first_heading_rad(&self, start: Option<MapPoint>) -> Option<f64> {
+        let is_placed = self.map.is_some_and(|map| map.placement.is_some());
+        let start = start.filter(|_| !is_placed)?;
+        (start.x_m() == 0.0 && start.y_m() == 0.0).then_some(0.0)
+    }
+
+    /// The time of a leg, or of a part of it, after a turn by this angle; none if it is not known.
     pub(crate) fn leg_time(
         &self,
         leg: &DrawnLeg,
         from: MapPoint,
         to: MapPoint,
-        turn_rad: f64,
+        turn_rad: Option<f64>,
     ) -> DriveTime {
         let own = leg.speed.as_ref().and_then(|speed| parse_speed(&speed.value));
         self.time(own.or(self.usual_mps), from, to, turn_rad)
@@ -145,7 +158,7 @@ impl<'a> Driving<'a> {
 
     /// The time of a drive to a rally point, at the usual speed, in whatever direction.
     pub(crate) fn exit_time(&self, from: MapPoint, to: MapPoint) -> DriveTime {
-        self.time(self.usual_mps, from, to, PI)
+        self.time(self.usual_mps, from, to, None)
     }
 
     fn time(
@@ -153,7 +166,7 @@ impl<'a> Driving<'a> {
         speed_mps: Option<f64>,
         from: MapPoint,
         to: MapPoint,
-        turn_rad: f64,
+        turn_rad: Option<f64>,
     ) -> DriveTime {
         let Some(speed_mps) = speed_mps else {
             return DriveTime { least_ns: 0, nominal_ns: None, most_ns: None };
@@ -164,12 +177,15 @@ impl<'a> Driving<'a> {
         let least_s = straight_m / (speed_mps * (1.0 + tolerance));
         let (slow_m, slow_s) = self.slow_part(speed_mps, from, to);
         let rest_m = (length_m - slow_m).max(0.0);
-        let base_s = self.base.turn_s(turn_rad) + self.base.start_and_stop_s(length_m, speed_mps);
-        let nominal_s = rest_m / speed_mps + slow_s + base_s;
+        let driven_s =
+            rest_m / speed_mps + slow_s + self.base.start_and_stop_s(length_m, speed_mps);
+        // Of all directions, the mean and the largest angle to turn.
+        let nominal_s = driven_s + self.base.turn_s(turn_rad.unwrap_or(FRAC_PI_2));
+        let most_s = driven_s + self.base.turn_s(turn_rad.unwrap_or(PI));
         DriveTime {
             least_ns: nanoseconds(least_s),
             nominal_ns: Some(nanoseconds(nominal_s)),
-            most_ns: Some(nanoseconds(nominal_s / (1.0 - tolerance))),
+            most_ns: Some(nanoseconds(most_s / (1.0 - tolerance))),
         }
     }
 
@@ -256,9 +272,8 @@ mod tests {
 
     #[test]
     fn a_turn_is_the_smaller_angle() {
-        check(0.2, turn_between(Some(-PI + 0.1), Some(PI - 0.1)));
-        check(PI, turn_between(Some(0.0), Some(-PI)));
-        check(0.0, turn_between(None, Some(1.0)));
+        check(0.2, turn_between(-PI + 0.1, PI - 0.1));
+        check(PI, turn_between(0.0, -PI));
         let point = |x_m, y_m| MapPoint::new(x_m, y_m).expect("a point");
         assert_eq!(direction_rad(point(1.0, 1.0), point(1.0, 1.0)), None);
         check(PI / 2.0, direction_rad(point(1.0, 1.0), point(1.0, 3.0)).expect("it leads up"));

@@ -1,7 +1,5 @@
 //! Whether a robot gets to safety on its battery, from the end of each step of its route.
 
-use std::f64::consts::PI;
-
 use armor_geo::MapPoint;
 
 use crate::drawn_route::{DrawnRoute, RouteStep};
@@ -109,7 +107,7 @@ fn longest_ns(driving: &Driving<'_>, piece: &RoutePiece<'_>) -> Result<i128, Ope
         RouteStep::Leg(leg) => {
             let by_ns = leg.by.as_ref().map(|by| as_nanoseconds(by.value));
             let drive_ns = match (piece.start, piece.end) {
-                (Some(start), Some(end)) => driving.leg_time(leg, start, end, PI).most_ns,
+                (Some(start), Some(end)) => driving.leg_time(leg, start, end, None).most_ns,
                 _ => None,
             };
             let waits = match piece.ends_at {
