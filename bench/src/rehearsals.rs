@@ -169,6 +169,14 @@ impl RehearsalSite {
     fn draw_plan(&self, dice: &mut FaultDice) -> Result<String> {
         let (system, _) = ROBOT.split_once("  <!-- Simulator, mapper").context("the robot")?;
         let system = system.replace("worlds/office.svg", &self.world);
+        // The planner knows what the times are computed with.
+        let system = system.replace(
+            "<component name=\"chart\" kind=\"chart\"/>",
+            "<component name=\"chart\" kind=\"chart\"><parameter name=\"grid\" \
+             value=\"grid.yaml\"/></component>",
+        );
+        let link = "<link from=\"mapper.map\" to=\"planner.map\"/>";
+        let system = system.replace(link, &link.replace("mapper", "chart"));
         let mut points = vec![Point2::default()];
         let mut steps = String::new();
         let legs = 2 + dice.draw_below(3);

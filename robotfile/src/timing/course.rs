@@ -239,10 +239,12 @@ impl<'a> RouteCourse<'a, '_> {
             (Some(start), Some(end)) => {
                 let radius = route.radius;
                 let path_rad = self.driving.lengths.directions_rad(start, end, radius);
-                let turn_rad = self
-                    .heading_rad
-                    .zip(path_rad)
-                    .map(|(before_rad, [next_rad, _])| turn_between(before_rad, next_rad));
+                let turn_rad = match path_rad {
+                    Some([next_rad, _]) => {
+                        self.heading_rad.map(|before_rad| turn_between(before_rad, next_rad))
+                    }
+                    None => Some(0.0),
+                };
                 self.heading_rad = path_rad.map(|[_, last_rad]| last_rad).or(self.heading_rad);
                 let time = self.driving.leg_time(leg, start, end, turn_rad);
                 (time.least_ns, time.nominal_ns, time.most_ns)

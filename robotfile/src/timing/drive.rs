@@ -53,6 +53,9 @@ pub(crate) struct Driving<'a> {
     /// The speed that the file gives to the component of the pace, in metres per second.
     pub(crate) usual_mps: Option<f64>,
     pub(crate) base: DrivenBase,
+    /// The period of the mover, in seconds: it notices at a tick that it has arrived, and sends its first goal
+    /// at another one, half a period late each on average.
+    mover_period_s: f64,
     pub(crate) lengths: &'a dyn DriveLengths,
 }
 
@@ -133,7 +136,10 @@ impl<'a> Driving<'a> {
             parse_speed(&component.parameter(&pace.port.value)?.value.value)
         });
         let base = component.map(DrivenBase::of_component).unwrap_or_default();
-        Self { route, map, usual_mps, base, lengths }
+        let mover = system.component(&route.mover.component.value);
+        let rate_hz = mover.and_then(|mover| mover.rate_hz.as_ref()).map(|rate_hz| rate_hz.value);
+        let mover_period_s = rate_hz.filter(|rate_hz| *rate_hz > 0.0).map_or(0.0, f64::recip);
+        Self { route, map, usual_mps, base, mover_period_s, lengths }
     }
 
     /// The direction of the robot before its first drive. A map that nothing places on the Earth begins where
@@ -177,8 +183,8 @@ impl<'a> Driving<'a> {
         let least_s = straight_m / (speed_mps * (1.0 + tolerance));
         let (slow_m, slow_s) = self.slow_part(speed_mps, from, to);
         let rest_m = (length_m - slow_m).max(0.0);
-        let driven_s =
-            rest_m / speed_mps + slow_s + self.base.start_and_stop_s(length_m, speed_mps);
+        let stops_s = self.base.start_and_stop_s(length_m, speed_mps) + self.mover_period_s;
+        let driven_s = rest_m / speed_mps + slow_s + stops_s;
         // Of all directions, the mean and the largest angle to turn.
         let nominal_s = driven_s + self.base.turn_s(turn_rad.unwrap_or(FRAC_PI_2));
         let most_s = driven_s + self.base.turn_s(turn_rad.unwrap_or(PI));
