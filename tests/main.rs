@@ -37,6 +37,7 @@ mod pictures;
 mod playback;
 mod recorder_component;
 mod recordings;
+mod rehearsals;
 mod remote;
 mod resilience;
 mod resume;

@@ -10,7 +10,7 @@ use armor_simulator::world::World;
 
 use crate::fixture::{Folder, run_to_end};
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("in the workspace").into()
 }
 

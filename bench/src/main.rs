@@ -22,6 +22,7 @@ mod pull;
 mod pull_times;
 mod reaction;
 mod readings;
+mod rehearsals;
 mod reliability;
 mod sdk_roles;
 mod stamped;
@@ -37,6 +38,8 @@ use anyhow::{Context, Result};
 use bench::Bench;
 use figure::Contender;
 use options::BenchOptions;
+use rehearsals::RehearsalOptions;
+use reliability::ReliabilityOptions;
 use table::ResultTable;
 
 fn main() -> ExitCode {
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
             Some(options) if options.mapper_kills => {
                 reliability::measure_mapper_kills(&options.reliability)
             }
+            Some(options) if options.rehearsals => rehearse_plans(options),
             Some(options) if options.nets => petri::measure_nets(options.rounds),
             Some(options) => run_jobs(&options),
             None => {
@@ -104,6 +108,12 @@ fn play_role(mut arguments: impl Iterator<Item = OsString>) -> Result<()> {
         }
         _ => sdk_roles::play_role(&role, arguments),
     }
+}
+
+fn rehearse_plans(options: BenchOptions) -> Result<()> {
+    let BenchOptions { plans, speed, reliability, .. } = options;
+    let ReliabilityOptions { program, worlds, seed, .. } = reliability;
+    rehearsals::measure_rehearsals(&RehearsalOptions { program, worlds, plans, seed, speed })
 }
 
 fn run_memory_job(options: &BenchOptions) -> Result<()> {

@@ -23,13 +23,16 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     Or memory-faults or memory-kills: shared memory under faults.
                     Or blackboard (one writer, 16 readers), pull (what a pull costs) or
                     figure-seven (the latency of 7 means, 2 minutes with --secs 1).
-                    Or mapper-kills, in simulated missions on this host, and nothing else
+                    Or mapper-kills, in simulated missions on this host, and nothing else.
+                    Or rehearsals: drawn plans in five worlds, predicted and driven
   --chart FILE      draw figure-seven there, as SVG
   --armor PATH      the program `armor` for these (default: next to this program)
   --hosts N         2 or 3 hosts (default 2)
   --seed N          the seed of their choices (default 1)
   --kills N         how many processes are killed (default 300)
-  --world NAME      kill the mapper in this world, not in all five; may be repeated
+  --world NAME      kill the mapper, or rehearse, in this world, not in all five; may be repeated
+  --plans N         how many plans are rehearsed in each world (default 10)
+  --speed TIMES     how many times faster than real time (default 20)
   --count N         how many times a host is cut off, or all are stopped
                     (default 100)
   --longest S       the longest time of that (default 60)
@@ -42,6 +45,8 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
 const NETS: &str = "nets";
 /// Neither is this one, and it needs no hosts.
 const MAPPER_KILLS: &str = "mapper-kills";
+/// Nor does this one.
+const REHEARSALS: &str = "rehearsals";
 
 /// What is to be measured, and how.
 #[derive(Clone, Debug)]
@@ -62,6 +67,10 @@ pub struct BenchOptions {
     pub chart: Option<PathBuf>,
     /// Kills of the mapper in simulated missions, and nothing else.
     pub mapper_kills: bool,
+    /// Rehearsals of drawn plans, and nothing else.
+    pub rehearsals: bool,
+    pub plans: u64,
+    pub speed: f64,
     pub reliability: ReliabilityOptions,
     only: Vec<String>,
 }
@@ -90,6 +99,9 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
         blackboard_job: None,
         chart: None,
         mapper_kills: false,
+        rehearsals: false,
+        plans: 10,
+        speed: 20.0,
         reliability: ReliabilityOptions::default(),
         only: Vec::new(),
     };
@@ -104,6 +116,7 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             Long("only") => match parser.value()?.parse::<String>()? {
                 part if part == NETS => options.nets = true,
                 part if part == MAPPER_KILLS => options.mapper_kills = true,
+                part if part == REHEARSALS => options.rehearsals = true,
                 part if MemoryJob::from_part(&part).is_some() => {
                     options.memory_job = MemoryJob::from_part(&part);
                 }
@@ -121,6 +134,8 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             Long("seed") => options.reliability.seed = parser.value()?.parse()?,
             Long("kills") => options.reliability.kills = parser.value()?.parse()?,
             Long("world") => options.reliability.worlds.push(parser.value()?.parse()?),
+            Long("plans") => options.plans = parser.value()?.parse()?,
+            Long("speed") => options.speed = parser.value()?.parse()?,
             Long("count") => options.reliability.count = parser.value()?.parse()?,
             Long("longest") => {
                 options.reliability.longest = parser.value()?.parse_with(parse_seconds)?;

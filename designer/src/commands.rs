@@ -61,6 +61,7 @@ pub enum Command {
     ToggleTheme,
     NextProblem,
     Run,
+    Rehearse,
     Stop,
     Detach,
     Pause,

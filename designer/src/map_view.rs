@@ -24,6 +24,7 @@ mod panel;
 mod pictures;
 mod pointer;
 mod position_text;
+mod rehearsal;
 mod scene;
 mod state;
 mod symbol_picture;

@@ -1,4 +1,4 @@
-//! `armor run FILE` or `armor play FILE` as a child process: starts it, reads its output, stops it in order. It ends
+//! `armor run FILE`, `armor play FILE` or `armor mission rehearse FILE` as a child process: starts it, reads its output, stops it in order. It ends
 //! when this process ends, whatever the reason.
 
 use std::io::{self, BufRead, BufReader, Read};
@@ -48,6 +48,8 @@ pub enum LaunchVerb {
     Run,
     /// It plays a recording.
     Play,
+    /// It rehearses a mission; no system is to be watched.
+    Rehearse,
 }
 
 /// Why a run could not be started.
@@ -228,7 +230,9 @@ impl RunThread {
         let status = thread::scope(|scope| {
             scope.spawn(|| self.read_output(stdout, LogLine::of_json));
             scope.spawn(|| self.read_output(stderr, |text| LogLine::own_line("armor", "", text)));
-            scope.spawn(|| self.await_record(pid));
+            if plan.verb != LaunchVerb::Rehearse {
+                scope.spawn(|| self.await_record(pid));
+            }
             let status = child.wait();
             self.shared.state.lock().process = None;
             status
@@ -298,11 +302,12 @@ fn record_of(pid: u32) -> Option<RunRecord> {
 fn guarded_command(plan: &LaunchPlan) -> Command {
     let mut command = Command::new(&plan.program);
     command.args(["guard", &std::process::id().to_string(), "--"]).arg(&plan.program);
-    let verb = match plan.verb {
-        LaunchVerb::Run => "run",
-        LaunchVerb::Play => "play",
+    let verb: &[&str] = match plan.verb {
+        LaunchVerb::Run => &["run"],
+        LaunchVerb::Play => &["play"],
+        LaunchVerb::Rehearse => &["mission", "rehearse"],
     };
-    command.args([verb, "--format", "json"]).args(&plan.arguments);
+    command.args(verb).args(["--format", "json"]).args(&plan.arguments);
     for directory in &plan.components {
         command.arg("--components").arg(directory);
     }

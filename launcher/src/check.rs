@@ -10,8 +10,8 @@ use armor_executive::RunError;
 use armor_plan::Plan;
 use armor_proof::Recheck;
 use armor_robotfile::{
-    Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, NeededPath, Override, Reading,
-    Severity, needed_paths, passed_dates,
+    Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, MissionDuration, NeededPath,
+    Override, Reading, Severity, needed_paths, passed_dates,
 };
 use clap::Args;
 
@@ -227,6 +227,17 @@ impl CheckedFile {
     /// The configuration, if it is free of errors.
     pub fn accepted(&self) -> Option<&Configuration> {
         self.reading.configuration.as_ref().filter(|_| self.reading.is_valid())
+    }
+
+    /// The files that were read for it, the one that was named first.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let sources = self.reading.configuration.iter().flat_map(|it| &it.sources);
+        sources.map(|source| source.path())
+    }
+
+    /// How long the mission takes by its proof, where this was found.
+    pub fn mission_duration(&self) -> Option<&MissionDuration> {
+        self.reading.findings.iter().find_map(|finding| finding.takes.as_ref())
     }
 
     /// The findings as they are printed: how long the mission takes is a line of its own for

@@ -145,6 +145,12 @@ const COMMANDS: &[CommandCodes] = &[
         "they are printed",
         "it cannot be read, has an error, or its limits cannot be kept",
     ),
+    CommandCodes {
+        command: "mission rehearse",
+        fine: "it reached its goal, with everything within its bounds",
+        failed: "it did not, or the file cannot be rehearsed",
+        others: &[INTERRUPTED],
+    },
     codes("mission replay", "it is printed", "it cannot be read, or does not fit the mission"),
     codes(
         "record",

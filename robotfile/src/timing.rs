@@ -1,6 +1,7 @@
 //! When the steps of drawn routes happen: the earliest and the latest time of each, the slack of every
 //! limit, whether all limits can be kept together, and whether the battery suffices; where the robots are
-//! at each time, where two come too close, and how probable it is that the limits are kept.
+//! at each time, where two come too close, and how probable it is that the limits are kept; and the times of a
+//! mission that was played, compared with them.
 //!
 //! A robot never delays a step by itself: a moment is the latest of what it waits for. So the earliest
 //! times are longest paths with the shortest durations, and the latest times those with the longest.
@@ -15,6 +16,7 @@ mod extremes;
 mod motion;
 mod network;
 mod preview;
+mod rehearsal;
 mod timetable;
 
 pub use chance::{CHANCE_DRAWS, DrawnChance, MissionChances};
@@ -25,5 +27,6 @@ pub use motion::{MotionPiece, RobotMotion};
 pub use preview::{
     Appointment, MissionPreview, PreviewLimit, PreviewRobot, PreviewSchedule, SpeedChoice,
 };
+pub use rehearsal::{JournalFiring, LegError, Rehearsal, RehearsedEnd, RehearsedStep, StepBounds};
 pub use timetable::{StepLimit, StepTime, Timetable};
 pub(crate) use timetable::{TimeConflict, TimeShortage};

@@ -4,6 +4,7 @@
 
 mod drawn;
 mod drawn_preview;
+mod drawn_rehearsal;
 mod drawn_times;
 mod drawn_zones;
 mod edit_hostile;

@@ -303,6 +303,13 @@ pub const COMMANDS: &[About] = {
             Some((CTRL, Key::R)),
         ),
         entry(
+            C::Rehearse,
+            Run,
+            "Rehearse",
+            "Plays the mission of the map in the simulator, faster than real time, and compares the times.",
+            Some((NONE, Key::Y)),
+        ),
+        entry(
             C::Stop,
             Run,
             "Stop",

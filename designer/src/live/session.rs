@@ -88,6 +88,11 @@ impl Session {
         Self { author: this_user(), components, ctx: Some(ctx.clone()), ..Self::default() }
     }
 
+    /// Component directories, in addition to those of the file.
+    pub fn component_folders(&self) -> &[PathBuf] {
+        &self.components
+    }
+
     /// Whether a command about what runs can be run now.
     pub fn may(&self, command: Command) -> bool {
         let heard = || self.watched.as_ref().filter(|watched| watched.silence().is_none());

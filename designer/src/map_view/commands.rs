@@ -25,6 +25,7 @@ impl MapView {
             C::ZoomSelected => selected > 0,
             C::Link => matches!(self.only(), Some(Item::MapPoint(_) | Item::Rally(_))),
             C::Add => workspace.project.configuration().is_some(),
+            C::Rehearse => self.may_rehearse(workspace) && !self.rehearsal.is_going_on(),
             C::SelectAll | C::ZoomFit => mission_of(workspace).is_some(),
             C::ToggleTimes | C::SelectNone | C::ZoomIn | C::ZoomOut | C::ZoomActual => true,
             _ => return None,
@@ -51,6 +52,12 @@ impl MapView {
                 self.select(all);
             }
             C::ToggleTimes => self.times.toggle(),
+            C::Rehearse => {
+                if !self.times.is_open {
+                    self.times.toggle();
+                }
+                self.rehearsal.request();
+            }
             C::SelectNone if self.cancel() => {}
             C::SelectNone => self.select([]),
             C::ZoomFit => self.fit_everything(),

@@ -14,6 +14,7 @@ use crate::map_view::hit::{MapHit, Sight};
 use crate::map_view::layers::Layers;
 use crate::map_view::model::mission_of;
 use crate::map_view::pictures::Pictures;
+use crate::map_view::rehearsal::MapRehearsal;
 use crate::map_view::scene::MapScene;
 use crate::map_view::symbol_picture::SymbolPictures;
 use crate::map_view::times::TimesStrip;
@@ -58,6 +59,7 @@ pub struct MapView {
     /// The point where a new route begins.
     pub(super) new_start: Option<MapPoint>,
     pub(super) times: TimesStrip,
+    pub(super) rehearsal: MapRehearsal,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Of other views; a map is no diagram.
@@ -139,6 +141,7 @@ impl MapView {
             route: None,
             new_start: None,
             times: TimesStrip::default(),
+            rehearsal: MapRehearsal::default(),
             wheel_turned: f64::NEG_INFINITY,
             no_diagram: Diagram::default(),
         }

@@ -9,7 +9,7 @@ mod on_map;
 use armor_picture::theme::{self, ThemeColours};
 use armor_robotfile::Date;
 use armor_robotfile::timing::SpeedChoice;
-use eframe::egui::{self, DragValue, Panel, RichText, Slider, TextEdit};
+use eframe::egui::{self, DragValue, Panel, RichText, ScrollArea, Slider, TextEdit};
 
 use crate::map_view::model::mission_of;
 use crate::map_view::state::MapView;
@@ -54,9 +54,16 @@ impl TimesStrip {
 
 impl MapView {
     /// Shows the strip beneath the map, if it is open.
-    pub(super) fn show_times(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
+    pub(super) fn show_times(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         if !self.times.is_open {
             return;
+        }
+        self.rehearsal.follow(ui.ctx(), workspace);
+        // The predicted robots follow the true ones.
+        if let Some(time_s) =
+            self.rehearsal.records.time_s().filter(|_| self.rehearsal.is_going_on())
+        {
+            self.times.at_s = time_s;
         }
         let configuration = workspace.project.configuration();
         let revision = workspace.project.revision();
@@ -72,6 +79,8 @@ impl MapView {
         // It keeps its height while there is little in it.
         ui.set_min_height(ui.available_height());
         self.times.show_bar(ui);
+        let may_rehearse = self.may_rehearse(workspace);
+        self.rehearsal.show_bar(ui, may_rehearse);
         let text = match self.times.forecaster.forecast() {
             _ if is_without => "No route is drawn: the tool Leg draws one.",
             None if self.times.forecaster.is_computing() => "The times are being computed.",
@@ -88,11 +97,29 @@ impl MapView {
             let size = egui::vec2(width, height);
             let chosen = ui.allocate_ui(size, |ui| self.times.show_diagram(ui)).inner;
             ui.separator();
-            let listed = ui.vertical(|ui| self.times.show_lists(ui)).inner;
+            let listed = ui.vertical(|ui| self.show_times_lists(ui)).inner;
             if let Some(at_s) = chosen.or(listed) {
                 self.times.at_s = at_s;
             }
         });
+    }
+}
+
+impl MapView {
+    /// Whether there is a route to rehearse.
+    pub(super) fn may_rehearse(&self, workspace: &Workspace) -> bool {
+        mission_of(workspace).is_some_and(|mission| !mission.routes.is_empty())
+    }
+
+    /// The table of the rehearsal and the lists of the times; returns the time of the row that was clicked.
+    fn show_times_lists(&self, ui: &mut egui::Ui) -> Option<f64> {
+        let scroll = ScrollArea::vertical().id_salt("lists of the times").auto_shrink(false);
+        let shown = scroll.show(ui, |ui| {
+            let compared = self.rehearsal.show_table(ui);
+            let listed = self.times.show_lists(ui);
+            compared.or(listed)
+        });
+        shown.inner
     }
 }
 
@@ -156,7 +183,7 @@ impl TimesStrip {
 }
 
 /// A time for people: `12.3 s`, `4 min 07.0 s`.
-fn clock_text(time_s: f64) -> String {
+pub(super) fn clock_text(time_s: f64) -> String {
     let tenths = (time_s * 10.0).round();
     let (minutes, rest) = ((tenths / 600.0).floor(), tenths % 600.0 / 10.0);
     if minutes >= 1.0 { format!("{minutes} min {rest:04.1} s") } else { format!("{rest:.1} s") }

@@ -106,6 +106,7 @@ impl MapView {
         };
         paint_scene(&painter, &self.sight(), &looks);
         self.paint_times(&painter, colours);
+        self.paint_rehearsal(&painter, colours);
         self.paint_draft(&painter, colours);
         paint_scale_bar(&painter, &self.camera, self.window, colours);
         self.paint_coordinates(&painter, workspace, colours);

@@ -7,6 +7,7 @@ pub(super) mod file;
 mod firing;
 mod journal;
 mod orders;
+mod rehearse;
 mod replay;
 mod times;
 mod times_preview;
@@ -66,6 +67,7 @@ fn run_command(mission: MissionCommand, format: OutputFormat) -> Result<CommandE
         MissionCommand::Times { file, begin, chances, seed } => {
             return times::print_times(&file, begin, chances.then_some(seed), format);
         }
+        MissionCommand::Rehearse(arguments) => return rehearse::rehearse(&arguments, format),
         MissionCommand::Replay(arguments) => return replay::run(&arguments, format),
         MissionCommand::Operate(by) => return orders::operate(&by, format),
         MissionCommand::Fire { transition, by } => (by, Order::Fire { transition }),

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use armor_geo::{Clearance, MapPoint};
 use armor_grid::Grid;
-use armor_robotfile::timing::DriveLengths;
+use armor_robotfile::timing::{DriveLengths, StraightLengths};
 use armor_robotfile::{
     Code, DrivePurpose, Finding, Findings, Mission, RouteDrive, System, check_times, list_drives,
 };
@@ -44,6 +44,15 @@ pub fn examine_drives(mission: &Mission, system: &System, ground: &SiteGround) -
     let times = check_times(mission, system, &grounds);
     findings.extend(times);
     findings
+}
+
+/// Calls `predict` with the lengths of the paths of a mission's drives over this ground.
+pub fn with_path_lengths<R>(
+    mission: &Mission,
+    ground: &SiteGround,
+    predict: impl FnOnce(&dyn DriveLengths) -> R,
+) -> R {
+    predict(&RouteGrounds::new(&list_drives(mission), ground))
 }
 
 fn find_obstacle(open: &OpenGround<'_>, drive: &RouteDrive<'_>) -> Option<Obstacle> {
@@ -184,5 +193,10 @@ impl DriveLengths for RouteGrounds<'_> {
     fn length_m(&self, from: MapPoint, to: MapPoint, radius: Clearance) -> f64 {
         let length_m = self.of(radius).and_then(|open| open.length_m(from, to));
         length_m.unwrap_or_else(|| from.distance_m(to))
+    }
+
+    fn directions_rad(&self, from: MapPoint, to: MapPoint, radius: Clearance) -> Option<[f64; 2]> {
+        let of_path = self.of(radius).and_then(|open| open.directions_rad(from, to));
+        of_path.or_else(|| StraightLengths.directions_rad(from, to, radius))
     }
 }

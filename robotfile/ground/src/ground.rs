@@ -6,7 +6,7 @@ use armor_grid::{Cell, Geometry, Grid, Occupancy, Point2, Pose2, distance_transf
 use armor_robotfile::site_map::{DrawnZone, ZoneKind};
 use armor_zones::{Barrier, MapZone, ZoneDuty, ZoneMap};
 
-use crate::path_search::{find_blocked, find_length, measure_all};
+use crate::path_search::{find_blocked, find_length, find_path, measure_all};
 
 /// Twelfths of a cell in a cell.
 const PER_CELL: f64 = 12.0;
@@ -228,6 +228,27 @@ impl OpenGround<'_> {
     pub(crate) fn length_m(&self, from: MapPoint, to: MapPoint) -> Option<f64> {
         let length = find_length(&self.open, self.cell_of(from), self.cell_of(to))?;
         Some(self.as_metres(length).max(from.distance_m(to)))
+    }
+
+    /// The directions in which the shortest path between two points begins and ends, in radians in the frame
+    /// of the map: of the straight lines to the last point that is seen from its begin, and from the first
+    /// one that sees its end. None if there is no path.
+    pub(crate) fn directions_rad(&self, from: MapPoint, to: MapPoint) -> Option<[f64; 2]> {
+        let path = find_path(&self.open, self.cell_of(from), self.cell_of(to))?;
+        let (first, last) = (*path.first()?, *path.last()?);
+        let seen = path.iter().skip(1).take_while(|cell| self.is_open_between(first, **cell));
+        let sees = path.iter().rev().skip(1).take_while(|cell| self.is_open_between(**cell, last));
+        let direction = |from: Cell, to: Cell| {
+            self.ground.map_point(from).bearing_rad(self.ground.map_point(to))
+        };
+        Some([direction(first, *seen.last()?), direction(*sees.last()?, last)])
+    }
+
+    /// Whether the straight line between the centres of two cells is open.
+    fn is_open_between(&self, from: Cell, to: Cell) -> bool {
+        let geometry = self.open.geometry();
+        let mut cells = traverse(geometry, geometry.centre(from), geometry.centre(to));
+        cells.all(|cell| self.open.get(cell) == Some(&true))
     }
 
     /// The lengths of the shortest paths to a point from everywhere.

@@ -11,6 +11,6 @@ mod path_search;
 #[cfg(test)]
 mod tests;
 
-pub use check::check_ground;
-pub use examining::examine_drives;
+pub use check::{check_ground, with_drive_lengths};
+pub use examining::{examine_drives, with_path_lengths};
 pub use ground::SiteGround;

@@ -27,6 +27,15 @@ pub(crate) fn find_length(open: &Grid<bool>, from: Cell, to: Cell) -> Option<u64
     search(open.geometry(), from, to, |cell| is_open(cell).then_some(0)).map(|found| found.0)
 }
 
+/// Returns the cells of a shortest path over open cells; none if there is none.
+pub(crate) fn find_path(open: &Grid<bool>, from: Cell, to: Cell) -> Option<Vec<Cell>> {
+    let is_open = |cell| open.get(cell).copied().unwrap_or(false);
+    if !is_open(from) || !is_open(to) {
+        return None;
+    }
+    search(open.geometry(), from, to, |cell| is_open(cell).then_some(0)).map(|found| found.1)
+}
+
 /// Returns the first closed cell of a path that leads through as few walls as possible, then through as few
 /// other closed cells; none if a path without them exists, or a cell is outside.
 pub(crate) fn find_blocked(

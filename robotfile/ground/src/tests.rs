@@ -3,7 +3,7 @@
 use armor_grid::{Geometry, Grid, Occupancy, Point2, Pose2};
 use armor_robotfile::{Code, Configuration, Findings, check, read};
 
-use crate::{SiteGround, examine_drives};
+use crate::{SiteGround, examine_drives, with_path_lengths};
 
 /// A grid of cells of a metre, top row first, whose lower left corner is at (0, 0): `#` is a wall, `.` is
 /// free, all else is unknown.
@@ -151,4 +151,20 @@ fn a_grid_may_be_turned_and_moved() {
     let found = examine_at(&turned, at, "", straight);
     let messages: Vec<_> = found.iter().map(|finding| finding.message.as_str()).collect();
     assert_eq!(messages, ["the straight line of l1 is not free: a wall at 5.5 0.5"]);
+}
+
+#[test]
+fn a_path_around_a_wall_begins_and_ends_in_its_own_directions() {
+    let configuration = configuration("", LEG);
+    let mission = configuration.mission.as_ref().expect("a mission");
+    let ground = SiteGround::new(grid(&ROOMS), Pose2::IDENTITY, &[]);
+    let [start, end] = [(1.5, 0.5), (9.5, 0.5)]
+        .map(|(x_m, y_m)| armor_geo::MapPoint::new(x_m, y_m).expect("a point"));
+    let radius = armor_geo::Clearance::ZERO;
+    with_path_lengths(mission, &ground, |lengths| {
+        let [first_rad, last_rad] =
+            lengths.directions_rad(start, end, radius).expect("there is a path");
+        assert!(first_rad > 0.5 && last_rad < -0.5, "{first_rad} {last_rad}: up, and down again");
+        assert!(lengths.length_m(start, end, radius) > 10.0);
+    });
 }

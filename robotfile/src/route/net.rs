@@ -19,7 +19,7 @@ use crate::model::Parameter;
 use crate::read::MAX_ELEMENTS;
 use crate::route::exits::{ExitTarget, find_exit_target};
 use crate::route::pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};
-use crate::site_map::{DrawnPoint, SiteMap};
+use crate::site_map::{DrawnLine, DrawnPoint, SiteMap};
 use crate::source::Spanned;
 
 /// Guards of exits go before what else ends a step.
@@ -150,7 +150,7 @@ impl<'a> RouteNet<'a> {
                 self.add_exits(here, piece, limits, Some(mover));
             }
             Some(line) => {
-                let waiting = suffix(here, &format!("at-{}", line.name.value));
+                let waiting = suffix(here, &name_wait(line));
                 self.add_on(here, "reached", mover, "done", &waiting);
                 self.add_exits(here, piece, limits, Some(mover));
                 self.add_place(waiting.clone(), Vec::new(), Vec::new());
@@ -440,13 +440,18 @@ fn suffix(name: &Spanned<String>, word: &str) -> Spanned<String> {
 }
 
 /// `red.l1`, or `red.l1.after-green` behind a phase line.
-fn name_piece(route: &DrawnRoute, piece: &RoutePiece<'_>) -> Spanned<String> {
+pub(crate) fn name_piece(route: &DrawnRoute, piece: &RoutePiece<'_>) -> Spanned<String> {
     let step = route.steps[piece.step].name();
     let whole = step.with(format!("{}.{}", route.name.value, step.value));
     match piece.behind {
         Some(line) => suffix(&whole, &format!("after-{}", line.name.value)),
         None => whole,
     }
+}
+
+/// `at-green`, what the place of the wait at a line has behind the name of its piece.
+pub(crate) fn name_wait(line: &DrawnLine) -> String {
+    format!("at-{}", line.name.value)
 }
 
 /// The place after a piece: that of the next one, or where the route ends.

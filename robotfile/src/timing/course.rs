@@ -13,7 +13,7 @@ use crate::model::System;
 use crate::route::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_partner};
 use crate::source::{Location, Spanned};
 use crate::time_words::{estimate_in_words, time_in_words};
-use crate::timing::drive::{DriveLengths, Driving};
+use crate::timing::drive::{DriveLengths, Driving, turn_between};
 use crate::timing::extremes::TimeWait;
 
 /// The moment from which dates are counted: the beginning of 1970.
@@ -138,11 +138,14 @@ impl Course {
                 continue;
             }
             let driving = Driving::new(route, mission.map.as_ref(), system, lengths);
+            let start = pieces.first().and_then(|piece| piece.start);
+            let heading_rad = driving.first_heading_rad(start);
             let mut builder = RouteCourse {
                 course: &mut course,
                 driving,
                 routes: &mission.routes,
                 meetings: &mut meetings,
+                heading_rad,
             };
             builder.add_route(route, &pieces, find_radius_m(route, system));
         }
@@ -194,6 +197,8 @@ struct RouteCourse<'a, 'b> {
     routes: &'a [DrawnRoute],
     /// The moment of each meeting.
     meetings: &'b mut BTreeMap<Meeting, usize>,
+    /// The direction of the robot after the drive before, if it is known.
+    heading_rad: Option<f64>,
 }
 
 impl<'a> RouteCourse<'a, '_> {
@@ -232,10 +237,22 @@ impl<'a> RouteCourse<'a, '_> {
         let arrives = self.course.add_moment();
         let (least_ns, nominal_ns, most_ns) = match (piece.start, piece.end) {
             (Some(start), Some(end)) => {
-                let time = self.driving.leg_time(leg, start, end);
+                let radius = route.radius;
+                let path_rad = self.driving.lengths.directions_rad(start, end, radius);
+                let turn_rad = match path_rad {
+                    Some([next_rad, _]) => {
+                        self.heading_rad.map(|before_rad| turn_between(before_rad, next_rad))
+                    }
+                    None => Some(0.0),
+                };
+                self.heading_rad = path_rad.map(|[_, last_rad]| last_rad).or(self.heading_rad);
+                let time = self.driving.leg_time(leg, start, end, turn_rad);
                 (time.least_ns, time.nominal_ns, time.most_ns)
             }
-            _ => (0, None, None),
+            _ => {
+                self.heading_rad = None;
+                (0, None, None)
+            }
         };
         let wait = TimeWait { after: before, least_ns, nominal_ns, most_ns };
         let reason = WaitReason { what: name.clone(), is_date: false, at: leg.name.at.clone() };

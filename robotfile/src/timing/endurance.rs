@@ -107,7 +107,7 @@ fn longest_ns(driving: &Driving<'_>, piece: &RoutePiece<'_>) -> Result<i128, Ope
         RouteStep::Leg(leg) => {
             let by_ns = leg.by.as_ref().map(|by| as_nanoseconds(by.value));
             let drive_ns = match (piece.start, piece.end) {
-                (Some(start), Some(end)) => driving.leg_time(leg, start, end).most_ns,
+                (Some(start), Some(end)) => driving.leg_time(leg, start, end, None).most_ns,
                 _ => None,
             };
             let waits = match piece.ends_at {

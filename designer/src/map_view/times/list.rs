@@ -5,7 +5,7 @@ use armor_picture::theme::ThemeColours;
 use armor_robotfile::timing::{
     Appointment, CHANCE_DRAWS, DrawnChance, MissionPreview, PreviewSchedule, RobotEncounter,
 };
-use eframe::egui::{self, RichText, ScrollArea};
+use eframe::egui::{self, RichText};
 
 use crate::canvas::paintable;
 use crate::map_view::times::forecast::Forecast;
@@ -16,8 +16,7 @@ impl TimesStrip {
     pub(super) fn show_lists(&self, ui: &mut egui::Ui) -> Option<f64> {
         let forecast = self.forecast()?;
         let schedule = forecast.preview.schedule(self.speeds);
-        let scroll = ScrollArea::vertical().id_salt("lists of the times").auto_shrink(false);
-        scroll.show(ui, |ui| self.show_rows(ui, forecast, schedule)).inner
+        self.show_rows(ui, forecast, schedule)
     }
 
     fn show_rows(

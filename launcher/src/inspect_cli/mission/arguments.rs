@@ -6,7 +6,7 @@ use std::time::Duration;
 use armor_robotfile::Date;
 use clap::{Args, Subcommand};
 
-use crate::arguments::{RunningSystem, parse_duration};
+use crate::arguments::{KindFolders, RunningSystem, parse_duration, parse_name};
 
 /// Show the mission of a running system, and command it.
 #[derive(Debug, Subcommand)]
@@ -98,6 +98,9 @@ pub enum MissionCommand {
         #[arg(long, value_name = "NUMBER", default_value_t = 1, requires = "chances")]
         seed: u64,
     },
+    /// Rehearse a drawn mission in the simulator, faster than real time, and compare the times of its steps
+    /// with those predicted.
+    Rehearse(RehearseArguments),
     /// Replay a past mission from its journal, or a trace that `armor check` prints, step by step.
     Replay(ReplayArguments),
 }
@@ -128,6 +131,39 @@ pub struct OrderArguments {
     pub within: Duration,
     #[command(flatten)]
     pub running: RunningSystem,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  armor mission rehearse robot.xml                      a file that has the simulator
+  armor mission rehearse robot.xml --speed 5
+  armor mission rehearse robot.xml --replace base --world hall.svg   one of a real robot")]
+pub struct RehearseArguments {
+    /// The mission file.
+    pub file: PathBuf,
+    /// How many times faster than real time, 0.1 to 20. If the components do not keep up on this host, it is
+    /// rehearsed again at half the speed.
+    #[arg(long, value_name = "TIMES", value_parser = parse_speed, default_value = "20")]
+    pub speed: f64,
+    /// The world of the simulator, instead of the file's: an SVG drawing, or the YAML of a grid map.
+    #[arg(long, value_name = "FILE")]
+    pub world: Option<PathBuf>,
+    /// Let the simulator stand in for this component, which needs hardware; may be given several times.
+    #[arg(long, value_name = "COMPONENT", value_parser = parse_name)]
+    pub replace: Vec<String>,
+    /// Override the value of a parameter in the file.
+    #[arg(long = "set", value_name = "COMPONENT.PARAMETER=VALUE")]
+    pub overrides: Vec<String>,
+    /// Folder for the logs and the journal. Default: a temporary one.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub kinds: KindFolders,
+}
+
+fn parse_speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse::<f64>().ok().filter(|speed| (0.1..=20.0).contains(speed));
+    speed.ok_or_else(|| "write a number from 0.1 to 20, such as 5".into())
 }
 
 #[derive(Args, Debug)]

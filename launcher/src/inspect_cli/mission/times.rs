@@ -5,9 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use armor_robotfile::timing::{
-    CHANCE_DRAWS, MissionPreview, StepLimit, StepTime, StraightLengths, Timetable,
-};
+use armor_ground::with_drive_lengths;
+use armor_robotfile::timing::{CHANCE_DRAWS, MissionPreview, StepLimit, StepTime, Timetable};
 use armor_robotfile::{Code, Date, Severity};
 use serde_json::json;
 
@@ -45,9 +44,11 @@ pub fn print_times(
     let mission = mission
         .filter(|mission| !mission.routes.is_empty())
         .with_context(|| format!("{} has no <route>", file.display()))?;
-    let table = Timetable::of_mission(mission, &configuration.system, &StraightLengths, begin);
     let system = &configuration.system;
-    let preview = MissionPreview::of_mission(mission, system, &StraightLengths, begin);
+    let (table, preview) = with_drive_lengths(mission, |lengths| {
+        let table = Timetable::of_mission(mission, system, lengths, begin);
+        (table, MissionPreview::of_mission(mission, system, lengths, begin))
+    });
     let ending = end_printing(match format {
         OutputFormat::Json => {
             print_records(&table).and_then(|()| print_preview(preview.as_ref(), chances, true))
@@ -135,7 +136,7 @@ fn print_records(table: &Timetable) -> Result<()> {
     }
 }
 
-fn format_seconds(time: Duration) -> String {
+pub(super) fn format_seconds(time: Duration) -> String {
     format!("{:.1} s", time.as_secs_f64())
 }
 
