@@ -2,6 +2,7 @@
 //! leg that is coming, or the one that is driven.
 
 use std::path::Path;
+use std::time::Instant;
 
 use armor_executive::journal;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
@@ -120,4 +121,75 @@ fn points_that_are_dragged_while_a_robot_drives_are_driven_to() {
     println!("dragged: {furthest_m:.2} m along the corridor, {deepest_m:.2} m into the studio");
     assert!((3.9..5.5).contains(&furthest_m), "{furthest_m:.2} m along the corridor");
     assert!((-2.75..-2.1).contains(&deepest_m), "{deepest_m:.2} m into the studio");
+}
+
+/// How many points are dragged in the measurement.
+const DRAGS: usize = 100;
+
+/// Measures, from the moment at which the file is replaced: how long it takes until a version with another
+/// point is played, coming and current ones in turn, and until a point in a zone is refused.
+#[test]
+#[ignore = "a measurement of about two minutes; it prints its figures"]
+fn a_hundred_points_are_dragged_while_a_robot_drives() {
+    let folder = Folder::new("drags");
+    // So slow that the robot is in its first leg all the time.
+    let drawn = drawing()
+        .replace(r#"speed="0.4m/s" by="1min""#, r#"speed="0.01m/s" by="1h""#)
+        .replace(r#"rally-by="1min""#, r#"rally-by="1h""#);
+    save(&folder, &drawn);
+    let file = folder.path().join("drawn.xml");
+    let run = folder.run("out", &[file.to_str().expect("UTF-8"), "--headless"]);
+    sent_to(&run, "6,0");
+    let mut text = drawn;
+    let (mut version, mut refusals) = (1, 0);
+    let mut taken_s: [Vec<f64>; 3] = Default::default();
+    for number in 0..DRAGS {
+        let offset = format!("{:.3}", 0.001 * (number + 1) as f64);
+        let moved = |text: &str, point: &str, to: &str| {
+            let (head, rest) =
+                text.split_once(&format!(r#"name="{point}" at=""#)).expect("a point");
+            let (_, tail) = rest.split_once('"').expect("its end");
+            format!(r#"{head}name="{point}" at="{to}"{tail}"#)
+        };
+        let next = match number % 3 {
+            0 => moved(&text, "studio", &format!("2.15 -2.{}", &offset[2..])),
+            1 => moved(&text, "corridor-end", &format!("6 {offset}")),
+            _ => moved(&text, "corridor-end", "-3 -3"),
+        };
+        let start = Instant::now();
+        save(&folder, &next);
+        match number % 3 {
+            2 => {
+                refusals += 1;
+                run.wait_for_log("the last good one, stays in force", refusals);
+                taken_s[2].push(start.elapsed().as_secs_f64());
+                save(&folder, &text);
+                run.wait_for_log("the file is again that of version", refusals);
+            }
+            kind => {
+                version += 1;
+                let restarts = played(&run, version);
+                taken_s[kind].push(start.elapsed().as_secs_f64());
+                assert_eq!(restarts.len(), kind, "{restarts:?}");
+                if kind == 1 {
+                    sent_to(&run, &format!("6,{}", offset.trim_end_matches('0')));
+                    taken_s[kind].pop();
+                    taken_s[kind].push(start.elapsed().as_secs_f64());
+                }
+                text = next;
+            }
+        }
+    }
+    let marked = run.log();
+    assert!(!marked.contains("retreats"), "{marked}");
+    for (what, times) in
+        ["coming, played", "current, sent to it", "into a zone, refused"].iter().zip(&mut taken_s)
+    {
+        times.sort_by(f64::total_cmp);
+        let (middle, last) = (times[times.len() / 2], times[times.len() - 1]);
+        println!(
+            "dragged: {what}: {} times, median {middle:.2} s, at most {last:.2} s",
+            times.len()
+        );
+    }
 }

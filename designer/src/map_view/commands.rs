@@ -26,7 +26,12 @@ impl MapView {
             C::Link => matches!(self.only(), Some(Item::MapPoint(_) | Item::Rally(_))),
             C::Add => workspace.project.configuration().is_some(),
             C::SelectAll | C::ZoomFit => mission_of(workspace).is_some(),
-            C::ToggleTimes | C::SelectNone | C::ZoomIn | C::ZoomOut | C::ZoomActual => true,
+            C::ToggleTimes
+            | C::ToggleProgress
+            | C::SelectNone
+            | C::ZoomIn
+            | C::ZoomOut
+            | C::ZoomActual => true,
             _ => return None,
         })
     }
@@ -51,6 +56,7 @@ impl MapView {
                 self.select(all);
             }
             C::ToggleTimes => self.times.toggle(),
+            C::ToggleProgress => self.live.toggle(),
             C::SelectNone if self.cancel() => {}
             C::SelectNone => self.select([]),
             C::ZoomFit => self.fit_everything(),

@@ -62,6 +62,7 @@ impl MapView {
             });
         }
         self.describe_times(ctx, response);
+        self.describe_live(ctx, response);
     }
 }
 
