@@ -10,6 +10,7 @@ mod command_line;
 mod component_orders;
 mod dates;
 mod dice;
+mod dragged;
 mod evaluation;
 mod figure_four;
 mod fixture;

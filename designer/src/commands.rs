@@ -57,6 +57,7 @@ pub enum Command {
     ToggleProblems,
     ToggleMinimap,
     ToggleTimes,
+    ToggleProgress,
     ToggleSnap,
     ToggleTheme,
     NextProblem,

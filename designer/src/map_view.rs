@@ -5,8 +5,8 @@
 //! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs` and
 //! `triangles.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
 //! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `pictures.rs`
-//! the picture under it all, `times.rs` when the robots are where before the mission runs, `view.rs` the
-//! pane.
+//! the picture under it all, `times.rs` when the robots are where before the mission runs, `live.rs` where
+//! they are while it runs, `view.rs` the pane.
 
 mod actions;
 mod camera;
@@ -16,6 +16,7 @@ pub(crate) mod edits;
 mod hatching;
 mod hit;
 mod layers;
+mod live;
 mod model;
 mod names;
 mod painting;

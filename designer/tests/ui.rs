@@ -15,6 +15,7 @@ mod keyboard;
 mod links;
 mod live;
 mod map;
+mod map_live;
 mod map_times;
 mod mission;
 mod model;

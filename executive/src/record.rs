@@ -34,6 +34,9 @@ pub enum JournalEntry {
         fingerprint: String,
         /// The differences to the version before, in words.
         changes: Vec<String>,
+        /// The components that are started again, as a marked place gives them other values.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        restarts: Vec<String>,
     },
     /// A new version of the file is not played; the one before stays in force.
     Refused {

@@ -13,9 +13,12 @@ impl fmt::Display for JournalEntry {
                 write!(f, "{records} records before this one are not kept; marked: {marked}")
             }
             Self::Began { mission, .. } => write!(f, "mission {mission} begins"),
-            Self::Changed { version, changes, .. } => {
+            Self::Changed { version, changes, restarts, .. } => {
                 write!(f, "version {} of the file is played", version.number)?;
-                changes.iter().try_for_each(|change| write!(f, "; {change}"))
+                changes.iter().try_for_each(|change| write!(f, "; {change}"))?;
+                restarts
+                    .iter()
+                    .try_for_each(|name| write!(f, "; {name} is started again with other values"))
             }
             Self::Refused { version, why } => {
                 write!(f, "version {version} of the file is refused: {why}")

@@ -87,6 +87,7 @@ type Step = (Duration, Phase, bool);
 pub(crate) struct HostTimes {
     firings: BTreeMap<u64, (Step, Duration)>,
     resumed: (Duration, Duration),
+    changed: (Duration, Duration),
 }
 
 impl HostTimes {
@@ -103,6 +104,9 @@ impl HostTimes {
         if self.resumed.0 != ledger.authority().resumed_at() {
             self.resumed = (ledger.authority().resumed_at(), host);
         }
+        if self.changed.0 != ledger.version_since() {
+            self.changed = (ledger.version_since(), host);
+        }
     }
 
     /// Since when a firing is where it is.
@@ -113,6 +117,11 @@ impl HostTimes {
     /// When the last pause ended.
     pub(crate) fn resumed(&self) -> Duration {
         self.resumed.1
+    }
+
+    /// When the version of the file was taken.
+    pub(crate) fn changed(&self) -> Duration {
+        self.changed.1
     }
 }
 

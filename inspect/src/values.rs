@@ -11,6 +11,9 @@ use std::time::{Duration, Instant};
 
 use armor_sdk::directory::Directory;
 use armor_sdk::tap::{Tap, TapData};
+use armor_wire::WireType;
+use armor_wire::codec;
+use armor_wire::frame::DataHeader;
 use armor_wire::keep::Keep;
 use armor_wire::schema::{Glimpse, PayloadError, Schema, ValuePath, glimpse_message};
 use parking_lot::Mutex;
@@ -117,6 +120,19 @@ impl WatchedValues {
         if let Some(channel) = self.channels.all.lock().get_mut(data) {
             channel.series.remove(path);
         }
+    }
+
+    /// Shows this message as the newest on `data`, without a link: for tests.
+    pub fn show_still<M: WireType>(&self, data: &str, message: &M) {
+        let mut all = self.channels.all.lock();
+        let channel = all.entry(data.to_owned()).or_insert_with(Channel::new);
+        let sequence = channel.last.as_ref().map_or(0, |last| last.header.sequence + 1);
+        let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
+        let payload = codec::encode(message).unwrap_or_default();
+        let name = std::any::type_name::<M>();
+        channel.type_name = name.rsplit("::").next().unwrap_or(name).to_owned();
+        channel.schema = Some(Arc::new(M::schema()));
+        channel.last = Some(Arc::new(TapData { header, payload, lost: 0 }));
     }
 
     /// Returns the data that are linked now, sorted.

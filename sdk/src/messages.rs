@@ -23,7 +23,7 @@ pub use geometry::{
 };
 pub use navigation::{
     MapMetaData, OccupancyGrid, OccupancyGridUpdate, OccupancyGridUpdateView, OccupancyGridView,
-    Odometry, Path, SlamDiagnostics, Zone, ZoneRule, Zones,
+    Odometry, Path, SlamDiagnostics, TrackedObject, Tracks, Zone, ZoneRule, Zones,
 };
 pub use sensing::{
     BatteryState, CompressedImage, CompressedImageView, Detection2D, Detection2DArray, Image,

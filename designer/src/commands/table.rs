@@ -281,6 +281,13 @@ pub const COMMANDS: &[About] = {
             Some((NONE, Key::T)),
         ),
         entry(
+            C::ToggleProgress,
+            View,
+            "Live on the map",
+            "Shows or hides the robots of the running mission on the map, with their progress.",
+            Some((NONE, Key::P)),
+        ),
+        entry(
             C::ToggleMinimap,
             View,
             "Map of the drawing",

@@ -27,7 +27,12 @@ impl MapView {
             C::Add => workspace.project.configuration().is_some(),
             C::Rehearse => self.may_rehearse(workspace) && !self.rehearsal.is_going_on(),
             C::SelectAll | C::ZoomFit => mission_of(workspace).is_some(),
-            C::ToggleTimes | C::SelectNone | C::ZoomIn | C::ZoomOut | C::ZoomActual => true,
+            C::ToggleTimes
+            | C::ToggleProgress
+            | C::SelectNone
+            | C::ZoomIn
+            | C::ZoomOut
+            | C::ZoomActual => true,
             _ => return None,
         })
     }
@@ -58,6 +63,7 @@ impl MapView {
                 }
                 self.rehearsal.request();
             }
+            C::ToggleProgress => self.live.toggle(),
             C::SelectNone if self.cancel() => {}
             C::SelectNone => self.select([]),
             C::ZoomFit => self.fit_everything(),

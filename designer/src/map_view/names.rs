@@ -63,6 +63,7 @@ impl MapView {
         }
         self.describe_times(ctx, response);
         self.describe_rehearsal(ctx, response);
+        self.describe_live(ctx, response);
     }
 }
 

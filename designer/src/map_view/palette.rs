@@ -42,6 +42,11 @@ impl MapView {
             if times.accessible_name("times of the routes").clicked() {
                 self.times.toggle();
             }
+            let live = ui.selectable_label(self.live.is_open, "Live (P)");
+            let live = live.on_hover_text(about(Command::ToggleProgress).doc);
+            if live.accessible_name("the mission while it runs").clicked() {
+                self.live.toggle();
+            }
         });
     }
 

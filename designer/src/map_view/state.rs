@@ -12,6 +12,7 @@ use crate::map_view::camera::{Camera, MapBounds, map_point};
 use crate::map_view::corner::Corner;
 use crate::map_view::hit::{MapHit, Sight};
 use crate::map_view::layers::Layers;
+use crate::map_view::live::LiveMap;
 use crate::map_view::model::mission_of;
 use crate::map_view::pictures::Pictures;
 use crate::map_view::rehearsal::MapRehearsal;
@@ -60,6 +61,9 @@ pub struct MapView {
     pub(super) new_start: Option<MapPoint>,
     pub(super) times: TimesStrip,
     pub(super) rehearsal: MapRehearsal,
+    pub(super) live: LiveMap,
+    /// The symbols of tracks.
+    pub(super) live_symbols: SymbolPictures,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Of other views; a map is no diagram.
@@ -142,6 +146,8 @@ impl MapView {
             new_start: None,
             times: TimesStrip::default(),
             rehearsal: MapRehearsal::default(),
+            live: LiveMap::default(),
+            live_symbols: SymbolPictures::default(),
             wheel_turned: f64::NEG_INFINITY,
             no_diagram: Diagram::default(),
         }

@@ -107,6 +107,7 @@ impl MapView {
         paint_scene(&painter, &self.sight(), &looks);
         self.paint_times(&painter, colours);
         self.paint_rehearsal(&painter, colours);
+        self.paint_live(&painter, colours);
         self.paint_draft(&painter, colours);
         paint_scale_bar(&painter, &self.camera, self.window, colours);
         self.paint_coordinates(&painter, workspace, colours);
@@ -272,6 +273,7 @@ impl Pane for MapView {
         self.update(workspace);
         self.pictures.receive(ui.ctx(), workspace);
         self.show_times(ui, workspace);
+        self.show_live(ui, workspace);
         let response = self.take_window(ui);
         let fitted = self.camera;
         self.navigate(ui, &response);

@@ -327,6 +327,12 @@ impl Window {
         self.click_at(at);
     }
 
+    /// The names that contain this.
+    pub fn parts(&self, part: &str) -> Vec<String> {
+        let nodes = self.harness.query_all_by_label_contains(part);
+        nodes.filter_map(|node| node.accesskit_node().label().or(node.value())).collect()
+    }
+
     /// Whether something has this in its name.
     pub fn has_part(&self, part: &str) -> bool {
         self.harness.query_all_by_label_contains(part).next().is_some()

@@ -6,7 +6,7 @@ use super::context::Context;
 use crate::answer::{VersionAnswer, VersionFinding, VersionOffer};
 use crate::event::ControllerAction;
 use crate::judging::VersionQuestion;
-use crate::ledger::transfer::find_obstacle;
+use crate::ledger::transfer::{components_with_other_values, find_obstacle};
 use crate::record::JournalEntry;
 use armor_petri::PlaceId;
 use armor_plan::{ComponentId, Plan, Stand, Version};
@@ -211,10 +211,13 @@ impl FileChanges {
             return None;
         };
         let before = Arc::clone(cx.plan());
+        let restarts = components_with_other_values(cx.ledger(), &offer.plan);
+        let name = |component: ComponentId| before.component(component).name.clone();
         cx.record_entry(JournalEntry::Changed {
             version: (*version).clone(),
             fingerprint: offer.plan.fingerprint(),
             changes: offer.changes,
+            restarts: restarts.into_iter().map(name).collect(),
         });
         self.known_as = version.number;
         cx.add_action(ControllerAction::Changed);

@@ -249,7 +249,10 @@ fn up_deadline(cx: &Context, component: ComponentId, since: Option<Duration>) ->
     let (limits, observed) = (cx.plan().limits(), cx.roster.of(component));
     let return_within = cx.plan().component(component).return_within;
     let began = cx.roster.began().max(cx.host_times().resumed());
-    let from = since.unwrap_or(Duration::ZERO).max(began).max(observed.unblocked);
+    // A change of the file has ended its activation: it was up until then.
+    let is_over = cx.ledger().is_activation_over(component);
+    let changed = if is_over { cx.host_times().changed() } else { Duration::ZERO };
+    let from = since.unwrap_or(Duration::ZERO).max(began).max(changed).max(observed.unblocked);
     let starting = observed.order.filter(|order| !order.stop);
     let deadline = match (observed.presence, observed.doing) {
         _ if observed.why_given_up().is_some() => from.max(observed.since),

@@ -20,6 +20,11 @@ pub(crate) struct Activation {
     pub(crate) heard: (u64, u64),
 }
 
+/// Whether two activations are given the same values, wherever these are written.
+pub(super) fn have_same_terms(one: &[GivenValue], other: &[GivenValue]) -> bool {
+    one.iter().map(GivenValue::terms).eq(other.iter().map(GivenValue::terms))
+}
+
 impl Activation {
     /// Whether it has reported that its task is over, or cannot be done.
     pub(crate) fn has_finished(&self) -> bool {

@@ -9,7 +9,7 @@ use super::orders::{begin_pause, carry_out_order, set_consent};
 use super::reports::{begin_activation, forget_obsolete_reports, take_report};
 use super::snapshot::{check_mission, restore_ledger};
 use super::stage::MissionStage;
-use super::transfer::take_version;
+use super::transfer::{end_activations, take_version};
 use crate::record::{JournalEntry, JournalRecord};
 use crate::terms::{GuardTurned, MissionOutcome, ValueSet};
 use armor_plan::{DatePhase, Plan, PlannedCounter};
@@ -45,8 +45,9 @@ pub fn apply_record(ledger: &mut Ledger, record: &JournalRecord) -> Result<(), L
         JournalEntry::Began { mission, fingerprint, .. } => {
             check_mission(ledger, mission, fingerprint)?;
         }
-        JournalEntry::Changed { version, fingerprint, .. } => {
+        JournalEntry::Changed { version, fingerprint, restarts, .. } => {
             take_version(ledger, version, fingerprint)?;
+            end_activations(ledger, restarts)?;
         }
         JournalEntry::Refused { .. } => {}
         JournalEntry::Took { firing, cause, from, to, sets, guards, .. } => {

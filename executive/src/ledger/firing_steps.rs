@@ -2,6 +2,7 @@
 //! retreat, which replaces all firings by one.
 
 use super::Ledger;
+use super::activation::have_same_terms;
 use super::error::LedgerError;
 use super::firing::{Firing, Phase};
 use super::reports::{finished_in, forget_reports_of, set_listening_gates};
@@ -143,12 +144,9 @@ fn components_to_renew(
     let components = to.iter().flat_map(|arc| &ledger.plan.place(arc.0).components);
     renewed.extend(components.filter(|component| {
         let last = &ledger.activations[component.index()];
-        let is_same = |values: &[GivenValue]| {
-            let terms = values.iter().map(GivenValue::terms);
-            terms.eq(last.values.iter().map(GivenValue::terms))
-        };
         let runs = last.open && ledger.plan.component(**component).is_controlled();
-        runs && last.number > 0 && !is_same(&values_with(ledger, **component, to, firing))
+        let values = || values_with(ledger, **component, to, firing);
+        runs && last.number > 0 && !have_same_terms(&last.values, &values())
     }));
     renewed
 }

@@ -1,9 +1,11 @@
 //! The ledger carried over to the plan of a new version: tokens by the names of places; clocks,
-//! answers and guards by those of transitions whose terms are the same. It follows from the record
-//! alone, so that replay gives the same.
+//! answers and guards by those of transitions whose terms are the same; activations end whose values
+//! differ. It follows from the record alone, so that replay gives the same.
 
 use super::Ledger;
+use super::activation::have_same_terms;
 use super::error::LedgerError;
+use super::reports::forget_reports_of;
 use super::stage::MissionStage;
 use armor_plan::{ComponentId, Plan, Version};
 use std::collections::BTreeMap;
@@ -38,6 +40,38 @@ pub(crate) fn find_obstacle(ledger: &Ledger, next: &Plan) -> Option<String> {
         (was.safety != is.safety)
             .then(|| format!("`{name}` is marked, and the new file gives it another class"))
     })
+}
+
+/// Returns the components that have to be started again when the plan that follows is taken: marked
+/// places give them other values there, and they run with other values than these. No firing is in
+/// flight.
+pub(crate) fn components_with_other_values(ledger: &Ledger, next: &Plan) -> Vec<ComponentId> {
+    let marking = ledger.plan.marking_in(next, ledger.state.marking());
+    let marking = marking.expect("`find_obstacle` has found a place for each token");
+    let differs = |component: &ComponentId| {
+        let last = &ledger.activations[component.index()];
+        let runs = last.open && last.number > 0;
+        if !runs || !next.component(*component).is_controlled() || !ledger.is_marked(*component) {
+            return false;
+        }
+        let before = ledger.plan.values_in(*component, |place| ledger.state.tokens(place) > 0);
+        let after = next.values_in(*component, |place| marking[place.index()] > 0);
+        !have_same_terms(&before, &after) && !have_same_terms(&last.values, &after)
+    };
+    ledger.plan.component_ids().filter(differs).collect()
+}
+
+/// Ends the activations of these components, with their reports: they are needed, so that each is
+/// stopped and started again.
+pub(super) fn end_activations(ledger: &mut Ledger, names: &[String]) -> Result<(), LedgerError> {
+    for name in names {
+        let component = ledger.find_component(name)?;
+        let activation = &mut ledger.activations[component.index()];
+        (activation.open, activation.interrupted) = (false, false);
+        (activation.done, activation.failed) = (false, None);
+        forget_reports_of(ledger, component);
+    }
+    Ok(())
 }
 
 /// Takes a new version.

@@ -175,7 +175,7 @@ impl Course {
 
 /// Returns the radius of a route's robot: that of the route, else the largest `radius` that the file gives
 /// to a component that the route names, else that of the stock components.
-fn find_radius_m(route: &DrawnRoute, system: &System) -> f64 {
+pub(super) fn find_radius_m(route: &DrawnRoute, system: &System) -> f64 {
     if route.radius.metres() > 0.0 {
         return route.radius.metres();
     }

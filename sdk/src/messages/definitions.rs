@@ -43,6 +43,7 @@ pub fn standard_definitions() -> Vec<StandardDefinition> {
         Point Vector3 Quaternion Pose Pose2D PoseStamped PoseArray PoseWithCovariance
         PoseWithCovarianceStamped Twist TwistWithCovariance FrameTransform FrameTransforms
         MapMetaData OccupancyGrid OccupancyGridUpdate Path SlamDiagnostics ZoneRule Zone Zones
+        TrackedObject Tracks
         Odometry
         LaserScan Image CompressedImage Detection2D Detection2DArray Imu NavSatStatus NavSatService NavSatFix
         PowerSupplyStatus BatteryState

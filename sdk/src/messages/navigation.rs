@@ -148,6 +148,36 @@ pub struct Zones {
     pub zones: Vec<Zone>,
 }
 
+/// Another vehicle, person or thing at a position, as it was last seen (our own).
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct TrackedObject {
+    /// Its name among the tracks of the sender; the same one in each message.
+    pub id: String,
+    /// Its symbol identification code of APP-6(D): 20 digits, or the older 15 letters.
+    pub sidc: String,
+    /// Where it is.
+    pub position: Point,
+    /// Its velocity, in metres per second.
+    pub velocity: Vector3,
+    /// System time in seconds when it was there.
+    #[message(unit = "s")]
+    pub stamp: f64,
+}
+
+/// Others that are tracked: those of which there is news (our own).
+#[derive(Clone, Debug, Default, PartialEq, Message)]
+#[message(wire = "armor_wire")]
+pub struct Tracks {
+    /// System time in seconds.
+    #[message(unit = "s")]
+    pub stamp: f64,
+    /// Frame of the positions and velocities.
+    pub frame: String,
+    /// What is tracked.
+    pub tracks: Vec<TrackedObject>,
+}
+
 /// The robot's pose and velocity, estimated from its own motion.
 #[derive(Clone, Debug, Default, PartialEq, Message)]
 #[message(wire = "armor_wire")]

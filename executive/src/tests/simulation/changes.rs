@@ -113,8 +113,9 @@ impl Play {
             .push((at, ControllerEvent::MoveJudged { serial: question.serial, verdict }));
     }
 
-    /// Checks a change of the file: every token keeps its place, and every place its components.
-    pub(super) fn note_change(&mut self, version: &Version) {
+    /// Checks a change of the file: every token keeps its place, and every place its components;
+    /// only components are started again to which the marked places give other values.
+    pub(super) fn note_change(&mut self, version: &Version, restarts: &[String]) {
         assert!(self.in_flight.is_empty(), "changed while {:?} are under way", self.in_flight);
         let next = Arc::new(read(version, &self.plan).expect("it was read before"));
         let mut oracle = vec![0; next.places().len()];
@@ -123,6 +124,16 @@ impl Play {
             let place = next.place_named(name).expect("what is marked stays");
             oracle[place.index()] = *tokens;
             assert_eq!(self.plan.place(id).components, next.place(place).components, "{name}");
+        }
+        let values_of = |plan: &Plan, marking: &[i64], component| {
+            let values = plan.values_in(component, |place| marking[place.index()] > 0);
+            values.iter().map(|value| format!("{:?}", value.terms())).collect::<Vec<_>>()
+        };
+        for component in self.plan.component_ids() {
+            let before = values_of(&self.plan, &self.oracle, component);
+            let after = values_of(&next, &oracle, component);
+            let is_restarted = restarts.contains(&self.plan.component(component).name);
+            assert!(!is_restarted || before != after, "started again with the same values");
         }
         let same = |name: &String| {
             let id = next.transition_named(name);

@@ -1,0 +1,195 @@
+//! Points of the map are moved while a simulated robot drives to them: the file changes, and with it the
+//! leg that is coming, or the one that is driven.
+
+use std::path::Path;
+use std::time::Instant;
+
+use armor_executive::journal;
+use armor_executive::{Cause, JournalEntry, JournalRecord};
+
+use crate::fixture::{Folder, Run, wait_for};
+
+/// The drawn mission at the speed of the host, with two legs: along the corridor, slowly, and back to the
+/// door and into the studio.
+fn drawing() -> String {
+    let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
+    let text = std::fs::read_to_string(missions.join("drawn.xml")).expect("missions/drawn.xml");
+    let world = missions.join("worlds/office.svg");
+    let text = text.replace("worlds/office.svg", world.to_str().expect("UTF-8"));
+    let text = text.replace(r#"name="speed" value="5""#, r#"name="speed" value="1""#);
+    let text = text.replace(
+        r#"<leg name="l1" to="corridor-end" speed="0.9m/s" by="1min"/>"#,
+        r#"<leg name="l1" to="corridor-end" speed="0.4m/s" by="1min"/>"#,
+    );
+    let (head, rest) = text.split_once(r#"<stay name="s1""#).expect("the stay");
+    let (_, tail) = rest.split_once(r#"<otherwise on="#).expect("the exits");
+    format!(r#"{head}<otherwise on={tail}"#)
+}
+
+/// Replaces the file, as most editors do: by a second one that is renamed.
+fn save(folder: &Folder, text: &str) {
+    let temporary = folder.write("drawn.new", text);
+    std::fs::rename(temporary, folder.path().join("drawn.xml")).expect("renamed");
+}
+
+fn records(run: &Run) -> Vec<JournalRecord> {
+    let path = run.out().join("executive.journal");
+    journal::read(&path).map(|journal| journal.records).unwrap_or_default()
+}
+
+/// Waits for a record.
+fn awaited<T>(run: &Run, what: &str, find: impl Fn(&JournalEntry) -> Option<T>) -> T {
+    wait_for(&format!("{what}; the log:\n{}", run.log()), || {
+        records(run).iter().find_map(|record| find(&record.entry))
+    })
+}
+
+/// Waits until a version is played; returns the components that it starts again.
+fn played(run: &Run, number: u64) -> Vec<String> {
+    awaited(run, &format!("version {number}"), |entry| match entry {
+        JournalEntry::Changed { version, restarts, .. } if version.number == number => {
+            Some(restarts.clone())
+        }
+        _ => None,
+    })
+}
+
+/// Waits until the robot is sent to a point.
+fn sent_to(run: &Run, point: &str) {
+    awaited(run, &format!("the way to {point}"), |entry| match entry {
+        JournalEntry::Activating { component, values, .. } if component == "way" => {
+            values.iter().any(|value| value.text == point).then_some(())
+        }
+        _ => None,
+    });
+}
+
+/// The positions where the robot truly was.
+fn read_truth(run: &Run) -> Vec<[f64; 2]> {
+    let text = std::fs::read_to_string(run.out().join("truth.csv")).expect("truth.csv");
+    let row = |line: &str| {
+        let mut numbers = line.split(',').skip(2).map(|it| it.parse().expect("a number"));
+        [numbers.next().expect("x"), numbers.next().expect("y")]
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+// Slow (about half a minute): two legs at the speed of the host.
+#[test]
+fn points_that_are_dragged_while_a_robot_drives_are_driven_to() {
+    let folder = Folder::new("dragged");
+    let drawn = drawing();
+    save(&folder, &drawn);
+    let file = folder.path().join("drawn.xml");
+    let mut run = folder.run("out", &[file.to_str().expect("UTF-8"), "--headless"]);
+    sent_to(&run, "6,0");
+
+    // The point of the coming leg: no component is disturbed.
+    let coming = drawn.replace(r#"at="2.15 -3""#, r#"at="2.15 -2.5""#);
+    assert_ne!(coming, drawn);
+    save(&folder, &coming);
+    assert_eq!(played(&run, 2), [] as [&str; 0]);
+
+    // The point of this leg into the kitchen, which no robot enters: the file is refused with the reason.
+    save(&folder, &coming.replace(r#"at="6 0""#, r#"at="-3 -3""#));
+    run.wait_for_log("the last good one, stays in force", 1);
+    run.wait_for_log("E0304", 1);
+    assert!(run.log().contains("kitchen"), "{}", run.log());
+
+    // The point of this leg: only its mover is started again, and the robot drives to the new point.
+    let current = coming.replace(r#"at="6 0""#, r#"at="4.4 0""#);
+    save(&folder, &current);
+    assert_eq!(played(&run, 3), ["way"]);
+    sent_to(&run, "4.4,0");
+
+    assert_eq!(run.code(), Some(0), "{}", run.log());
+    let sent = records(&run).into_iter().filter_map(|record| match record.entry {
+        JournalEntry::Activating { component, values, .. } if component == "way" => {
+            Some(values.iter().map(|value| value.text.clone()).collect::<Vec<_>>().join(" "))
+        }
+        _ => None,
+    });
+    assert_eq!(sent.collect::<Vec<_>>(), ["6,0", "4.4,0", "2.15,0", "2.15,-2.5"]);
+    let fired = records(&run).into_iter().filter_map(|record| match record.entry {
+        JournalEntry::Took { cause: Cause::Transition(name), .. } => Some(name),
+        _ => None,
+    });
+    assert_eq!(fired.collect::<Vec<_>>(), ["red.l1.done", "red.l2.done", "red.l3.done"]);
+    let driven = read_truth(&run);
+    let furthest_m = driven.iter().map(|at| at[0]).fold(0.0, f64::max);
+    let deepest_m = driven.iter().map(|at| at[1]).fold(0.0, f64::min);
+    println!("dragged: {furthest_m:.2} m along the corridor, {deepest_m:.2} m into the studio");
+    assert!((3.9..5.5).contains(&furthest_m), "{furthest_m:.2} m along the corridor");
+    assert!((-2.75..-2.1).contains(&deepest_m), "{deepest_m:.2} m into the studio");
+}
+
+/// How many points are dragged in the measurement.
+const DRAGS: usize = 100;
+
+/// Measures, from the moment at which the file is replaced: how long it takes until a version with another
+/// point is played, coming and current ones in turn, and until a point in a zone is refused.
+#[test]
+#[ignore = "a measurement of about two minutes; it prints its figures"]
+fn a_hundred_points_are_dragged_while_a_robot_drives() {
+    let folder = Folder::new("drags");
+    // So slow that the robot is in its first leg all the time.
+    let drawn = drawing()
+        .replace(r#"speed="0.4m/s" by="1min""#, r#"speed="0.01m/s" by="1h""#)
+        .replace(r#"rally-by="1min""#, r#"rally-by="1h""#);
+    save(&folder, &drawn);
+    let file = folder.path().join("drawn.xml");
+    let run = folder.run("out", &[file.to_str().expect("UTF-8"), "--headless"]);
+    sent_to(&run, "6,0");
+    let mut text = drawn;
+    let (mut version, mut refusals) = (1, 0);
+    let mut taken_s: [Vec<f64>; 3] = Default::default();
+    for number in 0..DRAGS {
+        let offset = format!("{:.3}", 0.001 * (number + 1) as f64);
+        let moved = |text: &str, point: &str, to: &str| {
+            let (head, rest) =
+                text.split_once(&format!(r#"name="{point}" at=""#)).expect("a point");
+            let (_, tail) = rest.split_once('"').expect("its end");
+            format!(r#"{head}name="{point}" at="{to}"{tail}"#)
+        };
+        let next = match number % 3 {
+            0 => moved(&text, "studio", &format!("2.15 -2.{}", &offset[2..])),
+            1 => moved(&text, "corridor-end", &format!("6 {offset}")),
+            _ => moved(&text, "corridor-end", "-3 -3"),
+        };
+        let start = Instant::now();
+        save(&folder, &next);
+        match number % 3 {
+            2 => {
+                refusals += 1;
+                run.wait_for_log("the last good one, stays in force", refusals);
+                taken_s[2].push(start.elapsed().as_secs_f64());
+                save(&folder, &text);
+                run.wait_for_log("the file is again that of version", refusals);
+            }
+            kind => {
+                version += 1;
+                let restarts = played(&run, version);
+                taken_s[kind].push(start.elapsed().as_secs_f64());
+                assert_eq!(restarts.len(), kind, "{restarts:?}");
+                if kind == 1 {
+                    sent_to(&run, &format!("6,{}", offset.trim_end_matches('0')));
+                    taken_s[kind].pop();
+                    taken_s[kind].push(start.elapsed().as_secs_f64());
+                }
+                text = next;
+            }
+        }
+    }
+    let marked = run.log();
+    assert!(!marked.contains("retreats"), "{marked}");
+    for (what, times) in
+        ["coming, played", "current, sent to it", "into a zone, refused"].iter().zip(&mut taken_s)
+    {
+        times.sort_by(f64::total_cmp);
+        let (middle, last) = (times[times.len() / 2], times[times.len() - 1]);
+        println!(
+            "dragged: {what}: {} times, median {middle:.2} s, at most {last:.2} s",
+            times.len()
+        );
+    }
+}
