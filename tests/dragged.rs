@@ -134,7 +134,7 @@ fn a_hundred_points_are_dragged_while_a_robot_drives() {
     let folder = Folder::new("drags");
     // So slow that the robot is in its first leg all the time.
     let drawn = drawing()
-        .replace(r#"speed="0.4m/s" by="1min""#, r#"speed="0.01m/s" by="1h""#)
+        .replace(r#"speed="0.4m/s" by="1min""#, r#"speed="0.05m/s" by="1h""#)
         .replace(r#"rally-by="1min""#, r#"rally-by="1h""#);
     save(&folder, &drawn);
     let file = folder.path().join("drawn.xml");

@@ -365,6 +365,40 @@ ARMOR_STRUCT(armor_zones, "Zones",
   ARMOR_FIELD(armor_zones, frame, ""),
   ARMOR_NESTED_LIST(armor_zones, zones, armor_zone));
 
+// Another vehicle, person or thing at a position, as it was last seen (our own).
+typedef struct armor_tracked_object {
+  // Its name among the tracks of the sender; the same one in each message.
+  armor_string id;
+  // Its symbol identification code of APP-6(D): 20 digits, or the older 15 letters.
+  armor_string sidc;
+  // Where it is.
+  armor_point position;
+  // Its velocity, in metres per second.
+  armor_vector3 velocity;
+  // System time in seconds when it was there.
+  double stamp;
+} armor_tracked_object;
+ARMOR_STRUCT(armor_tracked_object, "TrackedObject",
+  ARMOR_FIELD(armor_tracked_object, id, ""),
+  ARMOR_FIELD(armor_tracked_object, sidc, ""),
+  ARMOR_NESTED(armor_tracked_object, position, armor_point, ""),
+  ARMOR_NESTED(armor_tracked_object, velocity, armor_vector3, ""),
+  ARMOR_FIELD(armor_tracked_object, stamp, "s"));
+
+// Others that are tracked: those of which there is news (our own).
+typedef struct armor_tracks {
+  // System time in seconds.
+  double stamp;
+  // Frame of the positions and velocities.
+  armor_string frame;
+  // What is tracked.
+  ARMOR_LIST_OF(armor_tracked_object) tracks;
+} armor_tracks;
+ARMOR_STRUCT(armor_tracks, "Tracks",
+  ARMOR_FIELD(armor_tracks, stamp, "s"),
+  ARMOR_FIELD(armor_tracks, frame, ""),
+  ARMOR_NESTED_LIST(armor_tracks, tracks, armor_tracked_object));
+
 // The robot's pose and velocity, estimated from its own motion.
 typedef struct armor_odometry {
   // System time in seconds.

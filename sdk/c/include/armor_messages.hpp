@@ -329,6 +329,32 @@ struct Zones {
 };
 ARMOR_MESSAGE_NAMED("Zones", Zones, (stamp, "s"), frame, zones)
 
+// Another vehicle, person or thing at a position, as it was last seen (our own).
+struct TrackedObject {
+  // Its name among the tracks of the sender; the same one in each message.
+  std::string id{};
+  // Its symbol identification code of APP-6(D): 20 digits, or the older 15 letters.
+  std::string sidc{};
+  // Where it is.
+  Point position{};
+  // Its velocity, in metres per second.
+  Vector3 velocity{};
+  // System time in seconds when it was there.
+  double stamp{};
+};
+ARMOR_MESSAGE_NAMED("TrackedObject", TrackedObject, id, sidc, position, velocity, (stamp, "s"))
+
+// Others that are tracked: those of which there is news (our own).
+struct Tracks {
+  // System time in seconds.
+  double stamp{};
+  // Frame of the positions and velocities.
+  std::string frame{};
+  // What is tracked.
+  std::vector<TrackedObject> tracks{};
+};
+ARMOR_MESSAGE_NAMED("Tracks", Tracks, (stamp, "s"), frame, tracks)
+
 // The robot's pose and velocity, estimated from its own motion.
 struct Odometry {
   // System time in seconds.

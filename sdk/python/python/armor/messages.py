@@ -660,6 +660,72 @@ class Zones(Message):
         self.zones = [] if zones is None else zones
 
 
+class TrackedObject(Message):
+    """Another vehicle, person or thing at a position, as it was last seen (our own)."""
+
+    __slots__ = ("id", "sidc", "position", "velocity", "stamp",)
+    _fields = (
+        ("id", "id", None, "string"),
+        ("sidc", "sidc", None, "string"),
+        ("position", "position", None, Point),
+        ("velocity", "velocity", None, Vector3),
+        ("stamp", "stamp", "s", "f64"),
+    )
+
+    id: str
+    """Its name among the tracks of the sender; the same one in each message."""
+    sidc: str
+    """Its symbol identification code of APP-6(D): 20 digits, or the older 15 letters."""
+    position: Point
+    """Where it is."""
+    velocity: Vector3
+    """Its velocity, in metres per second."""
+    stamp: float
+    """System time in seconds when it was there. Unit: s."""
+
+    def __init__(
+        self,
+        id: str = "",
+        sidc: str = "",
+        position: Optional[Point] = None,
+        velocity: Optional[Vector3] = None,
+        stamp: float = 0.0,
+    ) -> None:
+        self.id = id
+        self.sidc = sidc
+        self.position = Point() if position is None else position
+        self.velocity = Vector3() if velocity is None else velocity
+        self.stamp = stamp
+
+
+class Tracks(Message):
+    """Others that are tracked: those of which there is news (our own)."""
+
+    __slots__ = ("stamp", "frame", "tracks",)
+    _fields = (
+        ("stamp", "stamp", "s", "f64"),
+        ("frame", "frame", None, "string"),
+        ("tracks", "tracks", None, ("list", TrackedObject)),
+    )
+
+    stamp: float
+    """System time in seconds. Unit: s."""
+    frame: str
+    """Frame of the positions and velocities."""
+    tracks: List[TrackedObject]
+    """What is tracked."""
+
+    def __init__(
+        self,
+        stamp: float = 0.0,
+        frame: str = "",
+        tracks: Optional[List[TrackedObject]] = None,
+    ) -> None:
+        self.stamp = stamp
+        self.frame = frame
+        self.tracks = [] if tracks is None else tracks
+
+
 class Odometry(Message):
     """The robot's pose and velocity, estimated from its own motion."""
 
