@@ -218,7 +218,7 @@ fn a_process_gets_the_variables_that_the_file_names_and_no_secrets() {
     let folder = Folder::new("environment");
     folder.script(
         "open",
-        "echo \"<$MAP_TOKEN> <$SECRET> <$LC_NOTHING>\"; while :; do sleep 0.05; done",
+        "echo \"<$MAP_TOKEN> <$SECRET> <$LC_NOTHING> <$GLIBC_TUNABLES>\"; while :; do sleep 0.05; done",
     );
     let file = folder.system("environment", &["a open env=\"MAP_TOKEN ABSENT\"", "b open"]);
     let mut run = folder.armor(&["run", &file, "--for", "2s"]);
@@ -226,7 +226,7 @@ fn a_process_gets_the_variables_that_the_file_names_and_no_secrets() {
     let (code, out, err) = run_to_end(run.envs(set).env_remove("ABSENT"));
     let log = out + &err;
     assert_eq!(code, 0, "{log}");
-    assert!(log.contains("<m> <> <l>") && log.contains("<> <> <l>"), "{log}");
+    assert!(log.contains("<m> <> <l> <>") && log.contains("<> <> <l> <>"), "{log}");
     assert!(log.contains("environment.xml:3:"), "where it stands: {log}");
     assert!(log.contains("the variable ABSENT is not set here, so a does not get it"), "{log}");
 
@@ -396,6 +396,12 @@ fn killed_daemons_come_back_where_they_were() {
     };
     for daemon in ["registry", "configd"] {
         let before = wait_for(daemon, || pid_of(daemon));
+        let environment = std::fs::read(format!("/proc/{before}/environ")).expect("it runs");
+        let mut variables = environment.split(|byte| *byte == 0);
+        assert!(
+            variables.any(|it| it.starts_with(b"GLIBC_TUNABLES=")),
+            "its threads share their memory"
+        );
         send_signal(before, Signal::KILL);
         wait_for("another one", || pid_of(daemon).filter(|pid| *pid != before));
         wait_for("the system is whole again", || {

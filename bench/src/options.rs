@@ -37,6 +37,7 @@ usage: armor-bench [--rounds N] [--secs S] [--only PART] [--same-core] [--quiet-
                     (default 100)
   --longest S       the longest time of that (default 60)
   --minutes M       how long the soak lasts (default 30)
+  --interval S      seconds from one fault of the soak to the next (default 10)
   --same-core       both processes on core 0: what the software costs, without the wake-up of a
                     halted core; measures round trips only, unless --only names others
   --quiet-wait S    wait up to S seconds for an idle machine before each figure (default 0)";
@@ -142,6 +143,9 @@ pub fn parse_arguments(arguments: impl Iterator<Item = OsString>) -> Result<Opti
             }
             Long("minutes") => {
                 options.reliability.soak = parser.value()?.parse_with(parse_seconds)? * 60;
+            }
+            Long("interval") => {
+                options.reliability.interval = parser.value()?.parse_with(parse_seconds)?;
             }
             // `cargo bench` adds it.
             Long("bench") => {}

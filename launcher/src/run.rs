@@ -1,5 +1,6 @@
 //! `armor run FILE`: checks the file, starts its components, and supervises them to the end.
 
+pub mod allocator;
 pub mod arguments;
 mod component_link;
 pub mod control_group;
@@ -21,6 +22,7 @@ pub mod port;
 pub mod process;
 mod remote;
 mod requests;
+pub mod shared_read;
 pub mod status;
 mod supervise;
 pub mod supervisor;

@@ -17,6 +17,8 @@ pub struct ReliabilityOptions {
     /// The longest cut or stop.
     pub longest: Duration,
     pub soak: Duration,
+    /// From one fault of the soak to the next.
+    pub interval: Duration,
 }
 
 impl Default for ReliabilityOptions {
@@ -30,6 +32,7 @@ impl Default for ReliabilityOptions {
             count: 100,
             longest: Duration::from_secs(60),
             soak: Duration::from_secs(30 * 60),
+            interval: Duration::from_secs(10),
         }
     }
 }

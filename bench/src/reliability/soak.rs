@@ -16,8 +16,6 @@ use super::system::{PATIENCE, SystemUnderTest};
 use super::victim::FaultVictim;
 use crate::readings::monotonic_ns;
 
-/// From one fault to the next.
-const INTERVAL: Duration = Duration::from_secs(10);
 /// From one look at the needs to the next.
 const LOOK: Duration = Duration::from_secs(2);
 /// Components that no fault hits, so that they live as long as the soak.
@@ -42,7 +40,7 @@ pub fn run_soak(system: &mut SystemUnderTest, options: &ReliabilityOptions) -> R
     let mut needs: BTreeMap<(String, u32), NeedSamples> = BTreeMap::new();
     let mut faults = 0;
     while start.elapsed() < options.soak {
-        let next = start.elapsed() + INTERVAL;
+        let next = start.elapsed() + options.interval;
         // Daemons only in the first third: then their last lives are watched for the other two.
         let has_daemons = start.elapsed() < options.soak / 3;
         let what = inflict_fault(system, &victims, has_daemons, &mut dice)?;

@@ -16,7 +16,7 @@ use armor_wire::remote_process::{
 };
 use armor_wire::run_key::NameKey;
 use parking_lot::Mutex;
-use tokio::io::{AsyncRead, AsyncReadExt};
+use tokio::io::AsyncRead;
 use tokio::process::{Child, Command};
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
@@ -35,6 +35,7 @@ use crate::run::own_run::START_VARIABLE;
 use crate::run::process::{
     OWN_PROGRAM, ProcessGroup, exit_of, find_cause, kill_left_processes, own_path,
 };
+use crate::run::shared_read::read_once;
 use crate::run::supervisor::{ChildExit, LogLevel};
 use crate::run::survivors;
 
@@ -332,13 +333,16 @@ impl AgentProcess {
         };
         let name = self.key.component.as_str().into();
         let reader = tokio::spawn(self.log.clone().read(name, log_stream, output));
-        let mut bytes = vec![0; PIECE_LEN];
-        while let Ok(len @ 1..) = source.read(&mut bytes).await {
+        while let Ok(piece) = read_once(&mut source, PIECE_LEN, <[u8]>::to_vec).await {
+            if piece.is_empty() {
+                break;
+            }
+            let len = piece.len();
             // The log limits floods itself, and counts what it leaves out.
-            feed.add(bytes[..len].to_vec()).await;
+            feed.add(piece.clone()).await;
             let mut state = self.state.lock();
             self.report_missed(&mut state);
-            let event = RemoteEvent::Output { stream, bytes: bytes[..len].to_vec() };
+            let event = RemoteEvent::Output { stream, bytes: piece };
             let is_sent = state.events.as_ref().is_some_and(|it| it.try_send(event).is_ok());
             if !is_sent {
                 state.missed += len as u64;

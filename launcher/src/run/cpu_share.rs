@@ -1,8 +1,9 @@
 //! A share of the processors' time for a component: `cpu.max` of its control group (cgroups(7),
 //! version 2).
 //!
-//! A group passes a controller on to the groups in it only while it contains no processes itself. So
-//! this process, and what it has started, move from the group that it divides into a leaf in it.
+//! A group that contains processes itself, and passes this controller on, becomes one for threads: no
+//! group in it takes processes. So this process, and what it has started, move from the group that it
+//! divides into a leaf in it before.
 
 use std::fmt::{self, Display, Formatter};
 use std::fs;
@@ -19,8 +20,12 @@ const PERIOD_US: u64 = 100_000;
 const LEAF: &str = "armor-own-";
 /// How many times the processes of a group are moved: each may start another one meanwhile.
 const MAX_MOVES: u32 = 8;
+/// How far up the parents of a process are searched for this one.
+const MAX_DEPTH: usize = 64;
 const PROCESSES: &str = "cgroup.procs";
 const PASSED_ON: &str = "cgroup.subtree_control";
+/// The root has none, and may contain processes and pass on all controllers.
+const TYPE: &str = "cgroup.type";
 
 /// Why no share can be kept.
 #[derive(Debug, PartialEq, Eq)]
@@ -105,18 +110,26 @@ fn divide(
     }
     let refused = |error: io::Error| ShareObstacle::Refused(error.to_string());
     for _ in 0..MAX_MOVES {
+        if group.join(TYPE).exists() && !list_processes(group).map_err(refused)?.is_empty() {
+            move_processes(group, own, find_parent)?;
+            continue;
+        }
         if has_word(&group.join(PASSED_ON)) {
             return Ok(());
         }
         match fs::write(group.join(PASSED_ON), "+cpu") {
             Ok(()) => return Ok(()),
-            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => {
-                move_processes(group, own, find_parent)?;
-            }
+            // A process has come meanwhile.
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => {}
             Err(error) => return Err(refused(error)),
         }
     }
     Err(ShareObstacle::Refused("its processes start others all the time".into()))
+}
+
+fn list_processes(group: &Path) -> io::Result<Vec<u32>> {
+    let text = fs::read_to_string(group.join(PROCESSES))?;
+    Ok(text.lines().filter_map(|line| line.parse().ok()).collect())
 }
 
 /// Moves this process and those that it has started from the group into a leaf of it.
@@ -126,11 +139,14 @@ fn move_processes(
     find_parent: &dyn Fn(u32) -> Option<u32>,
 ) -> Result<(), ShareObstacle> {
     let refused = |error: io::Error| ShareObstacle::Refused(error.to_string());
-    let text = fs::read_to_string(group.join(PROCESSES)).map_err(refused)?;
-    let processes: Vec<u32> = text.lines().filter_map(|line| line.parse().ok()).collect();
-    let is_foreign = |pid: &&u32| **pid != own && find_parent(**pid).is_some_and(|it| it != own);
+    let processes = list_processes(group).map_err(refused)?;
+    let is_foreign = |pid: &&u32| !is_started_by(**pid, own, find_parent);
     if let Some(pid) = processes.iter().find(is_foreign) {
         return Err(ShareObstacle::Shared(*pid));
+    }
+    if has_word(&group.join(PASSED_ON)) {
+        // It is one for threads, in which no leaf takes processes.
+        fs::write(group.join(PASSED_ON), "-cpu").map_err(refused)?;
     }
     let leaf = group.join(format!("{LEAF}{own}"));
     match fs::create_dir(&leaf) {
@@ -145,6 +161,14 @@ fn move_processes(
         }
     }
     Ok(())
+}
+
+/// Whether `own` has started the process, or one that has started it, or is it. One that has ended
+/// counts as such.
+fn is_started_by(pid: u32, own: u32, find_parent: &dyn Fn(u32) -> Option<u32>) -> bool {
+    let line = std::iter::successors(Some(pid), |pid| find_parent(*pid));
+    let line: Vec<_> = line.take(MAX_DEPTH).take_while(|pid| *pid > 1).collect();
+    line.contains(&own) || find_parent(pid).is_none()
 }
 
 /// Returns the parent of a process; none if it has ended.
@@ -224,12 +248,18 @@ mod tests {
         let parent = |pid| match pid {
             8 => Some(7),
             9 => Some(1),
+            10 => Some(8),
+            1 => Some(0),
             _ => None,
         };
-        let own = make_group("own", "cpu", "7\n8\n");
-        move_processes(&own, 7, &parent).expect("both are its own");
+        let own = make_group("own", "cpu", "7\n8\n10\n11\n");
+        move_processes(&own, 7, &parent).expect("all are its own, and one has ended");
+        fs::write(own.join(TYPE), "domain").expect("a file");
+        // Nothing takes the processes out of the file of this folder.
+        assert!(divide(&own, 7, &parent).is_err());
+        assert!(!has_word(&own.join(PASSED_ON)), "only an empty group may pass it on");
         let leaf = own.join("armor-own-7");
-        assert_eq!(fs::read_to_string(leaf.join(PROCESSES)).expect("a file"), "8", "the last one");
+        assert_eq!(fs::read_to_string(leaf.join(PROCESSES)).expect("a file"), "11", "the last one");
         assert_eq!(leave_leaf(leaf), own);
         assert_eq!(leave_leaf(own.clone()), own);
         let shared = make_group("shared", "cpu", "7\n9\n");

@@ -19,8 +19,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use tokio::io::{AsyncRead, AsyncReadExt};
+use tokio::io::AsyncRead;
 
+use super::shared_read::read_once;
 use super::status::StatusLine;
 use super::supervisor::LogLevel;
 use crate::arguments::OutputFormat;
@@ -39,8 +40,6 @@ const FLOOD_REST: Duration = Duration::from_millis(1);
 /// What is read of a flood between two rests, in bytes: 100 MB are read within a second or two, so
 /// that the process that writes them is hardly delayed.
 const READ_PER_REST: usize = 256 << 10;
-/// What is read at a time, in bytes: a full pipe.
-const READ_LEN: usize = 64 << 10;
 
 /// Takes lines from everywhere. Clones share the sinks.
 #[derive(Clone)]
@@ -120,27 +119,32 @@ impl RunLog {
     pub async fn read(self, name: Arc<str>, stream: LogStream, mut source: impl AsyncRead + Unpin) {
         let mut splitter = Splitter::default();
         let mut budget = LineBudget::new(self.elapsed());
-        let mut bytes = vec![0; READ_LEN];
         let mut since_rest = 0;
         loop {
-            let read = source.read(&mut bytes).await.unwrap_or(0);
-            let now = self.elapsed();
             let mut flood = false;
-            let mut take = |text: &[u8]| {
-                if budget.spend_line(now, text.len()) {
-                    let line = LogLine::read(now.as_secs_f64(), name.clone(), stream, text);
-                    if stream == LogStream::Err {
-                        self.panics.note_line(&name, &line.text);
+            let mut handle = |bytes: &[u8]| {
+                let now = self.elapsed();
+                let mut take = |text: &[u8]| {
+                    if budget.spend_line(now, text.len()) {
+                        let line = LogLine::read(now.as_secs_f64(), name.clone(), stream, text);
+                        if stream == LogStream::Err {
+                            self.panics.note_line(&name, &line.text);
+                        }
+                        self.push(line);
+                    } else {
+                        flood = true;
                     }
-                    self.push(line);
-                } else {
-                    flood = true;
+                };
+                splitter.feed(bytes, &mut take);
+                if bytes.is_empty() {
+                    splitter.finish(&mut take);
                 }
+                bytes.len()
             };
-            match read {
-                0 => splitter.finish(&mut take),
-                read => splitter.feed(&bytes[..read], &mut take),
-            }
+            let read = read_once(&mut source, usize::MAX, &mut handle).await;
+            // A stream that fails has ended.
+            let read = read.unwrap_or_else(|_| handle(&[]));
+            let now = self.elapsed();
             if let Some(left_out) = budget.take_left_out(now, read == 0) {
                 self.report(
                     &name,

@@ -16,6 +16,7 @@ use armor_wire::name::is_name;
 use armor_wire::remote_process::{ProcessResources, RemoteStart, VariableSetting};
 use armor_wire::run_key::RunSecret;
 
+use super::allocator;
 use super::arguments::RunArguments;
 use super::environment::select_variables;
 use super::host_states::HostStates;
@@ -415,7 +416,8 @@ impl ProcessPlan {
             ends_run: false,
             host: None,
         });
-        let environment = select_variables(std::env::vars_os(), &[]);
+        let mut environment = select_variables(std::env::vars_os(), &[]);
+        environment.push((allocator::VARIABLE.into(), allocator::ONE_POOL.into()));
         let takes_reports = role == ChildRole::Executive;
         let name = name.into();
         self.starts.push(PlannedStart::Here(ProcessStart {
