@@ -16,6 +16,7 @@ pub(crate) mod edits;
 mod hatching;
 mod hit;
 mod layers;
+mod malformed;
 mod model;
 mod names;
 mod painting;

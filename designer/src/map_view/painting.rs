@@ -25,6 +25,9 @@ const TICKS: (f32, f32) = (12.0, 6.0);
 const POINT_RADIUS: f32 = 5.0;
 const HANDLE: f32 = 4.0;
 
+/// With more legs than this, their lines are not kept free of texts.
+const MAX_LINES: usize = 200;
+
 /// What is to be seen of the items besides their shapes.
 pub struct Looks<'a> {
     /// Whether an item is selected.
@@ -71,11 +74,20 @@ pub fn paint_scene(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
         paint_shape(painter, sight, looks, entry);
     }
     let mut taken = TakenSpace::of(sight.window);
+    // No text covers the sign of a point, nor, if there is another place, the line of another leg.
+    let signs = shown
+        .iter()
+        .filter(|entry| matches!(entry.shape, SceneShape::Point(_) | SceneShape::Rally(_)));
+    for at in signs.flat_map(|entry| entry.shape.points()) {
+        taken.take(Rect::from_center_size(sight.at(at), Vec2::splat(2.0 * POINT_RADIUS)));
+    }
+    let legs: Vec<_> = shown.iter().filter_map(|entry| leg_line(sight, entry)).collect();
+    let legs = if legs.len() > MAX_LINES { &[][..] } else { &legs };
     // What is in front, and what is selected, gets its text first.
     let (selected, others): (Vec<&SceneItem>, Vec<&SceneItem>) =
         shown.iter().rev().copied().partition(|entry| (looks.is_selected)(entry.item));
     for entry in selected.into_iter().chain(others) {
-        paint_text(painter, sight, looks, entry, &mut taken);
+        paint_text(painter, sight, looks, entry, legs, &mut taken);
     }
     for handle in sight.handles(looks.only) {
         let is_hot = looks.hovered == Some(handle.hit) || looks.corner == Some(handle.hit);
@@ -235,6 +247,7 @@ fn paint_text(
     sight: &Sight<'_>,
     looks: &Looks<'_>,
     entry: &SceneItem,
+    legs: &[(Item, [Pos2; 2])],
     taken: &mut TakenSpace,
 ) {
     let sign = match entry.mark {
@@ -251,7 +264,7 @@ fn paint_text(
         // Only on the leg itself: next to it the text would be that of another one.
         SceneShape::Leg { from: Some(from), to } => {
             let [from, to] = sight.leg_ends(*from, *to);
-            let shares = [LEG_NUMBER, 0.2, 0.6, 0.85];
+            let shares = [LEG_NUMBER, 0.2, 0.6, 0.85, 0.45, 0.3, 0.7, 0.1];
             shares.map(|share| (Align2::CENTER_CENTER, from + (to - from) * share)).to_vec()
         }
         shape => text_places(shape, sight.anchor(shape)),
@@ -272,13 +285,42 @@ fn paint_text(
     };
     let text = format!("{sign}{}", paintable(painter.ctx(), &entry.text));
     let galley = painter.layout_no_wrap(text, FontId::proportional(theme::SMALL), colour);
-    let mut plates = places
+    let plates = places
         .into_iter()
         .map(|(align, at)| align.anchor_size(at, galley.size()).expand2(Vec2::new(3.0, 1.0)));
     let first = plates.clone().next().filter(|_| is_wanted);
-    let Some(plate) = plates.find(|plate| taken.is_free(*plate)).or(first) else { return };
+    let of_others =
+        |plate: &Rect| legs.iter().any(|(item, line)| *item != entry.item && meets(*plate, *line));
+    let mut free = plates.filter(|plate| taken.is_free(*plate));
+    let clear = free.clone().find(|plate| !of_others(plate));
+    let Some(plate) = clear.or_else(|| free.next()).or(first) else { return };
     taken.take(plate);
     paint_plate(painter, plate, galley, looks.colours);
+}
+
+/// The line of a leg in the window.
+fn leg_line(sight: &Sight<'_>, entry: &SceneItem) -> Option<(Item, [Pos2; 2])> {
+    match &entry.shape {
+        SceneShape::Leg { from: Some(from), to } => Some((entry.item, sight.leg_ends(*from, *to))),
+        _ => None,
+    }
+}
+
+/// Whether a line passes through an area.
+fn meets(area: Rect, [from, to]: [Pos2; 2]) -> bool {
+    let (way, mut first, mut last) = (to - from, 0.0_f32, 1.0_f32);
+    for axis in 0..2 {
+        let (low, high) = (area.min[axis] - from[axis], area.max[axis] - from[axis]);
+        if way[axis].abs() < 1e-6 {
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let (one, other) = (low / way[axis], high / way[axis]);
+        (first, last) = (first.max(one.min(other)), last.min(one.max(other)));
+    }
+    first <= last
 }
 
 /// Where the text of a shape may be, the best place first.
@@ -423,6 +465,16 @@ fn colour_of(entry: &SceneItem, looks: &Looks<'_>) -> Color32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_meets_an_area_or_passes_it() {
+        let area = Rect::from_min_max(Pos2::new(10.0, 10.0), Pos2::new(20.0, 14.0));
+        let line = |from: [f32; 2], to: [f32; 2]| meets(area, [from.into(), to.into()]);
+        assert!(line([0.0, 12.0], [30.0, 12.0]) && line([15.0, 0.0], [15.0, 30.0]));
+        assert!(line([12.0, 12.0], [12.0, 12.0]) && line([0.0, 0.0], [24.0, 20.0]));
+        assert!(!line([0.0, 15.0], [30.0, 15.0]) && !line([0.0, 12.0], [9.0, 12.0]));
+        assert!(!line([0.0, 20.0], [9.0, 0.0]));
+    }
 
     #[test]
     fn lengths_are_short() {
