@@ -177,9 +177,8 @@ impl LiveView {
         match &look.marking {
             Some(marking) => {
                 let now_s = watched.mission_s(&look);
-                let is_over = words::is_over(marking.stage) || watched.silence().is_some();
-                // Nothing fires any more.
-                let ended = is_over.then(|| without_firings(marking));
+                // Of a mission that is over, nothing fires any more.
+                let ended = words::is_over(marking.stage).then(|| without_firings(marking));
                 let marking = ended.as_ref().unwrap_or(marking);
                 net::show(diagram, base, marking, now_s, presences, colours);
             }

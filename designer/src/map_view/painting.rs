@@ -14,6 +14,7 @@ use crate::map_view::camera::Camera;
 use crate::map_view::hatching::{hatch, inward_ticks, ticks};
 use crate::map_view::hit::{LEG_NUMBER, MapHit, SYMBOL_HEIGHT, Sight};
 use crate::map_view::layers::Layer;
+use crate::map_view::leg_labels::{leg_line, meets, places_beside};
 use crate::map_view::scene::{SceneItem, SceneShape};
 
 /// Distance of the lines of a no-go zone and of a zone with a speed.
@@ -261,11 +262,12 @@ fn paint_text(
     let is_selected = (looks.is_selected)(entry.item);
     let is_wanted = is_selected || looks.hovered == Some(MapHit::Item(entry.item));
     let places = match &entry.shape {
-        // Only on the leg itself: next to it the text would be that of another one.
+        // On the leg itself, or where that would cover another leg, at its outer side.
         SceneShape::Leg { from: Some(from), to } => {
             let [from, to] = sight.leg_ends(*from, *to);
             let shares = [LEG_NUMBER, 0.2, 0.6, 0.85, 0.45, 0.3, 0.7, 0.1];
-            shares.map(|share| (Align2::CENTER_CENTER, from + (to - from) * share)).to_vec()
+            let on_leg = shares.map(|share| (Align2::CENTER_CENTER, from + (to - from) * share));
+            on_leg.into_iter().chain(places_beside(from, to)).collect()
         }
         shape => text_places(shape, sight.anchor(shape)),
     };
@@ -296,31 +298,6 @@ fn paint_text(
     let Some(plate) = clear.or_else(|| free.next()).or(first) else { return };
     taken.take(plate);
     paint_plate(painter, plate, galley, looks.colours);
-}
-
-/// The line of a leg in the window.
-fn leg_line(sight: &Sight<'_>, entry: &SceneItem) -> Option<(Item, [Pos2; 2])> {
-    match &entry.shape {
-        SceneShape::Leg { from: Some(from), to } => Some((entry.item, sight.leg_ends(*from, *to))),
-        _ => None,
-    }
-}
-
-/// Whether a line passes through an area.
-fn meets(area: Rect, [from, to]: [Pos2; 2]) -> bool {
-    let (way, mut first, mut last) = (to - from, 0.0_f32, 1.0_f32);
-    for axis in 0..2 {
-        let (low, high) = (area.min[axis] - from[axis], area.max[axis] - from[axis]);
-        if way[axis].abs() < 1e-6 {
-            if low > 0.0 || high < 0.0 {
-                return false;
-            }
-            continue;
-        }
-        let (one, other) = (low / way[axis], high / way[axis]);
-        (first, last) = (first.max(one.min(other)), last.min(one.max(other)));
-    }
-    first <= last
 }
 
 /// Where the text of a shape may be, the best place first.
@@ -465,16 +442,6 @@ fn colour_of(entry: &SceneItem, looks: &Looks<'_>) -> Color32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_line_meets_an_area_or_passes_it() {
-        let area = Rect::from_min_max(Pos2::new(10.0, 10.0), Pos2::new(20.0, 14.0));
-        let line = |from: [f32; 2], to: [f32; 2]| meets(area, [from.into(), to.into()]);
-        assert!(line([0.0, 12.0], [30.0, 12.0]) && line([15.0, 0.0], [15.0, 30.0]));
-        assert!(line([12.0, 12.0], [12.0, 12.0]) && line([0.0, 0.0], [24.0, 20.0]));
-        assert!(!line([0.0, 15.0], [30.0, 15.0]) && !line([0.0, 12.0], [9.0, 12.0]));
-        assert!(!line([0.0, 20.0], [9.0, 0.0]));
-    }
 
     #[test]
     fn lengths_are_short() {

@@ -6,7 +6,7 @@ use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
-use super::steps::{RouteSteps, arrange_blocks};
+use super::steps::{RouteSteps, arrange_steps};
 use crate::canvas::{DiagramNode, NodeShape, arrange, snapped};
 use crate::item::Item;
 
@@ -137,12 +137,12 @@ fn arranged_of(
         .collect();
     let sizes: Vec<_> = rooms.iter().map(|(size, _)| *size).collect();
     let edges = edges(mission, &numbers, &roots, steps);
-    let blocks = steps.blocks(items);
-    let corners = if blocks.is_empty() {
+    let routes = steps.of_routes(mission, items);
+    let corners = if routes.is_empty() {
         let all: Vec<_> = (0..items.len()).collect();
         arrange::arrange(&sizes, &edges, &all, shape)
     } else {
-        arrange_blocks(&sizes, &edges, &blocks, shape)
+        arrange_steps(&sizes, &edges, &routes, shape)
     };
     let at = |n: usize| snapped(corners[n].to_pos2() + rooms[n].1);
     items.iter().enumerate().map(|(n, item)| (*item, at(n))).collect()

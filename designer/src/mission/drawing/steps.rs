@@ -22,6 +22,9 @@ const MAX_IN_FULL: usize = 30;
 /// Space between the frame of an open step and what is in it, at the upper left and at the lower
 /// right.
 const FRAME: [Vec2; 2] = [vec2(30.0, 50.0), vec2(30.0, 30.0)];
+/// Space between two steps, and between these and the other nodes.
+const BETWEEN: Vec2 = vec2(80.0, 70.0);
+const APART: f32 = 180.0;
 /// Characters of a line of a step.
 const WIDTH: usize = 30;
 
@@ -57,6 +60,25 @@ impl<'a> RouteSteps<'a> {
             }
         }
         blocks.into_iter().collect()
+    }
+
+    /// The numbers of the nodes of each step of each route, in the order of the file; none if the
+    /// net is not divided into steps.
+    pub(super) fn of_routes(&self, mission: &Mission, items: &[Item]) -> Vec<Vec<Vec<usize>>> {
+        if self.of.is_empty() {
+            return Vec::new();
+        }
+        let is_in = |item: &Item, step: &Item| item == step || self.of.get(item) == Some(step);
+        let nodes = |step: Item| {
+            let own = items.iter().enumerate().filter(|(_, item)| is_in(item, &step));
+            own.map(|(number, _)| number).collect::<Vec<_>>()
+        };
+        let routes = mission.routes.iter().map(|route| {
+            let steps = route.steps.iter();
+            let steps = steps.map(|step| nodes(Item::step(&route.name.value, &step.name().value)));
+            steps.filter(|nodes| !nodes.is_empty()).collect::<Vec<_>>()
+        });
+        routes.filter(|steps| !steps.is_empty()).collect()
     }
 
     /// Replaces the nodes of folded steps by a block for each.
@@ -221,34 +243,72 @@ fn block(
     }
 }
 
-/// Positions of all nodes: those of a block beside each other, with room for its frame.
-pub(super) fn arrange_blocks(
+/// Positions of all nodes: the steps of each route in rows, in their order, and the other nodes at
+/// their right, where the arcs of all lead to.
+pub(super) fn arrange_steps(
     sizes: &[Vec2],
     edges: &[(usize, usize)],
-    blocks: &[(Item, Vec<usize>)],
+    routes: &[Vec<Vec<usize>>],
     shape: f32,
 ) -> Vec<Vec2> {
-    let mut outer = vec![usize::MAX; sizes.len()];
-    let mut inner = vec![Vec2::ZERO; sizes.len()];
-    let mut outer_sizes = Vec::new();
-    for (_, block) in blocks {
-        let mut end = Vec2::ZERO;
-        for (n, at) in block.iter().zip(arrange::arrange(sizes, edges, block, arrange::SHAPE)) {
-            (outer[*n], inner[*n]) = (outer_sizes.len(), FRAME[0] + at);
-            end = end.max(at + sizes[*n]);
-        }
-        outer_sizes.push(FRAME[0] + end + FRAME[1]);
+    let units: Vec<Vec<StepUnit>> = routes
+        .iter()
+        .map(|steps| steps.iter().map(|it| unit(sizes, edges, it)).collect())
+        .collect();
+    let is_other = |n: &usize| !routes.iter().flatten().flatten().any(|own| own == n);
+    let others: Vec<_> = (0..sizes.len()).filter(is_other).collect();
+    let placed = arrange::arrange(sizes, edges, &others, shape);
+    let other_ends = others.iter().zip(&placed).map(|(n, at)| *at + sizes[*n]);
+    let other_size = other_ends.fold(Vec2::ZERO, Vec2::max);
+    let whole = |rows: Vec2| vec2(rows.x + APART + other_size.x, rows.y.max(other_size.y));
+    let shown = |rows: Vec2| (shape / whole(rows).x).min(1.0 / whole(rows).y);
+    let longest = units.iter().map(Vec::len).max().unwrap_or(1).max(1);
+    let tried = (1..=longest).map(|columns| rows(&units, columns));
+    let best = tried.max_by(|(_, one), (_, other)| shown(*one).total_cmp(&shown(*other)));
+    let (corners, size) = best.unwrap_or_default();
+    let mut positions = vec![Vec2::ZERO; sizes.len()];
+    for (unit, corner) in units.iter().flatten().zip(corners) {
+        unit.nodes.iter().for_each(|(n, at)| positions[*n] = corner + *at);
     }
-    for n in 0..sizes.len() {
-        if outer[n] == usize::MAX {
-            outer[n] = outer_sizes.len();
-            outer_sizes.push(sizes[n]);
-        }
+    let corner = match size.x > 0.0 {
+        true => vec2(size.x + APART, ((size.y - other_size.y) / 2.0).max(0.0)),
+        false => Vec2::ZERO,
+    };
+    others.iter().zip(placed).for_each(|(n, at)| positions[*n] = corner + at);
+    positions
+}
+
+/// A step with what is drawn of it.
+struct StepUnit {
+    size: Vec2,
+    nodes: Vec<(usize, Vec2)>,
+}
+
+/// The nodes of an open step with room for its frame, or the block of a folded one.
+fn unit(sizes: &[Vec2], edges: &[(usize, usize)], nodes: &[usize]) -> StepUnit {
+    if let [node] = nodes {
+        return StepUnit { size: sizes[*node], nodes: vec![(*node, Vec2::ZERO)] };
     }
-    let edges: Vec<_> = edges.iter().map(|(from, to)| (outer[*from], outer[*to])).collect();
-    let all: Vec<_> = (0..outer_sizes.len()).collect();
-    let corners = arrange::arrange(&outer_sizes, &edges, &all, shape);
-    (0..sizes.len()).map(|n| corners[outer[n]] + inner[n]).collect()
+    let placed = arrange::arrange(sizes, edges, nodes, arrange::SHAPE);
+    let ends = nodes.iter().zip(&placed).map(|(n, at)| *at + sizes[*n]);
+    let end = ends.fold(Vec2::ZERO, Vec2::max);
+    let nodes = nodes.iter().copied().zip(placed.into_iter().map(|at| FRAME[0] + at));
+    StepUnit { size: FRAME[0] + end + FRAME[1], nodes: nodes.collect() }
+}
+
+/// The corners of the steps in rows of so many, each route beginning a row, and the size of all.
+fn rows(routes: &[Vec<StepUnit>], columns: usize) -> (Vec<Vec2>, Vec2) {
+    let (mut corners, mut size, mut top) = (Vec::new(), Vec2::ZERO, 0.0);
+    for row in routes.iter().flat_map(|steps| steps.chunks(columns)) {
+        let mut left = 0.0;
+        for unit in row {
+            corners.push(vec2(left, top));
+            size = size.max(vec2(left, top) + unit.size);
+            left += unit.size.x + BETWEEN.x;
+        }
+        top = size.y + BETWEEN.y;
+    }
+    (corners, size)
 }
 
 #[cfg(test)]
