@@ -42,6 +42,7 @@ pub use diagram::{Diagram, DiagramId};
 pub use edges::{path, wire_ends};
 pub use event::CanvasEvent;
 pub use hit::{Hit, NearestPort};
+pub(crate) use hover::paint_hint;
 pub(crate) use keyboard::{ARROWS, keep_arrow_keys};
 pub use labels::paintable;
 pub use node::{

@@ -144,6 +144,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_keys_of_the_views_are_in_the_order_of_their_tabs() {
+        use eframe::egui::Key;
+        let views =
+            [Command::ShowSystem, Command::ShowMission, Command::ShowMap, Command::ShowLive];
+        let keys = views.map(|view| about(view).keys.map(|keys| keys.logical_key));
+        assert_eq!(keys, [Key::Num1, Key::Num2, Key::Num3, Key::Num4].map(Some));
+    }
+
+    #[test]
     fn no_two_commands_share_keys_or_a_name() {
         for (n, one) in COMMANDS.iter().enumerate() {
             for other in &COMMANDS[n + 1..] {

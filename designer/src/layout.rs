@@ -196,6 +196,14 @@ pub fn place(document: &mut Document, view: View, places: &[(Item, Pos2)]) -> Re
         });
         places.extend(blocks.chain(inner).collect::<Vec<_>>());
     }
+    // The block of a folded step of a route is where its first place is.
+    let first_places = places.iter().filter_map(|(item, at)| match item {
+        Item::Step { route, step } => Some((Item::place(format!("{route}.{step}")), *at)),
+        _ => None,
+    });
+    let first_places: Vec<_> =
+        first_places.filter(|(first, _)| places.iter().all(|(item, _)| item != first)).collect();
+    places.extend(first_places);
     let rounded = |at: Pos2| Position { x: at.x.round().into(), y: at.y.round().into() };
     let blocks = places.iter().filter_map(|(item, at)| match item {
         Item::Component(_) | Item::Place(_) | Item::Transition(_) => {

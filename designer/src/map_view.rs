@@ -7,6 +7,9 @@
 //! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `pictures.rs`
 //! the picture under it all, `times.rs` when the robots are where before the mission runs, `live.rs` where
 //! they are while it runs, `view.rs` the pane.
+//! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `leg_labels.rs` finds room for texts of legs, `malformed.rs` draws zones that cross themselves, `pictures.rs`
+//! the picture under it all, `times.rs` when the robots are where before the mission runs, `view.rs` the
+//! pane.
 
 mod actions;
 mod camera;
@@ -17,6 +20,8 @@ mod hatching;
 mod hit;
 mod layers;
 mod live;
+mod leg_labels;
+mod malformed;
 mod model;
 mod names;
 mod painting;

@@ -5,13 +5,13 @@ use std::path::Path;
 
 pub use crate::canvas::paintable;
 
-/// At most `most` characters, the last of them dots if there are more.
+/// At most `most` characters, the last of them an ellipsis if there are more.
 pub fn short(text: &str, most: usize) -> Cow<'_, str> {
     match text.char_indices().nth(most) {
         None => Cow::Borrowed(text),
         Some(_) => {
-            let kept: String = text.chars().take(most.saturating_sub(2)).collect();
-            Cow::Owned(format!("{kept}.."))
+            let kept: String = text.chars().take(most.saturating_sub(1)).collect();
+            Cow::Owned(format!("{kept}…"))
         }
     }
 }

@@ -144,9 +144,14 @@ impl Window {
     }
 
     fn double_click(&mut self, label: &str) {
-        let at = self.at(label);
+        let pos = self.at(label);
+        self.harness.event(Event::PointerMoved(pos));
+        self.harness.step();
+        // Within one frame: the time between two frames is longer than that of a double click.
         for pressed in [true, false, true, false] {
-            self.press(at, pressed);
+            let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+            let event = Event::PointerButton { pos, button, pressed, modifiers };
+            self.harness.input_mut().events.push(event);
         }
         self.settle();
     }

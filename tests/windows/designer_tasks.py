@@ -246,7 +246,7 @@ def play_a_counterexample(stage):
     window.click("Add a check…")
     window.click("always reachable(over or hold)", role="push button")
     window.fill("check 1", "never hold")
-    window.wait_for("x violated")
+    window.wait_for("violated")
     window.click("Play its firing*")
     window.wait_for("Run being shown")
     window.press("F10")

@@ -198,8 +198,8 @@ def look_at_the_links(stage):
 def acknowledge_an_alert(stage):
     window = stage.window
     stage.kill("mapper")
-    window.wait_for("! 1 alert*")
-    window.click("! 1 alert*")
+    window.wait_for("1 alert*")
+    window.click("1 alert*")
     window.wait_for("Acknowledge all")
     stage.shoot()
     window.click("Acknowledge all")

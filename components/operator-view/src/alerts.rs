@@ -14,6 +14,8 @@ pub struct Alert {
     pub text: String,
     /// Whether the operator has seen it.
     pub is_acknowledged: bool,
+    /// Whether it is of a run before this one.
+    pub is_earlier: bool,
 }
 
 /// The alerts, the newest last, and the conditions that hold now.
@@ -39,7 +41,8 @@ impl AlertList {
         if self.alerts.len() == MAX_ALERTS {
             self.alerts.pop_front();
         }
-        let alert = Alert { since_s: now_s, text: text.into(), is_acknowledged: false };
+        let text = text.into();
+        let alert = Alert { since_s: now_s, text, is_acknowledged: false, is_earlier: false };
         self.alerts.push_back(alert);
     }
 
@@ -53,9 +56,11 @@ impl AlertList {
         }
     }
 
-    /// Forgets the conditions, as those of another run may be new. The alerts stay.
+    /// Forgets the conditions, as those of another run may be new. The alerts stay, as those of an
+    /// earlier run.
     pub fn end_conditions(&mut self) {
         self.present.clear();
+        self.alerts.iter_mut().for_each(|alert| alert.is_earlier = true);
     }
 
     /// Marks all as seen.
@@ -82,6 +87,16 @@ mod tests {
         list.update_conditions(["no scan".to_owned()], 4.0);
         assert_eq!(list.newest_first().next().map(|alert| alert.since_s), Some(4.0));
         assert_eq!(list.count_new(), 1);
+    }
+
+    #[test]
+    fn alerts_of_an_earlier_run_are_told_apart() {
+        let mut list = AlertList::default();
+        list.update_conditions(["no scan".to_owned()], 1.0);
+        list.end_conditions();
+        list.update_conditions(["no scan".to_owned()], 5.0);
+        let earlier: Vec<_> = list.newest_first().map(|alert| alert.is_earlier).collect();
+        assert_eq!((earlier, list.count_new()), (vec![false, true], 2));
     }
 
     #[test]

@@ -11,8 +11,8 @@ use crate::alerts::AlertList;
 use crate::connection::{CUT, RunEnd, SystemConnection};
 use crate::goal_check::check_goal;
 use crate::links::{ClockTimes, Freshness, InputLink, SequenceNumber};
-use crate::mission::MissionState;
-use crate::orders::{OperatorOrder, OperatorOrders, RobotCommand};
+use crate::mission::{MissionState, describe_cause};
+use crate::orders::{OperatorEvent, OperatorOrder, OperatorOrders, RobotCommand};
 use crate::readings::{BatteryReading, Readings, TaskReading};
 use crate::scene::{RobotScene, SceneError};
 use crate::stop_delivery::{StopDelivery, StopStatus};
@@ -48,6 +48,8 @@ pub struct Console {
     pub mission: Option<MissionState>,
     /// What has gone wrong.
     pub alerts: AlertList,
+    /// The places of the mission when its last button was pressed.
+    pub pressed_from: String,
     /// How far STOP or its release has come.
     pub stop: StopDelivery,
     /// The goal that was reached last, and when by the host's clock.
@@ -150,6 +152,10 @@ impl Console {
             _ => self.refusal = None,
         }
         match order {
+            OperatorOrder::Press(_) => {
+                let mission = self.mission.as_ref();
+                self.pressed_from = mission.map(|it| it.places.join(" and ")).unwrap_or_default();
+            }
             OperatorOrder::Stop => self.stop.order(true, now.host_s),
             OperatorOrder::Release if self.orders.is_stopped() => {
                 self.stop.order(false, now.host_s);
@@ -162,10 +168,11 @@ impl Console {
     /// Checks whether an order can be carried out.
     fn check_order(&self, order: &OperatorOrder) -> Result<(), String> {
         match order {
-            OperatorOrder::LetGo
-            | OperatorOrder::Cancel
-            | OperatorOrder::Acknowledge
-            | OperatorOrder::AcknowledgeAlerts => Ok(()),
+            OperatorOrder::LetGo | OperatorOrder::Cancel | OperatorOrder::AcknowledgeAlerts => {
+                Ok(())
+            }
+            // Of a run that has ended there is nothing to go on with.
+            OperatorOrder::Acknowledge if !self.connection.has_ended() => Ok(()),
             // It is remembered, and is the first that is sent when the connection returns.
             OperatorOrder::Stop if self.connection.is_cut() => Ok(()),
             OperatorOrder::Goal { place, .. } => {
@@ -225,10 +232,33 @@ impl Console {
         let Some(mission) = &self.mission else { return };
         if before.as_ref().is_some_and(|before| before.places != mission.places) {
             self.orders.follow_button(&mission.places, now.host_s);
+            self.alerts_of_button(now);
         }
+        let Some(mission) = &self.mission else { return };
         let is_new = before.is_none_or(|before| before.why != mission.why);
         if is_new && !mission.why.is_empty() {
             let text = format!("mission {}: {}, {}", mission.name, mission.stage, mission.why);
+            self.alerts.raise(text, now.host_s);
+        }
+    }
+
+    /// Raises an alert if the mission has come back to where its last button was pressed, unless the
+    /// operator has ordered that.
+    fn alerts_of_button(&mut self, now: ClockTimes) {
+        let (Some(mission), Some((button, _))) = (&self.mission, self.orders.pressed()) else {
+            return;
+        };
+        let followed = self.orders.followed_button();
+        let is_back = followed.len() > 1 && followed.last() == Some(&self.pressed_from);
+        let event = mission.last_cause.rsplit('.').next().unwrap_or_default();
+        let is_own = OperatorEvent::ORDERED.iter().any(|ordered| ordered.name() == event)
+            || self.buttons.iter().any(|button| button == event);
+        if is_back && !is_own {
+            let text = format!(
+                "{button} was refused: {}; the mission is in {} again",
+                describe_cause(&mission.last_cause),
+                self.pressed_from
+            );
             self.alerts.raise(text, now.host_s);
         }
     }
@@ -373,6 +403,12 @@ impl Console {
         };
         if to == 0 {
             self.unheard.insert(output);
+            if output == "goal"
+                && let Some((place, at_s)) = self.orders.drop_unheard_goal()
+            {
+                let why = "nothing receives goals: what is linked to `goal` does not run".into();
+                self.refusal = Some(OrderRefusal { place, why, at_s });
+            }
         } else {
             self.unheard.remove(output);
         }
@@ -404,7 +440,6 @@ impl Console {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::orders::OperatorEvent;
     use crate::scene::LocatedPose;
     use armor_grid::Pose2;
 

@@ -21,6 +21,8 @@ pub struct MissionState {
     pub frozen: Vec<String>,
     /// The marked places.
     pub places: Vec<String>,
+    /// Why the last transition fired: the report it waited for, or its name; empty if none has.
+    pub last_cause: String,
     /// The transitions that ask the operator.
     pub questions: Vec<MissionQuestion>,
     /// When it was received, by the host's clock, in seconds.
@@ -48,6 +50,18 @@ impl MissionState {
     pub fn now_at_s(&self, now: ClockTimes) -> f64 {
         let passed_s = if self.is_running { (now.host_s - self.received_s).max(0.0) } else { 0.0 };
         self.now_at_s + passed_s
+    }
+}
+
+/// Returns why the mission has left a place, for an operator: of a report `component.event`, or of the
+/// name of a transition.
+pub fn describe_cause(cause: &str) -> String {
+    match cause.split_once('.') {
+        Some((component, "frame_changed")) => {
+            format!("{component} knows no place on a map with a new origin")
+        }
+        Some((component, event)) => format!("{component} reports {event}"),
+        None => format!("{cause} has fired"),
     }
 }
 

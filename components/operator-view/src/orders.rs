@@ -129,6 +129,10 @@ pub enum OperatorEvent {
 }
 
 impl OperatorEvent {
+    /// Those that follow an order of the operator, besides the buttons.
+    pub const ORDERED: [Self; 5] =
+        [Self::Stopped, Self::Released, Self::Goal, Self::Arrived, Self::Driving];
+
     /// Returns its name in a mission.
     pub fn name(&self) -> &str {
         match self {
@@ -196,6 +200,7 @@ pub struct OperatorOrders {
     /// Limits of orders.
     pub limits: OrderLimits,
     goal: Option<OperatorGoal>,
+    goal_set_s: f64,
     goal_sent_s: f64,
     /// Since when the goal has no path: since it was set, or since the last path to it.
     pathless_s: f64,
@@ -284,7 +289,7 @@ impl OperatorOrders {
     pub fn handle_order(&mut self, order: OperatorOrder, now_s: f64) -> Vec<RobotCommand> {
         match order {
             OperatorOrder::Goal { place, has_heading } => {
-                (self.goal_sent_s, self.pathless_s) = (now_s, now_s);
+                (self.goal_set_s, self.goal_sent_s, self.pathless_s) = (now_s, now_s, now_s);
                 let frame = self.frame.clone().unwrap_or_else(|| "map".into());
                 self.set_goal(OperatorGoal { place, frame, has_heading })
             }
@@ -329,6 +334,14 @@ impl OperatorOrders {
         let goal = self.goal.as_ref().filter(|_| now_s - self.goal_sent_s >= REPEAT_S)?;
         self.goal_sent_s = now_s;
         Some(goal.to_command())
+    }
+
+    /// Deletes a goal that no link has accepted when it was set; returns its place and when that was,
+    /// by the host's clock. One that was received before stays, since its subscriber may return.
+    pub fn drop_unheard_goal(&mut self) -> Option<(Point2, f64)> {
+        let is_new = self.goal_set_s == self.goal_sent_s;
+        let goal = self.goal.take_if(|_| is_new)?;
+        Some((goal.place.point(), self.goal_set_s))
     }
 
     /// Takes notice of a path that ends at `end`.

@@ -87,7 +87,8 @@ impl Designer {
     /// Shows the page of the examples, and shows where.
     pub(super) fn show_first_page(&mut self, ui: &mut egui::Ui) -> egui::Rect {
         let recent = self.keeper.recent();
-        let shown = CentralPanel::default().show(ui, |ui| welcome::show(ui, recent));
+        let has_drawing = self.has_drawing();
+        let shown = CentralPanel::default().show(ui, |ui| welcome::show(ui, recent, has_drawing));
         let chosen = shown.inner;
         let ctx = ui.ctx().clone();
         match chosen {
@@ -101,6 +102,15 @@ impl Designer {
             None => {}
         }
         shown.response.rect
+    }
+
+    /// Whether there is something to go back to from the first page.
+    pub(super) fn has_drawing(&self) -> bool {
+        let project = &self.workspace.project;
+        let drawn = project.configuration();
+        let is_drawn =
+            drawn.is_none_or(|it| !it.system.components.is_empty() || it.mission.is_some());
+        is_drawn || project.is_dirty() || project.path().is_some()
     }
 
     fn open_example(&mut self, example: &Example, ctx: &egui::Context) {

@@ -19,6 +19,8 @@ const TOOLS: &[&[Command]] = &[
 /// Approximate width of the widest tool, and of one that is only its icon.
 const A_TOOL: f32 = 90.0;
 const AN_ICON: f32 = 30.0;
+/// Room for the tabs with their names, and for all tools as icons.
+const NAMED_TABS: f32 = 640.0;
 
 impl Designer {
     /// Runs the commands whose keys are pressed, unless a text is being written.
@@ -101,7 +103,9 @@ impl Designer {
                 }
                 self.menu_keys.open(ui.ctx(), &buttons);
                 ui.separator();
-                self.view_tabs(ui);
+                // Narrower still, the tabs have only theirs, so that the first tools have room.
+                let has_names = ui.available_width() > NAMED_TABS;
+                self.view_tabs(ui, has_names);
                 // A window in which not all have room has their icons.
                 let count = TOOLS.iter().map(|group| group.len()).sum::<usize>();
                 let is_wide = ui.available_width() > count as f32 * A_TOOL;
@@ -168,7 +172,7 @@ impl Designer {
         }
     }
 
-    fn view_tabs(&mut self, ui: &mut egui::Ui) {
+    fn view_tabs(&mut self, ui: &mut egui::Ui, has_names: bool) {
         let views: Vec<View> = self.panes.iter().map(|(view, _)| *view).collect();
         for view in views {
             let command = match view {
@@ -180,10 +184,13 @@ impl Designer {
             let entry = about(command);
             let icon = icon_of(command).map(Icon::to_atom);
             let tab = match icon {
+                Some(icon) if !has_names => Button::selectable(self.view == view, icon),
                 Some(icon) => Button::selectable(self.view == view, (icon, entry.name)),
                 None => Button::selectable(self.view == view, entry.name),
             };
-            let tab = ui.add(tab.gap(theme::NEAR)).on_hover_text(entry.doc);
+            let tab = ui
+                .add(tab.gap(theme::NEAR))
+                .on_hover_text(format!("{}: {}", entry.name, entry.doc));
             if tab.accessible_name(format!("view: {}", entry.name)).clicked() {
                 self.workspace.order_command(command);
             }
@@ -215,8 +222,11 @@ impl Designer {
                 let star = if self.is_unsaved() { " (not saved)" } else { "" };
                 let draft = if self.workspace.project.is_draft() { " (draft)" } else { "" };
                 ui.label(format!("{name}{draft}{star}"));
-                ui.separator();
-                self.show_verdict(ui);
+                // Of an empty file, nobody wants to know what it lacks.
+                if !self.first_page || self.has_drawing() {
+                    ui.separator();
+                    self.show_verdict(ui);
+                }
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let kinds = self.workspace.project.kinds();
                     match kinds.manifests() {

@@ -45,8 +45,8 @@ pub enum Chosen {
     Back,
 }
 
-/// Shows the page in all of `ui`.
-pub fn show(ui: &mut Ui, recent: &[PathBuf]) -> Option<Chosen> {
+/// Shows the page in all of `ui`. `has_drawing`: there is one to go back to.
+pub fn show(ui: &mut Ui, recent: &[PathBuf], has_drawing: bool) -> Option<Chosen> {
     let mut chosen = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let side = ((ui.available_width() - WIDTH) / 2.0).max(16.0);
@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, recent: &[PathBuf]) -> Option<Chosen> {
             ui.add_space(theme::FAR);
             steps(ui);
             ui.add_space(theme::FAR);
-            chosen = begin(ui).or_else(|| examples(ui)).or_else(|| before(ui, recent));
+            chosen = begin(ui, has_drawing).or_else(|| examples(ui)).or_else(|| before(ui, recent));
             ui.add_space(theme::FAR);
         });
     });
@@ -80,23 +80,25 @@ fn steps(ui: &mut Ui) {
     });
 }
 
-fn begin(ui: &mut Ui) -> Option<Chosen> {
+fn begin(ui: &mut Ui, has_drawing: bool) -> Option<Chosen> {
     let mut chosen = None;
     ui.horizontal(|ui| {
         for (command, name) in [(Command::New, "Start a new robot"), (Command::Open, "Open a file")]
         {
             let button = match command {
                 Command::New => theme::main_button(ThemeColours::of(ui.visuals()), name),
-                _ => egui::Button::new(RichText::new(name).size(theme::HEADING)),
+                _ => egui::Button::new(name),
             };
             let button = ui.add(button.min_size([170.0, 36.0].into()));
             if button.on_hover_text(about(command).doc).clicked() {
                 chosen = Some(Chosen::Run(command));
             }
         }
-        let back = ui.add(egui::Button::new("Back to the drawing").min_size([110.0, 36.0].into()));
-        if back.on_hover_text("Closes this page.").clicked() {
-            chosen = Some(Chosen::Back);
+        if has_drawing {
+            let back = egui::Button::new("Back to the drawing").min_size([110.0, 36.0].into());
+            if ui.add(back).on_hover_text("Closes this page.").clicked() {
+                chosen = Some(Chosen::Back);
+            }
         }
         ui.weak("or drop a file on the window; F1 shows all keys");
     });

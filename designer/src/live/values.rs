@@ -88,7 +88,7 @@ pub fn in_brief(look: &ValueLook) -> String {
     };
     let mut text: Vec<_> = lines.iter().map(line).collect();
     if lines.len() == FEW_LINES {
-        text.push("..".into());
+        text.push("…".into());
     }
     text.join("\n")
 }

@@ -14,6 +14,7 @@ use armor_inspect::{
 use armor_recording::playback::{PLAYBACK, PlayerRemote};
 
 use super::version::RunningVersions;
+use super::words::is_over;
 
 /// The name by which the window observes a system.
 pub const TOOL: &str = "designer";
@@ -225,12 +226,19 @@ impl Watched {
     /// Returns a line for each component that ended or was started again since the last call.
     pub fn take_losses(&mut self) -> Vec<LogLine> {
         let picture = self.watch.picture();
-        losses(&mut self.seen, &picture)
+        let marking = self.mission.look().marking;
+        let is_over = marking.is_some_and(|marking| is_over(marking.stage));
+        losses(&mut self.seen, &picture, is_over)
     }
 }
 
-/// Compares the processes with those `seen` before.
-fn losses(seen: &mut BTreeMap<String, (u32, bool)>, picture: &SystemPicture) -> Vec<LogLine> {
+/// Compares the processes with those `seen` before. `is_over`: the mission has ended or is being
+/// ended, and its processes with it.
+fn losses(
+    seen: &mut BTreeMap<String, (u32, bool)>,
+    picture: &SystemPicture,
+    is_over: bool,
+) -> Vec<LogLine> {
     let mut lines = Vec::new();
     for (name, process) in &picture.processes {
         let now = (process.starts, process.condition.is_gone());
@@ -246,7 +254,7 @@ fn losses(seen: &mut BTreeMap<String, (u32, bool)>, picture: &SystemPicture) -> 
             (Some((starts, _)), (now, _)) if now > starts => {
                 report(format!("it was started again, start {now}"));
             }
-            (Some((_, false)), (_, true)) => report("its process has ended".into()),
+            (Some((_, false)), (_, true)) if !is_over => report("its process has ended".into()),
             _ => {}
         }
     }
@@ -277,7 +285,7 @@ mod tests {
         };
         let mut lines_after = |change| {
             picture.handle_event(SystemEvent::Registry(change), Duration::ZERO);
-            losses(&mut seen, &picture).into_iter().map(|line| line.text).collect::<Vec<_>>()
+            losses(&mut seen, &picture, false).into_iter().map(|line| line.text).collect::<Vec<_>>()
         };
         let nothing: [&str; 0] = [];
         assert_eq!(lines_after(DirectoryChange::Appeared(entry(1))), nothing);
@@ -288,6 +296,25 @@ mod tests {
         let again = "it was started again, start 3 (seen by the designer)";
         assert_eq!(lines_after(DirectoryChange::Appeared(entry(3))), [again], "its end was missed");
         assert_eq!(lines_after(DirectoryChange::RegistryLost), nothing);
+    }
+
+    #[test]
+    fn the_ends_of_processes_after_that_of_the_mission_are_no_losses() {
+        let mut picture = SystemPicture::default();
+        let mut seen = BTreeMap::new();
+        let entry = ComponentEntry {
+            name: EXECUTIVE.into(),
+            kind: EXECUTIVE.into(),
+            instance: 1,
+            pid: 7,
+            host: "here".into(),
+            endpoint: "127.0.0.1:1".into(),
+        };
+        for change in [DirectoryChange::Appeared(entry.clone()), DirectoryChange::Gone(entry)] {
+            picture.handle_event(SystemEvent::Registry(change), Duration::ZERO);
+            assert_eq!(losses(&mut seen, &picture, true), []);
+        }
+        assert_eq!(seen[EXECUTIVE], (1, true));
     }
 
     #[test]

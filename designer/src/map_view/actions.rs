@@ -1,6 +1,6 @@
 //! What gestures and commands do to the file, each as one step of the history.
 
-use armor_geo::MapPoint;
+use armor_geo::{MapPoint, MapPolygon};
 use armor_robotfile::drawn_route::RouteStep;
 use armor_robotfile::site_map::{LineKind, ZoneKind};
 use eframe::egui::Pos2;
@@ -57,11 +57,15 @@ impl MapView {
             Tool::Line(kind) => (false, word_of(&LineKind::NAMED, kind)),
             _ => return,
         };
+        let crossing = MapPolygon::new(self.draft.clone()).err().filter(|_| is_zone);
         let (mut added, what) = (None, if is_zone { "add a zone" } else { "add a line" });
         workspace.edit(what, |documents| {
             added = Some(edits::add_area(documents.mission()?, is_zone, kind, &shape)?);
             Ok(())
         });
+        if let (Some(name), Some(why)) = (&added, crossing) {
+            workspace.messages.warn(format!("Zone {name}: {why}. Drag a corner of it."));
+        }
         self.draft.clear();
         self.tool = Tool::Select;
         let item = |name: String| if is_zone { Item::zone(name) } else { Item::map_line(name) };

@@ -263,11 +263,23 @@ pub fn remove(document: &mut Document, mission: &Mission, items: &[Item]) -> Res
             true
         }
     });
-    document.remove_all(&named)?;
+    document.remove_all(&named).map_err(|error| with_users(document, error))?;
     let symbols = items.iter().filter(|item| matches!(item, Item::Symbol(_)));
     let removals = symbols.map(|item| path_of(document, *item).map(ElementEdit::Removal));
     let removals = removals.collect::<Result<Vec<_>, _>>()?;
     Ok(document.edit_elements(&removals)?)
+}
+
+/// Names the routes and others that need an item, instead of their lines in the file.
+fn with_users(document: &Document, error: EditError) -> Refused {
+    let EditError::StillNamed { what, at } = &error else { return error.into() };
+    let users = at.iter().filter_map(|at| Item::at(document.tree(), at.span.start()));
+    let mut users: Vec<_> = users.map(|item| item.to_string()).collect();
+    users.dedup();
+    match users.as_slice() {
+        [] => error.into(),
+        users => Refused::Rule(format!("{what} is still named by {}", users.join(", "))),
+    }
 }
 
 /// Gives an attribute of the map a value; `None` removes it.

@@ -14,6 +14,7 @@ use crate::map_view::camera::Camera;
 use crate::map_view::hatching::{hatch, inward_ticks, ticks};
 use crate::map_view::hit::{LEG_NUMBER, MapHit, SYMBOL_HEIGHT, Sight};
 use crate::map_view::layers::Layer;
+use crate::map_view::leg_labels::{leg_line, meets, places_beside};
 use crate::map_view::scene::{SceneItem, SceneShape};
 
 /// Distance of the lines of a no-go zone and of a zone with a speed.
@@ -24,6 +25,9 @@ const TICKS: (f32, f32) = (12.0, 6.0);
 /// Radius of a point, and half the side of a handle.
 const POINT_RADIUS: f32 = 5.0;
 const HANDLE: f32 = 4.0;
+
+/// With more legs than this, their lines are not kept free of texts.
+const MAX_LINES: usize = 200;
 
 /// What is to be seen of the items besides their shapes.
 pub struct Looks<'a> {
@@ -71,11 +75,20 @@ pub fn paint_scene(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
         paint_shape(painter, sight, looks, entry);
     }
     let mut taken = TakenSpace::of(sight.window);
+    // No text covers the sign of a point, nor, if there is another place, the line of another leg.
+    let signs = shown
+        .iter()
+        .filter(|entry| matches!(entry.shape, SceneShape::Point(_) | SceneShape::Rally(_)));
+    for at in signs.flat_map(|entry| entry.shape.points()) {
+        taken.take(Rect::from_center_size(sight.at(at), Vec2::splat(2.0 * POINT_RADIUS)));
+    }
+    let legs: Vec<_> = shown.iter().filter_map(|entry| leg_line(sight, entry)).collect();
+    let legs = if legs.len() > MAX_LINES { &[][..] } else { &legs };
     // What is in front, and what is selected, gets its text first.
     let (selected, others): (Vec<&SceneItem>, Vec<&SceneItem>) =
         shown.iter().rev().copied().partition(|entry| (looks.is_selected)(entry.item));
     for entry in selected.into_iter().chain(others) {
-        paint_text(painter, sight, looks, entry, &mut taken);
+        paint_text(painter, sight, looks, entry, legs, &mut taken);
     }
     for handle in sight.handles(looks.only) {
         let is_hot = looks.hovered == Some(handle.hit) || looks.corner == Some(handle.hit);
@@ -235,6 +248,7 @@ fn paint_text(
     sight: &Sight<'_>,
     looks: &Looks<'_>,
     entry: &SceneItem,
+    legs: &[(Item, [Pos2; 2])],
     taken: &mut TakenSpace,
 ) {
     let sign = match entry.mark {
@@ -248,11 +262,12 @@ fn paint_text(
     let is_selected = (looks.is_selected)(entry.item);
     let is_wanted = is_selected || looks.hovered == Some(MapHit::Item(entry.item));
     let places = match &entry.shape {
-        // Only on the leg itself: next to it the text would be that of another one.
+        // On the leg itself, or where that would cover another leg, at its outer side.
         SceneShape::Leg { from: Some(from), to } => {
             let [from, to] = sight.leg_ends(*from, *to);
-            let shares = [LEG_NUMBER, 0.2, 0.6, 0.85];
-            shares.map(|share| (Align2::CENTER_CENTER, from + (to - from) * share)).to_vec()
+            let shares = [LEG_NUMBER, 0.2, 0.6, 0.85, 0.45, 0.3, 0.7, 0.1];
+            let on_leg = shares.map(|share| (Align2::CENTER_CENTER, from + (to - from) * share));
+            on_leg.into_iter().chain(places_beside(from, to)).collect()
         }
         shape => text_places(shape, sight.anchor(shape)),
     };
@@ -272,11 +287,15 @@ fn paint_text(
     };
     let text = format!("{sign}{}", paintable(painter.ctx(), &entry.text));
     let galley = painter.layout_no_wrap(text, FontId::proportional(theme::SMALL), colour);
-    let mut plates = places
+    let plates = places
         .into_iter()
         .map(|(align, at)| align.anchor_size(at, galley.size()).expand2(Vec2::new(3.0, 1.0)));
     let first = plates.clone().next().filter(|_| is_wanted);
-    let Some(plate) = plates.find(|plate| taken.is_free(*plate)).or(first) else { return };
+    let of_others =
+        |plate: &Rect| legs.iter().any(|(item, line)| *item != entry.item && meets(*plate, *line));
+    let mut free = plates.filter(|plate| taken.is_free(*plate));
+    let clear = free.clone().find(|plate| !of_others(plate));
+    let Some(plate) = clear.or_else(|| free.next()).or(first) else { return };
     taken.take(plate);
     paint_plate(painter, plate, galley, looks.colours);
 }

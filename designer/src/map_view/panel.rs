@@ -90,6 +90,9 @@ const MAP: &[FieldRow] = &[
     ("grid", "grid", "The file of what is free and occupied", anything),
 ];
 
+/// Examples of what the fields of the map take.
+const MAP_HINTS: [&str; 4] = ["48.8583 2.2945 35m", "12deg", "site.png", "site.yaml"];
+
 /// Shows what is selected. Returns the requests of the user apart from changes.
 pub fn show(
     ui: &mut egui::Ui,
@@ -178,10 +181,11 @@ impl<'a> MapPanel<'a> {
             Some(map.attribute(name)?.value.clone())
         };
         let values: Vec<_> = MAP.iter().map(|(name, ..)| value(name)).collect();
-        for ((attribute, name, doc, judge), value) in MAP.iter().zip(values) {
+        for (((attribute, name, doc, judge), value), hint) in MAP.iter().zip(values).zip(MAP_HINTS)
+        {
             let value = value.unwrap_or_default();
             row(ui, &capitalized(name), doc, |ui| {
-                self.form.line(ui, name, &value, judge, |text| {
+                self.form.hinted(ui, name, hint, &value, judge, |text| {
                     Some(Change::Map(attribute, given(text)))
                 });
             });

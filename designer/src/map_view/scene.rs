@@ -153,7 +153,9 @@ impl MapScene {
             let item = Item::zone(&zone.name.value);
             let kind = word_of(&ZoneKind::NAMED, zone.kind);
             let text = match &zone.speed_mps {
-                Some(speed) => format!("{} ({kind}, {} m/s)", zone.name.value, speed.value),
+                Some(speed) => {
+                    format!("{} ({kind}, {})", zone.name.value, quantity_words(speed.at.text()))
+                }
                 None => format!("{} ({kind})", zone.name.value),
             };
             let outline = outline_of(zone, item, displaced);
@@ -388,7 +390,7 @@ impl<'a> ExitTargets<'a> {
 fn describe_step(step: &RouteStep) -> String {
     match step {
         RouteStep::Leg(leg) => match &leg.speed {
-            Some(speed) => format!("{} ({})", leg.name.value, speed.value),
+            Some(speed) => format!("{} ({})", leg.name.value, quantity_words(&speed.value)),
             None => leg.name.value.clone(),
         },
         RouteStep::Stay(stay) => match (&stay.duration, &stay.on) {
@@ -401,6 +403,15 @@ fn describe_step(step: &RouteStep) -> String {
             (None, None) => stay.name.value.clone(),
         },
         RouteStep::Meet(meet) => format!("{}: meets {}", meet.name.value, meet.with.value),
+    }
+}
+
+/// A quantity of the file with a space before its unit: `0.5 m/s`.
+fn quantity_words(text: &str) -> String {
+    let text = text.trim();
+    match text.find(|c: char| c.is_ascii_alphabetic()) {
+        Some(unit) if unit > 0 => format!("{} {}", text[..unit].trim_end(), &text[unit..]),
+        _ => text.to_owned(),
     }
 }
 

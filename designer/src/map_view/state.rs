@@ -177,7 +177,12 @@ impl MapView {
         }
         let mut symbols = std::mem::take(&mut self.symbols);
         self.scene = match mission_of(workspace) {
-            Some(mission) => MapScene::of(mission, &self.marks, &mut symbols, &self.displacement()),
+            Some(mission) => {
+                let displaced = self.displacement();
+                let mut scene = MapScene::of(mission, &self.marks, &mut symbols, &displaced);
+                scene.add_malformed_zones(&workspace.project, mission, &self.marks, &displaced);
+                scene
+            }
             None => MapScene::default(),
         };
         self.symbols = symbols;

@@ -8,7 +8,7 @@ use eframe::egui::{
     self, Align2, Key, Modifiers, Popup, Rect, Sense, Shape, Stroke, StrokeKind, Vec2,
 };
 
-use crate::canvas::{ARROWS, Diagram, keep_arrow_keys};
+use crate::canvas::{ARROWS, Diagram, keep_arrow_keys, paint_hint};
 use crate::commands::Command;
 use crate::export::{ExportError, export_shown};
 use crate::help::pages::HelpPage;
@@ -198,7 +198,7 @@ impl MapView {
     fn show_empty_hint(&self, painter: &egui::Painter, colours: &ThemeColours) {
         if self.scene.items.is_empty() && self.draft.is_empty() && self.new_start.is_none() {
             let text = "Nothing is drawn on the map: choose a tool at the left, and click here.";
-            paint_note(painter, self.window.center(), Align2::CENTER_CENTER, text, colours);
+            paint_hint(painter, self.window, text, colours.weak);
         }
     }
 
@@ -260,7 +260,9 @@ impl Pane for MapView {
                 PanelRequest::Show(item) => workspace.shown = Some(item),
                 PanelRequest::Apply(offer) => workspace.apply_offer(&offer),
                 // A trace is played on the net.
-                PanelRequest::Play(_) => workspace.order_command(Command::ShowMission),
+                PanelRequest::Play(_) | PanelRequest::Toggle(_) => {
+                    workspace.order_command(Command::ShowMission);
+                }
             }
         }
     }

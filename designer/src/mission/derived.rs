@@ -4,6 +4,8 @@
 use armor_robotfile::drawn_route::RouteStep;
 use armor_robotfile::mission::Mission;
 
+use crate::item::Item;
+
 /// Returns what a place or transition is derived from, such as `leg l1 of route red, line 58 of
 /// drawn.xml`; `None` for one that has its own element.
 pub fn source_of(mission: &Mission, name: &str) -> Option<String> {
@@ -22,6 +24,34 @@ pub fn source_of(mission: &Mission, name: &str) -> Option<String> {
     Some(format!("{from}, line {line} of {file}"))
 }
 
+/// The step of a route that a place or transition is derived from.
+pub fn step_of(mission: &Mission, name: &str) -> Option<Item> {
+    let mut words = name.split('.');
+    let (route, step) = (words.next()?, words.next()?);
+    let item = Item::step(route, step);
+    find_step(mission, &item).map(|_| item)
+}
+
+/// The step of a route as the file has it.
+pub fn find_step<'a>(mission: &'a Mission, item: &Item) -> Option<&'a RouteStep> {
+    let Item::Step { route, step } = item else { return None };
+    let route = mission.routes.iter().find(|known| *route == known.name.value)?;
+    route.steps.iter().find(|known| *step == known.name().value)
+}
+
+/// A step of a route with its line, such as `leg l1 of route red, line 58 of drawn.xml`.
+pub fn source_of_step(mission: &Mission, item: &Item) -> Option<String> {
+    let Item::Step { route, step } = item else { return None };
+    find_step(mission, item)?;
+    source_of(mission, &format!("{route}.{step}"))
+}
+
+/// The reason why a step of a route is not changed in the net.
+pub fn step_refusal(mission: &Mission, item: &Item) -> Option<String> {
+    let source = source_of_step(mission, item)?;
+    Some(format!("{source}, is edited in the view Map (Ctrl+3), or that line in the file"))
+}
+
 /// Returns whether a place or transition is derived from a route.
 pub fn is_derived(mission: &Mission, name: &str) -> bool {
     let route = name.split_once('.').map(|(route, _)| route);
@@ -37,7 +67,7 @@ pub fn refusal(mission: &Mission, name: &str) -> Option<String> {
     ))
 }
 
-fn step_word(step: &RouteStep) -> &'static str {
+pub fn step_word(step: &RouteStep) -> &'static str {
     match step {
         RouteStep::Leg(_) => "leg",
         RouteStep::Stay(_) => "stay",

@@ -3,12 +3,16 @@
 mod arcs;
 mod nodes;
 mod positions;
+mod steps;
+
+use std::collections::BTreeSet;
 
 use armor_petri::PlaceId;
 use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::Pos2;
 
-use super::derived::refusal;
+use self::steps::RouteSteps;
+use super::derived::{refusal, step_refusal};
 use super::marks::Marks;
 use super::play::Play;
 use super::rules::{self, Join};
@@ -17,6 +21,7 @@ use crate::item::Item;
 use crate::layout::Layout;
 use armor_picture::theme::ThemeColours;
 pub use positions::arranged;
+pub use steps::foldable_steps;
 
 /// The port that is the node as a whole.
 pub(super) const WHOLE: usize = 0;
@@ -39,15 +44,21 @@ pub struct Scene<'a> {
     pub in_flight: &'a [(PlaceId, u32)],
     /// The window's colours.
     pub colours: &'a ThemeColours,
+    /// The steps of routes that are open; none: all.
+    pub opened: Option<&'a BTreeSet<Item>>,
 }
 
 impl Scene<'_> {
     /// The drawing, and what the file gives no position.
     pub fn draw(&self) -> (Diagram<Item>, Vec<Item>) {
-        let mut nodes = self.nodes();
-        let unplaced = positions::place(&mut nodes, self);
-        let wires = self.wires(&nodes);
-        (Diagram::new(nodes, wires, self.layout.decorations.clone()), unplaced)
+        let steps = RouteSteps::of(self.mission, self.opened);
+        let mut nodes = steps.fold(self, self.nodes());
+        let unplaced = positions::place(&mut nodes, self, &steps);
+        let wires = self.wires(&nodes, &steps);
+        let mut diagram = Diagram::new(nodes, wires, self.layout.decorations.clone());
+        let frames = steps.frames(self.mission, &diagram);
+        diagram.decorations.extend(frames);
+        (diagram, unplaced)
     }
 
     /// Where the file shows a node.
@@ -55,6 +66,10 @@ impl Scene<'_> {
         match item {
             Item::Place(name) => self.layout.blocks.get(name.as_str()).copied(),
             Item::Transition(name) => self.layout.transitions.get(name.as_str()).copied(),
+            // That of its first place.
+            Item::Step { route, step } => {
+                self.layout.blocks.get(format!("{route}.{step}").as_str()).copied()
+            }
             _ => None,
         }
     }
@@ -109,6 +124,8 @@ impl NetRules<'_> {
             Some(Item::Place(name)) => Ok(rules::End::Place(name)),
             Some(Item::Transition(name)) => Ok(rules::End::Transition(name)),
             Some(Item::Submission(number)) => Ok(rules::End::Submission(*number)),
+            Some(item @ Item::Step { .. }) => Err(step_refusal(self.mission, item)
+                .unwrap_or_else(|| "arcs connect places and transitions".to_owned())),
             _ => Err("arcs connect places and transitions".to_owned()),
         }
     }

@@ -79,15 +79,24 @@ impl Form {
         self.changes.push(Ok(change));
     }
 
-    /// The changes of this frame, once all fields were shown. What `trial` refuses is not among them.
+    /// The changes of this frame, once all fields were shown. What `trial` refuses is not among
+    /// them: the reason is beneath its field, or is returned where that is no longer shown.
     pub fn finish(&mut self, trial: Trial<'_>) -> Vec<Made> {
+        let shown = self.of.clone();
+        self.finish_fields(trial, Some(&shown))
+    }
+
+    fn finish_fields(&mut self, trial: Trial<'_>, shown: Option<&str>) -> Vec<Made> {
         for (field, text) in self.drafts.finish() {
             self.refused.remove(&field);
             let Some(Pending { made, value }) = self.pending.remove(&field) else { continue };
             match made.and_then(|change| trial(&change).map(|()| change)) {
                 Ok(change) => self.changes.push(Ok(change)),
                 Err(why) => {
-                    self.changes.push(Err(format!("{} not changed: {why}", field.1)));
+                    let why = without_attribute(why);
+                    if shown != Some(&field.0) {
+                        self.changes.push(Err(format!("{} not changed: {why}", field.1)));
+                    }
                     self.refused.insert(field, RefusedText { text, why, value });
                 }
             }
@@ -98,7 +107,7 @@ impl Form {
     /// Ends the editing of a field, as if it were left.
     pub fn end(&mut self, trial: Trial<'_>) -> Vec<Made> {
         self.drafts.end();
-        self.finish(trial)
+        self.finish_fields(trial, None)
     }
 
     /// The name of the field that has the focus.
@@ -240,6 +249,15 @@ impl Form {
             number.filter(|number| range.contains(number)).map(&make)
         };
         self.line(ui, name, &value.to_string(), &judge, make)
+    }
+}
+
+/// A reason without the attribute that it begins with: the field has its own name.
+fn without_attribute(why: String) -> String {
+    let is_attribute = |word: &str| word.bytes().all(|b| b.is_ascii_lowercase() || b == b'-');
+    match why.split_once(": ") {
+        Some((attribute, rest)) if is_attribute(attribute) => rest.to_owned(),
+        _ => why,
     }
 }
 

@@ -65,6 +65,12 @@ impl Marks {
         Some(Badge { text: word.to_owned(), doc: finding.message.clone(), tint: None })
     }
 
+    /// What stands at the goal if it can never be reached: the finding is where the mission stays.
+    pub fn badge_of_goal(&self) -> Option<Badge> {
+        let never = self.findings.iter().find(|found| found.code == Code::GoalNeverReached)?;
+        Some(Badge { text: "never reached".into(), doc: never.message.clone(), tint: None })
+    }
+
     /// How long the mission takes, if that is known.
     pub fn takes(&self) -> Option<&MissionDuration> {
         self.findings.iter().find_map(|found| found.takes.as_ref())
@@ -77,7 +83,6 @@ fn word(code: Code) -> Option<&'static str> {
         Code::NeverFires => "dead",
         Code::Standstill => "deadlock",
         Code::GoalLost => "goal lost",
-        Code::GoalNeverReached => "never reached",
         Code::FillsWithoutEnd => "fills",
         Code::TwoTokens | Code::TooManyTokens => "two tokens",
         Code::MarkedTogether | Code::ExclusiveTogether => "excluded",
@@ -120,6 +125,18 @@ mod tests {
         assert_eq!(marks.messages(&item("other")), "\nboth are marked\nit never fires");
         let badge = |name: &str| marks.badge(&item(name)).map(|badge| badge.text);
         assert_eq!((badge("one"), badge("none")), (Some("excluded".into()), None));
+    }
+
+    #[test]
+    fn a_goal_that_is_never_reached_is_marked_and_not_where_the_mission_stays() {
+        let source = Source::new("a.xml", "look");
+        let at = Location::new(&source, Span::new(0, 4));
+        let mut findings = Findings::default();
+        findings.push(Finding::new(Code::GoalNeverReached, &at, "over is never reached"));
+        let marks = Marks::of(Arc::new(findings), &|at| Some(Item::place(at.text())));
+        assert_eq!(marks.badge(&Item::place("look")), None);
+        assert_eq!(marks.mark(&Item::place("look")), Mark::Error);
+        assert_eq!(marks.badge_of_goal().map(|badge| badge.text), Some("never reached".into()));
     }
 
     #[test]

@@ -50,6 +50,7 @@ pub fn show(
                 arcs::show_one(ui, shown, item, form.of(item));
             }
         }
+        [item @ Item::Step { .. }] => derived::show_step(ui, shown, item, &mut requests),
         [item @ Item::Submission(number)] => {
             sets::submission(ui, shown, *number, form.of(item));
         }

@@ -12,6 +12,7 @@ mod picker;
 mod playing;
 mod simulator;
 mod state;
+mod steps;
 
 use std::collections::BTreeSet;
 
@@ -37,6 +38,7 @@ impl MissionView {
         for request in requests {
             match request {
                 PanelRequest::Show(item) => workspace.shown = Some(item),
+                PanelRequest::Toggle(step) => self.toggle_steps(&[step].into(), workspace),
                 PanelRequest::Play(trace) => self.play_trace(&trace, workspace),
                 PanelRequest::Apply(offer) => workspace.apply_offer(&offer),
             }
@@ -66,6 +68,7 @@ impl Pane for MissionView {
                     kinds: workspace.project.kinds(),
                     marks: &self.marks,
                     is_checking: workspace.project.is_checking(),
+                    opened: &self.opened,
                 };
                 requests = panel::show(ui, &shown, &selected, &mut self.form);
             } else {
@@ -147,6 +150,7 @@ impl Pane for MissionView {
     }
 
     fn show_item(&mut self, item: Item, workspace: &Workspace) {
+        self.open_step_of(item, workspace);
         self.update(workspace, self.was_dark());
         // What is not drawn leaves nothing selected: then the panel shows the whole mission, which
         // has it.

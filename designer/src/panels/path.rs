@@ -109,7 +109,7 @@ impl PathChoice {
             for folder in above {
                 let name = folder.file_name().map_or("/".into(), |name| name.to_string_lossy());
                 let name = crate::text::paintable(ui.ctx(), &name).into_owned();
-                if ui.small_button(name).clicked() {
+                if ui.button(name).clicked() {
                     self.enter(folder);
                 }
             }

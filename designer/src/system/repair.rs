@@ -44,7 +44,7 @@ pub(super) fn component(
                 ui.label(format!("no parameter {}", given.name.value));
                 let name = given.name.value.clone();
                 let owner = component.name.value.clone();
-                if ui.small_button(format!("remove {name}")).clicked() {
+                if ui.button(format!("remove {name}")).clicked() {
                     drafts.set(Field::NoParameter(owner, name), "");
                 }
             });
@@ -157,7 +157,7 @@ fn broken_link(
                 edits::rewire(documents, (&from, &to), (new_from, new_to))
             });
         }
-        if ui.small_button("remove the link").clicked() {
+        if ui.button("remove the link").clicked() {
             let item = Item::link(&from, &to);
             workspace.edit(format!("remove {item}"), |documents| edits::remove(documents, [&item]));
         }

@@ -101,6 +101,35 @@ fn a_dragged_point_changes_one_line() {
 }
 
 #[test]
+fn a_zone_that_crosses_itself_is_drawn_and_a_corner_of_it_can_be_dragged() {
+    let crossing = DRAWN.replace("2,2 8,2 8,6 2,6", "2,2 8,6 8,2 2,6");
+    let mut window = map(&crossing);
+    window.click("zone yard");
+    let reasons =
+        |window: &Window| window.harness.query_all_by_label_contains("cross or touch").count();
+    assert!(reasons(&window) > 0);
+    let from = window.at("corner 2 of zone yard");
+    let to = place(&window, 8.0, 1.0);
+    window.drag(from, to);
+    assert_eq!(window.text(), DRAWN.replace("2,2 8,2 8,6 2,6", "2,2 8,1 8,2 2,6"));
+    assert_eq!(reasons(&window), 0);
+}
+
+#[test]
+fn a_zone_that_is_drawn_across_itself_says_what_to_do() {
+    let mut window = map(DRAWN);
+    window.click("map tool: Zone: no-go");
+    for (x_m, y_m) in [(2.0, -1.0), (6.0, -2.0), (6.0, -1.0), (2.0, -2.0)] {
+        let at = place(&window, x_m, y_m);
+        window.click_at(at);
+    }
+    window.key(Key::Enter);
+    let message = window.last_message();
+    assert!(message.contains("cross or touch. Drag a corner of it."), "{message}");
+    assert!(window.has("zone zone1") && window.has("corner 1 of zone zone1"));
+}
+
+#[test]
 fn corners_are_moved_added_and_removed() {
     let mut window = map(DRAWN);
     window.click("zone yard");
@@ -235,7 +264,8 @@ fn a_point_is_removed_with_its_legs_and_one_that_a_route_begins_at_is_not() {
     window.click("point P1");
     window.key(Key::Delete);
     assert_eq!(window.text(), DRAWN);
-    assert!(window.last_message().contains("still named"), "{}", window.last_message());
+    let message = window.last_message();
+    assert!(message.contains("is still named by route red"), "{message}");
 }
 
 #[test]

@@ -34,6 +34,17 @@ fn a_kind_is_dragged_from_the_palette_into_the_drawing() {
 }
 
 #[test]
+fn a_narrow_window_keeps_the_first_tools_and_all_views() {
+    let window = Window::open_sized(vec2(690.0, 600.0), Some(ROBOT), |_, _| ());
+    let tools = ["Run", "Stop", "Save", "Undo", "Redo"].map(|name| format!("tool: {name}"));
+    let views = ["System", "Mission", "Map", "Live"].map(|name| format!("view: {name}"));
+    for label in tools.iter().chain(&views) {
+        let rect = window.harness.get_by_label(label).rect();
+        assert!(rect.right() <= 690.0 && rect.width() > 15.0, "{label}: {rect:?}");
+    }
+}
+
+#[test]
 fn what_is_typed_narrows_the_palette_and_enter_adds_the_first() {
     let mut window = Window::open(None);
     window.click("Search components");

@@ -1,5 +1,6 @@
 //! Watches the mission for the screen, and answers its questions in the operator's name.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use armor_inspect::{MissionLook, MissionWatch, OrderSender, SentOrder, this_user};
@@ -17,6 +18,8 @@ pub(super) struct MissionLookout {
     watch: MissionWatch,
     answers: AnswerSender,
     shown: MissionLook,
+    /// The report that each transition waits for, as far as it was seen waiting.
+    reports: BTreeMap<String, String>,
     reported: usize,
 }
 
@@ -50,7 +53,8 @@ impl MissionLookout {
         let watch = MissionWatch::begin(&directory, Arc::new(|| {})).ok()?;
         let orders = OrderSender::open(&directory, TOOL, Arc::new(|| {})).ok()?;
         let answers = AnswerSender(Arc::new(orders));
-        Some(Self { directory, watch, answers, shown: MissionLook::default(), reported: 0 })
+        let (shown, reports) = (MissionLook::default(), BTreeMap::new());
+        Some(Self { directory, watch, answers, shown, reports, reported: 0 })
     }
 
     /// What answers questions.
@@ -64,6 +68,9 @@ impl MissionLookout {
         if look.marking == self.shown.marking {
             return None;
         }
+        let waiting = look.marking.iter().flat_map(|marking| &marking.waiting);
+        let waiting = waiting.filter(|one| !one.report.is_empty());
+        self.reports.extend(waiting.map(|one| (one.transition.clone(), one.report.clone())));
         self.shown = look;
         self.state(host_s)
     }
@@ -90,9 +97,17 @@ impl MissionLookout {
                 .map(|component| component.component.clone())
                 .collect(),
             places: marking.places.iter().map(|marked| marked.place.clone()).collect(),
+            last_cause: self.last_cause(),
             questions: questions.collect(),
             received_s: host_s,
         })
+    }
+
+    /// Returns the report that the last transition to fire has waited for, or its name.
+    fn last_cause(&self) -> String {
+        let last = self.shown.marking.as_ref().and_then(|marking| marking.history.last());
+        let name = last.map(|fired| fired.transition.clone()).unwrap_or_default();
+        self.reports.get(&name).cloned().unwrap_or(name)
     }
 
     /// Returns the answers that have been accepted or refused since the last call.

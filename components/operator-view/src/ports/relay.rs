@@ -255,6 +255,7 @@ impl Relay {
             paused_by: mission.paused_by.clone(),
             frozen: mission.frozen.clone(),
             places: mission.places.clone(),
+            last_cause: mission.last_cause.clone(),
             questions: questions.collect(),
         });
     }

@@ -435,6 +435,7 @@ impl Station {
                 paused_by,
                 frozen,
                 places,
+                last_cause,
                 questions,
             } => {
                 let questions = questions.into_iter().map(|question| MissionQuestion {
@@ -453,6 +454,7 @@ impl Station {
                     paused_by,
                     frozen,
                     places,
+                    last_cause,
                     questions,
                     received_s,
                 };

@@ -120,6 +120,8 @@ pub(super) enum ToWindow {
         frozen: Vec<String>,
         /// The marked places.
         places: Vec<String>,
+        /// Why the last transition fired.
+        last_cause: String,
         /// The transitions that ask, and what each does without an answer, in words.
         questions: Vec<AskedQuestion>,
     },

@@ -132,8 +132,8 @@ fn click_alerts(window: &mut ViewWindow) {
     let count = window.state().console.alerts.count_new();
     let name = match count {
         0 => "alerts".to_owned(),
-        1 => "! 1 alert".to_owned(),
-        count => format!("! {count} alerts"),
+        1 => "1 alert".to_owned(),
+        count => format!("{count} alerts"),
     };
     assert!(click_button(window, &name), "{name}");
 }

@@ -85,6 +85,16 @@ fn a_goal_that_nothing_receives_is_stated_as_such() {
     let mut window = window_of(test_screen(), SIZE);
     set_goal(&mut window);
     window.state_mut().console.record_delivery("goal", 0);
+    window.state_mut().now.host_s = 2.0;
+    window.run_steps(2);
+    assert!(shows(&window, "no goal here: nothing receives goals"), "at the click");
+    assert!(window.state().console.orders.goal().is_none(), "it would be driven to later");
+    // One that was received stays while its subscriber is started again.
+    set_goal(&mut window);
+    window.state_mut().console.record_delivery("goal", 1);
+    let repeated = window.state_mut().console.orders.repeat_order(10.0);
+    assert!(repeated.is_some());
+    window.state_mut().console.record_delivery("goal", 0);
     window.run_steps(2);
     assert!(shows(&window, "nothing receives the goal"));
     window.state_mut().console.record_delivery("goal", 1);
@@ -99,8 +109,8 @@ fn a_pause_does_not_contradict_stop() {
         Some(MissionState { paused_by: "ruth".into(), ..mission("paused", &[]) });
     shown.console.orders.handle_order(OperatorOrder::Stop, 1.0);
     let window = window_of(shown, SIZE);
-    assert!(shows(&window, "PAUSED") && shows(&window, "All others run."));
-    assert!(!shows(&window, "still move the robot"));
+    assert!(shows(&window, "PAUSED") && shows(&window, "by ruth: the mission waits."));
+    assert!(!shows(&window, "still move"));
 }
 
 #[test]
@@ -126,6 +136,50 @@ fn what_followed_a_button_is_shown() {
     shown.console.set_mission(mission("playing", &["by-hand"]), now);
     let window = window_of(shown, SIZE);
     assert!(shows(&window, "the mission went to return, then by-hand"));
+}
+
+#[test]
+fn a_button_that_has_no_effect_is_an_alert_with_the_reason() {
+    for (cause, reason) in [
+        ("homing.frame_changed", Some("homing knows no place on a map with a new origin")),
+        ("homing.failed", Some("homing reports failed")),
+        ("lost", Some("lost has fired")),
+        ("view.driving", None),
+    ] {
+        let mut shown = test_screen();
+        shown.console.buttons = vec!["home".into()];
+        let now = shown.now;
+        let console = &mut shown.console;
+        console.set_mission(mission("playing", &["by-hand"]), now);
+        console.handle_order(OperatorOrder::Press("home".into()), now);
+        console.set_mission(mission("playing", &["return"]), now);
+        assert_eq!(console.alerts.count_new(), 0, "{cause}: it may arrive");
+        let back = MissionState { last_cause: cause.into(), ..mission("playing", &["by-hand"]) };
+        console.set_mission(back.clone(), now);
+        console.set_mission(back, now);
+        let texts: Vec<_> = console.alerts.newest_first().map(|it| it.text.clone()).collect();
+        let expected = reason
+            .map(|reason| format!("home was refused: {reason}; the mission is in by-hand again"));
+        assert_eq!(texts, expected.into_iter().collect::<Vec<_>>(), "{cause}");
+    }
+}
+
+#[test]
+fn a_new_origin_cannot_be_acknowledged_after_the_end() {
+    let mut window = window_of(test_screen(), SIZE);
+    let now = window.state().now;
+    let console = &mut window.state_mut().console;
+    console.frame_seen("map");
+    console.frame_seen("map#1");
+    window.run_steps(2);
+    assert!(shows(&window, "Acknowledge"));
+    let end = RunEnd { why: "it was interrupted".into(), is_normal: true };
+    let console = &mut window.state_mut().console;
+    console.end_system("rover", end, now);
+    console.handle_order(OperatorOrder::Acknowledge, now);
+    assert!(console.orders.is_frame_new(), "a run that has ended takes no orders");
+    window.run_steps(2);
+    assert!(!shows(&window, "Acknowledge") && !shows(&window, "new origin"));
 }
 
 #[test]

@@ -68,7 +68,7 @@ pub(super) fn show_notices(
         }
     }
     covered.extend(show_questions(&mut column, colours, console, now, new_buttons, orders));
-    if console.orders.is_frame_new() {
+    if console.orders.is_frame_new() && !console.connection.has_ended() {
         covered.push(show_frame_change(&mut column, orders));
     }
     if open_parts::is_open(column.ctx(), OpenPart::Alerts) {
@@ -186,17 +186,14 @@ fn show_pause(
         let button = ui.add(button.min_size(vec2(120.0, TOUCH)));
         let button = button.on_hover_text("the mission and its components continue");
         let frozen = match mission.frozen.as_slice() {
-            [] => "none is frozen".to_owned(),
-            names => names.join(", "),
+            [] => String::new(),
+            names => format!(" ({} stand still)", names.join(", ")),
         };
-        let mut text = format!(
-            "by {}: the mission and its components ({frozen}) stand still. All others run",
-            mission.paused_by
-        );
-        text += match is_stopped {
-            true => ".",
-            false => ": orders of yours, such as a goal or driving by hand, still move the robot.",
+        let own = match is_stopped {
+            true => "",
+            false => " You can still move the robot: set a goal, or drive by hand.",
         };
+        let text = format!("by {}: the mission waits{frozen}.{own}", mission.paused_by);
         ui.label(RichText::new(text).size(theme::HEADING));
         button.clicked()
     })

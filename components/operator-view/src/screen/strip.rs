@@ -41,9 +41,15 @@ pub(super) fn show_strip(ui: &mut Ui, console: &mut Console, now: ClockTimes) {
         ui.separator();
         let count = console.alerts.count_new();
         let text = match count {
-            0 => RichText::new("alerts"),
-            1 => RichText::new("! 1 alert").strong().color(colours.error),
-            count => RichText::new(format!("! {count} alerts")).strong().color(colours.error),
+            0 => "alerts".to_owned(),
+            1 => "1 alert".to_owned(),
+            count => format!("{count} alerts"),
+        };
+        let text = match count {
+            0 => RichText::new(text),
+            // The sign is a shape; where it has no room, a letter.
+            _ if is_wide => RichText::new(text).strong().color(colours.error),
+            _ => RichText::new(format!("! {text}")).strong().color(colours.error),
         };
         let sign = match count {
             0 => Icon::Alert.to_atom(),
@@ -151,7 +157,11 @@ pub(super) fn show_alerts(
             Grid::new("alerts").num_columns(3).min_row_height(20.0).show(ui, |ui| {
                 for alert in console.alerts.newest_first() {
                     let colour = if alert.is_acknowledged { colours.weak } else { colours.error };
-                    let sign = if alert.is_acknowledged { "seen" } else { "new" };
+                    let sign = match (alert.is_earlier, alert.is_acknowledged) {
+                        (true, _) => "earlier run",
+                        (false, true) => "seen",
+                        (false, false) => "new",
+                    };
                     show_alert(
                         ui,
                         colour,

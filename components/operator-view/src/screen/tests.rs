@@ -771,8 +771,8 @@ fn a_pause_is_shown_with_what_still_moves() {
     });
     let mut window = window_of(shown, SIZE);
     assert!(shows(&window, "PAUSED"));
-    assert!(shows(&window, "by ruth: the mission and its components (explorer, homing)"));
-    assert!(shows(&window, "driving by hand, still move the robot"));
+    assert!(shows(&window, "by ruth: the mission waits (explorer, homing stand still)."));
+    assert!(shows(&window, "You can still move the robot: set a goal, or drive by hand."));
     window.get_by_label("Resume").click();
     window.run_steps(2);
     assert_eq!(take_commands(&mut window), [], "it has only just appeared");

@@ -21,11 +21,11 @@ pub(super) const BAR: Vec2 = vec2(12.0, 46.0);
 /// Distance of a bar's handles from it, so that the bar itself can be clicked.
 const HANDLE_DISTANCE: f32 = 13.0;
 /// How wide a character is at most about, in the title's size.
-const TITLE_WIDTH: f32 = 7.8;
+pub(super) const TITLE_WIDTH: f32 = 7.8;
 /// The same in the size of other lines.
-const LINE_WIDTH: f32 = 6.8;
+pub(super) const LINE_WIDTH: f32 = 6.8;
 /// The height of a line.
-const LINE: f32 = 16.0;
+pub(super) const LINE: f32 = 16.0;
 /// Characters of a line of components.
 const COMPONENTS_WIDTH: usize = 26;
 /// Conditions that are shown at a bar; more of them are in the panel.
@@ -69,6 +69,7 @@ impl Scene<'_> {
         let height = PLACE.y.max(rows as f32 * LINE + 18.0);
         let size = vec2(PLACE.x.max(inner + height * 0.75), height);
         let tokens = self.tokens(place);
+        let never_reached = self.marks.badge_of_goal().filter(|_| is_goal);
         let doc = self.place_doc(place, &subtitle) + &self.marks.messages(&item);
         DiagramNode {
             title: name.clone(),
@@ -77,7 +78,7 @@ impl Scene<'_> {
             rect: Rect::from_min_size(Pos2::ZERO, size),
             shape: NodeShape::Place { tokens, is_goal, is_safety: is_safety || is_safe },
             ports: vec![whole(size), handle(size, &item)],
-            badge: self.marks.badge(&item),
+            badge: never_reached.or_else(|| self.marks.badge(&item)),
             mark: self.marks.mark(&item),
             look: self.place_look(place, tokens),
             label: item.to_string(),
@@ -253,7 +254,7 @@ impl Scene<'_> {
     }
 }
 
-fn whole(size: Vec2) -> NodePort {
+pub(super) fn whole(size: Vec2) -> NodePort {
     NodePort {
         name: String::new(),
         at: size / 2.0,

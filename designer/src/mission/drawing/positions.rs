@@ -6,6 +6,7 @@ use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 use super::Scene;
+use super::steps::{RouteSteps, arrange_steps};
 use crate::canvas::{DiagramNode, NodeShape, arrange, snapped};
 use crate::item::Item;
 
@@ -17,7 +18,11 @@ const BENEATH: f32 = 40.0;
 const TEXT_GAP: f32 = 4.0;
 
 /// Positions every node. Returns those without a position in the file.
-pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<Item> {
+pub(super) fn place(
+    nodes: &mut [DiagramNode<Item>],
+    scene: &Scene<'_>,
+    steps: &RouteSteps<'_>,
+) -> Vec<Item> {
     let mut lost = Vec::new();
     for (number, node) in nodes.iter_mut().enumerate() {
         match scene.position(&node.item) {
@@ -28,6 +33,7 @@ pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<I
     let unplaced: Vec<_> = lost.iter().map(|number| nodes[*number].item).collect();
     if lost.len() < nodes.len() {
         lost.retain(|number| !move_between_its_places(nodes, *number, scene));
+        place_in_steps(nodes, scene, steps, &mut lost);
     }
     let top = match nodes.len() > lost.len() {
         true => {
@@ -38,11 +44,36 @@ pub(super) fn place(nodes: &mut [DiagramNode<Item>], scene: &Scene<'_>) -> Vec<I
         false => 0.0,
     };
     let items: Vec<_> = lost.iter().map(|number| nodes[*number].item).collect();
-    let placed = arranged_of(nodes, scene.mission, &items, arrange::SHAPE);
+    let placed = arranged_of(nodes, scene.mission, &items, arrange::SHAPE, steps);
     for (number, (_, at)) in lost.iter().zip(placed) {
         move_to(&mut nodes[*number], at + vec2(0.0, top));
     }
     unplaced
+}
+
+/// Puts the nodes of an open step around its first place, if that is shown.
+fn place_in_steps(
+    nodes: &mut [DiagramNode<Item>],
+    scene: &Scene<'_>,
+    steps: &RouteSteps<'_>,
+    lost: &mut Vec<usize>,
+) {
+    let items: Vec<_> = nodes.iter().map(|node| node.item).collect();
+    for (step, block) in steps.blocks(&items) {
+        let Some(first) = scene.position(&step) else { continue };
+        let own: Vec<_> = block.iter().map(|number| items[*number]).collect();
+        let placed = arranged_of(nodes, scene.mission, &own, arrange::SHAPE, steps);
+        let Item::Step { route, step } = step else { continue };
+        let anchor = Item::place(format!("{route}.{step}"));
+        let Some((_, at)) = placed.iter().find(|(item, _)| *item == anchor) else { continue };
+        let by = first - *at;
+        for (number, (_, at)) in block.iter().zip(&placed) {
+            if lost.contains(number) {
+                move_to(&mut nodes[*number], *at + by);
+            }
+        }
+        lost.retain(|number| !block.contains(number));
+    }
 }
 
 fn move_to(node: &mut DiagramNode<Item>, at: Pos2) {
@@ -80,7 +111,8 @@ pub fn arranged(
 ) -> Vec<(Item, Pos2)> {
     let all: Vec<_> = nodes.iter().map(|node| node.item).collect();
     let items = if items.is_empty() { &all } else { items };
-    let placed = arranged_of(nodes, mission, items, shape);
+    let steps = RouteSteps::of(mission, None);
+    let placed = arranged_of(nodes, mission, items, shape, &steps);
     // Some of them stay where they are as a whole.
     let old = nodes.iter().filter(|node| items.contains(&node.item) && items.len() < all.len());
     let corner = old.map(|node| node.rect.min).reduce(|a, b| a.min(b)).unwrap_or_default();
@@ -93,18 +125,25 @@ fn arranged_of(
     mission: &Mission,
     items: &[Item],
     shape: f32,
+    steps: &RouteSteps<'_>,
 ) -> Vec<(Item, Pos2)> {
-    let numbers: BTreeMap<_, _> = items.iter().enumerate().map(|(n, item)| (item, n)).collect();
+    let numbers: BTreeMap<_, _> = items.iter().enumerate().map(|(n, item)| (*item, n)).collect();
     let rooms: Vec<_> = items.iter().map(|item| room(nodes, item)).collect();
     let roots: Vec<_> = mission
         .places
         .iter()
         .filter(|place| place.initial > 0)
-        .filter_map(|place| numbers.get(&Item::place(&place.name.value)).copied())
+        .filter_map(|place| steps.number(&Item::place(&place.name.value), &numbers))
         .collect();
     let sizes: Vec<_> = rooms.iter().map(|(size, _)| *size).collect();
-    let all: Vec<_> = (0..items.len()).collect();
-    let corners = arrange::arrange(&sizes, &edges(mission, &numbers, &roots), &all, shape);
+    let edges = edges(mission, &numbers, &roots, steps);
+    let routes = steps.of_routes(mission, items);
+    let corners = if routes.is_empty() {
+        let all: Vec<_> = (0..items.len()).collect();
+        arrange::arrange(&sizes, &edges, &all, shape)
+    } else {
+        arrange_steps(&sizes, &edges, &routes, shape)
+    };
     let at = |n: usize| snapped(corners[n].to_pos2() + rooms[n].1);
     items.iter().enumerate().map(|(n, item)| (*item, at(n))).collect()
 }
@@ -129,16 +168,17 @@ fn room(nodes: &[DiagramNode<Item>], item: &Item) -> (Vec2, Vec2) {
 /// the left.
 fn edges(
     mission: &Mission,
-    numbers: &BTreeMap<&Item, usize>,
+    numbers: &BTreeMap<Item, usize>,
     roots: &[usize],
+    steps: &RouteSteps<'_>,
 ) -> Vec<(usize, usize)> {
-    let of_place = |name: &str| numbers.get(&Item::place(name)).copied();
+    let of_place = |name: &str| steps.number(&Item::place(name), numbers);
     let mut edges = Vec::new();
     for transition in &mission.transitions {
-        let own = numbers.get(&Item::transition(&transition.name.value));
+        let own = steps.number(&Item::transition(&transition.name.value), numbers);
         for arc in &transition.arcs {
             if let (Some(own), Some(place)) = (own, of_place(&arc.place.value)) {
-                edges.push(if arc.kind == ArcKind::Put { (*own, place) } else { (place, *own) });
+                edges.push(if arc.kind == ArcKind::Put { (own, place) } else { (place, own) });
             }
         }
     }

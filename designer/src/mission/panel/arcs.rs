@@ -35,7 +35,7 @@ pub(super) fn show(
             let place = Item::place(&arc.place.value);
             go_to(ui, &format!("{weight}{}", arc.place.value), place, requests);
             let remove = format!("Remove {item}");
-            if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
+            if ui.button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
                 form.change(Change::Remove(vec![item]));
             }
         });

@@ -22,7 +22,7 @@ pub(super) fn show(
         ui.horizontal(|ui| {
             verdict(ui, shown, &found);
             let remove = format!("Remove check {}", number + 1);
-            if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
+            if ui.button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
                 form.change(Change::Remove(vec![item]));
             }
         });
@@ -48,7 +48,7 @@ fn verdict(ui: &mut egui::Ui, shown: &PanelSource<'_>, found: &[&Finding]) {
     let colours = ThemeColours::of(ui.visuals());
     let is = |code: Code| found.iter().any(|found| found.code == code);
     let (text, colour) = match () {
-        () if is(Code::CheckFails) => ("x violated", colours.error),
+        () if is(Code::CheckFails) => ("violated", colours.error),
         () if is(Code::CheckUndecided) => ("? undecided", colours.warning),
         () if !found.is_empty() => ("! cannot be read", colours.error),
         () if shown.is_checking => ("… proving", colours.weak),

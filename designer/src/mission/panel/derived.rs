@@ -5,6 +5,7 @@ use eframe::egui::{self, RichText};
 use super::parts::{PanelRequest, PanelSource, arc_word, go_to, section};
 use super::place;
 use crate::item::Item;
+use crate::mission::derived::{find_step, source_of_step, step_of, step_word};
 use crate::mission::words::conditions;
 use armor_picture::theme::ThemeColours;
 
@@ -61,6 +62,56 @@ pub(super) fn show_transition(
     }
 }
 
+/// A step of a route: what it is derived from, what it has, and how it ends.
+pub(super) fn show_step(
+    ui: &mut egui::Ui,
+    shown: &PanelSource<'_>,
+    item: &Item,
+    requests: &mut Vec<PanelRequest>,
+) {
+    let source = source_of_step(shown.mission, item).unwrap_or_default();
+    let (kind, name) = match (find_step(shown.mission, item), item) {
+        (Some(step), Item::Step { route, step: name }) => {
+            (step_word(step), format!("{route}.{name}"))
+        }
+        _ => return,
+    };
+    show_source(ui, &format!("{} {name}", capitalised(kind)), &source);
+    let is_open = shown.opened.contains(item);
+    ui.horizontal(|ui| {
+        let name = if is_open { "Fold" } else { "Open" };
+        if ui.button(name).on_hover_text("Ctrl+Shift+G, or a double-click").clicked() {
+            requests.push(PanelRequest::Toggle(*item));
+        }
+        let hover = "Selects it in the view Map, where it is edited.";
+        if ui.button("Show on the map").on_hover_text(hover).clicked() {
+            requests.push(PanelRequest::Show(*item));
+        }
+    });
+    let is_own = |name: &str| step_of(shown.mission, name).as_ref() == Some(item);
+    section(ui, "Places");
+    for place in shown.mission.places.iter().filter(|place| is_own(&place.name.value)) {
+        go_to(ui, &place.name.value, Item::place(&place.name.value), requests);
+    }
+    section(ui, "Leaves by");
+    for transition in &shown.mission.transitions {
+        let own = &transition.name.value;
+        let mut outputs = transition.outputs().map(|arc| &arc.place);
+        if let Some(place) = outputs.find(|place| is_own(own) && !is_own(&place.value)) {
+            ui.horizontal_wrapped(|ui| {
+                go_to(ui, own, Item::transition(own), requests);
+                ui.weak("to");
+                go_to(ui, &place.value, Item::place(&place.value), requests);
+            });
+        }
+    }
+}
+
+fn capitalised(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 pub(super) fn show_arc(ui: &mut egui::Ui, item: &Item, source: &str) {
     show_source(ui, &item.to_string(), source);
 }
@@ -70,7 +121,7 @@ fn show_source(ui: &mut egui::Ui, heading: &str, source: &str) {
     ui.heading(heading);
     let colour = ThemeColours::of(ui.visuals()).text;
     let hint = format!(
-        "Derived from {source}. To change it, edit it in the view Map (Ctrl+4), or edit that line in the file."
+        "Derived from {source}. To change it, edit it in the view Map (Ctrl+3), or edit that line in the file."
     );
     ui.label(RichText::new(hint).color(colour));
 }

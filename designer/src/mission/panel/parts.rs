@@ -1,5 +1,7 @@
 //! The parts that all panels share: their source, their requests, and common widgets.
 
+use std::collections::BTreeSet;
+
 use armor_robotfile::mission::{ArcKind, Mission};
 use armor_robotfile::{Configuration, Finding, Severity};
 use eframe::egui::{self, RichText};
@@ -26,6 +28,8 @@ pub struct PanelSource<'a> {
     pub marks: &'a Marks,
     /// Whether more may be found.
     pub is_checking: bool,
+    /// The steps of routes that are open in the drawing.
+    pub opened: &'a BTreeSet<Item>,
 }
 
 /// What a panel requests apart from changes.
@@ -37,6 +41,8 @@ pub enum PanelRequest {
     Play(armor_robotfile::FiringTrace),
     /// Apply this remedy.
     Apply(Offer),
+    /// Open or fold this step of a route.
+    Toggle(Item),
 }
 
 impl PanelSource<'_> {

@@ -164,7 +164,7 @@ fn parameters(ui: &mut egui::Ui, shown: &PanelSource<'_>, place: &Place, form: &
                 Some(change(component, parameter, Some(value.to_owned())))
             });
             let remove = format!("Remove {name}");
-            if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
+            if ui.button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
                 form.change(change(component, parameter, None));
             }
             shown

@@ -60,7 +60,7 @@ pub(super) fn variables(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut F
                 );
             });
         }
-        if ui.small_button(format!("Remove {item}")).clicked() {
+        if ui.button(format!("Remove {item}")).clicked() {
             form.change(Change::Remove(vec![item]));
         }
         ui.add_space(armor_picture::theme::NEAR);
@@ -110,7 +110,7 @@ pub(super) fn exclusives(ui: &mut egui::Ui, shown: &PanelSource<'_>, form: &mut 
         ui.horizontal(|ui| {
             ui.label(RichText::new(format!("Set {}", number + 1)).weak());
             let remove = format!("Remove exclusive set {}", number + 1);
-            if ui.small_button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
+            if ui.button("remove").on_hover_text(&remove).accessible_name(remove).clicked() {
                 form.change(Change::Remove(vec![Item::Exclusive(number)]));
             }
         });
@@ -184,7 +184,7 @@ pub(super) fn submission(
             });
         });
     }
-    if ui.small_button(format!("Remove {title}")).clicked() {
+    if ui.button(format!("Remove {title}")).clicked() {
         form.change(Change::Remove(vec![Item::Submission(number)]));
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn report(
         form.line(ui, "report", &event, &is_name, |event| Some(set(&component, event.trim())));
         ui.horizontal_wrapped(|ui| {
             for known in events(shown, &component) {
-                if known != event && ui.small_button(&known).clicked() {
+                if known != event && ui.button(&known).clicked() {
                     form.change(set(&component, &known));
                 }
             }

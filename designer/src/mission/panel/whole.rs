@@ -114,7 +114,7 @@ fn durations(ui: &mut egui::Ui, takes: &MissionDuration, requests: &mut Vec<Pane
     let seconds = |s: f64| time(std::time::Duration::try_from_secs_f64(s).unwrap_or_default());
     ui.horizontal(|ui| {
         ui.label(format!("Shortest: {}", seconds(takes.shortest_s)));
-        let button = ui.small_button("play").accessible_name("Play the shortest run");
+        let button = ui.button("play").accessible_name("Play the shortest run");
         if button.on_hover_text(takes.shortest_trace.join(", ")).clicked() {
             requests.push(play(&takes.shortest_trace, &[], false));
         }
@@ -124,7 +124,7 @@ fn durations(ui: &mut egui::Ui, takes: &MissionDuration, requests: &mut Vec<Pane
             Some(longest) => ui.label(format!("Longest: {}", seconds(longest))),
             None => ui.label("Longest: unbounded"),
         };
-        let button = ui.small_button("play").accessible_name("Play the longest run");
+        let button = ui.button("play").accessible_name("Play the longest run");
         if button.on_hover_text(takes.longest_trace.join(", ")).clicked() {
             requests.push(play(&takes.longest_trace, &takes.longest_circle, true));
         }

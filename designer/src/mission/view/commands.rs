@@ -10,7 +10,7 @@ use super::state::{MissionView, mission_of};
 use crate::commands::Command;
 use crate::item::Item;
 use crate::mission::changes::Change;
-use crate::mission::derived::refusal;
+use crate::mission::derived::{refusal, step_refusal};
 use crate::mission::drawing::arranged;
 use crate::mission::words::conditions;
 use crate::workspace::Workspace;
@@ -26,6 +26,7 @@ impl MissionView {
                 is_editable && is_node
             }
             C::Simulate => mission_of(workspace).is_some(),
+            C::Fold => !self.selected_steps(workspace).is_empty(),
             C::SimulationStep | C::SimulationRun | C::SimulationRestart => !is_editable,
             C::SimulationBack => {
                 self.simulator.as_ref().is_some_and(|simulator| simulator.play().can_go_back())
@@ -68,6 +69,7 @@ impl MissionView {
                 }
             }
             C::Arrange => self.arrange(workspace),
+            C::Fold => self.toggle_steps(&self.selected_steps(workspace), workspace),
             C::Simulate => self.toggle_simulation(workspace),
             C::SimulationStep => self.simulate(ctx, MissionSimulator::step),
             C::SimulationBack => self.simulate(ctx, |simulator, _| simulator.back()),
@@ -125,6 +127,7 @@ impl MissionView {
             self.pane.selected().iter().find_map(|item| match item {
                 Item::Place(name) | Item::Transition(name) => refusal(mission, name),
                 Item::Arc { transition, .. } => refusal(mission, transition),
+                Item::Step { .. } => step_refusal(mission, item),
                 _ => None,
             })
         });
@@ -151,7 +154,11 @@ impl MissionView {
 
     fn arrange(&mut self, workspace: &mut Workspace) {
         let Some(mission) = mission_of(workspace) else { return };
-        let is_node = |item: &Item| matches!(item, Item::Place(_) | Item::Transition(_));
+        // A frame of an open step has no position of its own.
+        let is_node = |item: &Item| match item {
+            Item::Place(_) | Item::Transition(_) => true,
+            step => matches!(step, Item::Step { .. }) && self.diagram.node(*step).is_some(),
+        };
         let selected: Vec<_> = self.pane.selected().into_iter().filter(is_node).collect();
         let only = if selected.len() > 1 { &selected[..] } else { &[] };
         let places = arranged(&self.diagram.nodes, mission, only, self.pane.canvas.shape());

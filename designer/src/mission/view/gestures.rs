@@ -35,6 +35,9 @@ impl MissionView {
             CanvasEvent::Refused(why) => workspace.messages.warn(format!("Not connected: {why}")),
             CanvasEvent::Loose { from, at } => self.picker = self.picker_for(from, at, workspace),
             CanvasEvent::Rewired { wire, stays, to } => self.reconnect(wire, stays, to, workspace),
+            CanvasEvent::Opened(item @ Item::Step { .. }) => {
+                self.toggle_steps(&[item].into(), workspace);
+            }
             CanvasEvent::Opened(item) => {
                 self.pane.select([item]);
                 workspace.settings.properties = true;

@@ -24,6 +24,7 @@ impl MissionView {
         let commands = match of {
             Some(Item::Place(_) | Item::Transition(_)) => NODE_MENU,
             Some(Item::Arc { .. } | Item::Submission(_)) => WIRE_MENU,
+            Some(Item::Step { .. }) => &[Command::Fold, Command::Properties],
             Some(_) => DECORATION_MENU,
             None => EMPTY_MENU,
         };

@@ -236,8 +236,7 @@ fn show_course(ui: &mut egui::Ui, simulator: &mut MissionSimulator) {
     if let Some(course) = simulator.play().course() {
         ui.horizontal(|ui| {
             ui.strong("Run being shown");
-            leaves =
-                ui.small_button("leave it").on_hover_text("Continues by hand from here").clicked();
+            leaves = ui.button("leave it").on_hover_text("Continues by hand from here").clicked();
         });
         if !course.is_timed {
             ui.weak("this order respects tokens; times were not considered");

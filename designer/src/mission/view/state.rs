@@ -1,5 +1,6 @@
 //! What the view of the mission keeps from frame to frame.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use armor_robotfile::mission::{ArcKind, Mission};
@@ -33,6 +34,8 @@ pub struct MissionView {
     /// What an arc from a place to a transition does when it is drawn.
     pub(super) kind: ArcKind,
     pub(super) picker: Option<MissionPicker>,
+    /// The steps of routes that are open; of a large net the others are one block each.
+    pub(super) opened: BTreeSet<Item>,
     /// The time of the last frame, in seconds of the window.
     pub(super) canvas_time: f64,
 }
@@ -45,6 +48,7 @@ struct DrawnState {
     /// Counts what happens in the simulation.
     moment: Option<u64>,
     is_dark: bool,
+    opened: BTreeSet<Item>,
 }
 
 impl MissionView {
@@ -60,6 +64,7 @@ impl MissionView {
             simulator: None,
             kind: ArcKind::Take,
             picker: None,
+            opened: BTreeSet::new(),
             canvas_time: 0.0,
         }
     }
@@ -76,6 +81,7 @@ impl MissionView {
             checked: (checked.revision, checked.is_complete),
             moment: self.simulator.as_ref().map(MissionSimulator::moment),
             is_dark,
+            opened: self.opened.clone(),
         };
         let is_same_file = self.drawn.as_ref().is_some_and(|drawn| drawn.revision == revision);
         // New findings do not end a drag.
@@ -108,6 +114,7 @@ impl MissionView {
             play: self.simulator.as_ref().map(MissionSimulator::play),
             in_flight: self.simulator.as_ref().map_or(&[], MissionSimulator::in_flight),
             colours,
+            opened: Some(&self.opened),
         };
         (self.diagram, self.unplaced) = scene.draw();
     }
@@ -184,7 +191,7 @@ pub fn net(project: &Project, colours: &ThemeColours) -> Diagram<Item> {
     let Some(mission) = mission else { return Diagram::default() };
     let (marks, layout) = (Marks::default(), layout_of(project));
     let (marks, layout) = (&marks, &layout);
-    let scene = Scene { mission, marks, layout, play: None, in_flight: &[], colours };
+    let scene = Scene { mission, marks, layout, play: None, in_flight: &[], colours, opened: None };
     scene.draw().0
 }
 

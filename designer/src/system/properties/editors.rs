@@ -92,9 +92,8 @@ impl SystemView {
             }
             if is_given {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let reset = ui
-                        .small_button("reset")
-                        .accessible_name(format!("reset {}", parameter.name));
+                    let reset =
+                        ui.button("reset").accessible_name(format!("reset {}", parameter.name));
                     let doc = format!(
                         "Removes the value from the file; the default is: {}",
                         docs::value(parameter)
@@ -238,8 +237,7 @@ impl SystemView {
         ui.horizontal(|ui| {
             let width = (ui.available_width() - 70.0).max(60.0);
             self.value(ui, field, parameter, current, width);
-            let button =
-                ui.small_button("choose").accessible_name(format!("choose {}", parameter.name));
+            let button = ui.button("choose").accessible_name(format!("choose {}", parameter.name));
             if button.clicked() {
                 let choice = PathChoice::new(&workspace.project.folder(), current, "", false);
                 self.choosing = Some((field.clone(), choice));

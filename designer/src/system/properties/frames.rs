@@ -75,7 +75,7 @@ impl SystemView {
                     ui.label("in");
                 }
             }
-            let remove = ui.small_button("remove").accessible_name(format!("remove frame {name}"));
+            let remove = ui.button("remove").accessible_name(format!("remove frame {name}"));
             if remove.clicked() {
                 self.drafts.set(Field::NoFrame(name.to_owned()), "");
             }
