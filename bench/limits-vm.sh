@@ -56,4 +56,4 @@ chmod +x "$root/init"
 (cd "$root" && find . | ./bin/busybox cpio -o -H newc 2> /dev/null) | gzip -1 > "$folder/initrd.gz"
 timeout 900 qemu-system-x86_64 -accel tcg,thread=multi -cpu Nehalem -smp 2 -m 1024 -nographic -no-reboot \
     -kernel "$folder"/packages/boot/vmlinuz-* -initrd "$folder/initrd.gz" \
-    -append 'console=ttyS0 panic=-1 quiet' | sed -n '/^Linux /,$p'
+    -append 'console=ttyS0 panic=-1 quiet' | sed -un '/Linux [0-9]/,$p'
