@@ -4,12 +4,10 @@
 //! positions of the model, `position_text.rs` writes positions as the file has them, `edits.rs`
 //! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs` and
 //! `triangles.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
-//! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `pictures.rs`
-//! the picture under it all, `times.rs` when the robots are where before the mission runs, `live.rs` where
-//! they are while it runs, `view.rs` the pane.
-//! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `leg_labels.rs` finds room for texts of legs, `malformed.rs` draws zones that cross themselves, `pictures.rs`
-//! the picture under it all, `times.rs` when the robots are where before the mission runs, `view.rs` the
-//! pane.
+//! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `leg_labels.rs`
+//! finds room for the texts of legs, `malformed.rs` draws zones that cross themselves, `pictures.rs` the
+//! picture under it all. `times.rs` shows when the robots are where before the mission runs,
+//! `rehearsal.rs` a rehearsal of it, `live.rs` where they are while it runs; `view.rs` is the pane.
 
 mod actions;
 mod camera;
@@ -19,8 +17,8 @@ pub(crate) mod edits;
 mod hatching;
 mod hit;
 mod layers;
-mod live;
 mod leg_labels;
+mod live;
 mod malformed;
 mod model;
 mod names;

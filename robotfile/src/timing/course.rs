@@ -13,7 +13,7 @@ use crate::model::System;
 use crate::route::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_partner};
 use crate::source::{Location, Spanned};
 use crate::time_words::{estimate_in_words, time_in_words};
-use crate::timing::drive::{DriveLengths, Driving, turn_between};
+use crate::timing::drive::{DriveLengths, Driving};
 use crate::timing::extremes::TimeWait;
 
 /// The moment from which dates are counted: the beginning of 1970.
@@ -237,15 +237,7 @@ impl<'a> RouteCourse<'a, '_> {
         let arrives = self.course.add_moment();
         let (least_ns, nominal_ns, most_ns) = match (piece.start, piece.end) {
             (Some(start), Some(end)) => {
-                let radius = route.radius;
-                let path_rad = self.driving.lengths.directions_rad(start, end, radius);
-                let turn_rad = match path_rad {
-                    Some([next_rad, _]) => {
-                        self.heading_rad.map(|before_rad| turn_between(before_rad, next_rad))
-                    }
-                    None => Some(0.0),
-                };
-                self.heading_rad = path_rad.map(|[_, last_rad]| last_rad).or(self.heading_rad);
+                let turn_rad = self.driving.turn_rad(&mut self.heading_rad, start, end);
                 let time = self.driving.leg_time(leg, start, end, turn_rad);
                 (time.least_ns, time.nominal_ns, time.most_ns)
             }

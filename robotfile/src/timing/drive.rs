@@ -50,13 +50,19 @@ pub(crate) struct DriveTime {
 pub(crate) struct Driving<'a> {
     pub(crate) route: &'a DrawnRoute,
     pub(crate) map: Option<&'a SiteMap>,
+    pub(crate) robot: DrivenRobot,
+    pub(crate) lengths: &'a dyn DriveLengths,
+}
+
+/// What the file states about the robot of a route.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DrivenRobot {
     /// The speed that the file gives to the component of the pace, in metres per second.
-    pub(crate) usual_mps: Option<f64>,
-    pub(crate) base: DrivenBase,
+    usual_mps: Option<f64>,
+    base: DrivenBase,
     /// The period of the mover, in seconds: it notices at a tick that it has arrived, and sends its first goal
     /// at another one, half a period late each on average.
     mover_period_s: f64,
-    pub(crate) lengths: &'a dyn DriveLengths,
 }
 
 /// What the file states about the base of a robot, as parameters of the component of the pace.
@@ -113,7 +119,7 @@ fn change_s(way: f64, rate: f64, acceleration: Option<f64>) -> f64 {
 }
 
 /// The angle from one direction to another one, from 0 to π.
-pub(crate) fn turn_between(before_rad: f64, next_rad: f64) -> f64 {
+fn turn_between(before_rad: f64, next_rad: f64) -> f64 {
     let turn_rad = (next_rad - before_rad).rem_euclid(TAU);
     turn_rad.min(TAU - turn_rad)
 }
@@ -123,13 +129,8 @@ fn direction_rad(from: MapPoint, to: MapPoint) -> Option<f64> {
     (from != to).then(|| (to.y_m() - from.y_m()).atan2(to.x_m() - from.x_m()))
 }
 
-impl<'a> Driving<'a> {
-    pub(crate) fn new(
-        route: &'a DrawnRoute,
-        map: Option<&'a SiteMap>,
-        system: &System,
-        lengths: &'a dyn DriveLengths,
-    ) -> Self {
+impl DrivenRobot {
+    pub(crate) fn of_route(route: &DrawnRoute, system: &System) -> Self {
         let pace = route.pace.as_ref();
         let component = pace.and_then(|pace| system.component(&pace.component.value));
         let usual_mps = pace.zip(component).and_then(|(pace, component)| {
@@ -139,7 +140,18 @@ impl<'a> Driving<'a> {
         let mover = system.component(&route.mover.component.value);
         let rate_hz = mover.and_then(|mover| mover.rate_hz.as_ref()).map(|rate_hz| rate_hz.value);
         let mover_period_s = rate_hz.filter(|rate_hz| *rate_hz > 0.0).map_or(0.0, f64::recip);
-        Self { route, map, usual_mps, base, mover_period_s, lengths }
+        Self { usual_mps, base, mover_period_s }
+    }
+}
+
+impl<'a> Driving<'a> {
+    pub(crate) fn new(
+        route: &'a DrawnRoute,
+        map: Option<&'a SiteMap>,
+        system: &System,
+        lengths: &'a dyn DriveLengths,
+    ) -> Self {
+        Self { route, map, robot: DrivenRobot::of_route(route, system), lengths }
     }
 
     /// The direction of the robot before its first drive. A map that nothing places on the Earth begins where
@@ -148,6 +160,20 @@ impl<'a> Driving<'a> {
         let is_placed = self.map.is_some_and(|map| map.placement.is_some());
         let start = start.filter(|_| !is_placed)?;
         (start.x_m() == 0.0 && start.y_m() == 0.0).then_some(0.0)
+    }
+
+    /// The angle that the robot turns by before a drive, if it is known, from its heading, which becomes that
+    /// at the end of the drive.
+    pub(crate) fn turn_rad(
+        &self,
+        heading_rad: &mut Option<f64>,
+        from: MapPoint,
+        to: MapPoint,
+    ) -> Option<f64> {
+        let path_rad = self.lengths.directions_rad(from, to, self.route.radius);
+        let Some([next_rad, last_rad]) = path_rad else { return Some(0.0) };
+        let before_rad = heading_rad.replace(last_rad);
+        before_rad.map(|before_rad| turn_between(before_rad, next_rad))
     }
 
     /// The time of a leg, or of a part of it, after a turn by this angle; none if it is not known.
@@ -159,12 +185,12 @@ impl<'a> Driving<'a> {
         turn_rad: Option<f64>,
     ) -> DriveTime {
         let own = leg.speed.as_ref().and_then(|speed| parse_speed(&speed.value));
-        self.time(own.or(self.usual_mps), from, to, turn_rad)
+        self.time(own.or(self.robot.usual_mps), from, to, turn_rad)
     }
 
     /// The time of a drive to a rally point, at the usual speed, in whatever direction.
     pub(crate) fn exit_time(&self, from: MapPoint, to: MapPoint) -> DriveTime {
-        self.time(self.usual_mps, from, to, None)
+        self.time(self.robot.usual_mps, from, to, None)
     }
 
     fn time(
@@ -183,11 +209,12 @@ impl<'a> Driving<'a> {
         let least_s = straight_m / (speed_mps * (1.0 + tolerance));
         let (slow_m, slow_s) = self.slow_part(speed_mps, from, to);
         let rest_m = (length_m - slow_m).max(0.0);
-        let stops_s = self.base.start_and_stop_s(length_m, speed_mps) + self.mover_period_s;
+        let stops_s =
+            self.robot.base.start_and_stop_s(length_m, speed_mps) + self.robot.mover_period_s;
         let driven_s = rest_m / speed_mps + slow_s + stops_s;
         // Of all directions, the mean and the largest angle to turn.
-        let nominal_s = driven_s + self.base.turn_s(turn_rad.unwrap_or(FRAC_PI_2));
-        let most_s = driven_s + self.base.turn_s(turn_rad.unwrap_or(PI));
+        let nominal_s = driven_s + self.robot.base.turn_s(turn_rad.unwrap_or(FRAC_PI_2));
+        let most_s = driven_s + self.robot.base.turn_s(turn_rad.unwrap_or(PI));
         DriveTime {
             least_ns: nanoseconds(least_s),
             nominal_ns: Some(nanoseconds(nominal_s)),
@@ -226,7 +253,7 @@ impl<'a> Driving<'a> {
                 slow_m += part_m;
                 slow_s += part_m / limit_mps;
                 if !is_slow {
-                    slow_s += self.base.slow_down_s(speed_mps, limit_mps);
+                    slow_s += self.robot.base.slow_down_s(speed_mps, limit_mps);
                 }
             }
             is_slow = limit_mps.is_some();

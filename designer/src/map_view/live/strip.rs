@@ -153,7 +153,7 @@ impl LiveMap {
         let problem = self.robots.get(number).and_then(|robot| robot.why_not.as_ref());
         match problem {
             Some(problem) => {
-                cell(ui, "not drawn", format!("not drawn: {problem}"), colours.warning)
+                cell(ui, "not drawn", format!("not drawn: {problem}"), colours.warning);
             }
             None => {
                 let is_breached = progress.zones.iter().any(is_breach);

@@ -10,7 +10,7 @@ use crate::route::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_partne
 use crate::site_map::SiteMap;
 use crate::time_words::time_in_words;
 use crate::timing::course::find_radius_m;
-use crate::timing::drive::{Driving, StraightLengths};
+use crate::timing::drive::{DrivenRobot, Driving, StraightLengths};
 use crate::timing::motion::as_seconds;
 
 /// The routes of a mission, prepared to be compared with what is observed.
@@ -24,7 +24,7 @@ pub struct FollowedMission {
 pub(super) struct FollowedRoute {
     pub(super) drawn: DrawnRoute,
     pub(super) radius_m: f64,
-    usual_mps: Option<f64>,
+    robot: DrivenRobot,
     pub(super) pieces: Vec<FollowedPiece>,
 }
 
@@ -102,14 +102,18 @@ impl FollowedRoute {
     fn of_route(route: &DrawnRoute, mission: &Mission, system: &System) -> Self {
         let map = mission.map.as_ref();
         let driving = Driving::new(route, map, system, &StraightLengths);
-        let usual_mps = driving.usual_mps;
+        let robot = driving.robot;
         let mut pieces = divide_into_pieces(route, map);
         // That is a finding, and the route has no net.
         if pieces.len() > MAX_ROUTE_PIECES {
             pieces.clear();
         }
-        let mut followed: Vec<_> =
-            pieces.iter().map(|piece| FollowedPiece::of_piece(route, piece, &driving)).collect();
+        let start = pieces.first().and_then(|piece| piece.start);
+        let mut heading_rad = driving.first_heading_rad(start);
+        let mut followed: Vec<_> = pieces
+            .iter()
+            .map(|piece| FollowedPiece::of_piece(route, piece, &driving, &mut heading_rad))
+            .collect();
         let name = &route.name.value;
         let places: Vec<_> = followed.iter().map(|piece| piece.place.clone()).collect();
         let end = route.leave.as_ref().map_or_else(|| format!("{name}.end"), |it| it.value.clone());
@@ -120,12 +124,12 @@ impl FollowedRoute {
         Self {
             radius_m: find_radius_m(route, system),
             drawn: route.clone(),
-            usual_mps,
+            robot,
             pieces: followed,
         }
     }
 
-    /// How long the drive of a piece takes from a position, at the speeds of the file.
+    /// How long the drive of a piece takes from a position, at the speeds of the file, without a turn.
     pub(super) fn drive_s(
         &self,
         piece: &FollowedPiece,
@@ -133,14 +137,19 @@ impl FollowedRoute {
         map: Option<&SiteMap>,
     ) -> Option<f64> {
         let RouteStep::Leg(leg) = self.drawn.steps.get(piece.step)? else { return None };
-        let usual_mps = self.usual_mps;
-        let driving = Driving { route: &self.drawn, map, usual_mps, lengths: &StraightLengths };
-        driving.leg_time(leg, from, piece.to?).nominal_ns.map(as_seconds)
+        let (route, robot) = (&self.drawn, self.robot);
+        let driving = Driving { route, map, robot, lengths: &StraightLengths };
+        driving.leg_time(leg, from, piece.to?, Some(0.0)).nominal_ns.map(as_seconds)
     }
 }
 
 impl FollowedPiece {
-    fn of_piece(route: &DrawnRoute, piece: &RoutePiece<'_>, driving: &Driving<'_>) -> Self {
+    fn of_piece(
+        route: &DrawnRoute,
+        piece: &RoutePiece<'_>,
+        driving: &Driving<'_>,
+        heading_rad: &mut Option<f64>,
+    ) -> Self {
         let step = &route.steps[piece.step];
         let name = &step.name().value;
         let whole = format!("{}.{name}", route.name.value);
@@ -168,8 +177,13 @@ impl FollowedPiece {
         };
         match step {
             RouteStep::Leg(leg) => {
-                let time = piece.start.zip(piece.end).and_then(|(from, to)| {
-                    driving.leg_time(leg, from, to).nominal_ns.map(as_seconds)
+                let ends = piece.start.zip(piece.end);
+                if ends.is_none() {
+                    *heading_rad = None;
+                }
+                let time = ends.and_then(|(from, to)| {
+                    let turn_rad = driving.turn_rad(heading_rad, from, to);
+                    driving.leg_time(leg, from, to, turn_rad).nominal_ns.map(as_seconds)
                 });
                 followed.work = PieceWork::Drive(time);
                 followed.by = leg.by.as_ref().map(|by| limit(by.value, "by"));
