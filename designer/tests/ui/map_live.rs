@@ -181,7 +181,7 @@ fn pass(window: &mut Window, seconds: f32) {
 fn ordered(window: &mut Window) -> Vec<String> {
     let live = &window.harness.state_mut().workspace().live;
     let given = live.watched().map(|watched| watched.orders.given()).unwrap_or_default();
-    given.into_iter().map(|given| given.order.to_string()).collect()
+    given.into_iter().map(|given| given.order).collect()
 }
 
 #[test]

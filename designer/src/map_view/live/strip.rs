@@ -19,6 +19,7 @@ use crate::workspace::Workspace;
 /// The columns of the table.
 const COLUMNS: [&str; 10] = [
     "Robot",
+    "Orders",
     "Step",
     "Done",
     "Left",
@@ -27,7 +28,6 @@ const COLUMNS: [&str; 10] = [
     "Limit",
     "Off the leg",
     "Zones",
-    "Orders",
 ];
 
 impl MapView {
@@ -101,16 +101,19 @@ impl LiveMap {
             }
             ui.end_row();
             for (number, progress) in self.progress.iter().enumerate() {
+                let route = &progress.route;
+                let colour = ThemeColours::of(ui.visuals()).of_type(number);
+                let name = RichText::new(paintable(ui.ctx(), route)).strong();
+                ui.colored_label(colour, name);
+                // Next to the name: they are to be seen whatever the width of the window is.
+                ui.horizontal(|ui| show_orders_of(ui, giving, marking, route, now_s));
                 self.show_robot(ui, number, progress, now_s);
-                ui.horizontal(|ui| {
-                    show_orders_of(ui, giving, marking, &progress.route, now_s);
-                });
                 ui.end_row();
             }
         });
     }
 
-    /// All cells of a robot but its orders.
+    /// The cells of a robot but its name and its orders.
     fn show_robot(&self, ui: &mut egui::Ui, number: usize, progress: &RouteProgress, now_s: f64) {
         let colours = ThemeColours::of(ui.visuals());
         let route = &progress.route;
@@ -122,10 +125,6 @@ impl LiveMap {
             label.widget_info(|| WidgetInfo::labeled(Role::Label, true, &name));
         };
         let (text, missing) = (colours.text, || "-".to_owned());
-        ui.colored_label(
-            colours.of_type(number),
-            RichText::new(paintable(ui.ctx(), route)).strong(),
-        );
         cell(ui, "step", stand_text(progress), text);
         cell(ui, "done", done_text(progress), text);
         cell(
