@@ -8,10 +8,39 @@ use super::REPOSITORY;
 use crate::fixture::{Folder, run_to_end};
 
 /// Programs of the system that commands in the book use. What they do is not tested.
-const OTHER_PROGRAMS: [&str; 29] = [
-    ".", "alias", "apt", "apt-get", "awk", "cd", "chmod", "cp", "curl", "cut", "eval", "export",
-    "grep", "gzip", "head", "kill", "ls", "man", "mkdir", "nohup", "rm", "scp", "sh", "source",
-    "ssh", "tail", "tar", "taskset", "xmllint",
+const OTHER_PROGRAMS: [&str; 32] = [
+    ".",
+    "alias",
+    "apt",
+    "apt-get",
+    "awk",
+    "cd",
+    "chmod",
+    "cp",
+    "curl",
+    "cut",
+    "eval",
+    "export",
+    "grep",
+    "gzip",
+    "head",
+    "kill",
+    "ls",
+    "man",
+    "mkdir",
+    "nohup",
+    "pip",
+    "rm",
+    "rustup",
+    "scp",
+    "sh",
+    "source",
+    "ssh",
+    "systemd-run",
+    "tail",
+    "tar",
+    "taskset",
+    "xmllint",
 ];
 
 /// Commands that no help lists: `armor` starts them itself.

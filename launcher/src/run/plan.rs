@@ -417,7 +417,9 @@ impl ProcessPlan {
             host: None,
         });
         let mut environment = select_variables(std::env::vars_os(), &[]);
-        environment.push((allocator::VARIABLE.into(), allocator::ONE_POOL.into()));
+        if role != ChildRole::Component {
+            environment.push((allocator::VARIABLE.into(), allocator::ONE_POOL.into()));
+        }
         let takes_reports = role == ChildRole::Executive;
         let name = name.into();
         self.starts.push(PlannedStart::Here(ProcessStart {

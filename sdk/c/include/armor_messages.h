@@ -376,6 +376,7 @@ typedef struct armor_tracked_object {
   // Its velocity, in metres per second.
   armor_vector3 velocity;
   // System time in seconds when it was there.
+  // Unit: s.
   double stamp;
 } armor_tracked_object;
 ARMOR_STRUCT(armor_tracked_object, "TrackedObject",
@@ -388,6 +389,7 @@ ARMOR_STRUCT(armor_tracked_object, "TrackedObject",
 // Others that are tracked: those of which there is news (our own).
 typedef struct armor_tracks {
   // System time in seconds.
+  // Unit: s.
   double stamp;
   // Frame of the positions and velocities.
   armor_string frame;

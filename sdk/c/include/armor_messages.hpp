@@ -340,6 +340,7 @@ struct TrackedObject {
   // Its velocity, in metres per second.
   Vector3 velocity{};
   // System time in seconds when it was there.
+  // Unit: s.
   double stamp{};
 };
 ARMOR_MESSAGE_NAMED("TrackedObject", TrackedObject, id, sidc, position, velocity, (stamp, "s"))
@@ -347,6 +348,7 @@ ARMOR_MESSAGE_NAMED("TrackedObject", TrackedObject, id, sidc, position, velocity
 // Others that are tracked: those of which there is news (our own).
 struct Tracks {
   // System time in seconds.
+  // Unit: s.
   double stamp{};
   // Frame of the positions and velocities.
   std::string frame{};

@@ -261,7 +261,7 @@ mod tests {
     fn a_zone_that_was_entered_is_no_margin() {
         let room =
             |room_m| ZoneRoom { robot: "red".into(), zone: "pond".into(), room_m, margin_m: 0.5 };
-        assert_eq!(describe_room(&room(-0.125)), "red was 0.13 m within what pond closes");
+        assert_eq!(describe_room(&room(-0.13)), "red was 0.13 m within what pond closes");
         let near = "red came within 0.20 m of what pond closes; its margin is 0.5 m";
         assert_eq!(describe_room(&room(0.2)), near);
     }
