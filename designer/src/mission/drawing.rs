@@ -3,24 +3,19 @@
 mod arcs;
 mod nodes;
 mod positions;
+mod scene;
 mod steps;
 
-use std::collections::BTreeSet;
-
-use armor_petri::PlaceId;
 use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::Pos2;
 
 use self::steps::RouteSteps;
 use super::derived::{refusal, step_refusal};
-use super::marks::Marks;
-use super::play::Play;
 use super::rules::{self, Join};
 use crate::canvas::{Diagram, JoinRules, PortAt};
 use crate::item::Item;
-use crate::layout::Layout;
-use armor_picture::theme::ThemeColours;
 pub use positions::arranged;
+pub use scene::Scene;
 pub use steps::foldable_steps;
 
 /// The port that is the node as a whole.
@@ -29,24 +24,6 @@ pub(super) const WHOLE: usize = 0;
 pub(super) const OUT: usize = 1;
 /// The left edge of a bar.
 pub(super) const IN: usize = 2;
-
-/// What is drawn.
-pub struct Scene<'a> {
-    /// The mission as the file has it.
-    pub mission: &'a Mission,
-    /// What was found of it.
-    pub marks: &'a Marks,
-    /// Where the file shows things.
-    pub layout: &'a Layout,
-    /// The mission as it is being played.
-    pub play: Option<&'a Play>,
-    /// Tokens that have not arrived yet.
-    pub in_flight: &'a [(PlaceId, u32)],
-    /// The window's colours.
-    pub colours: &'a ThemeColours,
-    /// The steps of routes that are open; none: all.
-    pub opened: Option<&'a BTreeSet<Item>>,
-}
 
 impl Scene<'_> {
     /// The drawing, and what the file gives no position.

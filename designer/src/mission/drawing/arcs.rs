@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use armor_robotfile::mission::{Arc, ArcKind, Transition};
 
+use super::scene::Scene;
 use super::steps::RouteSteps;
-use super::{IN, OUT, Scene, WHOLE};
+use super::{IN, OUT, WHOLE};
 use crate::canvas::{DiagramNode, Mark, PortAt, Wire, WireEnd};
 use crate::item::Item;
 

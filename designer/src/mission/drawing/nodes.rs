@@ -4,7 +4,7 @@ use armor_proof::time_in_words as time;
 use armor_robotfile::mission::{Autonomy, Class, Place, Submission, Transition};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
-use super::Scene;
+use super::scene::Scene;
 use crate::canvas::{
     Badge, DiagramNode, Direction, NodeLine, NodeLook, NodePort, NodeShape, Outline, PortSide,
 };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use armor_robotfile::mission::{ArcKind, Mission};
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
-use super::Scene;
+use super::scene::Scene;
 use super::steps::{RouteSteps, arrange_steps};
 use crate::canvas::{DiagramNode, NodeShape, arrange, snapped};
 use crate::item::Item;

@@ -8,8 +8,8 @@ use armor_robotfile::drawn_route::RouteStep;
 use armor_robotfile::mission::Mission;
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
-use super::Scene;
 use super::nodes::{LINE, LINE_WIDTH, TITLE_WIDTH, whole};
+use super::scene::Scene;
 use crate::canvas::{
     Badge, Decoration, Diagram, DiagramNode, NodeLine, NodeLook, NodeShape, Outline, arrange,
 };

@@ -2,25 +2,24 @@
 //! time, and compares the times of its steps with those that were predicted.
 //!
 //! `draft` writes the copy of the file that is played, `stand_in` decides what the simulator replaces,
-//! `robots` finds the simulator of each route, `trial` plays it once, `outcome` reads the journal and judges, `report` prints.
+//! `robots` finds the simulator of each route, `trial` plays it once until `signals` has one, `outcome`
+//! reads the journal and judges, `report` prints.
 
 mod draft;
 mod outcome;
 mod report;
 mod robots;
+mod signals;
 mod stand_in;
 mod trial;
 mod zone_rooms;
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use armor_ground::with_drive_lengths;
 use armor_robotfile::timing::Timetable;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::arguments::OutputFormat;
 use crate::check;
@@ -31,6 +30,7 @@ use draft::RehearsalDraft;
 use outcome::RehearsalOutcome;
 use report::RehearsalReport;
 use robots::list_robots;
+use signals::ReceivedSignals;
 use stand_in::choose_simulators;
 use trial::{Trial, TrialEnd};
 
@@ -129,43 +129,4 @@ fn check_draft(file: &Path, arguments: &RehearseArguments, format: OutputFormat)
 fn describe_failure(how: &str, lines: &[String]) -> String {
     let lines: String = lines.iter().map(|line| format!("\n  {line}")).collect();
     format!("the rehearsal did not play the mission: {how}{lines}")
-}
-
-/// The signals that end a rehearsal.
-struct ReceivedSignals {
-    is_interrupted: Arc<AtomicBool>,
-    is_ended: Arc<AtomicBool>,
-}
-
-impl ReceivedSignals {
-    fn register() -> Result<Self> {
-        let signals = Self { is_interrupted: Arc::default(), is_ended: Arc::default() };
-        let register = |signal, flag: &Arc<AtomicBool>| {
-            signal_hook::flag::register(signal, Arc::clone(flag))
-                .context("the end of the rehearsal by a signal cannot be prepared")
-        };
-        register(SIGINT, &signals.is_interrupted)?;
-        register(SIGTERM, &signals.is_ended)?;
-        register(SIGHUP, &signals.is_ended)?;
-        Ok(signals)
-    }
-
-    /// Returns whether one has come.
-    fn has_come(&self) -> bool {
-        self.is_interrupted.load(Ordering::Relaxed) || self.is_ended.load(Ordering::Relaxed)
-    }
-}
-
-/// The absolute path of a file, without `.` and `..`.
-fn plain_path(path: &Path) -> Result<PathBuf> {
-    let mut plain = PathBuf::new();
-    for part in std::path::absolute(path)?.components() {
-        match part {
-            std::path::Component::ParentDir => {
-                plain.pop();
-            }
-            part => plain.push(part),
-        }
-    }
-    Ok(plain)
 }

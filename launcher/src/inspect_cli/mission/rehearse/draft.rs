@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use armor_robotfile::{Document, Item, NewElement, read_bytes};
 
-use super::plain_path;
 use super::stand_in::{SIMULATOR, StandIn};
 use crate::check::CheckedFile;
 
@@ -184,6 +183,20 @@ fn count_ups(bytes: &[u8]) -> usize {
         at += (3 * ups).max(1);
     }
     most
+}
+
+/// The absolute path of a file, without `.` and `..`.
+fn plain_path(path: &Path) -> Result<PathBuf> {
+    let mut plain = PathBuf::new();
+    for part in std::path::absolute(path)?.components() {
+        match part {
+            std::path::Component::ParentDir => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    Ok(plain)
 }
 
 #[cfg(test)]

@@ -16,8 +16,8 @@ use armor_sdk::messages::Odometry;
 use armor_wire::codec;
 use serde_json::json;
 
-use super::ReceivedSignals;
 use super::draft::RehearsalDraft;
+use super::signals::ReceivedSignals;
 use super::stand_in::StandIn;
 use super::zone_rooms::{ZoneMeter, ZoneRoom};
 use crate::arguments::OutputFormat;
