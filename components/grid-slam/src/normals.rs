@@ -77,8 +77,8 @@ mod tests {
         check(&ahead, 5, [-1.0, 0.0]);
         let behind: Vec<_> = ahead.iter().map(|(x_m, y_m)| (-x_m, *y_m)).collect();
         check(&behind, 5, [1.0, 0.0]);
-        let beside: Vec<_> = (0..9).map(|n| (3.0 + 0.2 * f64::from(n), 0.5)).collect();
-        check(&beside, 4, [0.0, -1.0]);
+        let along: Vec<_> = (0..9).map(|n| (3.0 + 0.2 * f64::from(n), 0.5)).collect();
+        check(&along, 4, [0.0, -1.0]);
     }
 
     #[test]

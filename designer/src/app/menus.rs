@@ -222,7 +222,7 @@ impl Designer {
                 let star = if self.is_unsaved() { " (not saved)" } else { "" };
                 let draft = if self.workspace.project.is_draft() { " (draft)" } else { "" };
                 ui.label(format!("{name}{draft}{star}"));
-                // Of an empty file, nobody wants to know what it lacks.
+                // Of an empty file, a list of what it lacks helps no one.
                 if !self.first_page || self.has_drawing() {
                     ui.separator();
                     self.show_verdict(ui);

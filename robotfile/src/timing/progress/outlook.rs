@@ -52,9 +52,9 @@ impl FollowedMission {
     /// How far each route has come.
     pub fn progress(&self, seen: &MissionSighting<'_>) -> Vec<RouteProgress> {
         let standings: Vec<_> = self.routes.iter().map(|route| stand_of(route, seen)).collect();
-        let nobody = RobotSighting::default();
+        let unseen = RobotSighting::default();
         let robots: Vec<_> = (0..self.routes.len())
-            .map(|number| seen.robots.get(number).unwrap_or(&nobody))
+            .map(|number| seen.robots.get(number).unwrap_or(&unseen))
             .collect();
         let mut rests = Vec::new();
         let mut continuations = Vec::new();
