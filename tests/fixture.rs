@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use armor_socket::{PORTS, random_id};
+use armor_socket::random_id;
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 
 pub use home_robot::HomeRobot;
@@ -94,12 +94,15 @@ pub fn wait_within<T>(deadline: Duration, what: &str, mut found: impl FnMut() ->
     }
 }
 
-/// Returns a free port, below those that the kernel assigns to connecting sockets. It is random,
-/// because several test runs may share this host.
+/// Below the ports that components choose, and those that the kernel assigns: a test that uses a port
+/// of these later still finds it free.
+const TEST_PORTS: std::ops::Range<u16> = 8_800..10_000;
+
+/// Returns a free port. It is random, because several test runs may share this host.
 pub fn free_port() -> u16 {
     wait_for("a free port", || {
-        let offset = random_id() % u64::from(PORTS.end - PORTS.start);
-        let port = PORTS.start + u16::try_from(offset).expect("below the width");
+        let offset = random_id() % u64::from(TEST_PORTS.end - TEST_PORTS.start);
+        let port = TEST_PORTS.start + u16::try_from(offset).expect("below the width");
         TcpListener::bind(("127.0.0.1", port)).is_ok().then_some(port)
     })
 }

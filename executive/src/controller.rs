@@ -152,6 +152,13 @@ impl Controller {
         self.context.take_actions()
     }
 
+    /// Notes that a command has gone to a component, at `now` of the host's clock: its limits begin then, and
+    /// not before the journal was on disk.
+    pub fn note_sent(&mut self, component: ComponentId, now: Duration) {
+        let stop_within = self.plan().limits().stop_within;
+        self.context.roster.of_mut(component).note_sent(now, stop_within);
+    }
+
     /// Returns when [`ControllerEvent::Timer`] is due next, if nothing else happens.
     pub fn deadlines(&self) -> Deadlines {
         if self.is_finished {

@@ -83,6 +83,15 @@ impl ObservedComponent {
         self.presence == ProcessPresence::Here && !matches!(self.doing, Doing::Starting)
     }
 
+    /// Notes that the newest command has gone to it now: it has its whole time from then on, however long
+    /// the journal took before.
+    pub(crate) fn note_sent(&mut self, now: Duration, stop_within: Duration) {
+        if let Some(order) = &mut self.order {
+            let before = stop_within * order.tries.saturating_sub(1);
+            order.since = order.since.max(now.saturating_sub(before));
+        }
+    }
+
     /// Until when the order under way is given the next push; none if there is nothing to push.
     pub(crate) fn next_push(
         &self,

@@ -329,9 +329,11 @@ impl ExecutiveLoop {
                 ControllerAction::Activate { component, activation, values } => {
                     let parameters = values.into_iter().map(parameter_given).collect();
                     self.hub.send_command(component, &Command::Activate { activation, parameters });
+                    self.controller.note_sent(component, self.clocks.now().host);
                 }
                 ControllerAction::Freeze { component, activation } => {
                     self.hub.send_command(component, &Command::Freeze { activation });
+                    self.controller.note_sent(component, self.clocks.now().host);
                 }
                 ControllerAction::Acknowledge { component, serial } => {
                     self.hub.send_command(component, &Command::Acknowledge { report: serial });

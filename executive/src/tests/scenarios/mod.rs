@@ -2,6 +2,7 @@
 
 mod bench;
 mod changing;
+mod changing_values;
 mod commanding;
 mod counting;
 mod dating;
@@ -217,6 +218,28 @@ fn one_that_is_given_up_while_it_is_not_needed_fails_the_start_that_needs_it() {
         let expected = if comes_back { "" } else { "`homing` did not start: homing was given up" };
         assert_eq!(why, expected);
     }
+}
+
+#[test]
+fn a_command_that_the_journal_delays_has_its_whole_time() {
+    let office = office();
+    let (explorer, explored) = (office.explorer, office.explored());
+    let mut bench = Bench::begun(office.with("explored", explored));
+    bench.done(explorer);
+    assert_eq!(bench.wanted(), ["freeze explorer"]);
+    // The disk stands still for longer than it may take to stop.
+    bench.now += 3 * SECOND;
+    bench.controller.note_sent(explorer, bench.now);
+    bench.pass(900 * MS);
+    assert_eq!(bench.wanted(), [] as [&str; 0]);
+    bench.pass(200 * MS);
+    assert_eq!(bench.wanted(), ["freeze explorer"]);
+    bench.now += 3 * SECOND;
+    bench.controller.note_sent(explorer, bench.now);
+    bench.pass(900 * MS);
+    assert_eq!(bench.wanted(), [] as [&str; 0]);
+    bench.pass(200 * MS);
+    assert_eq!(bench.wanted(), ["kill explorer"]);
 }
 
 #[test]
