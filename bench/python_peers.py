@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Messages between two Python processes: Armor, pyzmq, zenoh and dora in turn, in the same run; floods
-of Armor's components in Rust, too.
+"""Messages between two Python processes: Armor, pyzmq, zenoh and dora in turn, in the same run,
+and Armor's components in Rust.
 
     cargo build --release -p armor -p armor-bench
     python3 -m venv /tmp/venv && . /tmp/venv/bin/activate
@@ -366,25 +366,29 @@ def measure_dora(roles, seconds, size, cores):
 
 
 def measure_rust(roles, seconds, size, cores):
-    """The same flood between two components in Rust, which `armor-bench` has."""
-    if roles[0] != "sink":
-        return None
+    """The same between two components in Rust, which `armor-bench` has."""
     bench = ROOT / "target/release/armor-bench"
 
     def start_role(role, core, more):
         command = [bench, "role", str(core), "armor", role, "--alone", "--name", role, "--registry", REGISTRY]
-        command += ["--set", f"len={size}", "--set", f"window={seconds}s", *more]
+        command += ["--set", f"len={size}", *more]
         quiet = os.environ | {"ARMOR_LOG": "error"}
         return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=quiet)
 
-    flood = start_role("flood", cores[1], ["--set", "subscribers=1", "--set", "paced=false", "--rate", "100Hz"])
-    sink = start_role("sink", cores[0], ["--link", "data=flood.data,keep=all"])
+    window, flood = ["--set", f"window={seconds}s"], ["--set", "subscribers=1", "--set", "paced=false"]
+    first = {"ping": ["--link", "pong=echo.pong", *window], "sink": ["--link", "data=flood.data,keep=all", *window]}
+    second = {"echo": ["--link", "ping=ping.ping"], "flood": [*flood, "--rate", "100Hz", *window]}
+    answering = start_role(roles[1], cores[1], second[roles[1]])
+    asking = start_role(roles[0], cores[0], first[roles[0]])
     try:
-        for line in sink.stdout:
+        for line in asking.stdout:
+            values = dict(pair.split("=") for pair in line.split()[1:] if "=" in pair)
+            if "p50_us" in values:
+                return {name: float(values[name]) for name in ("p50_us", "p99_us")}
             if line.startswith("window "):
-                return {"per_s": float(line.split("rate_hz=")[1].split()[0])}
+                return {"per_s": float(values["rate_hz"])}
     finally:
-        for process in (sink, flood):
+        for process in (asking, answering):
             process.kill()
             process.wait()
         time.sleep(0.3)

@@ -8,7 +8,6 @@ use armor_sdk::prelude::*;
 const ROUND_TRIPS: u64 = 20_000;
 const IMAGE_TRIPS: u64 = 200;
 const FLOOD: u64 = 2_000_000;
-const IMAGE_LEN: usize = 8 << 20;
 
 /// 100 bytes.
 #[derive(Clone, Debug, PartialEq, Message)]
@@ -22,6 +21,9 @@ struct PeerParameters {
     /// ask, answer, flood or count
     #[parameter(default = "answer")]
     role: String,
+    /// bytes of an image
+    #[parameter(default = 8_388_608, range = 1.0..=6e7)]
+    image: i64,
 }
 
 struct Peer {
@@ -67,7 +69,7 @@ impl Component for Peer {
                     self.send_small(small.number + 1)?;
                 } else {
                     self.log_times("round trip 100 B");
-                    self.pixels = vec![7; IMAGE_LEN];
+                    self.pixels = vec![7; self.parameters.image as usize];
                     self.send_image(0)?;
                 }
             }
@@ -132,7 +134,7 @@ impl Peer {
         if u64::from(view.width) + 1 < IMAGE_TRIPS {
             return self.send_image(view.width + 1);
         }
-        self.log_times("8 MiB image and answer");
+        self.log_times(&format!("{} B image and answer", self.parameters.image));
         tracing::info!("measured: end");
         Ok(())
     }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-enum { ROUND_TRIPS = 20000, IMAGE_TRIPS = 200, IMAGE_LEN = 8 << 20 };
+enum { ROUND_TRIPS = 20000, IMAGE_TRIPS = 200 };
 
 // 100 bytes on the wire.
 typedef struct small {
@@ -17,8 +17,8 @@ ARMOR_STRUCT(small, "Small", ARMOR_FIELD(small, number, ""), ARMOR_ARRAY(small, 
 static const armor_handle *armor;
 static char role[16];
 static uint64_t count;
-// Messages of a flood.
-static int64_t flood;
+// Messages of a flood, and bytes of an image.
+static int64_t flood, image_len;
 static double sent_s, times_us[ROUND_TRIPS];
 static size_t time_count;
 static uint8_t *pixels;
@@ -39,12 +39,14 @@ static int create(const armor_handle *handle, void *user) {
   ARMOR_TRY(ARMOR_SUBSCRIBE(handle, "image-in", armor_image, ARMOR_OPTIONAL));
   ARMOR_TRY(ARMOR_PROVIDE(handle, "image-out", armor_image, 0));
   ARMOR_TRY(armor_get_parameter(handle, "flood"));
+  ARMOR_TRY(armor_get_parameter(handle, "image"));
   return armor_get_parameter(handle, "role");
 }
 
 static int parameter_received(void *user, const char *name, const armor_value *value) {
   (void)user;
   if (strcmp(name, "flood") == 0) return armor_value_integer(value, &flood);
+  if (strcmp(name, "image") == 0) return armor_value_integer(value, &image_len);
   snprintf(role, sizeof role, "%s", armor_value_text(value));
   return ARMOR_ERROR_NONE;
 }
@@ -57,7 +59,7 @@ static int send_small(uint64_t number) {
 
 static int send_image(uint32_t number) {
   armor_image image = {.width = number, .height = 1};
-  image.data.data = pixels, image.data.len = IMAGE_LEN;
+  image.data.data = pixels, image.data.len = (size_t)image_len;
   sent_s = now_s();
   return ARMOR_SEND(armor, "image-out", armor_image, &image);
 }
@@ -96,7 +98,9 @@ static int take_image(const armor_data *data) {
   }
   take_time();
   if (view.width + 1 < IMAGE_TRIPS) return send_image(view.width + 1);
-  log_times("8 MiB image and answer");
+  char what[64];
+  snprintf(what, sizeof what, "%lld B image and answer", (long long)image_len);
+  log_times(what);
   armor_write_log(20, "measured: end");
   return ARMOR_ERROR_NONE;
 }
@@ -111,8 +115,9 @@ static int data_received(void *user, const armor_header *header, const armor_dat
     take_time();
     if (message.number + 1 < ROUND_TRIPS) return send_small(message.number + 1);
     log_times("round trip 100 B");
-    pixels = malloc(IMAGE_LEN);
-    memset(pixels, 7, IMAGE_LEN);
+    pixels = malloc((size_t)image_len);
+    if (pixels == NULL) return armor_fail("no memory for an image");
+    memset(pixels, 7, (size_t)image_len);
     return send_image(0);
   }
   if (count++ == 0) sent_s = now_s();
@@ -147,7 +152,13 @@ static const armor_parameter parameters[] = {{.name = "role",
                                               .default_value = "2000000",
                                               .minimum = 10,
                                               .maximum = 1e12,
-                                              .doc = "messages of a flood"}};
+                                              .doc = "messages of a flood"},
+                                             {.name = "image",
+                                              .kind = ARMOR_PARAMETER_TYPE_INTEGER,
+                                              .default_value = "8388608",
+                                              .minimum = 1,
+                                              .maximum = 6e7,
+                                              .doc = "bytes of an image"}};
 static const armor_component component = {.kind = "c-peer",
                                           .summary = "Measures links.",
                                           .parameters = parameters,

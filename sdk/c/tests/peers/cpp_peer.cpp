@@ -9,7 +9,6 @@ using armor::messages::ImageView;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t ROUND_TRIPS = 20'000, IMAGE_TRIPS = 200;
-constexpr std::size_t IMAGE_LEN = 8U << 20U;
 
 // 100 bytes on the wire.
 struct Small {
@@ -35,7 +34,7 @@ class Peer : public armor::Component {
       take_time();
       if (small.number + 1 < ROUND_TRIPS) return send_small(small.number + 1);
       log_times("round trip 100 B");
-      pixels_.assign(IMAGE_LEN, 7);
+      pixels_.assign(static_cast<std::size_t>(image_.get()), 7);
       return send_image(0);
     }
     if (count_++ == 0) sent_ = Clock::now();
@@ -93,7 +92,7 @@ class Peer : public armor::Component {
     }
     take_time();
     if (view.width + 1 < IMAGE_TRIPS) return send_image(view.width + 1);
-    log_times("8 MiB image and answer");
+    log_times(std::to_string(image_.get()) + " B image and answer");
     armor::log_info("measured: end");
   }
 
@@ -111,6 +110,8 @@ class Peer : public armor::Component {
       this, armor::text("role").default_value("answer").doc("ask, answer, flood or count")};
   armor::Parameter<std::int64_t> flood_{
       this, armor::integer("flood").default_value("2000000").range(10, 1e12).doc("messages of a flood")};
+  armor::Parameter<std::int64_t> image_{
+      this, armor::integer("image").default_value("8388608").range(1, 6e7).doc("bytes of an image")};
   std::uint64_t count_ = 0;
   Clock::time_point sent_;
   std::vector<double> times_us_;
