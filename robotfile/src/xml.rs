@@ -152,9 +152,7 @@ impl<'a> Builder<'a> {
     fn run(mut self) -> Option<Tree> {
         self.refuse_bad_characters();
         let text = self.source.text();
-        let mut base = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-        // The reader passes over one byte order mark itself and counts from behind it.
-        let mut reader = tolerant_reader(text);
+        let (mut reader, mut base) = read_from(text, 0);
         loop {
             let start = base + position(reader.buffer_position());
             if self.open.last().is_some_and(|top| top.name == "check")
@@ -163,8 +161,7 @@ impl<'a> Builder<'a> {
                 if !self.add_literal_less(Span::new(start, start + len)) {
                     return None;
                 }
-                base = start + len;
-                reader = tolerant_reader(&text[base..]);
+                (reader, base) = read_from(text, start + len);
                 continue;
             }
             if let Some((len, value)) = find_open_quote(&text[start..]) {
@@ -172,8 +169,7 @@ impl<'a> Builder<'a> {
                 if !self.add_open_quote(Span::new(start, start + len), value) {
                     return None;
                 }
-                base = start + len;
-                reader = tolerant_reader(&text[base..]);
+                (reader, base) = read_from(text, start + len);
                 continue;
             }
             let event = reader.read_event();
@@ -485,6 +481,14 @@ fn tolerant_reader(text: &str) -> Reader<&[u8]> {
     config.allow_unmatched_ends = true;
     config.allow_dangling_amp = true;
     reader
+}
+
+/// A reader of the text from `at` on, and where in the text it counts from: it passes over a byte order
+/// mark itself, and counts from behind it.
+fn read_from(text: &str, at: usize) -> (Reader<&[u8]>, usize) {
+    let rest = &text[at..];
+    let mark = if rest.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    (tolerant_reader(rest), at + mark)
 }
 
 /// Positions fit `usize` because the text is in memory.
