@@ -1,5 +1,6 @@
 //! What the crate `mcap` (0.26) does not check: it takes an attachment that is shorter than its own
-//! lengths state for whole, and panics.
+//! lengths state for whole, and panics; and it allocates as much for a text as its length states, up to
+//! 4 GiB.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -23,6 +24,59 @@ pub(crate) fn is_whole_attachment(body: &[u8]) -> bool {
         rest = after;
     }
     rest.len() >= 8 + SUM_LEN
+}
+
+/// A field of a record.
+#[derive(Clone, Copy)]
+enum RecordField {
+    /// So many bytes.
+    Bytes(usize),
+    /// A length, and so many bytes.
+    Text,
+    /// A length, and pairs of texts in so many bytes.
+    Texts,
+}
+
+/// The fields of a record up to its last text.
+fn list_fields(opcode: u8) -> &'static [RecordField] {
+    use RecordField::{Bytes, Text, Texts};
+    match opcode {
+        op::HEADER => &[Text, Text],
+        op::SCHEMA => &[Bytes(2), Text, Text],
+        op::CHANNEL => &[Bytes(4), Text, Text, Texts],
+        op::CHUNK => &[Bytes(28), Text],
+        // The numbers between are as long as a text would be.
+        op::CHUNK_INDEX => &[Bytes(32), Text, Bytes(8), Text],
+        op::METADATA => &[Text, Texts],
+        op::METADATA_INDEX => &[Bytes(16), Text],
+        op::ATTACHMENT_INDEX => &[Bytes(40), Text, Text],
+        _ => &[],
+    }
+}
+
+/// Whether the texts of a record are within it.
+pub(crate) fn has_whole_texts(opcode: u8, body: &[u8]) -> bool {
+    let mut rest = body;
+    list_fields(opcode).iter().all(|field| match field {
+        RecordField::Bytes(len) => rest.split_off(..*len).is_some(),
+        RecordField::Text => take_text(&mut rest).is_some(),
+        RecordField::Texts => {
+            let Some(mut texts) = take_text(&mut rest) else { return false };
+            while !texts.is_empty() {
+                if take_text(&mut texts).is_none() {
+                    return false;
+                }
+            }
+            true
+        }
+    })
+}
+
+fn take_text<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let (len, after) = rest.split_first_chunk()?;
+    let (text, after) = after.split_at_checked(u32::from_le_bytes(*len) as usize)?;
+    *rest = after;
+    Some(text)
 }
 
 /// Whether the summary of a file can be given to `mcap`: no attachment is in a summary that is not
@@ -61,7 +115,11 @@ fn check_summary(file: &mut File) -> io::Result<bool> {
             return Ok(false);
         }
         let len = usize::try_from(u64::from_le_bytes(*len)).unwrap_or(usize::MAX);
-        rest = after.get(len..).unwrap_or_default();
+        let (body, after) = after.split_at_checked(len).unwrap_or((after, &[]));
+        if !has_whole_texts(*opcode, body) {
+            return Ok(false);
+        }
+        rest = after;
     }
     Ok(true)
 }
@@ -69,6 +127,27 @@ fn check_summary(file: &mut File) -> io::Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_that_is_longer_than_its_record_is_noticed() {
+        let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+        let pair = [text("a"), text("bc")].concat();
+        let texts = [&(pair.len() as u32).to_le_bytes()[..], &pair].concat();
+        let channel = [vec![0; 4], text("topic"), text("cdr"), texts.clone()].concat();
+        let header = [text("ros2"), text("armor")].concat();
+        for (opcode, body) in [
+            (op::CHANNEL, channel),
+            (op::HEADER, header),
+            (op::METADATA, [text("m"), texts].concat()),
+        ] {
+            assert!(has_whole_texts(opcode, &body));
+            for len in 0..body.len() {
+                assert!(!has_whole_texts(opcode, &body[..len]), "{opcode}: {len} of {body:?}");
+            }
+        }
+        assert!(!has_whole_texts(op::SCHEMA, &[1, 0, 0xff, 0xff, 0xff, 0xff, 7]));
+        assert!(has_whole_texts(op::MESSAGE, &[]), "it has none");
+    }
 
     #[test]
     fn an_attachment_that_is_shorter_than_it_states_is_not_whole() {

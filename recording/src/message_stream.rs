@@ -11,7 +11,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use mcap::{McapError, Summary};
 use thiserror::Error;
 
-use crate::attachment_check::is_whole_attachment;
+use crate::attachment_check::{has_whole_texts, is_whole_attachment};
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
 use crate::output_types::identify_output;
 use crate::ros::RosMessage;
@@ -181,6 +181,9 @@ impl MessageStream {
             let Some(event) = self.reader.next_event() else { return Ok(None) };
             let record = match event? {
                 LinearReadEvent::ReadRequest(len) => {
+                    // A length that is wrong must not take memory for what is not there.
+                    let left = file.metadata()?.len().saturating_sub(file.stream_position()?);
+                    let len = len.min(usize::try_from(left).unwrap_or(usize::MAX));
                     let read = file.read(self.reader.insert(len))?;
                     self.reader.notify_read(read);
                     continue;
@@ -193,6 +196,9 @@ impl MessageStream {
                     if opcode == op::ATTACHMENT && !is_whole_attachment(data) {
                         let (header, available) = (data.len() as u64, 0);
                         return Err(McapError::BadAttachmentLength { header, available }.into());
+                    }
+                    if !has_whole_texts(opcode, data) {
+                        return Err(McapError::UnexpectedEof.into());
                     }
                     mcap::parse_record(opcode, data)?.into_owned()
                 }
