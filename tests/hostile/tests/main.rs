@@ -3,10 +3,14 @@
 #[path = "../../../fuzz/kept_corpus.rs"]
 mod kept_corpus;
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use armor_hostile::damage::damage_one;
 use armor_hostile::entry::DECODERS;
+use armor_hostile::fuzzing::{FuzzOptions, fuzz_all, list_targets};
 use armor_hostile::seeds::make_seeds;
 use fastrand::Rng;
 
@@ -14,7 +18,7 @@ use fastrand::Rng;
 const INPUTS: u64 = 3_000;
 const FULL: u64 = 100;
 
-fn folder_of(name: &str) -> std::path::PathBuf {
+fn folder_of(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("hostile-{name}"));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -37,6 +41,49 @@ fn check(name: &str) {
             panic!("{name}: input {number} of seed {seed} is in {}", path.display());
         }
     }
+}
+
+/// The program, with all decoders for one second together, and where it keeps what it finds.
+fn fuzz_briefly(program: &Path, name: &str, only: Option<&str>) -> (anyhow::Result<u64>, PathBuf) {
+    let found = folder_of(name);
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    let (time, only) = (Duration::from_secs(1), only.map(ToOwned::to_owned));
+    let options = FuzzOptions { time, seed: 7, only, found: found.clone(), corpus };
+    (fuzz_all(program, &options), found)
+}
+
+#[test]
+fn every_decoder_has_its_share_of_the_time() {
+    let targets: BTreeSet<_> = list_targets().iter().map(|(name, _)| (*name).to_owned()).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/fuzz_targets");
+    let files = std::fs::read_dir(folder).expect("the targets").filter_map(Result::ok);
+    let files = files.filter_map(|file| Some(file.path().file_stem()?.to_str()?.to_owned()));
+    assert_eq!(targets, files.collect(), "the decoders, and the targets of the fuzzer");
+    let program = Path::new(env!("CARGO_BIN_EXE_armor-hostile"));
+    let (tried, found) = fuzz_briefly(program, "fuzzed", None);
+    assert!(tried.expect("every decoder survives") >= targets.len() as u64);
+    assert_eq!(std::fs::read_dir(found).expect("a folder").count(), 0, "nothing is left");
+}
+
+/// A program in the place of this one ends as a decoder would that an input kills.
+#[test]
+fn an_input_that_ends_the_process_is_kept_and_named() {
+    let folder = folder_of("killer");
+    let program = folder.join("killer.sh");
+    // The sixth argument is the file of the current input.
+    let script = "#!/bin/sh\nprintf 'a\\001b' > \"$6\"\nkill -SEGV $$\n";
+    std::fs::write(&program, script).expect("it is written");
+    let mode = std::fs::Permissions::from_mode(0o700);
+    std::fs::set_permissions(&program, mode).expect("it may run");
+    let (tried, found) = fuzz_briefly(&program, "killed", Some("worlds"));
+    let why = tried.expect_err("it has not survived").to_string();
+    assert!(why.contains("worlds did not survive an input of seed 7"), "{why}");
+    let kept: Vec<_> = std::fs::read_dir(found).expect("a folder").filter_map(Result::ok).collect();
+    let [kept] = &kept[..] else { panic!("one input: {kept:?}") };
+    assert!(kept.file_name().to_string_lossy().starts_with("worlds-7-"), "{kept:?}");
+    assert_eq!(std::fs::read(kept.path()).expect("it is kept"), b"a\x01b");
+    let (unknown, _) = fuzz_briefly(&program, "unknown", Some("word"));
+    assert!(unknown.expect_err("no such decoder").to_string().contains("guards, pnml"));
 }
 
 /// Damaged inputs that are kept of each decoder, next to the well-formed ones.
