@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::host::{HostFacts, ProcessLimit};
 use super::network::LoopbackFault;
 use crate::run::control_group::GroupObstacle;
+use crate::run::cpu_share::ShareObstacle;
 use armor_wire::hello::VERSION;
 
 /// Descriptors of a system of 100 components, measured as about 5 each in the launcher, and as many
@@ -118,7 +119,7 @@ pub fn diagnose(facts: &HostFacts) -> Vec<Diagnosis> {
         diagnose_clock(facts.clock_doubts.as_deref()),
         diagnose_realtime(facts.realtime),
         diagnose_control_group(facts.control_group),
-        diagnose_cpu_shares(facts.control_group.is_none() && facts.has_cpu_controller),
+        diagnose_cpu_shares(facts.cpu_shares.as_ref()),
         diagnose_display(facts.has_display),
     ];
     all.extend(diagnose_components(facts));
@@ -314,18 +315,16 @@ fn diagnose_realtime((current, _): ProcessLimit) -> Diagnosis {
     }
 }
 
-fn diagnose_cpu_shares(can_be_kept: bool) -> Diagnosis {
+fn diagnose_cpu_shares(obstacle: Option<&ShareObstacle>) -> Diagnosis {
     const SUBJECT: &str = "cpu shares";
-    if can_be_kept {
+    let Some(obstacle) = obstacle else {
         return Diagnosis::good(SUBJECT, "the file may limit the processor time of a component");
-    }
+    };
     Diagnosis::new(
         SUBJECT,
         HostCondition::Note,
-        "the processor time of a component cannot be limited: no control group with the controller \
-         `cpu` can be divided",
-        "needed only by components with `cpu` in the file: `systemd-run --user --scope -p \
-         Delegate=yes armor run …`, or `Delegate=yes` in the service of systemd",
+        format!("the processor time of a component cannot be limited: {obstacle}"),
+        format!("needed only by components with `cpu` in the file: {}", obstacle.remedy()),
     )
 }
 
@@ -418,7 +417,7 @@ mod tests {
             name: ("robot".to_owned(), true),
             clock_doubts: None,
             control_group: None,
-            has_cpu_controller: true,
+            cpu_shares: None,
             kinds: 11,
             component_findings: Vec::new(),
             has_display: true,
@@ -440,7 +439,7 @@ mod tests {
     #[test]
     fn everything_that_is_wrong_has_a_remedy() {
         type Change = fn(&mut HostFacts);
-        let cases: [(&str, HostCondition, Change); 18] = [
+        let cases: [(&str, HostCondition, Change); 19] = [
             ("memory", HostCondition::Warning, |it| it.free_memory = Some(100 << 20)),
             ("descriptors", HostCondition::Fault, |it| it.descriptors = (Some(64), Some(64))),
             ("descriptors", HostCondition::Warning, |it| it.descriptors = (Some(256), Some(512))),
@@ -459,7 +458,12 @@ mod tests {
             ("shared memory", HostCondition::Note, |it| {
                 it.shared_memory = Some("not permitted".into());
             }),
-            ("cpu shares", HostCondition::Note, |it| it.has_cpu_controller = false),
+            ("cpu shares", HostCondition::Note, |it| {
+                it.cpu_shares = Some(ShareObstacle::NoController);
+            }),
+            ("cpu shares", HostCondition::Note, |it| {
+                it.cpu_shares = Some(ShareObstacle::Shared(7));
+            }),
             ("clock", HostCondition::Note, |it| {
                 it.clock_doubts = Some("chronyc is missing".into());
             }),

@@ -18,7 +18,7 @@ use rustix::process::{Resource, Rlimit, getrlimit};
 use super::network::{self, LoopbackFault};
 use crate::kinds::Catalogue;
 use crate::run::control_group::{ControlGroup, GroupObstacle};
-use crate::run::cpu_share;
+use crate::run::cpu_share::{self, ShareObstacle};
 use crate::run::port::LAST_PORT;
 
 /// Bytes of shared memory that are tried: the longest message.
@@ -64,8 +64,8 @@ pub struct HostFacts {
     pub clock_doubts: Option<String>,
     /// Why a run has no control groups, if it has none.
     pub control_group: Option<GroupObstacle>,
-    /// Whether this process's control group has the controller of the processors' time.
-    pub has_cpu_controller: bool,
+    /// Why a run could not limit the processors' time of a component, if it could not.
+    pub cpu_shares: Option<ShareObstacle>,
     /// Kinds of components, and what is wrong with the component directories.
     pub kinds: usize,
     /// What is wrong with them.
@@ -115,7 +115,7 @@ impl HostFacts {
             name: (name, is_resolved),
             clock_doubts: armor_executive::clock_doubts(),
             control_group: ControlGroup::make().err(),
-            has_cpu_controller: cpu_share::has_controller(),
+            cpu_shares: cpu_share::foresee_obstacle(),
             kinds: catalogue.kinds.len(),
             component_findings: catalogue.findings(None),
             has_display,

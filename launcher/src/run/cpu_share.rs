@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use rustix::fs::{Access, access};
+
 use super::control_group::{self, ControlGroup, GroupObstacle};
 
 /// The period in which the kernel measures the time, in microseconds; its default.
@@ -28,14 +30,16 @@ const PASSED_ON: &str = "cgroup.subtree_control";
 const TYPE: &str = "cgroup.type";
 
 /// Why no share can be kept.
-#[derive(Debug, PartialEq, Eq)]
-enum ShareObstacle {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ShareObstacle {
     /// No groups can be made.
     NoGroup(GroupObstacle),
     /// The group of this process has no controller of the processors' time.
     NoController,
     /// Another process is in the group.
     Shared(u32),
+    /// The file with which controllers are passed on belongs to another user.
+    NotWritable(PathBuf),
     /// The kernel refuses it.
     Refused(String),
 }
@@ -55,19 +59,42 @@ pub fn limit(group: Option<&Path>, permille: u32) -> Result<()> {
 /// Returns why this process can keep no share, and what to do. Prepares its group for shares.
 pub fn refuse() -> Option<String> {
     let obstacle = prepare().err()?;
-    let remedy = match obstacle {
-        ShareObstacle::NoGroup(_) | ShareObstacle::NoController | ShareObstacle::Shared(_) => {
-            "start in a group of its own, with `systemd-run --user --scope -p Delegate=yes armor \
-             run …` or `Delegate=yes` in the service of systemd, or leave cpu out"
-        }
-        ShareObstacle::Refused(_) => "leave cpu out",
-    };
+    let remedy = obstacle.remedy();
     Some(format!("cpu cannot be limited: {obstacle}: {remedy}"))
 }
 
-/// Returns whether the group of this process has the controller.
-pub fn has_controller() -> bool {
-    control_group::find_own().is_ok_and(|own| has_word(&own.join("cgroup.controllers")))
+/// Returns why a run that this process would start could keep no share, and changes nothing.
+pub fn foresee_obstacle() -> Option<ShareObstacle> {
+    let own = match control_group::find_own() {
+        Ok(own) => own,
+        Err(obstacle) => return Some(ShareObstacle::NoGroup(obstacle)),
+    };
+    foresee_in(&own, std::process::id(), &find_parent)
+}
+
+/// As [`foresee_obstacle`], for the group `group` that the process `own` is in.
+fn foresee_in(
+    group: &Path,
+    own: u32,
+    find_parent: &dyn Fn(u32) -> Option<u32>,
+) -> Option<ShareObstacle> {
+    if !has_word(&group.join("cgroup.controllers")) {
+        return Some(ShareObstacle::NoController);
+    }
+    let passed_on = group.join(PASSED_ON);
+    if access(&passed_on, Access::WRITE_OK).is_err() {
+        return Some(ShareObstacle::NotWritable(passed_on));
+    }
+    // The root may contain processes.
+    if !group.join(TYPE).exists() {
+        return None;
+    }
+    let processes = match list_processes(group) {
+        Ok(processes) => processes,
+        Err(error) => return Some(ShareObstacle::Refused(error.to_string())),
+    };
+    let foreign = processes.into_iter().find(|pid| !is_started_by(*pid, own, find_parent));
+    foreign.map(ShareObstacle::Shared)
 }
 
 /// Passes the controller on to the groups within this one, if it has it.
@@ -172,7 +199,7 @@ fn is_started_by(pid: u32, own: u32, find_parent: &dyn Fn(u32) -> Option<u32>) -
 }
 
 /// Returns the parent of a process; none if it has ended.
-fn find_parent(pid: u32) -> Option<u32> {
+pub fn find_parent(pid: u32) -> Option<u32> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     // After the name, which may contain anything: the state, and the parent.
     stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
@@ -184,10 +211,33 @@ fn has_word(list: &Path) -> bool {
     list.split_whitespace().any(|word| word.trim_start_matches('+') == "cpu")
 }
 
+impl ShareObstacle {
+    /// Returns what to do.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::NoGroup(GroupObstacle::NotMounted) => {
+                "boot with `systemd.unified_cgroup_hierarchy=1`, or leave cpu out"
+            }
+            Self::NoGroup(GroupObstacle::OldKernel) => "use Linux 5.14 or newer, or leave cpu out",
+            Self::NoGroup(GroupObstacle::NotOwn)
+            | Self::NoController
+            | Self::Shared(_)
+            | Self::NotWritable(_) => {
+                "start in a group of its own, with `systemd-run --user --scope -p Delegate=yes \
+                 armor run …` or `Delegate=yes` in the service of systemd, or leave cpu out"
+            }
+            Self::Refused(_) => "leave cpu out",
+        }
+    }
+}
+
 impl Display for ShareObstacle {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoGroup(obstacle) => obstacle.fmt(f),
+            Self::NotWritable(file) => {
+                write!(f, "this user may not write {}", file.display())
+            }
             Self::NoController => {
                 f.write_str("the control group of this process has no controller `cpu`")
             }
@@ -266,6 +316,34 @@ mod tests {
         assert_eq!(move_processes(&shared, 7, &parent), Err(ShareObstacle::Shared(9)));
         assert!(!shared.join("armor-own-7").exists());
         for group in [own, shared] {
+            let _ = fs::remove_dir_all(group);
+        }
+    }
+
+    #[test]
+    fn what_would_refuse_a_share_is_foreseen_without_a_change() {
+        let parent = |pid| match pid {
+            8 => Some(7),
+            9 => Some(1),
+            1 => Some(0),
+            _ => None,
+        };
+        let none = make_group("foreseen-none", "memory", "7\n");
+        assert_eq!(foresee_in(&none, 7, &parent), Some(ShareObstacle::NoController));
+        let own = make_group("foreseen-own", "cpu memory", "7\n8\n");
+        fs::write(own.join(TYPE), "domain").expect("a file");
+        assert_eq!(foresee_in(&own, 7, &parent), None, "the launcher moves into a leaf");
+        fs::write(own.join(PROCESSES), "7\n8\n9\n").expect("a file");
+        assert_eq!(foresee_in(&own, 7, &parent), Some(ShareObstacle::Shared(9)));
+        // The root may contain processes of others.
+        fs::remove_file(own.join(TYPE)).expect("a file");
+        assert_eq!(foresee_in(&own, 7, &parent), None);
+        assert!(!has_word(&own.join(PASSED_ON)) && !own.join("armor-own-7").exists());
+        fs::remove_file(own.join(PASSED_ON)).expect("a file");
+        let found = foresee_in(&own, 7, &parent).expect("it cannot be written");
+        assert!(found.to_string().contains("cgroup.subtree_control"), "{found}");
+        assert!(found.remedy().contains("Delegate=yes"));
+        for group in [none, own] {
             let _ = fs::remove_dir_all(group);
         }
     }
