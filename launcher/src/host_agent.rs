@@ -40,6 +40,7 @@ use crate::keys_cli::KeysDirectory;
 use crate::run::control_group::{ControlGroup, kill_left_groups};
 use crate::run::descriptors;
 use crate::run::group_killer::GroupKillers;
+use crate::run::survivors::{self, kill_left_processes};
 use crate::verb::Verb;
 use executables::ExecutableStore;
 use idle_systems::IdleSystems;
@@ -100,7 +101,7 @@ impl Verb for HostArguments {
         let limits = GateLimits::of_hosts();
         descriptors::raise_limit((2 * limits.sessions + limits.strangers + DESCRIPTORS) as u64)?;
         let keys = HostKeys::read(&self.directory.path()?)?;
-        let mark = format!("{:016x}/", armor_socket::random_id());
+        let mark = survivors::make_mark();
         let accepts = self.accept_executables;
         let executables = accepts.then(|| ExecutableStore::open(&self.out)).transpose()?;
         let programs = ProgramFinder {
@@ -111,12 +112,9 @@ impl Verb for HostArguments {
             searches: SearchThread::start().context("starting the search for programs")?,
         };
         let control_group = ControlGroup::make().ok();
-        let left = kill_left_groups();
+        let left = kill_left_groups() + kill_left_processes();
         if left > 0 {
-            tracing::warn!(
-                runs = left,
-                "processes that killed agents or runs have left were ended"
-            );
+            tracing::warn!(left, "processes that killed agents or runs have left were ended");
         }
         let agent = Arc::new(Agent {
             group_killers: Mutex::new(GroupKillers::start(&mark, control_group.as_ref())?),

@@ -126,7 +126,7 @@ impl ProcessPlan {
         hosts: Option<&OtherHosts>,
         played: Option<&PlayedRecording>,
     ) -> Result<Self> {
-        let mark = format!("{:016x}/", armor_socket::random_id());
+        let mark = survivors::make_mark();
         let mut plan = Self {
             duties: Vec::new(),
             starts: Vec::new(),

@@ -34,6 +34,7 @@ use super::supervisor::{
     ChildExit, ChildId, ChildRole, Duty, LogLevel, RunVerdict, StopRequest, Supervisor,
     SupervisorAction, SupervisorEvent,
 };
+use super::survivors::kill_left_processes;
 use running_process::{ProcessHandle, ProcessId, RunningProcess};
 
 /// Longest time between two ticks, so that the supervisor notices a suspended host.
@@ -200,12 +201,13 @@ pub async fn supervise(
 }
 
 /// Makes the control group of the run, if this host allows one, and kills what launchers that have died
-/// have left in theirs.
+/// have left, in theirs or with their marks.
 fn make_control_group(log: &RunLog) -> Option<ControlGroup> {
     let control_group = ControlGroup::make().ok();
     let left = kill_left_groups();
-    if left > 0 {
-        let text = format!("processes that {left} killed runs of this user have left were ended");
+    let marked = kill_left_processes();
+    if left + marked > 0 {
+        let text = "processes that killed runs of this user have left were ended";
         log.report(LAUNCHER, LogLevel::Warn, text);
     }
     control_group
