@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
@@ -23,6 +23,7 @@ use armor_sdk::node::{NodeOptions, SystemNode};
 use mcap::records::MessageHeader;
 use rustix::fs::{Advice, fadvise};
 use rustix::process::{Signal, kill_process};
+use rustix::time::{ClockId, clock_gettime};
 
 type Failure = Box<dyn Error + Send + Sync>;
 
@@ -31,6 +32,11 @@ const MESSAGE_LEN: usize = 100_000;
 /// 20 outputs of 100 kB at 100 Hz are 200 MB/s.
 const RATE_HZ: u32 = 100;
 const LOAD_FOR: Duration = Duration::from_secs(8);
+const ROUNDS: u32 = 3;
+/// A recording has a record in front of each message.
+const RECORDS_PER_MESSAGE: usize = 2;
+/// Of a recording, so many bytes are written again and again.
+const SOURCE_LEN: u64 = 128 << 20;
 const KILLS: u32 = 100;
 /// The load while recorders are killed: 20 outputs of 1 kB at 100 Hz.
 const SMALL_LEN: usize = 1_000;
@@ -42,7 +48,9 @@ fn main() -> Result<(), Failure> {
     match words[..] {
         ["publish", registry, len] => publish(registry, len.parse()?),
         ["record", registry, file, seconds] => record(registry, file, seconds.parse()?),
-        ["write", file, count] => write_alone(file, count.parse()?),
+        ["write", file, source, count] => write_again(file, source, count.parse()?, false),
+        ["write-paced", file, source, count] => write_again(file, source, count.parse()?, true),
+        ["write-one", file, count] => write_one_buffer(file, count.parse()?),
         [folder] => {
             measure_load(Path::new(folder))?;
             measure_kills(Path::new(folder))?;
@@ -146,15 +154,56 @@ fn record(registry: &str, file: &str, seconds: f64) -> Result<(), Failure> {
     let mut recorder = Recorder::begin(&observed, None, options)?;
     recorder.record_until(|_, _| true)?;
     let report = recorder.finish()?;
-    println!("{} {} {} {}", report.messages, report.lost, report.seconds, cpu_s()?);
+    println!("{} {} {} {}", report.messages, report.lost, report.seconds, cpu_s());
     Ok(())
 }
 
-/// Writes so many messages with the crate `mcap` and nothing else.
-fn write_alone(file: &str, count: u64) -> Result<(), Failure> {
-    let sink = BufWriter::with_capacity(1 << 20, File::create_new(file)?);
-    let options = mcap::WriteOptions::new().compression(None).chunk_size(Some(CHUNK_LEN));
-    let mut writer = options.create(sink)?;
+/// Writes the messages of a recording with the crate `mcap` and nothing else, from memory: the first
+/// ones, which no cache holds, again and again. `is_paced` means at the rate of the load.
+fn write_again(file: &str, source: &str, count: usize, is_paced: bool) -> Result<(), Failure> {
+    let mut bytes = Vec::new();
+    File::open(source)?.take(SOURCE_LEN).read_to_end(&mut bytes)?;
+    let messages: Vec<_> = mcap::MessageStream::new(&bytes)?.map_while(Result::ok).collect();
+    let before_s = cpu_s();
+    let (start, mut next) = (Instant::now(), 0);
+    let mut writer = begin_alone(file)?;
+    let mut channels = BTreeMap::new();
+    for message in messages.iter().cycle().take(count * RECORDS_PER_MESSAGE) {
+        next += 1;
+        if is_paced && next % (OUTPUTS * RECORDS_PER_MESSAGE) == 0 {
+            let due = start + Duration::from_secs(1) / RATE_HZ * (next / OUTPUTS / 2) as u32;
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+        let channel_id = match channels.get(&message.channel.id) {
+            Some(known) => *known,
+            None => {
+                let channel = &message.channel;
+                let (name, encoding, data) = channel
+                    .schema
+                    .as_ref()
+                    .map_or((String::new(), String::new(), Vec::new()), |it| {
+                        (it.name.clone(), it.encoding.clone(), it.data.to_vec())
+                    });
+                let schema = writer.add_schema(&name, &encoding, &data)?;
+                let (topic, encoding) = (&channel.topic, &channel.message_encoding);
+                let id = writer.add_channel(schema, topic, encoding, &channel.metadata)?;
+                channels.insert(channel.id, id);
+                id
+            }
+        };
+        let (log_time, publish_time) = (message.log_time, message.publish_time);
+        let sequence = message.sequence;
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time };
+        writer.write_to_known_channel(&header, &message.data)?;
+    }
+    finish_alone(writer)?;
+    println!("{}", cpu_s() - before_s);
+    Ok(())
+}
+
+/// Writes so many messages of one buffer, which stays in the caches of the core.
+fn write_one_buffer(file: &str, count: u64) -> Result<(), Failure> {
+    let mut writer = begin_alone(file)?;
     let channels = (0..OUTPUTS).map(|output| {
         let schema = writer.add_schema("sensor_msgs/msg/CompressedImage", "ros2msg", b"")?;
         writer.add_channel(schema, &format!("image{output}"), "cdr", &BTreeMap::new())
@@ -168,20 +217,28 @@ fn write_alone(file: &str, count: u64) -> Result<(), Failure> {
         let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
         writer.write_to_known_channel(&header, &data)?;
     }
-    writer.finish()?;
-    writer.into_inner().into_inner()?.sync_all()?;
-    println!("{}", cpu_s()?);
+    finish_alone(writer)?;
+    println!("{}", cpu_s());
     Ok(())
 }
 
-/// Processor time of this process so far.
-fn cpu_s() -> Result<f64, Failure> {
-    let text = std::fs::read_to_string("/proc/self/stat")?;
-    let fields: Vec<&str> =
-        text.rsplit_once(')').unwrap_or_default().1.split_whitespace().collect();
-    // utime and stime of proc(5), in ticks of 10 ms.
-    let ticks = |at: usize| fields.get(at).and_then(|it| it.parse::<f64>().ok()).unwrap_or(0.0);
-    Ok((ticks(11) + ticks(12)) / 100.0)
+type AloneWriter = mcap::Writer<BufWriter<File>>;
+
+fn begin_alone(file: &str) -> Result<AloneWriter, Failure> {
+    let sink = BufWriter::with_capacity(1 << 20, File::create_new(file)?);
+    let options = mcap::WriteOptions::new().compression(None).chunk_size(Some(CHUNK_LEN));
+    Ok(options.create(sink)?)
+}
+
+fn finish_alone(mut writer: AloneWriter) -> Result<(), Failure> {
+    writer.finish()?;
+    Ok(writer.into_inner().into_inner()?.sync_all()?)
+}
+
+/// Processor time of this process so far, of the user and of the kernel.
+fn cpu_s() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 / 1e9
 }
 
 fn measure_load(folder: &Path) -> Result<(), Failure> {
@@ -191,19 +248,34 @@ fn measure_load(folder: &Path) -> Result<(), Failure> {
         "load: {OUTPUTS} outputs of {MESSAGE_LEN} bytes at {RATE_HZ} Hz, in {}",
         folder.display()
     );
-    for round in 1..=3 {
+    let run_number = |arguments: &[&str]| -> Result<f64, Failure> {
+        std::fs::remove_file(&alone).or_else(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => Ok(()),
+            _ => Err(error),
+        })?;
+        run_role(arguments)?.first().copied().ok_or_else(|| "no result".into())
+    };
+    // Memory that a virtual machine has not used yet costs its host, and so whoever writes first: as
+    // much as both files need is used once.
+    run_number(&["write-one", &paths[1], "40000"])?;
+    for round in 1..=ROUNDS {
         let load = Load::start(MESSAGE_LEN)?;
         let seconds = LOAD_FOR.as_secs_f64().to_string();
         let result = run_role(&["record", &load.registry, &paths[0], &seconds])?;
         drop(load);
         let [messages, lost, seconds, cpu] = result[..] else { return Err("no result".into()) };
-        let alone = run_role(&["write", &paths[1], &messages.to_string()])?;
-        let [alone] = alone[..] else { return Err("no result".into()) };
+        let count = messages.to_string();
+        let again = run_number(&["write", &paths[1], &paths[0], &count])?;
+        let paced = run_number(&["write-paced", &paths[1], &paths[0], &count])?;
+        let one = run_number(&["write-one", &paths[1], &count])?;
         println!(
             "  round {round}: {:.0} MB/s for {seconds:.1} s, {lost} of {messages} lost; {cpu:.2} s of \
-             processor time, {alone:.2} s with mcap alone: {:.2} times",
+             processor time; mcap alone with the same bytes {again:.2} s: {:.2} times; at the same rate \
+             {paced:.2} s: {:.2} times; with one buffer of the same length {one:.2} s: {:.2} times",
             messages * MESSAGE_LEN as f64 / seconds / 1e6,
-            cpu / alone
+            cpu / again,
+            cpu / paced,
+            cpu / one
         );
         paths.iter().try_for_each(std::fs::remove_file)?;
     }

@@ -5,6 +5,7 @@
 
 mod beginning;
 mod fault;
+mod file_sink;
 mod followed_lines;
 mod free_space;
 mod parameter_trail;
@@ -123,7 +124,8 @@ impl Recorder {
         let changes = directory.watch_changes();
         let clock = find_clock(observed, record.as_ref());
         let begin_s = find_begin(observed, clock.as_deref());
-        let mut taps = OutputTaps::new(directory.clone(), options.selection.clone(), clock);
+        let mut taps = OutputTaps::new(directory.clone(), options.selection.clone(), clock)
+            .map_err(RecorderError::Thread)?;
         let listed = taps.follow_outputs()?;
         let path = options.path.as_path();
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();

@@ -74,7 +74,7 @@ fn set_stamp(mut message: TappedMessage, stamp_s: f64) -> TappedMessage {
     message.head.stamp_s = stamp_s;
     // What the recorder itself adds begins with the same stamp.
     let is_own = message.data.split('.').next() == Some(OWN_COMPONENT);
-    if let Some(first) = message.payload.first_chunk_mut().filter(|_| is_own) {
+    if is_own && let Some(first) = message.payload.copied().first_chunk_mut() {
         *first = stamp_s.to_le_bytes();
     }
     message
@@ -104,7 +104,7 @@ mod tests {
                 latched: false,
             }),
             head: MessageHead { stamp_s: 7.0, ..MessageHead::default() },
-            payload: value.to_le_bytes().into(),
+            payload: value.to_le_bytes().to_vec().into(),
         }
     }
 
@@ -126,7 +126,7 @@ mod tests {
         stamper.push(message("sim.clock", "Clock{clock:f64}", 100.0));
         let mut passed = std::iter::from_fn(|| stamper.take()).collect::<Vec<_>>();
         let payload = passed.remove(2).payload;
-        assert_eq!(payload, 100.0_f64.to_le_bytes(), "the stamp in the message, too");
+        assert_eq!(*payload, 100.0_f64.to_le_bytes(), "the stamp in the message, too");
         let first = [("configuration.state", 100.0), ("sim.flag", 100.0), ("sim.clock", 100.0)];
         let passed: Vec<_> = passed.into_iter().map(|it| (it.data, it.head.stamp_s)).collect();
         assert_eq!(passed, expected(first));

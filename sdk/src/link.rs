@@ -9,7 +9,7 @@ pub(crate) mod inbox;
 pub(crate) mod input;
 pub(crate) mod input_reader;
 mod kept;
-mod memory_in;
+pub(crate) mod memory_in;
 pub(crate) mod memory_out;
 mod memory_publishing;
 pub(crate) mod output;

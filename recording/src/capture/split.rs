@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufWriter, Seek};
+use std::io::{self, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
 use super::fault::RecorderError;
+use super::file_sink::FileSink;
 use super::repeated_values::RepeatedValues;
 use crate::summary::BEGIN_KEY;
 use crate::taps::TappedMessage;
@@ -64,7 +65,7 @@ struct PresentFile {
     path: PathBuf,
     /// The same file, to measure and to sync it.
     file: File,
-    writer: RecordingWriter<BufWriter<File>>,
+    writer: RecordingWriter<FileSink>,
     begun: Instant,
     syncs: BackgroundSyncs,
 }
@@ -215,7 +216,7 @@ impl PresentFile {
         let fail = |error: WriteError| RecorderError::Write { path: path.clone(), reason: error };
         let io_fail =
             |error: io::Error| RecorderError::Create { path: path.clone(), reason: error };
-        let sink = BufWriter::with_capacity(1 << 20, file.try_clone().map_err(io_fail)?);
+        let sink = FileSink::new(file.try_clone().map_err(io_fail)?);
         let mut writer = RecordingWriter::new(sink, contents.compression, contents.about.clone())
             .map_err(fail)?;
         for (name, bytes) in &contents.files {
@@ -337,6 +338,7 @@ mod tests {
         };
         let output_type = OutputType { name: data.into(), schema: schema.to_string(), latched };
         let head = MessageHead { sequence, stamp_s: sequence as f64, instance: 1, lost: 0 };
+        let payload = payload.into();
         TappedMessage { data: data.into(), output_type: output_type.into(), head, payload }
     }
 

@@ -18,10 +18,10 @@ use armor_wire::shared_memory::{
 use super::payload::HeldSlot;
 
 /// Why a frame about slots before any memory is an error.
-pub(super) const NO_MEMORY: &str = "a slot of memory that was not offered";
+pub(crate) const NO_MEMORY: &str = "a slot of memory that was not offered";
 
 /// The memory of one link, once the publisher has offered it.
-pub(super) struct MemoryReader {
+pub(crate) struct MemoryReader {
     page: Arc<LinkPage>,
     ring: RingReader,
     /// A few, so that a search costs less than hashing, of which a pull has nothing in its caches.
@@ -39,7 +39,7 @@ struct OfferedSlot {
 }
 
 /// What the ring holds.
-pub(super) enum TakenMessage {
+pub(crate) enum TakenMessage {
     Nothing,
     /// A message in a slot whose offer is still in the socket.
     OfferAwaited,
@@ -66,6 +66,11 @@ impl MemoryReader {
     /// Stores one slot less: a pull holds two messages while it passes over the older one.
     pub fn reserve_slot(&mut self) {
         self.most_held = self.most_held.saturating_sub(1);
+    }
+
+    /// Stores at most so many slots, if the publisher allows as many.
+    pub fn limit_held(&mut self, most: u32) {
+        self.most_held = self.most_held.min(most);
     }
 
     /// Follows a frame about slots.
