@@ -14,8 +14,9 @@ use crate::head::MessageHead;
 use crate::reports::REPORTS;
 use crate::writer::OutputType;
 
-/// Most bytes that wait to be written. Beyond it nothing is read, and publishers drop.
-const MAX_WAITING: usize = 64 << 20;
+/// Most bytes that wait to be written: more than a second of 200 MB/s. Beyond it nothing is read, and
+/// publishers drop.
+const MAX_WAITING: usize = 256 << 20;
 /// Time after which a thread that waits for room checks whether it must end.
 const LOOK: Duration = Duration::from_millis(100);
 

@@ -24,6 +24,7 @@ fn outputs_with_lists_of_numbers_come_by_shared_memory() {
 
 struct Publisher {
     node: SystemNode,
+    directory: Directory,
     taps: OutputTaps,
     published: u64,
 }
@@ -50,9 +51,10 @@ impl Publisher {
             Ok(())
         });
         let directory = ObservedSystem::at(&registry, "test").directory().clone();
-        let mut taps = OutputTaps::new(directory, OutputSelection::default(), None).unwrap();
+        let mut taps =
+            OutputTaps::new(directory.clone(), OutputSelection::default(), None).unwrap();
         assert_eq!(taps.follow_outputs().unwrap().len(), 2);
-        let mut publisher = Self { node: node.unwrap(), taps, published: 0 };
+        let mut publisher = Self { node: node.unwrap(), directory, taps, published: 0 };
         // From here on both are linked.
         let mut seen = BTreeSet::new();
         let start = Instant::now();
@@ -133,4 +135,32 @@ fn a_writer_that_stands_still_is_waited_for_and_holds_few_slots() {
     assert!(shared <= 8, "{shared} slots are held");
     let count = taken["camera.number"].iter().filter(|it| it.head.sequence >= start).count();
     assert_eq!(count, 200, "small messages wait at the publisher");
+}
+
+#[test]
+fn a_tool_that_waits_is_woken_for_a_message_in_memory() {
+    let mut publisher = Publisher::start();
+    let open = |is_in_memory: bool| {
+        let open = if is_in_memory { Tap::open_in_memory } else { Tap::open };
+        open(&publisher.directory, "camera.image", KEEP_IN_MEMORY, PROVIDER_WITHIN).unwrap()
+    };
+    let readers = [open(true), open(false)].map(|mut tap| {
+        let (sender, received) = mpsc::channel();
+        std::thread::spawn(move || {
+            while let Ok(message) = tap.next(DEADLINE) {
+                let _ = sender.send(message);
+            }
+        });
+        received
+    });
+    for round in 0..5 {
+        publisher.publish();
+        let expected = publisher.published;
+        for received in &readers {
+            let message = received.recv_timeout(DEADLINE).unwrap().expect("it is woken");
+            assert_eq!(message.header.sequence + 1, expected, "round {round}");
+            let image = codec::decode::<CompressedImage>(&message.payload).unwrap();
+            assert!(image.data.iter().all(|byte| *byte == expected as u8));
+        }
+    }
 }
