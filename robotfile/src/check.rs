@@ -226,7 +226,9 @@ fn by_itself(
         order::check(mission, findings);
         twice::advise_identical(mission, findings);
         twice::check_implied(mission, findings);
-        drawn::check(mission, findings);
+        let is_whole =
+            configuration.mission.as_ref().is_some_and(|main| std::ptr::eq(main, mission));
+        drawn::check(mission, is_whole, findings);
         entrances::check(mission, findings);
         endless::check(mission, findings);
         effectless::check(mission, findings);

@@ -5,10 +5,12 @@
 pub(crate) mod clear;
 mod drives;
 mod exits;
+mod leading;
 mod net;
 mod pieces;
 
 pub use drives::{DrivePurpose, RouteDrive, list_drives};
 pub(crate) use exits::{ExitTarget, find_exit_target};
+pub(crate) use leading::find_firings;
 pub(crate) use net::{add_nets, find_partner, name_piece, name_wait};
 pub(crate) use pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};

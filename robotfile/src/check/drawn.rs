@@ -13,14 +13,17 @@ use crate::findings::Findings;
 use crate::mission::Mission;
 use crate::route::clear::{PathFault, find_exit_fault, find_leg_fault};
 use crate::route::{
-    ExitTarget, MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_exit_target, find_partner,
+    ExitTarget, MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_exit_target, find_firings,
+    find_partner, name_piece,
 };
 use crate::site_map::{LineKind, SiteMap, ZoneKind};
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;
+use crate::trace::FiringTrace;
 
-/// Checks the map of a mission and its routes.
-pub(super) fn check(mission: &Mission, findings: &mut Findings) {
+/// Checks the map of a mission and its routes. `is_whole`: whether it is the mission that is played, and
+/// not one that it includes, so that names of its transitions are those of firings.
+pub(super) fn check(mission: &Mission, is_whole: bool, findings: &mut Findings) {
     let map = mission.map.as_ref();
     if let Some(map) = map {
         KnownNames::collect("mark", Code::DrawnTwice, map.names(), findings);
@@ -35,7 +38,7 @@ pub(super) fn check(mission: &Mission, findings: &mut Findings) {
         check_meetings(route, &mission.routes, findings);
         // A point that is misspelt is somewhere else.
         if let Some(map) = map.filter(|_| named) {
-            check_paths(route, map, findings);
+            check_paths(route, map, mission, is_whole, findings);
         }
     }
 }
@@ -135,7 +138,13 @@ fn check_meetings(route: &DrawnRoute, routes: &[DrawnRoute], findings: &mut Find
 }
 
 /// The legs of a route, and the exits from each.
-fn check_paths(route: &DrawnRoute, map: &SiteMap, findings: &mut Findings) {
+fn check_paths(
+    route: &DrawnRoute,
+    map: &SiteMap,
+    mission: &Mission,
+    is_whole: bool,
+    findings: &mut Findings,
+) {
     let pieces = divide_into_pieces(route, Some(map));
     // That is a finding already.
     if pieces.len() > MAX_ROUTE_PIECES {
@@ -155,7 +164,15 @@ fn check_paths(route: &DrawnRoute, map: &SiteMap, findings: &mut Findings) {
         }
     }
     for piece in &pieces {
-        check_exits(route, piece, map, findings);
+        let Some((mut finding, target)) = check_exits(route, piece, map) else { continue };
+        if is_whole {
+            let here = name_piece(route, piece).value;
+            let drive = format!("{here}.to-{target}");
+            if let Some(firings) = find_firings(mission, &here, &drive) {
+                finding = finding.trace(FiringTrace { firings, ..FiringTrace::default() });
+            }
+        }
+        findings.push(finding);
     }
 }
 
@@ -224,9 +241,13 @@ fn describe_intrusion(zone: &str, margin: Clearance, radius: Clearance) -> Strin
     }
 }
 
-/// The first exit from the piece whose path is not clear.
-fn check_exits(route: &DrawnRoute, piece: &RoutePiece<'_>, map: &SiteMap, findings: &mut Findings) {
-    let Some(ends) = piece.known_ends() else { return };
+/// The first exit from the piece whose path is not clear, and the point that it leads to.
+fn check_exits<'a>(
+    route: &DrawnRoute,
+    piece: &RoutePiece<'_>,
+    map: &'a SiteMap,
+) -> Option<(Finding, &'a str)> {
+    let ends = piece.known_ends()?;
     let faulty = route.exits.iter().find_map(|exit| {
         let ExitTarget::Point(point) = find_exit_target(route, exit, piece, Some(map)) else {
             return None;
@@ -234,7 +255,7 @@ fn check_exits(route: &DrawnRoute, piece: &RoutePiece<'_>, map: &SiteMap, findin
         let fault = find_exit_fault(map, ends, point.position.value.point, route.radius)?;
         Some((exit, point, fault))
     });
-    let Some((exit, point, fault)) = faulty else { return };
+    let (exit, point, fault) = faulty?;
     let step = route.steps[piece.step].name();
     let path = format!("the path to {} from some point of {}", point.name.value, step.value);
     let (message, at) = match fault {
@@ -246,12 +267,11 @@ fn check_exits(route: &DrawnRoute, piece: &RoutePiece<'_>, map: &SiteMap, findin
         PathFault::Crosses(line) => (format!("{path} crosses {}", line.name.value), &line.shape.at),
     };
     let finding = Finding::new(Code::ExitIntrudes, &step.at, message);
-    findings.push(
-        finding
-            .remedy(advise_exit(exit))
-            .related(&exit.action.at, "this exit")
-            .related(at, "this is on the path"),
-    );
+    let finding = finding
+        .remedy(advise_exit(exit))
+        .related(&exit.action.at, "this exit")
+        .related(at, "this is on the path");
+    Some((finding, &point.name.value))
 }
 
 fn advise_exit(exit: &RouteExit) -> &'static str {
