@@ -140,6 +140,18 @@ pub enum ShapeError {
         /// The point before the second edge, counted from 1.
         second: usize,
     },
+    /// A corner that is too sharp to be offset.
+    #[error("corner {index} is too sharp: offset, it would be more than eight times as far away")]
+    SharpCorner {
+        /// The corner, counted from 1.
+        index: usize,
+    },
+    /// A side of which an offset leaves nothing.
+    #[error("the side after point {index} is too short for this offset")]
+    SideTooShort {
+        /// The point before it, counted from 1.
+        index: usize,
+    },
 }
 
 /// Why a map cannot be fitted to the world.
