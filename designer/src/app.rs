@@ -125,6 +125,7 @@ impl Designer {
             messages,
             commands: Vec::new(),
             shown: None,
+            played: None,
             elsewhere: None,
             opened: None,
         };

@@ -5,7 +5,8 @@
 //! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs` and
 //! `triangles.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
 //! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `leg_labels.rs`
-//! finds room for the texts of legs, `malformed.rs` draws zones that cross themselves, `pictures.rs` the
+//! finds room for the texts of legs, `shaping.rs` changes what is selected by numbers and draws
+//! patterns, `fragment.rs` copies and pastes, `others.rs` shows drawings of other files, `stops.rs` adds stays and meetings, `movers.rs` finds what drives a route, `malformed.rs` draws zones that cross themselves, `pictures.rs` the
 //! picture under it all. `times.rs` shows when the robots are where before the mission runs,
 //! `rehearsal.rs` a rehearsal of it, `live.rs` where they are while it runs; `view.rs` is the pane.
 
@@ -14,6 +15,7 @@ mod camera;
 mod commands;
 mod corner;
 pub(crate) mod edits;
+mod fragment;
 mod hatching;
 mod hit;
 mod layers;
@@ -21,7 +23,9 @@ mod leg_labels;
 mod live;
 mod malformed;
 mod model;
+mod movers;
 mod names;
+mod others;
 mod painting;
 mod palette;
 mod panel;
@@ -30,7 +34,9 @@ mod pointer;
 mod position_text;
 mod rehearsal;
 mod scene;
+mod shaping;
 mod state;
+mod stops;
 mod symbol_picture;
 mod times;
 mod tools;

@@ -61,6 +61,11 @@ pub trait Pane {
         None
     }
 
+    /// Shows the system that is watched from now on, in this view. Returns whether it can.
+    fn show_running(&mut self) -> bool {
+        false
+    }
+
     /// The whole drawing as it is now, for a picture.
     fn whole_drawing(&mut self, workspace: &Workspace) -> &Diagram<Item>;
 

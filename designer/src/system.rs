@@ -18,6 +18,7 @@ mod pane;
 mod picker;
 mod properties;
 mod repair;
+mod robot;
 mod rules;
 mod run;
 mod state;
@@ -28,5 +29,6 @@ pub use edits::{add_component, arrange_all, free_name, join, place, remove, rena
 pub use folding::draw_folded;
 pub use fragment::{copied, paste};
 pub use palette::DraggedKind;
+pub use robot::add_robot;
 pub use rules::{Joint, Joints, types_fit};
 pub use state::SystemView;

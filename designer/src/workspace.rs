@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use armor_robotfile::FiringTrace;
 use eframe::egui;
 
 use crate::commands::{Command, about};
@@ -28,6 +29,8 @@ pub struct Workspace {
     pub commands: Vec<Command>,
     /// An item that is to be shown at the end of this frame, in whichever view has it.
     pub shown: Option<Item>,
+    /// Firings that another view wants to have played on the net of the mission.
+    pub played: Option<FiringTrace>,
     /// Files that name what was just renamed or removed: to be asked about.
     pub elsewhere: Option<Elsewhere>,
     /// A file that is to be opened at the end of this frame.

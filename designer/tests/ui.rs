@@ -16,6 +16,7 @@ mod links;
 mod live;
 mod map;
 mod map_live;
+mod map_numbers;
 mod map_times;
 mod mission;
 mod model;

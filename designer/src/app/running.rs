@@ -28,9 +28,17 @@ impl Designer {
     /// Runs the file as it is on the disk.
     pub(super) fn start_run(&mut self) {
         let Some(path) = self.workspace.project.path().map(ToOwned::to_owned) else { return };
-        self.view = View::Live;
+        self.turn_to_running();
         if let Err(error) = self.workspace.live.start(&path) {
             self.workspace.messages.warn(error.to_string());
+        }
+    }
+
+    /// Shows what runs: in this view if it can, otherwise in the live view.
+    fn turn_to_running(&mut self) {
+        let pane = self.panes.iter_mut().find(|(view, _)| *view == self.view);
+        if !pane.is_some_and(|(_, pane)| pane.show_running()) {
+            self.view = View::Live;
         }
     }
 
@@ -61,7 +69,6 @@ impl Designer {
     /// Watches the system whose registry listens at `registry`, or the only one of this host; the
     /// file that it runs is opened if none is open.
     pub(super) fn attach_to_system(&mut self, registry: Option<&str>) {
-        self.view = View::Live;
         let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
         let named = variable("ARMOR_REGISTRY");
         let registry = registry.or(named.as_deref());
@@ -92,6 +99,8 @@ impl Designer {
                 self.workspace.messages.warn(text);
             }
         }
+        // Behind the opening of its file, which makes the views again.
+        self.turn_to_running();
     }
 }
 

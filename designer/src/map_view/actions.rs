@@ -7,8 +7,9 @@ use eframe::egui::Pos2;
 
 use crate::item::Item;
 use crate::map_view::corner::Corner;
-use crate::map_view::edits::{self, NewRoute};
+use crate::map_view::edits::{self, NewRoute, PathEnd};
 use crate::map_view::model::{mission_of, placement_of};
+use crate::map_view::movers::drivers_of_new_route;
 use crate::map_view::position_text::{PositionStyle, is_geographic};
 use crate::map_view::scene::{SceneShape, handles_of, word_of};
 use crate::map_view::state::MapView;
@@ -16,8 +17,9 @@ use crate::map_view::tools::Tool;
 use crate::name::ItemName;
 use crate::workspace::Workspace;
 
-/// The parameter by which a kind shows that it drives along a route.
-const ROUTE_PARAMETER: &str = "route";
+/// Why there is no route.
+pub(super) const NO_MOVER: &str =
+    "A route needs a component that drives along it: add one of the kind patrol to the system";
 
 impl MapView {
     /// Draws a point or a rally point.
@@ -119,21 +121,16 @@ impl MapView {
 
     /// The first click of a new route is where the robot is at first, the second its first leg.
     fn begin_route(&mut self, known: Option<Item>, at: MapPoint, workspace: &mut Workspace) {
-        let Some(mover) = mover_of(workspace) else {
-            workspace.messages.warn(
-                "A route needs a component that drives along it: add one of the kind patrol to \
-                 the system",
-            );
+        let Some(drivers) = drivers_of_new_route(workspace) else {
+            workspace.messages.warn(NO_MOVER);
             return;
         };
         let Some(start) = self.new_start.replace(at) else { return };
-        self.new_start = None;
+        (self.new_start, self.is_new_route) = (None, false);
         let sight = self.sight();
         let at_start = self.camera.to_window(self.window, start);
         let known_start = sight.point_near(at_start, &|_| false).map(|(item, _)| item);
         let (from, to) = (new_position(start, " ", workspace), new_position(at, " ", workspace));
-        let mission = mission_of(workspace);
-        let out = mission.and_then(|mission| Some(mission.goal.as_ref()?.value.clone()));
         let mut added = None;
         workspace.edit("add a route", |documents| {
             let document = documents.mission()?;
@@ -142,13 +139,44 @@ impl MapView {
                 _ => edits::add_point(document, false, text),
             };
             let (start, to) = (named(known_start, &from)?, named(known, &to)?);
-            let new = NewRoute { mover: &mover, start: &start, out: out.as_deref() };
+            let out = edits::ensure_ends(document)?;
+            let new = NewRoute { drivers: &drivers, start: &start, out: &out };
             let route = edits::add_route(document, &new)?;
             let leg = edits::add_leg(document, &route, None, &to)?;
             added = Some(Item::step(route, leg));
             Ok(())
         });
         self.select_added(added, workspace);
+    }
+
+    /// Draws points and a leg to each, at the end of the route, or as a new one that begins at the first.
+    pub(super) fn add_path(
+        &mut self,
+        what: String,
+        points: &[MapPoint],
+        workspace: &mut Workspace,
+    ) {
+        let route = self.leg_route(workspace);
+        let drivers = drivers_of_new_route(workspace);
+        if route.is_none() && drivers.is_none() {
+            return workspace.messages.warn(NO_MOVER);
+        }
+        let texts = points.iter().map(|at| new_position(*at, " ", workspace));
+        let texts: Vec<_> = texts.collect();
+        let mut added = None;
+        workspace.edit(what, |documents| {
+            let document = documents.mission()?;
+            let end = match (route, &drivers) {
+                (Some(route), _) => PathEnd::Of(route.as_str()),
+                (None, Some(drivers)) => PathEnd::New(drivers),
+                (None, None) => return Ok(()),
+            };
+            added = Some(edits::add_path(document, end, &texts)?);
+            Ok(())
+        });
+        let Some((route, legs)) = added else { return };
+        self.is_new_route = false;
+        self.select_next = legs.iter().map(|leg| Item::step(&route, leg)).collect();
     }
 
     /// Puts a new point, and a leg to it, before a leg; or a leg to the point at the pointer.
@@ -240,6 +268,9 @@ impl MapView {
     /// The route that new legs are added to: the one that is selected, that of the palette, or the
     /// last.
     pub(super) fn leg_route(&self, workspace: &Workspace) -> Option<ItemName> {
+        if self.is_new_route {
+            return None;
+        }
         let routes = &mission_of(workspace)?.routes;
         let is_there =
             |name: &ItemName| routes.iter().any(|route| route.name.value == name.as_str());
@@ -252,7 +283,7 @@ impl MapView {
     }
 
     /// Selects what was added once it is drawn, and shows its properties.
-    fn select_added(&mut self, item: Option<Item>, workspace: &mut Workspace) {
+    pub(super) fn select_added(&mut self, item: Option<Item>, workspace: &mut Workspace) {
         if item.is_some() {
             workspace.settings.properties = true;
         }
@@ -268,23 +299,6 @@ fn new_position(at: MapPoint, between: &str, workspace: &Workspace) -> String {
     let written = first.map_or("", |point| point.position.at.text());
     let placement = placement_of(workspace).filter(|_| is_geographic(written));
     PositionStyle { placement: placement.as_ref() }.write(at, between)
-}
-
-/// The parameter of a component that takes a route, and of those the first that no route has yet.
-fn mover_of(workspace: &Workspace) -> Option<String> {
-    let configuration = workspace.project.configuration()?;
-    let kinds = workspace.project.kinds();
-    let components = configuration.system.components.iter().filter(|component| {
-        kinds.find(&component.kind.value).is_some_and(|kind| {
-            kind.parameters.iter().any(|parameter| parameter.name == ROUTE_PARAMETER)
-        })
-    });
-    let movers: Vec<_> = components.map(|component| component.name.value.as_str()).collect();
-    let routes = mission_of(workspace).map_or(&[][..], |mission| &mission.routes);
-    let is_free =
-        |mover: &&&str| !routes.iter().any(|route| route.mover.component.value == **mover);
-    let mover = movers.iter().find(is_free).or(movers.first())?;
-    Some(format!("{mover}.{ROUTE_PARAMETER}"))
 }
 
 /// The routes that lead to a point, with their legs: what a removal of the point takes along.

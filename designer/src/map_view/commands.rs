@@ -1,11 +1,14 @@
 //! The commands of the view.
 
-use eframe::egui::{Pos2, Vec2};
+use armor_robotfile::Item as Named;
+use eframe::egui::{self, Pos2, Vec2};
 
 use crate::commands::Command;
 use crate::item::Item;
 use crate::map_view::camera::MapBounds;
-use crate::map_view::model::mission_of;
+use crate::map_view::fragment::{self, PasteTarget};
+use crate::map_view::model::{mission_of, placement_of};
+use crate::map_view::movers::drivers_of_new_route;
 use crate::map_view::state::{MapFit, MapView};
 use crate::map_view::tools::Tool;
 use crate::workspace::Workspace;
@@ -20,7 +23,8 @@ impl MapView {
         use Command as C;
         let selected = self.selection.len();
         Some(match command {
-            C::Delete => selected > 0,
+            C::Delete | C::Copy | C::Cut | C::Duplicate => selected > 0,
+            C::Paste => workspace.project.configuration().is_some(),
             C::Properties | C::Rename => selected == 1,
             C::ZoomSelected => selected > 0,
             C::Link => matches!(self.only(), Some(Item::MapPoint(_) | Item::Rally(_))),
@@ -37,10 +41,24 @@ impl MapView {
         })
     }
 
-    pub(super) fn run(&mut self, command: Command, workspace: &mut Workspace) {
+    pub(super) fn run(&mut self, command: Command, ctx: &egui::Context, workspace: &mut Workspace) {
         use Command as C;
         match command {
             C::Delete => self.delete(workspace),
+            C::Copy => {
+                self.copy(ctx, workspace);
+            }
+            C::Cut => {
+                if self.copy(ctx, workspace) {
+                    self.delete(workspace);
+                }
+            }
+            C::Duplicate => {
+                if let Some(text) = self.copied_text(workspace) {
+                    self.paste_fragment(&text, "duplicate", workspace);
+                }
+            }
+            C::Paste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
             // Enter ends what is being drawn.
             C::Properties if !self.draft.is_empty() => self.finish_draft(workspace),
             C::Properties | C::Rename => {
@@ -81,6 +99,45 @@ impl MapView {
                 self.stays_fitted = false;
             }
             _ => {}
+        }
+    }
+
+    /// What is selected, as the text of a file; states why if that is nothing.
+    fn copied_text(&self, workspace: &mut Workspace) -> Option<String> {
+        let document = workspace.project.document_with(Named::Mission);
+        let mission = mission_of(workspace);
+        let text = document
+            .zip(mission)
+            .and_then(|(document, mission)| fragment::copied(document, mission, &self.selection));
+        if text.is_none() {
+            workspace.messages.warn("Nothing copied: select something that is drawn on the map.");
+        }
+        text
+    }
+
+    fn copy(&self, ctx: &egui::Context, workspace: &mut Workspace) -> bool {
+        let text = self.copied_text(workspace);
+        let is_copied = text.is_some();
+        text.into_iter().for_each(|text| ctx.copy_text(text));
+        is_copied
+    }
+
+    /// Adds what was copied, and selects it.
+    pub(super) fn paste_fragment(&mut self, text: &str, what: &str, workspace: &mut Workspace) {
+        let (route, drivers) = (self.leg_route(workspace), drivers_of_new_route(workspace));
+        let placement = placement_of(workspace);
+        let mut added = Vec::new();
+        workspace.edit(what, |documents| {
+            let target = PasteTarget {
+                placement: placement.as_ref(),
+                route: route.as_ref().map(|route| route.as_str()),
+                drivers: drivers.as_ref(),
+            };
+            added = fragment::paste(documents.mission()?, text, target)?;
+            Ok(())
+        });
+        if !added.is_empty() {
+            self.select_next = added;
         }
     }
 

@@ -61,6 +61,7 @@ impl MapView {
                 node.set_role(Role::Button);
             });
         }
+        self.describe_others(ctx, response);
         self.describe_times(ctx, response);
         self.describe_rehearsal(ctx, response);
         self.describe_live(ctx, response);

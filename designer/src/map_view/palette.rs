@@ -47,6 +47,8 @@ impl MapView {
             if live.accessible_name("the mission while it runs").clicked() {
                 self.live.toggle();
             }
+            ui.add_space(armor_picture::theme::GAP);
+            self.show_others(ui, workspace);
         });
     }
 
@@ -56,7 +58,7 @@ impl MapView {
             return;
         }
         ui.add_space(armor_picture::theme::NEAR);
-        if self.tool == Tool::Leg {
+        if matches!(self.tool, Tool::Leg | Tool::Stay) {
             self.show_route_choice(ui, workspace);
         }
         let is_begun = self.new_start.is_some();
@@ -64,6 +66,9 @@ impl MapView {
             (Tool::Leg, Some(route)) => format!("Click adds a leg to route {route}."),
             (Tool::Leg, None) if is_begun => "Click where the first leg leads to.".to_owned(),
             (Tool::Leg, None) => "Click where the robot is at first: a new route.".to_owned(),
+            (Tool::Meeting, _) if self.meets_after.is_some() => {
+                "Click the leg of the other robot, or its point.".to_owned()
+            }
             (tool, _) => tool.doc().to_owned(),
         };
         ui.label(RichText::new(text).weak().small());
@@ -72,6 +77,14 @@ impl MapView {
 
     fn show_route_choice(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
         let routes = mission_of(workspace).map_or(&[][..], |mission| &mission.routes);
+        if !routes.is_empty() && self.tool == Tool::Leg {
+            let button = ui.selectable_label(self.is_new_route, "New route");
+            let button = button.on_hover_text("The next click is where another robot is at first");
+            if button.accessible_name("begin a new route").clicked() {
+                self.is_new_route = !self.is_new_route;
+                self.new_start = None;
+            }
+        }
         if routes.len() < 2 {
             return;
         }
@@ -82,7 +95,7 @@ impl MapView {
             for route in routes {
                 let name = ItemName::new(&route.name.value);
                 if ui.selectable_label(chosen == Some(name), name.as_str()).clicked() {
-                    self.route = Some(name);
+                    (self.route, self.is_new_route) = (Some(name), false);
                     self.select([]);
                 }
             }

@@ -122,6 +122,7 @@ impl MapView {
             }
             Tool::Symbol => self.add_symbol(self.position_at(at, workspace), workspace),
             Tool::Leg => self.add_leg_at(at, workspace),
+            Tool::Stay | Tool::Meeting => self.add_stop_at(at, workspace),
             Tool::Zone(_) | Tool::Line(_) | Tool::Measure => {
                 let point = self.sight().point_near(at, &|_| false);
                 let to = point.map_or_else(|| self.position_at(at, workspace), |(_, at)| at);

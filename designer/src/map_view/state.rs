@@ -14,9 +14,11 @@ use crate::map_view::hit::{MapHit, Sight};
 use crate::map_view::layers::Layers;
 use crate::map_view::live::LiveMap;
 use crate::map_view::model::mission_of;
+use crate::map_view::others::OtherDrawings;
 use crate::map_view::pictures::Pictures;
 use crate::map_view::rehearsal::MapRehearsal;
 use crate::map_view::scene::MapScene;
+use crate::map_view::shaping::ShapingForm;
 use crate::map_view::symbol_picture::SymbolPictures;
 use crate::map_view::times::TimesStrip;
 use crate::map_view::tools::Tool;
@@ -47,6 +49,8 @@ pub struct MapView {
     symbols: SymbolPictures,
     pub(super) marks: Marks,
     pub(super) form: Form,
+    /// What is typed to change the selection by numbers.
+    pub(super) shaping: ShapingForm,
     pub(super) layers: Layers,
     pub(super) pictures: Pictures,
     /// What the open menu is about, and where on the map it is.
@@ -57,10 +61,15 @@ pub struct MapView {
     pub(super) clicked: Option<Pos2>,
     /// The route that new legs are added to; none is the last one.
     pub(super) route: Option<ItemName>,
+    /// Whether the next leg begins a further route.
+    pub(super) is_new_route: bool,
     /// The point where a new route begins.
     pub(super) new_start: Option<MapPoint>,
+    /// The step of the first route that a new meeting is behind.
+    pub(super) meets_after: Option<Item>,
     pub(super) times: TimesStrip,
     pub(super) rehearsal: MapRehearsal,
+    pub(super) others: OtherDrawings,
     pub(super) live: LiveMap,
     /// The symbols of tracks.
     pub(super) live_symbols: SymbolPictures,
@@ -137,15 +146,19 @@ impl MapView {
             symbols: SymbolPictures::default(),
             marks: Marks::default(),
             form: Form::default(),
+            shaping: ShapingForm::default(),
             layers: Layers::default(),
             pictures: Pictures::default(),
             menu: (None, map_point([0.0, 0.0])),
             pointer: None,
             clicked: None,
             route: None,
+            is_new_route: false,
             new_start: None,
+            meets_after: None,
             times: TimesStrip::default(),
             rehearsal: MapRehearsal::default(),
+            others: OtherDrawings::default(),
             live: LiveMap::default(),
             live_symbols: SymbolPictures::default(),
             wheel_turned: f64::NEG_INFINITY,
@@ -275,13 +288,16 @@ impl MapView {
         let was_busy = self.gesture != MapGesture::Idle
             || !self.draft.is_empty()
             || self.new_start.is_some()
+            || self.meets_after.is_some()
             || self.tool != Tool::Select;
         self.gesture = MapGesture::Idle;
-        if self.draft.is_empty() && self.new_start.is_none() {
+        if self.draft.is_empty() && self.new_start.is_none() && self.meets_after.is_none() {
             self.tool = Tool::Select;
         }
         self.draft.clear();
         self.new_start = None;
+        self.meets_after = None;
+        self.is_new_route = false;
         was_busy
     }
 }

@@ -16,6 +16,10 @@ pub enum Tool {
     Rally,
     /// Adds a leg to a route.
     Leg,
+    /// Adds a stay behind a leg.
+    Stay,
+    /// Lets two routes meet.
+    Meeting,
     /// Draws a zone, corner by corner.
     Zone(ZoneKind),
     /// Draws a line, point by point.
@@ -28,11 +32,13 @@ pub enum Tool {
 
 impl Tool {
     /// All of them, in the order of the palette.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Select,
         Self::Point,
         Self::Rally,
         Self::Leg,
+        Self::Stay,
+        Self::Meeting,
         Self::Zone(ZoneKind::NoGo),
         Self::Zone(ZoneKind::StayIn),
         Self::Zone(ZoneKind::Speed),
@@ -51,6 +57,8 @@ impl Tool {
             Self::Point => "Point".into(),
             Self::Rally => "Rally point".into(),
             Self::Leg => "Leg".into(),
+            Self::Stay => "Stay".into(),
+            Self::Meeting => "Meeting".into(),
             Self::Zone(kind) => format!("Zone: {}", word_of(&ZoneKind::NAMED, kind)),
             Self::Line(kind) => format!("Line: {}", word_of(&LineKind::NAMED, kind)),
             Self::Symbol => "Symbol".into(),
@@ -65,6 +73,11 @@ impl Tool {
             Self::Point => "Click draws a point that routes can lead to.",
             Self::Rally => "Click draws a point where robots go when something fails.",
             Self::Leg => "Click adds a leg to the route: to a point, or to a new one.",
+            Self::Stay => "Click a leg, or its point: the robot stays there for a time.",
+            Self::Meeting => {
+                "Click a leg of one route, then one of another, or a point that both lead to: the \
+                 robots wait there for each other."
+            }
             Self::Zone(_) => "Click draws corners; Enter or a double-click ends the zone.",
             Self::Line(_) => "Click draws points; Enter or a double-click ends the line.",
             Self::Symbol => "Click draws a military symbol.",

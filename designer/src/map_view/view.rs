@@ -33,8 +33,15 @@ use crate::workspace::Workspace;
 /// The size of an exported map.
 const EXPORT_SIZE: Vec2 = Vec2::new(1_200.0, 900.0);
 /// The menu of an item.
-const ITEM_MENU: &[Command] =
-    &[Command::Properties, Command::Rename, Command::Link, Command::ZoomSelected, Command::Delete];
+const ITEM_MENU: &[Command] = &[
+    Command::Properties,
+    Command::Rename,
+    Command::Link,
+    Command::Copy,
+    Command::Duplicate,
+    Command::ZoomSelected,
+    Command::Delete,
+];
 
 impl MapView {
     /// Allots the space of the map, and brings into it what is wanted.
@@ -50,7 +57,8 @@ impl MapView {
         {
             let everything = || {
                 let drawn = self.scene.bounds();
-                drawn.into_iter().chain(self.pictures.bounds()).reduce(|one, two| one.union(two))
+                let below = self.pictures.bounds().into_iter().chain(self.others.bounds());
+                drawn.into_iter().chain(below).reduce(|one, two| one.union(two))
             };
             let area = match fit {
                 MapFit::Everything => everything(),
@@ -104,6 +112,7 @@ impl MapView {
             corner: self.corner.map(MapHit::Corner),
             colours,
         };
+        self.paint_others(&painter, colours);
         paint_scene(&painter, &self.sight(), &looks);
         self.paint_times(&painter, colours);
         self.paint_rehearsal(&painter, colours);
@@ -252,6 +261,8 @@ impl Pane for MapView {
         let mut requests = Vec::new();
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             requests = panel::show(ui, workspace, &self.marks, &selected, &mut self.form);
+            self.show_followers(ui, workspace);
+            self.show_shaping(ui, workspace);
         });
         let changes = self.form.finish(&mut |change| try_change(change, workspace));
         self.make(changes, workspace);
@@ -259,10 +270,12 @@ impl Pane for MapView {
             match request {
                 PanelRequest::Show(item) => workspace.shown = Some(item),
                 PanelRequest::Apply(offer) => workspace.apply_offer(&offer),
-                // A trace is played on the net.
-                PanelRequest::Play(_) | PanelRequest::Toggle(_) => {
+                // Firings are played on the net.
+                PanelRequest::Play(trace) => {
+                    workspace.played = Some(trace);
                     workspace.order_command(Command::ShowMission);
                 }
+                PanelRequest::Toggle(_) => workspace.order_command(Command::ShowMission),
             }
         }
     }
@@ -271,9 +284,17 @@ impl Pane for MapView {
         self.window
     }
 
+    fn show_running(&mut self) -> bool {
+        if !self.live.is_open {
+            self.live.toggle();
+        }
+        true
+    }
+
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         self.update(workspace);
         self.pictures.receive(ui.ctx(), workspace);
+        self.follow_others(ui, workspace);
         self.show_times(ui, workspace);
         self.show_live(ui, workspace);
         let response = self.take_window(ui);
@@ -307,9 +328,9 @@ impl Pane for MapView {
         self.may(command, workspace)
     }
 
-    fn run_command(&mut self, command: Command, _: &egui::Context, workspace: &mut Workspace) {
+    fn run_command(&mut self, command: Command, ctx: &egui::Context, workspace: &mut Workspace) {
         self.update(workspace);
-        self.run(command, workspace);
+        self.run(command, ctx, workspace);
     }
 
     fn finish_field(&mut self, workspace: &mut Workspace) -> bool {
@@ -355,6 +376,7 @@ impl Pane for MapView {
         self.pictures.follow();
         let result = export_shown(EXPORT_SIZE, path, is_dark, scale, |ui| {
             self.pictures.receive(ui.ctx(), workspace);
+            self.follow_others(ui, workspace);
             self.fit = Some(MapFit::Everything);
             self.take_window(ui);
             self.paint(ui, None, workspace);
@@ -379,8 +401,9 @@ impl Pane for MapView {
         self.select(items);
     }
 
-    fn paste_text(&mut self, _: &str, workspace: &mut Workspace) {
-        workspace.messages.warn("Nothing pasted: the map takes no copied items");
+    fn paste_text(&mut self, text: &str, workspace: &mut Workspace) {
+        self.update(workspace);
+        self.paste_fragment(text, "paste", workspace);
     }
 
     fn findable_items(&self, workspace: &Workspace) -> Vec<(Item, String)> {

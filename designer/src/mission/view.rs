@@ -82,6 +82,9 @@ impl Pane for MissionView {
 
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         self.update(workspace, ui.visuals().dark_mode);
+        if let Some(trace) = workspace.played.take() {
+            self.play_trace(&trace, workspace);
+        }
         self.simulation_panel(ui, workspace);
         self.update(workspace, ui.visuals().dark_mode);
         self.pane.canvas.is_editable = self.simulator.is_none();

@@ -7,6 +7,7 @@ use crate::canvas::{Direction, JoinRules, PortAt};
 use crate::kinds::Kinds;
 use crate::panels::pick::{Entry, Picker};
 use crate::system::drawing::SystemDrawing;
+use crate::system::robot;
 use crate::system::rules::{Joint, types_fit};
 use crate::workspace::Workspace;
 
@@ -33,8 +34,10 @@ pub(super) struct SystemPicker {
 impl SystemPicker {
     /// Everything that can be added.
     pub(super) fn to_add(workspace: &Workspace, at: Pos2) -> Self {
-        let kinds = workspace.project.kinds().iter();
-        let entries = kinds.map(|kind| Entry {
+        let kinds = workspace.project.kinds();
+        // Behind the kinds: its summary names some of them.
+        let robot = robot::entry(kinds);
+        let entries = kinds.iter().chain(&robot).map(|kind| Entry {
             name: kind.kind.clone(),
             about: kind.summary.clone(),
             value: SystemChoice::Add(kind.kind.clone()),

@@ -9,7 +9,7 @@ use eframe::egui::{self, FontId, Galley, Key, Modifiers, Rect, ScrollArea, Sense
 use crate::diagram_pane::show_dragged;
 use crate::panels::fields::is_entered;
 use crate::panels::pick;
-use crate::system::docs;
+use crate::system::{docs, robot};
 use crate::workspace::Workspace;
 use armor_picture::theme;
 
@@ -45,7 +45,25 @@ impl SystemPalette {
         } else if found.is_empty() {
             ui.weak("no match");
         }
+        let mut chosen = None;
+        let robot = robot::entry(workspace.project.kinds());
+        let robot = robot.filter(|robot| {
+            let robot = [robot];
+            !pick::sorted(&self.typed, &robot, |it| (&it.kind, &it.summary)).is_empty()
+        });
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            // Behind the kinds if they are searched for: its summary names some of them.
+            let is_first = self.typed.trim().is_empty();
+            let mut show_robot = |ui: &mut egui::Ui, is_here: bool| {
+                if let Some(robot) = robot.as_ref().filter(|_| is_here) {
+                    ui.add_space(theme::NEAR);
+                    ui.weak("whole robots");
+                    if self.entry(ui, workspace, robot) {
+                        wanted = Some(robot.kind.clone());
+                    }
+                }
+            };
+            show_robot(ui, is_first);
             for is_stock in [true, false] {
                 let part: Vec<_> = found
                     .iter()
@@ -58,11 +76,13 @@ impl SystemPalette {
                 ui.weak(if is_stock { "part of Armor" } else { "from component directories" });
                 for kind in part {
                     if self.entry(ui, workspace, kind) {
-                        wanted = Some(kind.kind.clone());
+                        chosen = Some(kind.kind.clone());
                     }
                 }
             }
+            show_robot(ui, !is_first);
         });
+        let wanted = chosen.or(wanted);
         wanted
     }
 

@@ -5,6 +5,7 @@ use eframe::egui::{self, Pos2, Rect, Vec2, vec2};
 
 use super::choices::SystemPicker;
 use super::properties::field::Focus;
+use super::robot::{self, ROBOT};
 use super::state::SystemView;
 use super::{draw, edits, fragment};
 use crate::canvas::PortAt;
@@ -15,6 +16,8 @@ use crate::workspace::Workspace;
 
 /// The space that a new block needs.
 const NODE_SPACE: Vec2 = vec2(190.0, 200.0);
+/// Between the blocks of one robot and those of the next.
+const ROBOT_GAP: f32 = 60.0;
 
 impl SystemView {
     pub(super) fn can_run(&self, command: Command, workspace: &Workspace) -> Option<bool> {
@@ -75,6 +78,10 @@ impl SystemView {
         at: Pos2,
         workspace: &mut Workspace,
     ) -> Option<String> {
+        if kind == ROBOT {
+            self.add_robot(at, workspace);
+            return None;
+        }
         let mut added = None;
         let shown = self.unplaced();
         workspace.edit(format!("add {kind}"), |documents| {
@@ -86,6 +93,24 @@ impl SystemView {
         self.pane.select_when_drawn([Item::component(&name)]);
         workspace.settings.properties = true;
         Some(name)
+    }
+
+    /// Adds a whole robot, beneath what is drawn, and selects its simulator, which needs a world.
+    fn add_robot(&mut self, at: Pos2, workspace: &mut Workspace) {
+        let drawn = self.drawing.diagram.nodes.iter().map(|node| node.rect);
+        let at = match drawn.reduce(Rect::union) {
+            Some(drawn) => Pos2::new(drawn.left(), drawn.bottom() + ROBOT_GAP),
+            None => at,
+        };
+        let (shown, mut added) = (self.unplaced(), Vec::new());
+        workspace.edit("add a simulated robot", |documents| {
+            edits::place(documents, &shown)?;
+            added = robot::add_robot(documents, at)?;
+            Ok(())
+        });
+        self.pane.select_when_drawn(added.into_iter().take(1));
+        workspace.settings.properties = true;
+        workspace.order_command(Command::ZoomFit);
     }
 
     pub(super) fn join(&mut self, from: PortAt, to: PortAt, workspace: &mut Workspace) {

@@ -234,13 +234,124 @@ fn a_route_begins_where_the_first_click_is() {
     for part in [
         r#"<point name="P1" at="0 0"/>"#,
         r#"<point name="P2" at="10 0"/>"#,
-        r#"<route name="route" mover="way.route" start="P1">"#,
+        r#"<route name="route" mover="way.route" start="P1" out="over">"#,
         r#"<leg name="l1" to="P2"/>"#,
+        r#"goal="over""#,
+        r#"safe="hold""#,
+        r#"<place name="over"/>"#,
+        r#"<place name="hold"/>"#,
     ] {
         assert!(text.contains(part), "{part} is not in {text}");
     }
     window.keys(Modifiers::COMMAND, Key::Z);
     assert_eq!(window.text(), empty);
+}
+
+/// The bench with a second route, to the point P2, too.
+fn two_routes() -> String {
+    let second = r#"    <route name="blue" mover="other.route" start="P3" out="over">
+      <leg name="l1" to="P2" by="1min"/>
+    </route>
+    <place name="over"/>"#;
+    let text = DRAWN.replace(r#"    <place name="over"/>"#, second);
+    text.replace(
+        r#"<component name="way" kind="way"/>"#,
+        "<component name=\"way\" kind=\"way\"/>\n    <component name=\"other\" kind=\"way\"/>",
+    )
+}
+
+#[test]
+fn a_stay_is_added_behind_the_leg_that_is_clicked() {
+    let mut window = map(DRAWN);
+    window.click("map tool: Stay");
+    window.click("point P3");
+    let expected =
+        "<leg name=\"l2\" to=\"P3\" by=\"1min\"/>\n      <stay name=\"s2\" for=\"10s\"/>\n";
+    assert!(window.text().contains(expected), "{}", window.text());
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), DRAWN);
+    // Without a mouse: by the buttons of what is selected.
+    window.key(Key::Escape);
+    window.click("leg l1 of route red");
+    window.click("add a stay behind it");
+    let expected =
+        "<leg name=\"l1\" to=\"P2\" by=\"1min\"/>\n      <stay name=\"s2\" for=\"10s\"/>\n";
+    assert!(window.text().contains(expected), "{}", window.text());
+}
+
+#[test]
+fn a_meeting_is_one_step_in_both_routes() {
+    let text = two_routes();
+    let mut window = map(&text);
+    window.click("map tool: Meeting");
+    // Both routes lead to it: one click.
+    window.click("point P2");
+    let met = window.text();
+    let red = "<leg name=\"l1\" to=\"P2\" by=\"1min\"/>\n      \
+               <meet name=\"m1\" with=\"blue\" patience=\"2min\"/>\n      <stay";
+    let blue = "<leg name=\"l1\" to=\"P2\" by=\"1min\"/>\n      \
+                <meet name=\"m1\" with=\"red\" patience=\"2min\"/>\n    </route>";
+    assert!(met.contains(red) && met.contains(blue), "{met}");
+    assert!(window.has("meeting m1 of route red") && window.has("meeting m1 of route blue"));
+    window.keys(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.text(), text);
+    // Behind different points: a click for each route.
+    window.click("point P3");
+    assert_eq!(window.text(), text, "the other route is not known yet");
+    window.click("leg l1 of route blue");
+    let red = "<leg name=\"l2\" to=\"P3\" by=\"1min\"/>\n      \
+               <meet name=\"m1\" with=\"blue\" patience=\"2min\"/>\n      <otherwise";
+    let met = window.text();
+    assert!(met.contains(red) && met.contains(blue), "{met}");
+    window.keys(Modifiers::COMMAND, Key::Z);
+    window.key(Key::Escape);
+    window.click("leg l2 of route red");
+    window.click("add a meeting with blue behind it");
+    assert_eq!(window.text(), met, "by the button, too");
+}
+
+#[test]
+fn a_meeting_of_a_route_with_itself_waits_for_another_leg() {
+    let mut window = map(DRAWN);
+    window.click("map tool: Meeting");
+    window.click("point P2");
+    window.click("point P3");
+    assert_eq!(window.text(), DRAWN);
+    window.click_at(place(&window, 5.0, 4.0));
+    assert!(window.last_message().contains("Click a leg"), "{}", window.last_message());
+}
+
+#[test]
+fn the_firings_that_lead_to_an_exit_through_a_zone_are_played_on_the_net() {
+    // The rally point is on the other side of the yard.
+    let text = DRAWN.replace(r#"at="-2 4""#, r#"at="5 12""#);
+    let mut window = map(&text);
+    window.click("leg l1 of route red");
+    window.click("Play its firing");
+    window.settle();
+    assert!(window.has("Run being shown"), "the net is shown");
+    assert!(window.has_part("> 1. red.l1."));
+}
+
+#[test]
+fn a_second_route_begins_at_a_point_that_is_there() {
+    let text = DRAWN.replace(
+        r#"<component name="way" kind="way"/>"#,
+        "<component name=\"way\" kind=\"way\"/>\n    <component name=\"other\" kind=\"way\"/>",
+    );
+    let mut window = map(&text);
+    window.click("map tool: Leg");
+    window.click("begin a new route");
+    window.click("point P3");
+    assert_eq!(window.text(), text);
+    window.click("point P2");
+    let expected = "<route name=\"route\" mover=\"other.route\" start=\"P3\" out=\"over\">\n      \
+                    <leg name=\"l1\" to=\"P2\"/>";
+    assert!(window.text().contains(expected), "{}", window.text());
+    // The next leg is one of the route that was begun.
+    window.click("point P1");
+    let expected = "<leg name=\"l1\" to=\"P2\"/>\n      <leg name=\"l2\" to=\"P1\"/>";
+    assert!(window.text().contains(expected), "{}", window.text());
 }
 
 #[test]

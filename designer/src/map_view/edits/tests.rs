@@ -175,3 +175,32 @@ fn any_edits_all_undone_give_the_same_bytes_and_a_move_changes_one_line() {
         assert!(project.undo().is_none(), "seed {sequence}");
     }
 }
+
+#[test]
+fn a_first_route_gives_the_mission_its_ends_and_a_stay_is_behind_its_step() {
+    let empty = "<armor version=\"1\">\n  <system/>\n  <mission/>\n</armor>\n";
+    let mut document = document(empty);
+    let start = add_point(&mut document, false, "0 0").expect("a point");
+    let out = ensure_ends(&mut document).expect("ends");
+    let drivers = RouteDrivers {
+        mover: "way.route".into(),
+        pace: Some("driver.speed".into()),
+        pose: Some("mapper.pose".into()),
+    };
+    let new = NewRoute { drivers: &drivers, start: &start, out: &out };
+    let route = add_route(&mut document, &new).expect("a route");
+    let to = add_point(&mut document, false, "4 0").expect("a point");
+    let leg = add_leg(&mut document, &route, None, &to).expect("a leg");
+    assert_eq!(add_stay(&mut document, &route, &leg).expect("a stay"), "s1");
+    let mission = mission(text(&document));
+    assert_eq!(mission.goal.as_ref().map(|it| it.value.as_str()), Some("over"));
+    assert_eq!(mission.safe.as_ref().map(|it| it.value.as_str()), Some("hold"));
+    let drawn = &mission.routes[0];
+    assert_eq!(drawn.pace.as_ref().map(|it| it.component.value.as_str()), Some("driver"));
+    assert_eq!(drawn.pose.as_ref().map(|it| it.component.value.as_str()), Some("mapper"));
+    let steps: Vec<_> = drawn.steps.iter().map(|step| step.name().value.as_str()).collect();
+    assert_eq!(steps, ["l1", "s1"]);
+    let before = text(&document).to_owned();
+    assert_eq!(ensure_ends(&mut document).expect("they are there"), "over");
+    assert_eq!(text(&document), before);
+}
