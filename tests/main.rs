@@ -11,6 +11,7 @@ mod component_orders;
 mod dates;
 mod dice;
 mod dragged;
+mod drawn_faults;
 mod evaluation;
 mod figure_four;
 mod fixture;
