@@ -16,6 +16,10 @@ const MAX_WAITING: usize = 256;
 /// After this time without another error, a component that is active counts as healthy again.
 const HEALTHY_AFTER: Duration = Duration::from_secs(10);
 
+/// Most bytes of a reason. It is sent with reports and states, in frames of at most 1 MiB, and a longer one
+/// would never arrive: the component would look dead, and its mission would wait.
+const MAX_REASON_LEN: usize = 4096;
+
 /// After this time an event that is not acknowledged counts as one that no executive takes.
 const UNTAKEN_AFTER: Duration = Duration::from_secs(1);
 
@@ -64,7 +68,10 @@ impl ReportQueue {
     }
 
     /// Adds a report and wakes the service thread to send it.
-    pub fn add_report(&self, activation: u64, outcome: ReportKind) {
+    pub fn add_report(&self, activation: u64, mut outcome: ReportKind) {
+        if let ReportKind::Failed { reason } = &mut outcome {
+            *reason = cut_reason(reason);
+        }
         let mut waiting = self.waiting.lock();
         waiting.last_number += 1;
         let number = waiting.last_number;
@@ -118,15 +125,17 @@ impl ReportQueue {
 
     /// Records and logs an error of the component.
     pub fn record_error(&self, reason: &str) {
+        let reason = cut_reason(reason);
         tracing::error!("{reason}");
-        self.errors.lock().last = Some((reason.to_owned(), Instant::now()));
+        self.errors.lock().last = Some((reason, Instant::now()));
     }
 
     /// Records and logs an error that lasts until its subject is
     /// [resolved](Self::resolve_error).
     pub fn record_standing_error(&self, subject: &str, reason: &str) {
+        let reason = cut_reason(reason);
         tracing::error!("{reason}");
-        self.errors.lock().standing.insert(subject.into(), reason.into());
+        self.errors.lock().standing.insert(subject.into(), reason);
     }
 
     /// The standing error of a subject.
@@ -161,9 +170,32 @@ impl ReportQueue {
     }
 }
 
+/// The reason, or its beginning with the number of bytes that it had.
+fn cut_reason(reason: &str) -> String {
+    if reason.len() <= MAX_REASON_LEN {
+        return reason.to_owned();
+    }
+    let start = &reason[..reason.floor_char_boundary(MAX_REASON_LEN)];
+    format!("{start}… ({} bytes in all)", reason.len())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reason_that_is_too_long_for_a_frame_is_cut() {
+        let queue = ReportQueue::new(Arc::new(Wakers::new().unwrap()));
+        let reason = "ü".repeat(2 << 20);
+        queue.add_report(1, ReportKind::Failed { reason: reason.clone() });
+        queue.record_error(&reason);
+        queue.record_standing_error("speed", &reason);
+        let report = queue.list_after(0).remove(0);
+        let ReportKind::Failed { reason } = report.outcome else { panic!("another report") };
+        assert!(reason.ends_with("ü… (4194304 bytes in all)"), "{} bytes", reason.len());
+        assert!(reason.len() < 5000);
+        assert!(queue.current_error(true, Instant::now()).len() < 10_000);
+    }
 
     fn event(value: f64) -> ReportKind {
         ReportKind::Event { name: "half".into(), value }

@@ -77,7 +77,11 @@ pub(crate) fn check_outcome(
 ) -> Result<Outcome, String> {
     let declared = &participant.events;
     if matches!(outcome, Outcome::Done) && !participant.reports_done {
-        return Err("it is done, but declares `REPORTS_DONE` as false; remove that constant".into());
+        return Err(
+            "it is done, but declares `REPORTS_DONE` as false; remove that constant (in C \
+                    `never_done`, in C++ set_never_done)"
+                .into(),
+        );
     }
     let Outcome::Event { name, .. } = &outcome else { return Ok(outcome) };
     if !is_name(name) || RESERVED_EVENTS.contains(&name.as_str()) {
@@ -92,11 +96,12 @@ pub(crate) fn check_outcome(
     }
     if declared.is_empty() {
         return Err(format!(
-            "the event `{name}` is not declared: the component has no EVENTS; add `const EVENTS: \
-             &'static [DeclaredEvent] = E::DECLARED;`, where E is its enum with `#[derive(Events)]`"
+            "the event `{name}` is not declared: the component declares none; add `const EVENTS: \
+             &'static [DeclaredEvent] = E::DECLARED;`, where E is its enum with `#[derive(Events)]` \
+             (in C, add it to `events` of armor_component; in C++, declare_event(\"{name}\"))"
         ));
     }
     let declared: Vec<_> = declared.iter().map(|event| event.name.as_str()).collect();
     let declared = declared.join(", ");
-    Err(format!("the event `{name}` is not declared, only: {declared}; add it to EVENTS"))
+    Err(format!("the event `{name}` is not declared, only: {declared}; add it to its events"))
 }

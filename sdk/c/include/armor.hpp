@@ -567,6 +567,18 @@ class Runner {
 
   const armor_component *table() const { return &table_; }
   Component *component() const { return component_.get(); }
+  // Throws if there is no such output, or one of another type; outputs of any type have any.
+  void check_output(const char *id, const std::string &used) const {
+    const std::string *declared = component_->find_schema(id, true);
+    const std::string output = "output `" + std::string(id) + "`";
+    if (declared == nullptr) {
+      throw Error(ARMOR_ERROR_UNKNOWN_PORT, "`" + component_->kind_ + "` has no " + output);
+    }
+    if (*declared != used && *declared != ARMOR_ANY) {
+      throw Error(ARMOR_ERROR_OTHER_TYPE,
+                  output + " is declared as " + *declared + ", but the test reads it as " + used);
+    }
+  }
 
  private:
   static constexpr const char *UNKNOWN = "an exception that is no std::exception";

@@ -31,7 +31,9 @@ class TestedComponent {
   // `settings` have their values as in a file; the other parameters have their defaults.
   explicit TestedComponent(std::initializer_list<armor_setting> settings = {})
       : runner_([] { return std::make_unique<C>(); }), test_(nullptr, armor_test_free) {
-    test_.reset(armor_test_build(runner_.table(), settings.begin(), settings.size()));
+    // Without a component there are no parameters: the reason is what its constructor has thrown.
+    const std::size_t count = runner_.component() == nullptr ? 0 : settings.size();
+    test_.reset(armor_test_build(runner_.table(), settings.begin(), count));
     if (test_ == nullptr) throw Error(ARMOR_ERROR_TEST, armor_last_error());
   }
 
@@ -64,6 +66,7 @@ class TestedComponent {
   template <class T>
   std::vector<T> outputs(const char *output) {
     std::vector<T> messages;
+    runner_.check_output(output, schema_of<T>());
     const std::size_t count = armor_test_output_count(test_.get(), output);
     for (std::size_t index = 0; index < count; ++index) {
       std::size_t len = 0;

@@ -123,13 +123,18 @@ impl std::fmt::Display for Failure {
 
 impl Error for Failure {}
 
+/// Replaces what only a reader of Rust understands in a text of the SDK.
+fn in_c_words(text: &str) -> String {
+    text.replace("`new`", "the constructor (`create` in C)")
+}
+
 impl From<DeclareError> for Failure {
     fn from(error: DeclareError) -> Self {
         let code = match error {
             DeclareError::Name(_) => ArmorError::Name,
             _ => ArmorError::Declaration,
         };
-        Self::new(code, error.to_string())
+        Self::new(code, in_c_words(&error.to_string()))
     }
 }
 
@@ -165,7 +170,7 @@ impl From<SendError> for Failure {
             SendError::WrongType { .. } => ArmorError::OtherType,
             SendError::NotEncoded { .. } => ArmorError::TooLarge,
         };
-        Self::new(code, error.to_string())
+        Self::new(code, in_c_words(&error.to_string()))
     }
 }
 

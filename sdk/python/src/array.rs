@@ -99,6 +99,37 @@ pub fn view_array<'py>(
     as_array.bind(py).call1((received,))
 }
 
+/// Whether numpy has converted numbers that do not fit: whole ones to others, or finite ones to infinity.
+fn loses_numbers(
+    numpy: &Bound<'_, PyModule>,
+    number: NumberType,
+    array: &Bound<'_, PyAny>,
+    converted: &Bound<'_, PyAny>,
+) -> PyResult<bool> {
+    if !number.name.starts_with('f') {
+        return Ok(!numpy.call_method1("array_equal", (array, converted))?.extract()?);
+    }
+    let are_equal = numpy.call_method1(
+        "array_equal",
+        (numpy.call_method1("isinf", (array,))?, numpy.call_method1("isinf", (converted,))?),
+    )?;
+    Ok(!are_equal.extract()?)
+}
+
+/// Refuses an array of which some numbers are masked: the memory has numbers there that are not meant.
+fn refuse_masked(value: &Bound<'_, PyAny>) -> PyResult<()> {
+    if value.get_type().name()? != "MaskedArray" {
+        return Ok(());
+    }
+    let numpy = import_numpy(value.py())?;
+    let mask = numpy.getattr("ma")?.call_method1("getmaskarray", (value,))?;
+    if mask.call_method0("any")?.extract()? {
+        let why = "some numbers of the array are masked; give them a value: array.filled(0)";
+        return Err(PyTypeError::new_err(why));
+    }
+    Ok(())
+}
+
 /// The memory of an array that is sent.
 pub struct ContiguousArray<'py> {
     /// Keeps the memory.
@@ -122,6 +153,7 @@ impl<'py> ContiguousArray<'py> {
     /// `TypeError` if it is no array of such numbers.
     pub fn of_array(value: &Bound<'py, PyAny>, number: NumberType) -> PyResult<Self> {
         let py = value.py();
+        refuse_masked(value)?;
         if let Some(same) = Self::of_interface(value, number)? {
             return Ok(same);
         }
@@ -138,11 +170,7 @@ impl<'py> ContiguousArray<'py> {
         };
         let converted = array.call_method("astype", (number.typestr,), Some(&options));
         let converted = converted.map_err(|_| refuse(&array))?;
-        // numpy converts whole numbers that do not fit to others.
-        let is_whole = !number.name.starts_with('f');
-        if is_whole
-            && !numpy.call_method1("array_equal", (&array, &converted))?.extract::<bool>()?
-        {
+        if loses_numbers(numpy, number, &array, &converted)? {
             let name = number.name;
             return Err(PyTypeError::new_err(format!(
                 "a number of the array is out of range for {name}"

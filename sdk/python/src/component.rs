@@ -1,6 +1,7 @@
 //! A component whose three functions are methods of a Python object.
 
 use std::ffi::OsString;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use armor_sdk::foreign::{self, ForeignArmor, ForeignComponent, KindDeclaration};
 use armor_sdk::wire::manifest::ParameterManifest;
@@ -87,6 +88,7 @@ impl ForeignComponent for PythonComponent {
             let declared = declared.ok_or_else(|| format!("there is no parameter `{name}`"))?;
             let value = value_in_python(py, declared, value)?;
             let taken = self.parameter_received.bind(py).call1((name, value));
+            end_fork(py, "parameter_received", &taken)?;
             taken.map(|_| ()).map_err(|error| explain_exception(py, &error))
         })
     }
@@ -116,6 +118,7 @@ impl ForeignComponent for PythonComponent {
             };
             let received = receive();
             self.handle.get().histories().end_message();
+            end_fork(py, "data_received", &received)?;
             received.map_err(|error| explain_exception(py, &error))
         })
     }
@@ -126,10 +129,31 @@ impl ForeignComponent for PythonComponent {
         }
         Python::attach(|py| {
             let returned = self.exec.bind(py).call1((PythonCall::from(call),));
+            end_fork(py, "exec", &returned)?;
             let outcome = returned.and_then(|returned| self.reports.read_outcome(&returned));
             outcome.map_err(|error| explain_exception(py, &error))
         })
     }
+}
+
+/// Whether this process is a fork of the component's: it has the connections of the component, but not its
+/// threads.
+static IS_FORK: AtomicBool = AtomicBool::new(false);
+
+/// Notes that this process is a fork of the component's.
+#[pyfunction]
+pub fn mark_fork() {
+    IS_FORK.store(true, Ordering::Relaxed);
+}
+
+/// Ends this process if it is a fork of the component's that comes back from the component's code: it must
+/// not go on as the component, which the process that it is from is.
+fn end_fork<T>(py: Python<'_>, function: &str, returned: &PyResult<T>) -> PyResult<()> {
+    if IS_FORK.load(Ordering::Relaxed) {
+        let error = returned.as_ref().err().map(|error| error.value(py));
+        PyModule::import(py, "armor._component")?.call_method1("_end_fork", (function, error))?;
+    }
+    Ok(())
 }
 
 /// Runs a component as this process. Returns the exit code of the process.

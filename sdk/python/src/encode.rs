@@ -215,6 +215,7 @@ impl<'py> EncodedMessage<'py> {
         value: &Bound<'py, PyAny>,
     ) -> Result<(), ValueProblem> {
         let number = number.ok_or_else(|| wrong_type("an array", value))?;
+        let expected = if number.name == "u8" { "bytes, or an array of u8" } else { "an array" };
         let is_list = value.cast::<PyList>().is_ok() || value.cast::<PyTuple>().is_ok();
         if is_list {
             let items = list_items(value)?;
@@ -224,7 +225,7 @@ impl<'py> EncodedMessage<'py> {
         let array = match value.cast::<PyBytes>() {
             Ok(bytes) if number.len == 1 => ContiguousArray::of_bytes(bytes),
             _ if value.is_none() || value.cast::<PyString>().is_ok() => {
-                return Err(wrong_type("an array", value));
+                return Err(wrong_type(expected, value));
             }
             _ => ContiguousArray::of_array(value, number)?,
         };
@@ -266,7 +267,7 @@ fn list_items<'py>(value: &Bound<'py, PyAny>) -> Result<Vec<Bound<'py, PyAny>>, 
 
 fn wrong_type(expected: &str, value: &Bound<'_, PyAny>) -> ValueProblem {
     let given = value.get_type().name().map_or_else(|_| "another type".into(), |it| it.to_string());
-    let article = if expected.starts_with("an ") || expected.starts_with("a ") {
+    let article = if ["a ", "an ", "bytes,"].iter().any(|word| expected.starts_with(word)) {
         ""
     } else {
         "a value of type "

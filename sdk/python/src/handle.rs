@@ -142,7 +142,10 @@ impl Handle {
     ) -> PyResult<PythonHistory> {
         let Some(layout) = self.find_input(py, input) else {
             let inputs = self.inputs.lock().expect("no panic while it is locked");
-            let known: Vec<_> = inputs.iter().map(|(id, _)| id.as_str()).collect();
+            let mut known: Vec<_> = inputs.iter().map(|(id, _)| id.as_str()).collect();
+            if known.is_empty() {
+                known.push("none");
+            }
             return Err(ArmorError::new_err(format!(
                 "there is no input `{input}` whose history could be read (there are: {})",
                 known.join(", ")

@@ -24,7 +24,7 @@ mod _armor {
     #[pymodule_export]
     use crate::any::PythonAnyMessage;
     #[pymodule_export]
-    use crate::component::{log, manifest, run};
+    use crate::component::{log, manifest, mark_fork, run};
     #[pymodule_export]
     use crate::fault::{ArmorError, DeclareError, EndedError, MessageError, SendError, TestError};
     #[pymodule_export]

@@ -373,6 +373,36 @@ class TestRefusals(unittest.TestCase):
         self.refused({"stale_after": {"scan": 1.0}}, '{"velocity": "0.5s"}')
         self.refused({"provide": armor.parameter(1)}, "`provide`", "another one")
 
+    def test_a_call_of_the_class_is_refused_with_what_to_do(self) -> None:
+        with self.assertRaisesRegex(armor.ArmorError, "armor.testing.TestedComponent"):
+            Doubler()
+
+    def test_ranges_and_choices_that_cannot_be_meant(self) -> None:
+        for wrong in ({"range": (0, 1, 2)}, {"range": 3}):
+            with self.assertRaisesRegex(TypeError, "the smallest and the largest"):
+                armor.parameter(0.5, **wrong)  # type: ignore[call-overload]
+        with self.assertRaisesRegex(ValueError, "is larger than the largest"):
+            armor.parameter(0.5, range=(1, 0))
+        with self.assertRaisesRegex(TypeError, "a range is for numbers"):
+            armor.parameter("left", range=(0, 1))
+        with self.assertRaisesRegex(TypeError, "choices are several texts"):
+            armor.parameter("left", choices="left")  # type: ignore[arg-type]
+
+    def test_numbers_of_numpy_are_numbers(self) -> None:
+        class Numpy(armor.Component):
+            """x"""
+
+            speed = armor.parameter(np.float32(0.5), unit="m/s")
+            count = armor.parameter(np.int64(3))
+            route = armor.parameter(np.array([[1.0, 2.0]]), format="points")
+            weights = armor.parameter([np.float64(0.25)], format="numbers")
+
+        tested = TestedComponent(Numpy, route=[[1, 2], [3, 4]], weights=np.array([0.5, 1.0]))
+        component = tested.component
+        self.assertEqual((component.speed, component.count), (0.5, 3))
+        self.assertEqual(component.route, [(1.0, 2.0), (3.0, 4.0)])
+        self.assertEqual(component.weights, [0.5, 1.0])
+
     def test_a_parameter_without_a_default_has_a_value_in_a_description(self) -> None:
         class Needs(armor.Component):
             length = armor.parameter(type=float, unit="m", range=(0.5, 2.0))

@@ -98,6 +98,10 @@ class TestSchemas(unittest.TestCase):
             (np.ndarray, "NDArray[numpy.float32]"),
             (tuple, "has no schema"),
             (Component, "is not a message: decorate it"),
+            (enum.Flag("Lights", "Left Right"), "is an enum.Flag: its combinations have no schema"),
+            (enum.Enum("Empty", ""), "has no members"),
+            (np.float16, "of numpy use int8 to uint64, float32 and float64"),
+            (np.bool_, "of numpy use"),
         ]:
             cls = type("Wrong", (), {"__annotations__": {"field": annotation}})
             with self.assertRaises(armor.MessageError) as raised:
@@ -166,6 +170,25 @@ class TestConversions(unittest.TestCase):
             self.assertIn("Bytes.data: ", str(raised.exception))
             self.assertIn(why, str(raised.exception))
         self.assertEqual(armor.encode(Bytes(np.array([-5])))[8:], b"\xfb")  # type: ignore[arg-type]
+
+    def test_an_array_that_would_lose_numbers_is_refused(self) -> None:
+        @armor.message
+        class Depths:
+            data: NDArray[np.float32]
+
+        masked = np.ma.array([1, 2], mask=[False, True], dtype=np.float32)
+        with np.errstate(over="ignore"):
+            for values, why in [
+                (np.array([1.0, 1e300]), "a number of the array is out of range for f32"),
+                (masked, "some numbers of the array are masked; give them a value: array.filled(0)"),
+            ]:
+                with self.assertRaises(armor.MessageError) as raised:
+                    armor.encode(Depths(values))  # type: ignore[arg-type]
+                self.assertEqual(str(raised.exception), f"Depths.data: {why}")
+        kept = np.array([np.inf, -np.inf, np.nan, 0.5])
+        back = armor.decode(Depths, armor.encode(Depths(kept))).data  # type: ignore[arg-type]
+        self.assertTrue(np.array_equal(back, kept, equal_nan=True))
+        self.assertEqual(list(armor.decode(Depths, armor.encode(Depths(masked.filled(0)))).data), [1, 0])
 
     def test_a_list_for_an_array_keeps_its_numbers_or_is_refused_with_its_field(self) -> None:
         for values, why in [

@@ -38,6 +38,8 @@ SYSTEM = """<armor version="1">
     <component name="print" kind="faulty" rate="20Hz"><parameter name="way" value="print"/></component>
     <component name="thread" kind="faulty" rate="20Hz"><parameter name="way" value="thread"/></component>
     <component name="exit" kind="faulty" rate="20Hz"><parameter name="way" value="exit"/></component>
+    <component name="long" kind="faulty" rate="20Hz"><parameter name="way" value="long"/></component>
+    <component name="fork" kind="faulty" rate="20Hz"><parameter name="way" value="fork"/></component>
     <link from="talker.count" to="listener.count" keep="all"/>
     <link from="talker.picture" to="listener.picture" keep="all"/>
   </system>
@@ -208,6 +210,7 @@ class TestSystems(unittest.TestCase):
                 ("raise", "RuntimeError: on purpose (faulty.py, line"),
                 ("thread", "the thread `worker` has raised RuntimeError: in a thread"),
                 ("exit", "SystemExit: 3"),
+                ("long", "RuntimeError: so long so long"),
             ]:
                 status = system.wait_for(f"{name} fails", failed(name))
                 self.assertIn(why, status["last_error"])
@@ -224,6 +227,16 @@ class TestSystems(unittest.TestCase):
             def prints_on() -> Any:
                 return system.components()["print"]["status"]["exec_calls"] > 10
 
+            def forks() -> Any:
+                return "the second fork ended with 1" in system.read_log("fork")
+
+            system.wait_for("the forks end", forks)
+            log = system.read_log("fork")
+            self.assertIn("the fork: this process is a fork of the component's", log)
+            self.assertIn("the fork ended with 7", log)
+            self.assertIn("has left `exec` and must not go on as the component", log)
+            fork = system.components()["fork"]["status"]
+            self.assertEqual((fork["state"], fork["last_error"]), ("active", ""))
             system.wait_for("print has printed 100 MB and goes on", prints_on)
             before = self.tally(system)
             after = system.wait_for("pictures arrive", lambda: self.tally_after(system, before["counts"] + 20))

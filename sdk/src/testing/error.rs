@@ -43,7 +43,9 @@ pub enum TestError {
         given: String,
     },
     /// A second source for an input that takes one.
-    #[error("input `{input}` of `{kind}` takes one source; declare it as `Many<…>` for several")]
+    #[error(
+        "input `{input}` of `{kind}` takes one source; for several, declare it as `Many<…>` (in Python with many=True, in C and C++ with ARMOR_MANY)"
+    )]
     OneSource {
         /// The kind of component.
         kind: String,

@@ -86,8 +86,7 @@ fn a_test_that_names_a_source_that_is_none_is_refused() {
     let error = refused(adder.send_from("parts", "a.out", &number(1.0)));
     assert_eq!(error, "`a.out` does not feed input `parts`; add it with `link_from`");
     let error = refused(adder.link_from("factor", "a.out"));
-    let expected =
-        "input `factor` of `adder` takes one source; declare it as `Many<…>` for several";
+    let expected = "input `factor` of `adder` takes one source; for several, declare it as `Many<…>` (in Python with many=True, in C and C++ with ARMOR_MANY)";
     assert_eq!(error, expected);
     assert!(refused(adder.link_from("whole", "a.out")).contains("no input `whole`"));
 }

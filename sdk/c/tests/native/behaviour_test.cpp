@@ -26,6 +26,7 @@ class Speaker : public armor::Component {
     if (wrong == "port") send_data("none", Count{1});
     if (wrong == "type") send_data("out", armor::messages::Flag{true});
     if (wrong == "failed") return armor::failed("it is hoarse");
+    if (wrong == "event") return armor::event("silence");
     if (wrong == "done") return armor::done();
     // A thread of its own sends, too.
     std::thread([this] { send_data("out", Count{8}); }).join();
@@ -45,6 +46,7 @@ class Speaker : public armor::Component {
 class Eager : public armor::Component {
  public:
   Eager() : Component("eager", "Fails.") { throw std::runtime_error("no device"); }
+  armor::Parameter<double> speed{this, armor::number("speed", "m/s").default_value("0.1m/s")};
 };
 
 // Declares what contradicts itself.
@@ -101,10 +103,14 @@ int main() {
 
   check_failure("throw", "no camera");
   check_failure("number", "an exception that is no std::exception");
-  check_failure("port", "no output `none`");
+  check_failure("port", "declare it with `provide` in the constructor (`create` in C)");
   check_failure("type", "output `out` is declared as Count{count:u64}, but Flag{data:bool} is sent");
   check_failure("failed", "it is hoarse");
+  check_failure("event", "the event `silence` is not declared, only: spoken; add it to its events");
   check_throws([] { armor::TestedComponent<Eager> eager; }, "no device");
+  check_throws([] { armor::TestedComponent<Eager>({{"speed", "1m/s"}}); }, "no device");
+  check_throws([&] { speaker.outputs<Count>("none"); }, "`speaker` has no output `none`");
+  check_throws([&] { speaker.outputs<armor::messages::Flag>("out"); }, "but the test reads it as Flag{data:bool}");
   check_throws([] { armor::TestedComponent<Twice> twice; }, "declared twice");
   check_throws([] { armor::TestedComponent<Speaker>({{"volume", "1"}}); }, "volume");
   std::puts("behaviour of C++: passed");

@@ -111,6 +111,7 @@ class Parameter(Generic[T]):
 
     def write(self, value: object) -> str:
         """A value, written as in a file: a text as it is, a number with the unit."""
+        value = _without_numpy(value)
         if isinstance(value, str):
             return value
         if isinstance(value, bool):
@@ -118,7 +119,7 @@ class Parameter(Generic[T]):
         if isinstance(value, (int, float)):
             return f"{value!r}{self.unit}"
         if isinstance(value, (list, tuple)):
-            items = (",".join(map(repr, it)) if isinstance(it, tuple) else str(it) for it in value)
+            items = (",".join(map(repr, it)) if isinstance(it, (list, tuple)) else str(it) for it in value)
             return " ".join(items)
         return os.fspath(value)  # type: ignore[call-overload, no-any-return]
 
@@ -145,8 +146,13 @@ def parameter(
     `live`: a change in the file reaches the running component. `written`: the component writes to the
     path. `colour`: the text is a colour, `#rrggbb`.
     """
+    default = _without_numpy(default)
     of: type_ = type if type is not None else default.__class__
+    if isinstance(choices, str):
+        raise TypeError(f"choices are several texts: choices=({choices!r},), not choices={choices!r}")
     kind = _kind_of(of, unit, bool(choices), colour, format)
+    if range is not None:
+        _check_range(kind, range)
     options = {
         "unit": unit,
         "range": range,
@@ -160,6 +166,24 @@ def parameter(
 
 
 type_ = type
+
+
+def _without_numpy(value: Any) -> Any:
+    """A number or an array of numpy as numbers of Python, which are written as in a file."""
+    if isinstance(value, (list, tuple)):
+        return value.__class__(map(_without_numpy, value))
+    return value.tolist() if hasattr(value, "__array_interface__") else value
+
+
+def _check_range(kind: str, bounds: Any) -> None:
+    right = "range=(0.0, 1.0), with None for no limit"
+    if not isinstance(bounds, (list, tuple)) or len(bounds) != 2:
+        raise TypeError(f"a range is the smallest and the largest value: {right}; not {bounds!r}")
+    if kind not in ("number", "integer"):
+        raise TypeError(f"a range is for numbers; the parameter is a {kind}")
+    smallest, largest = bounds
+    if smallest is not None and largest is not None and smallest > largest:
+        raise ValueError(f"the smallest value of the range {bounds!r} is larger than the largest one")
 
 
 def _kind_of(of: type_, unit: str, is_choice: bool, is_colour: bool, form: Optional[str]) -> str:
@@ -185,6 +209,16 @@ def _kind_of(of: type_, unit: str, is_choice: bool, is_colour: bool, form: Optio
     if issubclass(of, _Missing):
         raise TypeError("a parameter has a default or a type: armor.parameter(type=float)")
     raise TypeError(f"a parameter is a float, int, bool, str or pathlib.Path, not {of.__name__}")
+
+
+class _NoHandle:
+    """In the place of the handle of a component that has none: each function is refused with the reason."""
+
+    def __init__(self, why: str) -> None:
+        self.__dict__["why"] = why
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise _armor.ArmorError(self.__dict__["why"])
 
 
 class Component:
@@ -220,7 +254,10 @@ class Component:
     #: Ports whose data are taken in a frame, and the parameter that names it.
     frames: Dict[str, str] = {}
 
-    _handle: _armor.Handle
+    _handle: _armor.Handle = _NoHandle(  # type: ignore[assignment]
+        "a component is not made by a call of its class: armor.run(Follower) runs it, and in a test "
+        "armor.testing.TestedComponent(Follower) has it as `component`"
+    )
 
     def provide(self, id: str, message: type_, *, latched: bool = False, doc: str = "") -> None:
         """Declares an output; only in `__init__`. `latched`: a late subscriber gets the last message."""
@@ -433,6 +470,7 @@ def _prepare_process(constructor: _Constructor[Any]) -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(line_buffering=True)
     _report_threads(constructor)
+    _disown_forks(constructor)
     if "logging" in sys.modules:
         _forward_logging()
 
@@ -451,6 +489,43 @@ def _report_threads(constructor: _Constructor[Any]) -> None:
             instance._handle.report_thread_failure(f"the thread `{name}` has raised {why}")
 
     threading.excepthook = report
+
+
+def _disown_forks(constructor: _Constructor[Any]) -> None:
+    """A fork of the process has its connections: what it published would mix with what the component does."""
+
+    def disown() -> None:
+        _armor.mark_fork()
+        instance = constructor.instance
+        if instance is not None:
+            instance._handle = _NoHandle(  # type: ignore[assignment]
+                "this process is a fork of the component's and no part of the system: only the component "
+                "itself may call its functions; multiprocessing needs the start method `spawn`"
+            )
+
+    os.register_at_fork(after_in_child=disown)
+
+
+def _end_fork(function: str, error: Optional[BaseException]) -> NoReturn:
+    """Ends a fork that leaves a function of the component, as `sys.exit` in it asks."""
+    code = 0
+    if isinstance(error, SystemExit):
+        code = error.code if isinstance(error.code, int) else int(error.code is not None)
+    else:
+        if error is not None:
+            import traceback
+
+            traceback.print_exception(error.__class__, error, error.__traceback__)
+        code = 1
+        print(
+            f"a fork of the component has left `{function}` and must not go on as the component: it ends; "
+            "let it end itself with os._exit(0)",
+            file=sys.stderr,
+        )
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    os._exit(code)
 
 
 def _forward_logging() -> None:

@@ -70,8 +70,8 @@ class fixed:
     __slots__ = ("count",)
 
     def __init__(self, count: int) -> None:
-        if not (isinstance(count, int) and count > 0):
-            raise MessageError(f"a list has a count of at least 1: armor.fixed(36), not {count!r}")
+        if not (isinstance(count, int) and 0 < count <= 65536):
+            raise MessageError(f"a list has a count of 1 to 65536: armor.fixed(36), not {count!r}")
         self.count = count
 
 
@@ -197,6 +197,11 @@ def layout_of(cls: type) -> _armor.Layout:
         fields = [(a, name, unit, _describe(value)) for a, name, unit, value in cls._fields]
         layout = _armor.Layout.of_fields(cls, cls.__name__, fields)
     elif _is_enum(cls):
+        if issubclass(cls, sys.modules["enum"].Flag):
+            why = "its combinations have no schema; use an enum.Enum, or a bool for each flag"
+            raise MessageError(f"`{cls.__name__}` is an enum.Flag: {why}")
+        if not len(cls):  # type: ignore[arg-type]
+            raise MessageError(f"the enum `{cls.__name__}` has no members; a message needs at least one")
         members = [(member.name.rstrip("_"), member) for member in cls]  # type: ignore[attr-defined]
         layout = _armor.Layout.of_members(cls, cls.__name__, members)
     else:
@@ -306,6 +311,8 @@ def _read_annotation(hint: Any) -> Tuple[Any, Optional[str]]:
         raise MessageError("the array needs the type of its numbers: NDArray[numpy.float32]")
     if hint is _armor.AnyMessage:
         raise MessageError("armor.AnyMessage is the type of a port, and no field of a message")
+    if getattr(hint, "__module__", "") == "numpy":
+        raise MessageError(f"{hint!r} has no schema; of numpy use int8 to uint64, float32 and float64")
     if isinstance(hint, type) and hint not in (list, tuple, dict, set, object):
         return layout_of(hint), None
     known = "float, int, bool, str, bytes, list[…], NDArray[…], Optional[…], an enum or a message"
@@ -345,6 +352,6 @@ def _number_of(hint: Any) -> Optional[str]:
     name = hint.__name__
     for kind, letter in kinds.items():
         bits = name[len(kind) :]
-        if name.startswith(kind) and bits in ("8", "16", "32", "64"):
+        if name.startswith(kind) and bits in ("8", "16", "32", "64") and name not in ("float8", "float16"):
             return letter + bits
     return None

@@ -13,7 +13,7 @@ from armor.messages import Count
 class Faulty(armor.Component):
     """Goes wrong in one way."""
 
-    way = armor.parameter("raise", choices=("raise", "hang", "abort", "print", "thread", "exit"))
+    way = armor.parameter("raise", choices=("raise", "hang", "abort", "print", "thread", "exit", "long", "fork"))
     mark = armor.parameter(pathlib.Path("mark"), written=True)
 
     def __init__(self) -> None:
@@ -49,6 +49,23 @@ class Faulty(armor.Component):
             raise RuntimeError("in a thread")
 
         threading.Thread(target=work, name="worker").start()
+
+    def do_long(self) -> None:
+        raise RuntimeError("so long " * 500_000)
+
+    def do_fork(self) -> None:
+        child = os.fork()
+        if child == 0:
+            try:
+                self.send_data("count", Count(count=0))
+            except armor.ArmorError as error:
+                print("the fork:", error, flush=True)
+            sys.exit(7)
+        print("the fork ended with", os.waitpid(child, 0)[1] >> 8)
+        child = os.fork()
+        if child == 0:
+            return
+        print("the second fork ended with", os.waitpid(child, 0)[1] >> 8)
 
     def do_exit(self) -> None:
         sys.exit(3)
