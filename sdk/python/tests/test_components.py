@@ -388,6 +388,22 @@ class TestRefusals(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "choices are several texts"):
             armor.parameter("left", choices="left")  # type: ignore[arg-type]
 
+    def test_a_reading_of_no_messages_or_of_no_time_is_refused(self) -> None:
+        from armor._observe import _check_reading
+
+        _check_reading(None, None, 1)
+        _check_reading(0, 0.0, 65536)
+        for count, timeout, keep, why in [
+            (-1, None, 1, "count is the number of messages"),
+            ("a", None, 1, "count is the number of messages"),
+            (None, -1.0, 1, "timeout is a time in seconds"),
+            (None, float("nan"), 1, "timeout is a time in seconds"),
+            (None, None, 0, "keep is 1 to 65536 messages"),
+            (None, None, 10**12, "keep is 1 to 65536 messages"),
+        ]:
+            with self.assertRaisesRegex(ValueError, why):
+                _check_reading(count, timeout, keep)  # type: ignore[arg-type]
+
     def test_numbers_of_numpy_are_numbers(self) -> None:
         class Numpy(armor.Component):
             """x"""

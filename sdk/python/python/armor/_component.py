@@ -498,7 +498,7 @@ def _disown_forks(constructor: _Constructor[Any]) -> None:
         _armor.mark_fork()
         instance = constructor.instance
         if instance is not None:
-            instance._handle = _NoHandle(  # type: ignore[assignment]
+            instance._handle = _NoHandle(
                 "this process is a fork of the component's and no part of the system: only the component "
                 "itself may call its functions; multiprocessing needs the start method `spawn`"
             )

@@ -131,6 +131,7 @@ class Observer:
         a `timeout` in seconds, none has arrived for so long. At most `keep` wait for a reader that is slow;
         the header counts those that are lost.
         """
+        _check_reading(count, timeout, keep)
         feed, layout = self._open_feed(data, keep)
         return self._iterate(feed, layout, count, timeout)
 
@@ -172,6 +173,7 @@ class Observer:
         """As `read`, for `async for`: the event loop runs meanwhile."""
         import asyncio
 
+        _check_reading(count, timeout, keep)
         feed, layout = await asyncio.to_thread(self._open_feed, data, keep)
         try:
             while count is None or count > 0:
@@ -249,6 +251,15 @@ class Observer:
     def move(self, origin: str, to: str, tokens: int = 1, *, take: bool = False) -> str:
         """Moves tokens from one place to another, during a pause."""
         return self._native.order("move", [origin, to, str(tokens)], take)
+
+
+def _check_reading(count: Optional[int], timeout: Optional[float], keep: int) -> None:
+    if count is not None and not (isinstance(count, int) and count >= 0):
+        raise ValueError(f"count is the number of messages to read, or None for all, not {count!r}")
+    if timeout is not None and not timeout >= 0.0:
+        raise ValueError(f"timeout is a time in seconds, or None to wait without limit, not {timeout!r}")
+    if not (isinstance(keep, int) and 1 <= keep <= 65536):
+        raise ValueError(f"keep is 1 to 65536 messages, not {keep!r}")
 
 
 def _read_field(message: Any, path: str) -> Any:
