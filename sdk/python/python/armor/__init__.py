@@ -50,7 +50,6 @@ from armor._component import (
     describe,
     event,
     failed,
-    parameter,
     run,
 )
 from armor._message import (
@@ -72,6 +71,7 @@ from armor._message import (
     u64,
     unit,
 )
+from armor._parameter import parameter
 
 if TYPE_CHECKING:
     from armor._observe import Observer

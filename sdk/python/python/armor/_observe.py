@@ -22,7 +22,6 @@ from armor._armor import ArmorError, EndedError, Header
 from armor._message import Message, layout_of, schema_of
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 

@@ -18,7 +18,7 @@ thread is used, so a test takes microseconds.
 
 from __future__ import annotations
 
-from typing import Any, Dict, Generic, List, NamedTuple, Type, TypeVar, Union
+from typing import Any, Generic, List, NamedTuple, Type, TypeVar, Union
 
 from armor import _armor
 from armor._armor import TestError
