@@ -575,8 +575,10 @@ class Runner {
       throw Error(ARMOR_ERROR_UNKNOWN_PORT, "`" + component_->kind_ + "` has no " + output);
     }
     if (*declared != used && *declared != ARMOR_ANY) {
-      throw Error(ARMOR_ERROR_OTHER_TYPE,
-                  output + " is declared as " + *declared + ", but the test reads it as " + used);
+      const auto name = [](const std::string &schema) { return schema.substr(0, schema.find_first_of("{<")); };
+      const bool differ = name(*declared) != name(used);
+      throw Error(ARMOR_ERROR_OTHER_TYPE, output + " is declared as " + (differ ? name(*declared) : *declared) +
+                                              ", but used as " + (differ ? name(used) : used));
     }
   }
 
