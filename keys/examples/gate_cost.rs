@@ -1,10 +1,13 @@
 //! What a connection through a gate costs, compared with one on loopback, and with one through two
 //! proxies without TLS: round trips of 100 bytes and of 1 MiB, bytes per second in one direction, the
-//! processor time that all ends take for these bytes, and the time to connect. Tool, proxy, gate and
+//! processor time that all ends take for these bytes, that of the end which takes the most, and the time
+//! to connect. Tool, proxy, gate and
 //! process are on one host, each in a thread of its own.
 //!
 //! `cargo run --release -p armor-keys --example gate_cost`
 
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
@@ -28,8 +31,6 @@ const LARGE_ROUND_TRIPS: usize = 200;
 const CONNECTIONS: usize = 200;
 const BULK_LEN: usize = 512 << 20;
 const PIECE_LEN: usize = 64 << 10;
-/// The unit of times in `/proc`, on every Linux.
-const TICKS_PER_S: f64 = 100.0;
 /// Switches the process from echoing to swallowing.
 const BULK: u8 = 0xff;
 
@@ -53,7 +54,7 @@ fn main() -> Result<(), Failure> {
     let forwarded = || -> Result<_, Failure> { Ok(TcpStream::connect(plain)?) };
     let through = || connect_through(proxy, process);
     let transfers = [transfer(direct()?)?, transfer(forwarded()?)?, transfer(through()?)?];
-    let rows: [(&str, [f64; 3]); 5] = [
+    let rows: [(&str, [f64; 3]); 6] = [
         (
             "round trip 100 B, us",
             [round_trip_us(direct()?)?, round_trip_us(forwarded()?)?, round_trip_us(through()?)?],
@@ -68,6 +69,7 @@ fn main() -> Result<(), Failure> {
         ),
         ("MB/s in one direction", transfers.map(|it| it.megabytes_per_s)),
         ("processor s for 1 GB", transfers.map(|it| it.processor_s_per_gb)),
+        ("of the busiest end", transfers.map(|it| it.busiest_s_per_gb)),
         (
             "connecting, us",
             [connecting_us(direct)?, connecting_us(forwarded)?, connecting_us(through)?],
@@ -234,28 +236,40 @@ struct Transfer {
     megabytes_per_s: f64,
     /// Of all ends together. Other programs change it less than the time that passes.
     processor_s_per_gb: f64,
+    /// Of the end that takes the most. Where each end has a core, this one limits the rate.
+    busiest_s_per_gb: f64,
 }
 
 fn transfer(mut stream: TcpStream) -> Result<Transfer, Failure> {
     let piece = [BULK; PIECE_LEN];
-    let (start, before_s) = (Instant::now(), read_processor_s()?);
+    let (start, before) = (Instant::now(), read_processor_s()?);
     for _ in 0..BULK_LEN / PIECE_LEN {
         stream.write_all(&piece)?;
     }
     stream.read_exact(&mut [0])?;
+    let seconds = start.elapsed().as_secs_f64();
+    let after = read_processor_s()?;
+    let spent = after.iter().map(|(thread, s)| s - before.get(thread).copied().unwrap_or_default());
+    let spent: Vec<f64> = spent.collect();
+    let gigabytes = BULK_LEN as f64 / 1e9;
     Ok(Transfer {
-        megabytes_per_s: BULK_LEN as f64 / 1e6 / start.elapsed().as_secs_f64(),
-        processor_s_per_gb: (read_processor_s()? - before_s) / (BULK_LEN as f64 / 1e9),
+        megabytes_per_s: 1e3 * gigabytes / seconds,
+        processor_s_per_gb: spent.iter().sum::<f64>() / gigabytes,
+        busiest_s_per_gb: spent.iter().copied().fold(0.0, f64::max) / gigabytes,
     })
 }
 
-/// The processor time of this process, in seconds.
-fn read_processor_s() -> Result<f64, Failure> {
-    let text = std::fs::read_to_string("/proc/self/stat")?;
-    let (_, numbers) = text.rsplit_once(')').ok_or("it has another form")?;
-    let numbers: Vec<&str> = numbers.split_whitespace().collect();
-    let ticks = numbers[11].parse::<f64>()? + numbers[12].parse::<f64>()?;
-    Ok(ticks / TICKS_PER_S)
+/// The processor time of each thread of this process, in seconds.
+fn read_processor_s() -> Result<BTreeMap<OsString, f64>, Failure> {
+    let mut threads = BTreeMap::new();
+    for thread in std::fs::read_dir("/proc/self/task")? {
+        let thread = thread?;
+        // The first number of three is the time on a processor, in nanoseconds.
+        let text = std::fs::read_to_string(thread.path().join("schedstat"))?;
+        let ran_ns: f64 = text.split_whitespace().next().ok_or("it has another form")?.parse()?;
+        threads.insert(thread.file_name(), ran_ns / 1e9);
+    }
+    Ok(threads)
 }
 
 fn connecting_us(connect: impl Fn() -> Result<TcpStream, Failure>) -> Result<f64, Failure> {

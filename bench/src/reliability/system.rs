@@ -154,7 +154,8 @@ impl SystemUnderTest {
 <component name=\"right\" kind=\"hand\" rate=\"10Hz\"{arm}/>
 <component name=\"pusher\" kind=\"pusher\" rate=\"20Hz\"/>
 <component name=\"wheels\" kind=\"simulator\" rate=\"50Hz\"{arm}>
-  <parameter name=\"world\" value=\"{}\"/></component>
+  <parameter name=\"world\" value=\"{}\"/>
+  <parameter name=\"odometry_rate\" value=\"100Hz\"/></component>
 <component name=\"witness\" kind=\"witness\" rate=\"5Hz\"{arm}/>
 <link from=\"pusher.velocity\" to=\"wheels.velocity\"/>
 <link from=\"wheels.odometry\" to=\"witness.odometry\" keep=\"1000\"/>\n",
