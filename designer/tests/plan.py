@@ -137,7 +137,7 @@ def let_them_meet(plan):
     # Slow, so that there is time to drag a point that is coming.
     window.press("Escape")
     window.click("leg l1 of route route")
-    window.fill("speed", "0.15m/s")
+    window.fill("speed", "0.06m/s")
     window.click("map tool: Rally point")
     window.click(plan.place(-1.0, 0.0))
     window.wait_for("rally point R1")
