@@ -48,11 +48,7 @@ impl MapView {
             C::Copy => {
                 self.copy(ctx, workspace);
             }
-            C::Cut => {
-                if self.copy(ctx, workspace) {
-                    self.delete(workspace);
-                }
-            }
+            C::Cut if self.copy(ctx, workspace) => self.delete(workspace),
             C::Duplicate => {
                 if let Some(text) = self.copied_text(workspace) {
                     self.paste_fragment(&text, "duplicate", workspace);

@@ -82,8 +82,7 @@ impl SystemPalette {
             }
             show_robot(ui, !is_first);
         });
-        let wanted = chosen.or(wanted);
-        wanted
+        chosen.or(wanted)
     }
 
     /// One kind; returns whether it is to be added.
