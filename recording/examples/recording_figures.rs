@@ -255,8 +255,8 @@ fn measure_load(folder: &Path) -> Result<(), Failure> {
         })?;
         run_role(arguments)?.first().copied().ok_or_else(|| "no result".into())
     };
-    // Memory that a virtual machine has not used yet costs its host, and so whoever writes first: as
-    // much as both files need is used once.
+    // Memory that a virtual machine uses for the first time is fetched from its host, which would count
+    // for the first writer: as much as both files need is used once.
     run_number(&["write-one", &paths[1], "40000"])?;
     for round in 1..=ROUNDS {
         let load = Load::start(MESSAGE_LEN)?;

@@ -24,7 +24,7 @@ const ASLEEP: Duration = Duration::from_millis(100);
 /// Many messages are at least so many in [`ASLEEP`].
 const MANY_MESSAGES: usize = 50;
 /// Most bytes that one look brings, to keep the limit of the queue.
-const LOOK_LEN: usize = 8 << 20;
+const LOOK_LEN: usize = 16 << 20;
 /// Most reads of one socket in one look.
 const MAX_READS: usize = 64;
 /// The key of the inbox among the sockets that are waited for.
@@ -62,13 +62,14 @@ impl CollectorInbox {
         }));
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
         epoll::add(&epoll, &inbox.0.bell, epoll::EventData::new_u64(INBOX), epoll::EventFlags::IN)?;
-        let collector = Collector {
+        let collector = TapCollector {
             queue,
             inbox: inbox.clone(),
             epoll,
             taps: BTreeMap::new(),
             ready: BTreeSet::new(),
             added: INBOX,
+            first: INBOX,
             load: MessageLoad::new(Instant::now()),
         };
         let run = move || collector.run();
@@ -107,7 +108,7 @@ impl CollectorInbox {
     }
 }
 
-struct Collector {
+struct TapCollector {
     queue: Arc<MessageQueue>,
     inbox: CollectorInbox,
     epoll: OwnedFd,
@@ -116,10 +117,12 @@ struct Collector {
     ready: BTreeSet<u64>,
     /// The last key of a tap.
     added: u64,
+    /// The key with which the next look begins: behind the one at which the last look had to end.
+    first: u64,
     load: MessageLoad,
 }
 
-impl Collector {
+impl TapCollector {
     fn run(mut self) {
         let mut kept_alive = Instant::now();
         while !self.queue.is_ended() {
@@ -141,7 +144,9 @@ impl Collector {
                 self.queue.push_all(collected);
             }
             let may_sleep = has_room && is_all && !self.load.is_heavy();
-            self.wait(may_sleep, LOOK_EVERY.saturating_sub(now.elapsed()));
+            // Where a look did not bring all, the next one is due already.
+            let pause = if has_room && !is_all { Duration::ZERO } else { LOOK_EVERY };
+            self.wait(may_sleep, pause.saturating_sub(now.elapsed()));
         }
     }
 
@@ -175,13 +180,17 @@ impl Collector {
         let mut left = LOOK_LEN;
         // Taken before the outputs are read, and added behind what is found there.
         let reports = self.inbox.take_reports();
-        for (key, opened) in &mut self.taps {
-            let is_ready = self.ready.contains(key);
-            if let Err(error) = opened.read(is_ready, &mut left, &mut collected) {
+        let (before, after) = (self.taps.range(..self.first), self.taps.range(self.first..));
+        let keys: Vec<u64> = after.chain(before).map(|(key, _)| *key).collect();
+        for key in keys {
+            let Some(opened) = self.taps.get_mut(&key) else { continue };
+            if let Err(error) = opened.read(self.ready.contains(&key), &mut left, &mut collected) {
                 tracing::debug!("{} is not read any more: {error}", opened.data);
-                ended.push(*key);
+                ended.push(key);
             }
             if left == 0 {
+                // An output that has always more must not keep the others from their turn.
+                self.first = key + 1;
                 break;
             }
         }
