@@ -15,7 +15,7 @@ mod watch_messages;
 mod watched_run;
 
 use std::panic::resume_unwind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -401,11 +401,13 @@ impl OperatorView {
         let mut painter = Painter::new(path.clone(), self.settings.size, 1.0, make_panels());
         let console = self.console.lock().clone();
         match painter.finish_painting(console, now) {
-            Ok(()) => tracing::info!(
-                "the window closes with the run; what it showed last is in {}, and \
-                 `armor-operator-view --watch FILE` is a window that stays",
-                path.display()
-            ),
+            Ok(()) => {
+                let record = find_registry().as_deref().and_then(find_record);
+                tracing::info!(
+                    "{}",
+                    describe_end(&path, record.map(|record| record.file.display().to_string()))
+                );
+            }
             error => warn_of(error),
         }
     }
@@ -431,6 +433,22 @@ impl OperatorView {
     }
 }
 
+/// What the log of a run states of its window, which has closed with it: where its last picture is,
+/// and by which command a window of this file stays.
+fn describe_end(picture: &Path, file: Option<String>) -> String {
+    let file = file.unwrap_or_else(|| "FILE".into());
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+:".contains(c);
+    let file = match file.chars().all(is_plain) {
+        true => file,
+        false => format!("'{}'", file.replace('\'', r"'\''")),
+    };
+    format!(
+        "the window closes with the run, as all its processes; what it showed last is in {}. A window that \
+         stays, and shows why a run has ended: armor-operator-view --watch {file}",
+        picture.display()
+    )
+}
+
 /// Logs a failed picture: a full disk must not end the screen.
 fn warn_of(picture: Result<(), ScreenPictureError>) {
     if let Err(error) = picture {
@@ -451,6 +469,19 @@ fn read_clocks(started: Instant, armor: &Armor) -> ClockTimes {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_command_of_a_window_that_stays_can_be_copied_from_the_log() {
+        let end = |file: Option<&str>| {
+            describe_end(Path::new("out/view-last.png"), file.map(str::to_owned))
+        };
+        assert!(
+            end(Some("/robots/a.xml")).ends_with(": armor-operator-view --watch /robots/a.xml")
+        );
+        assert!(end(Some("/my robots/it's.xml")).ends_with(r" --watch '/my robots/it'\''s.xml'"));
+        assert!(end(None).ends_with(" --watch FILE"));
+        assert!(end(None).contains("out/view-last.png"));
+    }
 
     #[test]
     fn the_manifest_lists_all_ports() {

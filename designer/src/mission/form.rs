@@ -3,7 +3,7 @@
 //! stands beneath it while it is typed. A text that would be malformed in the file is refused: it
 //! stays in its field, with the reason, and the file keeps its value.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use eframe::egui::{self, Key, RichText};
 
@@ -19,6 +19,8 @@ pub struct Form {
     pending: BTreeMap<Field, Pending>,
     /// Texts that were refused and stay in their fields.
     refused: BTreeMap<Field, RefusedText>,
+    /// The fields of this frame.
+    shown: BTreeSet<Field>,
     changes: Vec<Made>,
     /// What the fields are of, so that the same field of another thing is another field.
     of: String,
@@ -82,11 +84,11 @@ impl Form {
     /// The changes of this frame, once all fields were shown. What `trial` refuses is not among
     /// them: the reason is beneath its field, or is returned where that is no longer shown.
     pub fn finish(&mut self, trial: Trial<'_>) -> Vec<Made> {
-        let shown = self.of.clone();
-        self.finish_fields(trial, Some(&shown))
+        let shown = std::mem::take(&mut self.shown);
+        self.finish_fields(trial, &shown)
     }
 
-    fn finish_fields(&mut self, trial: Trial<'_>, shown: Option<&str>) -> Vec<Made> {
+    fn finish_fields(&mut self, trial: Trial<'_>, shown: &BTreeSet<Field>) -> Vec<Made> {
         for (field, text) in self.drafts.finish() {
             self.refused.remove(&field);
             let Some(Pending { made, value }) = self.pending.remove(&field) else { continue };
@@ -94,7 +96,7 @@ impl Form {
                 Ok(change) => self.changes.push(Ok(change)),
                 Err(why) => {
                     let why = without_attribute(why);
-                    if shown != Some(&field.0) {
+                    if !shown.contains(&field) {
                         self.changes.push(Err(format!("{} not changed: {why}", field.1)));
                     }
                     self.refused.insert(field, RefusedText { text, why, value });
@@ -107,7 +109,7 @@ impl Form {
     /// Ends the editing of a field, as if it were left.
     pub fn end(&mut self, trial: Trial<'_>) -> Vec<Made> {
         self.drafts.end();
-        self.finish_fields(trial, None)
+        self.finish_fields(trial, &BTreeSet::new())
     }
 
     /// The name of the field that has the focus.
@@ -145,6 +147,7 @@ impl Form {
         make: impl Fn(&str) -> Option<Change>,
     ) -> egui::Response {
         let field = (self.of.clone(), name.to_owned());
+        self.shown.insert(field.clone());
         let unread = self.unread.take();
         let value = unread.as_deref().unwrap_or(value);
         let form = fields::Form { name, hint, width: 0.0, rows: 1 };

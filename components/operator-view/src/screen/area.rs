@@ -112,7 +112,8 @@ impl Area {
             (self.fits, self.follows) = (true, false);
         }
         let help = Button::new(RichText::new("?").strong()).min_size(Vec2::splat(TOUCH));
-        if ui.add(help).on_hover_text("keys and pointer").clicked() {
+        let help = ui.add(help).accessible_name("keys and pointer");
+        if help.on_hover_text("keys and pointer").clicked() {
             open_parts::toggle(ui.ctx(), OpenPart::Help);
         }
         if open_parts::is_open(ui.ctx(), OpenPart::Help) {
@@ -134,6 +135,7 @@ impl Area {
     ) {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
+        let response = response.accessible_name("area of the map");
         let response = response.on_hover_cursor(eframe::egui::CursorIcon::Crosshair);
         self.look.rect = rect;
         self.update_view(ui, &response, console);

@@ -220,7 +220,7 @@ fn act(window: &mut ViewWindow, model: &mut Model, random: &mut fastrand::Rng) -
             model.toggle("alerts");
         }
         16 => {
-            assert!(click_button(window, "?"));
+            assert!(click_button(window, "keys and pointer"));
             model.toggle("help");
         }
         17 => {

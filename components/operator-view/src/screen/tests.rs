@@ -955,6 +955,23 @@ fn the_theme_changes_by_a_button() {
 }
 
 #[test]
+fn what_can_be_operated_has_a_name_for_screen_readers() {
+    let mut test_screen = test_screen();
+    test_screen.console.buttons = vec!["explore".into()];
+    let mut window = window_of(test_screen, Vec2::new(1000.0, 1400.0));
+    window.get_by_label("area of the map");
+    window.get_by_label("keys and pointer").click();
+    window.run_steps(2);
+    window.get_by_label_contains("Space: STOP");
+    for role in [Role::Button, Role::CheckBox] {
+        for node in window.query_all_by_role(role) {
+            let name = node.accesskit_node().label().unwrap_or_default();
+            assert!(name.chars().any(char::is_alphabetic), "`{name}` at {:?}", node.rect());
+        }
+    }
+}
+
+#[test]
 fn what_is_touched_is_large_enough_and_no_text_is_small() {
     let mut test_screen = test_screen();
     test_screen.console.buttons = vec!["explore".into(), "home".into()];

@@ -1,11 +1,13 @@
 //! Ports: outputs as triangles that point out, inputs as notches, each in its type's colour.
 
+use std::borrow::Cow;
+
 use eframe::egui::{Align2, Color32, Pos2, Shape as Painted, Stroke, Vec2, vec2};
 
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{Label, draw};
-use crate::canvas::node::{Direction, NodePort, PortAt, PortSide};
+use crate::canvas::labels::{Label, draw, measure};
+use crate::canvas::node::{Direction, PortAt, PortSide};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
 use crate::canvas::state::Canvas;
@@ -19,6 +21,8 @@ const PORT_ROOM: f32 = 20.0;
 const NAME_MARGINS: f32 = 30.0;
 /// The least share of the width that one of them gets.
 const LEAST_SHARE: f32 = 0.38;
+/// The same for a port without a link that faces one with a link.
+const UNLINKED_SHARE: f32 = 0.2;
 
 impl<Id: DiagramId> Canvas<Id> {
     pub(super) fn paint_ports(
@@ -77,23 +81,31 @@ impl<Id: DiagramId> Canvas<Id> {
                 PortSide::Bottom => (Align2::CENTER_BOTTOM, vec2(0.0, -9.0)),
                 _ => (Align2::LEFT_CENTER, vec2(11.0, 0.0)),
             };
-            // Two names that face each other share the width by their lengths.
-            let letters = |port: &NodePort| port.name.chars().count() as f32;
-            let facing = node.ports.iter().filter(|other| {
-                other.side != port.side && (other.at.y - port.at.y).abs() < PORT_ROOM / 2.0
-            });
-            let other = facing.map(letters).fold(0.0, f32::max);
-            let share = letters(port) / (letters(port) + other).max(1.0);
-            let share = if other > 0.0 { share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE) } else { 1.0 };
-            let width = (node.rect.width() - NAME_MARGINS) * share * frame.zoom;
-            let label = Label {
+            let mut label = Label {
                 text: &port.name,
                 size: SMALL,
                 room: PORT_ROOM,
-                width,
+                width: f32::INFINITY,
                 colour: ink,
                 anchor,
             };
+            let measured = |text| {
+                let label = Label { text, ..label };
+                measure(frame.painter, frame.zoom, label).map_or(0.0, |size| size.x)
+            };
+            let facing = node.ports.iter().filter(|other| {
+                other.side != port.side && (other.at.y - port.at.y).abs() < PORT_ROOM / 2.0
+            });
+            let facing = facing.map(|it| (measured(&it.name), it.is_wired));
+            let facing = facing.reduce(|a, b| (a.0.max(b.0), a.1 || b.1));
+            let whole = measured(&port.name);
+            let both = (node.rect.width() - NAME_MARGINS) * frame.zoom;
+            let width = name_width((whole, port.is_wired), facing, both);
+            let beside = node.ports.iter().filter(|other| other.side == port.side);
+            let cut = shorten(&port.name, width / whole, beside.map(|other| other.name.as_str()));
+            label.text = &cut;
+            // Sizes are rounded.
+            label.width = width + 1.0;
             let name_at = at + away * frame.zoom;
             let name = draw(frame.painter, frame.zoom, name_at, label);
             if port.is_required
@@ -133,6 +145,41 @@ impl<Id: DiagramId> Canvas<Id> {
     }
 }
 
+/// How wide a name of this width may be, of a port that is linked or not, if both it and the one that
+/// it faces are to take no more than `both`: what is linked is read first.
+fn name_width((own, is_wired): (f32, bool), facing: Option<(f32, bool)>, both: f32) -> f32 {
+    let Some((other, is_other_wired)) = facing.filter(|(other, _)| *other > 0.0) else {
+        return both;
+    };
+    let share = match (is_wired, is_other_wired) {
+        _ if own + other <= both => return own,
+        (true, false) => 1.0 - (other / both).min(UNLINKED_SHARE),
+        (false, true) => 1.0 - (other / both).min(1.0 - UNLINKED_SHARE),
+        _ => (own / (own + other)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
+    };
+    // What the other does not need is free.
+    own.min((both * share).max(both - other))
+}
+
+/// A name of which only a part has room, such that it differs from those beside it: its end stays if
+/// others begin alike, as `ot…2` of `other2`. A name that can be cut at its end is returned whole.
+fn shorten<'a>(name: &'a str, part: f32, beside: impl Iterator<Item = &'a str>) -> Cow<'a, str> {
+    let count = name.chars().count();
+    // The dots take the room of a letter.
+    let kept = (count as f32 * part) as usize;
+    let kept = kept.saturating_sub(1).max(1);
+    let alike = |other: &str| name.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
+    let alike = beside.filter(|other| *other != name).map(alike).max().unwrap_or(0);
+    if part >= 1.0 || alike < kept || alike >= count {
+        return Cow::Borrowed(name);
+    }
+    let end = (count - alike).min(kept);
+    let mut text: String = name.chars().take(kept - end).collect();
+    text.push('…');
+    text.extend(name.chars().skip(count - end));
+    Cow::Owned(text)
+}
+
 /// Whether a port matches the wire that is being dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PortState {
@@ -161,5 +208,38 @@ fn state<Id: DiagramId>(
             Some(Hit::Port(at)) if rules.may_join(at, here).is_ok() => PortState::Fits,
             _ => PortState::Plain,
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linked_port_keeps_its_name_and_what_it_faces_gets_the_rest() {
+        let (linked, unlinked) = ((50.0, true), (35.0, false));
+        assert_eq!(name_width(linked, Some(unlinked), 70.0), 50.0);
+        assert!((name_width(unlinked, Some(linked), 70.0) - 20.0).abs() < 0.01);
+        assert_eq!(name_width(linked, Some(linked), 120.0), 50.0, "both have room");
+        assert_eq!(name_width(linked, None, 40.0), 40.0);
+        for (a, b) in [(90.0, 80.0), (20.0, 90.0), (50.0, 35.0), (70.0, 1.0)] {
+            for (is_a, is_b) in [(true, true), (true, false), (false, true), (false, false)] {
+                let (a, b) = ((a, is_a), (b, is_b));
+                let sum = name_width(a, Some(b), 70.0) + name_width(b, Some(a), 70.0);
+                assert!(sum <= 70.01, "{a:?} and {b:?} take {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_that_begin_alike_keep_their_ends() {
+        let ports = ["velocity", "other1", "other2", "map", "map_updates"];
+        let cut = |name, part| shorten(name, part, ports.into_iter()).into_owned();
+        assert_eq!(cut("other1", 0.7), "ot…1");
+        assert_eq!(cut("other2", 0.7), "ot…2");
+        assert_eq!(cut("other2", 0.1), "…2");
+        assert_eq!(cut("other2", 1.0), "other2");
+        assert_eq!(cut("map_updates", 0.6), "map_updates", "its beginning differs");
+        assert_eq!(cut("velocity", 0.5), "velocity");
     }
 }

@@ -21,6 +21,8 @@ const MEASURES: [(&str, Dimension, &str, &str); 6] = [
     ("pitch", Dimension::Angle, "0deg", "then about y"),
     ("yaw", Dimension::Angle, "0deg", "then about z, anticlockwise"),
 ];
+/// The width of a name: with two of them and a button the panel is not wider than its default.
+const NAME_WIDTH: f32 = 74.0;
 /// The width of a measure: three of them are in a row.
 const MEASURE_WIDTH: f32 = 64.0;
 
@@ -68,7 +70,7 @@ impl SystemView {
         ui.horizontal_wrapped(|ui| {
             for (attribute, value) in [("name", name), ("in", parent)] {
                 let label = format!("frame {name} {attribute}");
-                let form = Form { name: &label, hint: attribute, width: 84.0, rows: 1 };
+                let form = Form { name: &label, hint: attribute, width: NAME_WIDTH, rows: 1 };
                 let field = Field::Frame(name.to_owned(), attribute);
                 self.drafts.text(ui, &field, value, form, &check_name);
                 if attribute == "name" {
