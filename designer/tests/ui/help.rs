@@ -43,8 +43,7 @@ fn the_drawing_has_seven_tenths_of_a_small_window() {
     window.harness.set_size(eframe::egui::vec2(1280.0, 800.0));
     window.settle();
     let drawing = window.harness.get_by_label("drawing of the system").rect();
-    // A line of notes may be beneath it.
-    let share = drawing.width() * (drawing.height() - 26.0) / (1280.0 * 800.0);
+    let share = drawing.area() / (1280.0 * 800.0);
     assert!(share >= 0.7, "{share}");
 }
 
