@@ -81,6 +81,9 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
     let to = arguments.to.unwrap_or(if is_csv { ConvertedForm::Csv } else { ConvertedForm::Armor });
     let mut magic = Vec::new();
     let opened = File::open(file).with_context(|| file.display().to_string())?;
+    if arguments.to.is_none() {
+        refuse_unwritten_form(copy)?;
+    }
     opened.take(BAG_MAGIC.len() as u64).read_to_end(&mut magic)?;
     let (messages, unreadable, damaged_chunks) = if magic.starts_with(MCAP_MAGIC) {
         let ConvertArguments { from, until, data, .. } = arguments;
@@ -100,7 +103,9 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
         let (messages, unreadable) = convert_bag(arguments, to)?;
         (messages, unreadable, 0)
     } else {
-        if to == ConvertedForm::Csv || !arguments.data.is_empty() || arguments.from.is_some() {
+        let is_part =
+            !arguments.data.is_empty() || arguments.from.is_some() || arguments.until.is_some();
+        if to == ConvertedForm::Csv || is_part {
             bail!(
                 "{} is no MCAP file, so it is read as a log of CARMEN: that is converted whole, to a \
                  recording; convert the recording then",
@@ -117,6 +122,21 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
     } else {
         print_line(format!("{}: {messages} messages", copy.display()))
     })
+}
+
+/// Refuses a name that promises a form which is read, and not written.
+fn refuse_unwritten_form(copy: &Path) -> Result<()> {
+    let extension = copy.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    let form = match extension {
+        "bag" => "a bag of ROS 1",
+        "db3" => "a database of ROS 2",
+        "log" | "clf" | "gz" => "a log of CARMEN",
+        _ => return Ok(()),
+    };
+    bail!(
+        "{}: {form} is not written; name a file that ends with .mcap or .csv, or give the form with `--to`",
+        copy.display()
+    )
 }
 
 fn create(path: &Path) -> Result<BufWriter<File>> {
