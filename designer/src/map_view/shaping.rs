@@ -20,35 +20,6 @@ use crate::mission::panel::parts::section;
 use crate::panels::fields::is_entered;
 use crate::workspace::Workspace;
 
-/// The numbers that are typed.
-#[derive(Clone, Debug)]
-pub struct ShapingForm {
-    move_by: String,
-    rotate_by: String,
-    mirror_across: String,
-    offset_by: String,
-    spacing: String,
-    direction: String,
-    inset: String,
-    width: String,
-}
-
-impl Default for ShapingForm {
-    fn default() -> Self {
-        let text = str::to_owned;
-        Self {
-            move_by: String::new(),
-            rotate_by: text("90deg"),
-            mirror_across: text("x"),
-            offset_by: text("0.5m"),
-            spacing: text("1m"),
-            direction: text("0deg"),
-            inset: text("0.5m"),
-            width: text("3m"),
-        }
-    }
-}
-
 /// What is to be done with the selection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shaping {
