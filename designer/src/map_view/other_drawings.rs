@@ -14,7 +14,7 @@ use crate::mission::marks::Marks;
 
 /// The most other drawings at once.
 const MAX_OTHERS: usize = 16;
-/// How often the files of others are looked at, in seconds.
+/// How often other files are checked for changes, in seconds.
 const LOOK_EVERY_S: f64 = 1.0;
 
 /// The drawings of others.

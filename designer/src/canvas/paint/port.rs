@@ -101,8 +101,8 @@ impl<Id: DiagramId> Canvas<Id> {
             let whole = measured(&port.name);
             let both = (node.rect.width() - NAME_MARGINS) * frame.zoom;
             let width = name_width((whole, port.is_wired), facing, both);
-            let beside = node.ports.iter().filter(|other| other.side == port.side);
-            let cut = shorten(&port.name, width / whole, beside.map(|other| other.name.as_str()));
+            let on_side = node.ports.iter().filter(|other| other.side == port.side);
+            let cut = shorten(&port.name, width / whole, on_side.map(|other| other.name.as_str()));
             label.text = &cut;
             // Sizes are rounded.
             label.width = width + 1.0;
@@ -161,15 +161,15 @@ fn name_width((own, is_wired): (f32, bool), facing: Option<(f32, bool)>, both: f
     own.min((both * share).max(both - other))
 }
 
-/// A name of which only a part has room, such that it differs from those beside it: its end stays if
-/// others begin alike, as `ot…2` of `other2`. A name that can be cut at its end is returned whole.
-fn shorten<'a>(name: &'a str, part: f32, beside: impl Iterator<Item = &'a str>) -> Cow<'a, str> {
+/// A name of which only a part has room, such that it differs from the others on its side: its end stays
+/// if they begin alike, as `ot…2` of `other2`. A name that can be cut at its end is returned whole.
+fn shorten<'a>(name: &'a str, part: f32, others: impl Iterator<Item = &'a str>) -> Cow<'a, str> {
     let count = name.chars().count();
     // The dots take the room of a letter.
     let kept = (count as f32 * part) as usize;
     let kept = kept.saturating_sub(1).max(1);
     let alike = |other: &str| name.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
-    let alike = beside.filter(|other| *other != name).map(alike).max().unwrap_or(0);
+    let alike = others.filter(|other| *other != name).map(alike).max().unwrap_or(0);
     if part >= 1.0 || alike < kept || alike >= count {
         return Cow::Borrowed(name);
     }
