@@ -20,6 +20,7 @@ pub mod own_run;
 mod plan;
 pub mod port;
 pub mod process;
+pub mod process_stat;
 mod remote;
 mod requests;
 pub mod shared_read;

@@ -15,6 +15,7 @@ use anyhow::{Context, Result};
 use rustix::fs::{Access, access};
 
 use super::control_group::{self, ControlGroup, GroupObstacle};
+use super::process_stat::read_parent;
 
 /// The period in which the kernel measures the time, in microseconds; its default.
 const PERIOD_US: u64 = 100_000;
@@ -69,7 +70,7 @@ pub fn foresee_obstacle() -> Option<ShareObstacle> {
         Ok(own) => own,
         Err(obstacle) => return Some(ShareObstacle::NoGroup(obstacle)),
     };
-    foresee_in(&own, std::process::id(), &find_parent)
+    foresee_in(&own, std::process::id(), &read_parent)
 }
 
 /// As [`foresee_obstacle`], for the group `group` that the process `own` is in.
@@ -116,7 +117,7 @@ pub fn leave_leaf(own: PathBuf) -> PathBuf {
 
 fn prepare() -> Result<(), ShareObstacle> {
     let own = control_group::find_own().map_err(ShareObstacle::NoGroup)?;
-    divide(&own, std::process::id(), &find_parent)?;
+    divide(&own, std::process::id(), &read_parent)?;
     let trial = ControlGroup::make().map_err(ShareObstacle::NoGroup)?;
     let refused = |error: io::Error| ShareObstacle::Refused(error.to_string());
     let process = trial.make_for("trial").map_err(refused)?;
@@ -196,13 +197,6 @@ fn is_started_by(pid: u32, own: u32, find_parent: &dyn Fn(u32) -> Option<u32>) -
     let line = std::iter::successors(Some(pid), |pid| find_parent(*pid));
     let line: Vec<_> = line.take(MAX_DEPTH).take_while(|pid| *pid > 1).collect();
     line.contains(&own) || find_parent(pid).is_none()
-}
-
-/// Returns the parent of a process; none if it has ended.
-pub fn find_parent(pid: u32) -> Option<u32> {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // After the name, which may contain anything: the state, and the parent.
-    stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
 }
 
 /// Whether the controller is in a list of controllers.
@@ -353,6 +347,5 @@ mod tests {
         if let Some(why) = refuse() {
             assert!(why.starts_with("cpu cannot be limited: ") && why.contains("leave cpu out"));
         }
-        assert_eq!(find_parent(std::process::id()), Some(std::os::unix::process::parent_id()));
     }
 }

@@ -15,6 +15,7 @@ use tokio::task::JoinHandle;
 use super::control_group::{ControlGroup, ProcessControlGroup};
 use super::logs::{LogStream, RunLog};
 use super::own_run::START_VARIABLE;
+use super::process_stat::read_state;
 use super::supervisor::ChildExit;
 use super::survivors::kill_survivors;
 use crate::guard::{self, GuardedResources};
@@ -179,10 +180,7 @@ pub fn kill_left_processes(control_group: Option<&ProcessControlGroup>, mark: &s
 
 /// Returns whether a signal or a debugger has stopped the process.
 pub fn is_suspended(pid: u32) -> bool {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
-    // The name, which may contain anything, is in parentheses; the state follows.
-    let state = stat.ok().and_then(|stat| stat.rsplit_once(')')?.1.trim_start().chars().next());
-    matches!(state, Some('T' | 't'))
+    matches!(read_state(pid), Some('T' | 't'))
 }
 
 /// Why a process that ended like a guard has: it cannot be started if its executable may not be

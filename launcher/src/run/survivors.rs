@@ -9,14 +9,12 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 
-use super::cpu_share::find_parent;
+use super::process_stat::{read_parent, read_start};
 
 /// The variable that names the run and the process in it: `MARK/NAME/`.
 pub const VARIABLE: &str = "ARMOR_PROCESS";
 /// Namespaces in which process ids and the times of process starts mean the same.
 const NAMESPACES: [&str; 2] = ["/proc/self/ns/pid", "/proc/self/ns/time"];
-/// The start of a process in /proc/PID/stat, counted from the field after its name.
-const STARTED_FIELD: usize = 19;
 /// How far up the parents of this process are searched.
 const MAX_DEPTH: usize = 64;
 /// Most searches: a process that starts others while it is being killed is found again.
@@ -69,13 +67,6 @@ fn is_of_dead(mark: &str, own_namespaces: &str) -> bool {
     namespaces == own_namespaces && started > 0 && read_start(pid) != Some(started)
 }
 
-/// When a process has started, in ticks since the host has; none if it has ended.
-fn read_start(pid: u32) -> Option<u64> {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // After the name, which may contain anything.
-    stat.rsplit_once(')')?.1.split_whitespace().nth(STARTED_FIELD)?.parse().ok()
-}
-
 /// The inodes of the namespaces of this process.
 fn name_namespaces() -> String {
     let inodes = NAMESPACES.map(|path| fs::metadata(path).map_or(0, |namespace| namespace.ino()));
@@ -123,7 +114,7 @@ fn find_survivors(mark: &str) -> Vec<Pid> {
         variables.split(|byte| *byte == 0).any(|it| it.starts_with(wanted.as_bytes()))
     };
     // A shell that a component had started may have started this process.
-    let above = std::iter::successors(Some(std::process::id()), |pid| find_parent(*pid));
+    let above = std::iter::successors(Some(std::process::id()), |pid| read_parent(*pid));
     let above: Vec<_> = above.take(MAX_DEPTH).take_while(|pid| *pid > 1).collect();
     let is_above = |pid: &i32| u32::try_from(*pid).is_ok_and(|pid| above.contains(&pid));
     list_pids().filter(is_marked).filter(|pid| !is_above(pid)).filter_map(Pid::from_raw).collect()

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
+use crate::run::process_stat::split_fields;
+
 /// The kernel reports times to programs in hundredths of a second, whatever it counts in (time(7)).
 const TICKS_PER_S: f64 = 100.0;
 
@@ -67,10 +69,9 @@ impl UsageTable {
     }
 }
 
-/// The processor time in `/proc/PID/stat`, in seconds. The name before it may contain anything.
+/// The processor time in `/proc/PID/stat`, in seconds.
 fn parse_cpu_s(stat: &str) -> Option<f64> {
-    let (_, fields) = stat.rsplit_once(')')?;
-    let fields: Vec<&str> = fields.split_whitespace().collect();
+    let fields: Vec<&str> = split_fields(stat)?.collect();
     // utime and stime, fields 14 and 15 of proc(5).
     let ticks = |at: usize| fields.get(at)?.parse::<f64>().ok();
     Some((ticks(11)? + ticks(12)?) / TICKS_PER_S)

@@ -63,7 +63,7 @@ fn fuzz(mut words: impl Iterator<Item = String>) -> Result<()> {
             _ => bail!("{word} is no option\n{USAGE}"),
         }
     }
-    println!("seed {0} (the day); --seed {0} draws the same inputs again", options.seed);
+    println!("seed {0}: --seed {0} draws the same inputs again", options.seed);
     let tried = fuzz_all(&std::env::current_exe()?, &options)?;
     println!("{tried} inputs, and every decoder has survived");
     Ok(())
