@@ -2,7 +2,7 @@
 
 use rustix::process::Signal;
 
-use crate::fixture::{Dialogue, Folder, run_to_end, send_signal, wait_for};
+use crate::fixture::{DEADLINE, Dialogue, Folder, find_within, run_to_end, send_signal};
 use crate::resilience::system::{Draft, System};
 
 /// A mission that only waits for orders.
@@ -24,9 +24,13 @@ fn watch(folder: &str) -> System {
 
 /// Waits until the mission shows these words; returns what it shows then.
 fn shows(system: &System, words: &str) -> String {
-    wait_for(&format!("{words:?} is shown\n{}", system.run.log()), || {
-        Some(system.shown(&["mission", "show"])).filter(|shown| shown.contains(words))
-    })
+    let mut shown = String::new();
+    let found = find_within(DEADLINE, || {
+        shown = system.shown(&["mission", "show"]);
+        shown.contains(words).then_some(())
+    });
+    assert!(found.is_some(), "{words:?} is not shown, but {shown:?}\n{}", system.run.log());
+    shown
 }
 
 /// Runs `armor mission` on a system; returns its exit code, stdout and stderr.
@@ -65,7 +69,8 @@ fn an_ousted_operator_ends_immediately_and_stays_ousted() {
 
 #[test]
 fn the_command_of_one_mission_does_not_carry_over_to_the_next() {
-    let mut system = watch("next-system");
+    let mut system = Draft::default().mission(WATCH).run_on_own_port(Folder::new("next-system"));
+    shows(&system, "marked      up");
     let mut ruth = talker(&system, &["operate", "--as", "ruth"]);
     assert_eq!(ruth.read_line(), "the command is yours");
     system.run.signal(Signal::KILL);

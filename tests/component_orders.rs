@@ -79,10 +79,11 @@ fn a_restart_that_does_not_succeed_fails_with_the_reason() {
     );
     let system = draft.run(Folder::new("given-up-again"));
     wait_for("the end", || system.shown(&["ps"]).contains("given up").then_some(()));
-    let (code, _, err) = armor(&system, &["restart", "worker"]);
+    let (code, out, err) = armor(&system, &["restart", "worker"]);
     // It is seen while it ends, or when it is given up.
     let expected = ["panicked: as the test wants it", "worker does not run: ended with code 101"];
-    assert!(code == 1 && expected.iter().any(|why| err.contains(why)), "{err}");
+    let is_expected = code == 1 && expected.iter().any(|why| err.contains(why));
+    assert!(is_expected, "{code}: {out}{err}{}", system.run.log());
 }
 
 #[test]

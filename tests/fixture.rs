@@ -75,7 +75,7 @@ impl Drop for Folder {
 }
 
 /// Time after which a test gives up waiting: generous, for a busy machine.
-pub const DEADLINE: Duration = Duration::from_secs(60);
+pub const DEADLINE: Duration = Duration::from_secs(120);
 
 /// Repeats `found` until it returns something.
 pub fn wait_for<T>(what: &str, found: impl FnMut() -> Option<T>) -> T {
@@ -83,13 +83,18 @@ pub fn wait_for<T>(what: &str, found: impl FnMut() -> Option<T>) -> T {
 }
 
 /// As [`wait_for`], with another deadline.
-pub fn wait_within<T>(deadline: Duration, what: &str, mut found: impl FnMut() -> Option<T>) -> T {
+pub fn wait_within<T>(deadline: Duration, what: &str, found: impl FnMut() -> Option<T>) -> T {
+    find_within(deadline, found).unwrap_or_else(|| panic!("{what} did not happen"))
+}
+
+/// Repeats `found` until it returns something; `None` after the deadline.
+pub fn find_within<T>(deadline: Duration, mut found: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();
     loop {
-        if let Some(found) = found() {
-            return found;
+        let result = found();
+        if result.is_some() || start.elapsed() >= deadline {
+            return result;
         }
-        assert!(start.elapsed() < deadline, "{what} did not happen");
         std::thread::sleep(Duration::from_millis(10));
     }
 }

@@ -292,8 +292,9 @@ fn values_are_plotted_as_text_as_a_picture_and_line_by_line() {
 
 #[test]
 fn a_system_that_ends_and_comes_back_is_followed() {
-    let mut system =
-        Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("top-again"));
+    let mut system = Draft::default()
+        .probe("north", "rate='50Hz'", "")
+        .run_on_own_port(Folder::new("top-again"));
     let before = system.pid("north");
     let registry = system.registry.to_string();
     let mut command = system.folder.armor(&["top", "--registry", &registry, "--format", "json"]);

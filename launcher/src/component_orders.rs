@@ -32,6 +32,10 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// How long a component must run until it is reported as running: on a busy host a process whose first call
 /// fails needs this long to end.
 const RUNS_FOR: Duration = Duration::from_millis(300);
+/// How long its first call is waited for; one that is called for its data may get none.
+const IS_CALLED_WITHIN: Duration = Duration::from_secs(1);
+/// How long the end of that call is waited for; it may be a long one.
+const ENDS_WITHIN: Duration = Duration::from_secs(5);
 
 /// Start a component again: one that runs, has failed, has ended, was stopped or was given up.
 #[derive(Args, Debug)]
@@ -107,8 +111,13 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
             && status.state != RunState::Starting
         {
             // Many a component fails, or its process ends, in its first call.
+            let seen = Instant::now();
             thread::sleep(RUNS_FOR);
-            let later = observed.ask_component(component);
+            let mut later = observed.ask_component(component);
+            while later.as_ref().is_ok_and(|status| awaits_first_call(status, seen.elapsed())) {
+                thread::sleep(LOOK_EVERY);
+                later = observed.ask_component(component);
+            }
             let is_same =
                 find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);
             if let Some(status) = later.ok().filter(|_| is_same) {
@@ -137,6 +146,16 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
          of the run the reason",
         within.as_secs_f64()
     )
+}
+
+/// Whether a component may still fail in its first call, so long after it was seen.
+fn awaits_first_call(status: &Status, since: Duration) -> bool {
+    let limit = match status.call {
+        Some(_) => ENDS_WITHIN,
+        None if status.exec_calls == 0 => IS_CALLED_WITHIN,
+        None => return false,
+    };
+    status.state == RunState::Active && since < limit
 }
 
 /// Prints that the component runs; or why it has failed.

@@ -13,7 +13,7 @@ use armor_wire::registry::ComponentEntry;
 use rustix::process::Signal;
 
 use super::trace::Trace;
-use crate::fixture::{Folder, Run, is_alive, run_to_end, send_signal, wait_for};
+use crate::fixture::{Folder, Run, free_port, is_alive, run_to_end, send_signal, wait_for};
 
 /// Time for one request; callers repeat it.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
@@ -73,6 +73,11 @@ impl Draft {
     /// Starts the system; the run writes into `out`.
     pub fn run(self, folder: Folder) -> System {
         self.run_with(folder, &[])
+    }
+
+    /// Starts the system on a port that no other launcher chooses, so that a next one can have it.
+    pub fn run_on_own_port(self, folder: Folder) -> System {
+        self.run_with(folder, &["--registry", &format!("127.0.0.1:{}", free_port())])
     }
 
     /// Starts the system with further arguments of `armor run`.

@@ -1,9 +1,12 @@
 //! The address of the registry: the given one, or a free port that no other launcher of this host
 //! takes.
 
+use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{self, UnixListener};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use armor_socket::explain_bind_error;
@@ -11,6 +14,10 @@ use armor_wire::registry::DEFAULT_PORT;
 
 /// The last port that is tried.
 pub const LAST_PORT: u16 = DEFAULT_PORT + 100;
+/// How long a port that is asked for is waited for.
+const FREE_WITHIN: Duration = Duration::from_secs(3);
+/// Time between two looks at it.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// A port that is ours as long as this lives.
 #[derive(Debug)]
@@ -18,7 +25,7 @@ pub struct PortLease {
     /// Where the registry is to listen.
     pub address: SocketAddr,
     /// Two launchers that start at the same time must not take the same port.
-    _claim: Option<UnixListener>,
+    _claim: UnixListener,
 }
 
 impl PortLease {
@@ -39,20 +46,26 @@ impl PortLease {
                      be served; give an address such as 127.0.0.1:{DEFAULT_PORT}"
                 );
             }
-            if let Err(error) = TcpListener::bind(address) {
+            let Ok(claim) = claim_port(address) else {
+                bail!(
+                    "another `armor run` of this host has just taken {address} for its registry; \
+                     give another --registry"
+                );
+            };
+            if let Err(error) = bind_when_free(address) {
                 let reason = explain_bind_error(address, &error);
                 bail!(
                     "the registry cannot listen on {address}: {reason}; or give another --registry"
                 );
             }
-            return Ok(Self { address, _claim: None });
+            return Ok(Self { address, _claim: claim });
         }
         for port in DEFAULT_PORT..=LAST_PORT {
             let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-            if let Ok(claim) = claim_port(port)
+            if let Ok(claim) = claim_port(address)
                 && TcpListener::bind(address).is_ok()
             {
-                return Ok(Self { address, _claim: Some(claim) });
+                return Ok(Self { address, _claim: claim });
             }
         }
         bail!(
@@ -61,11 +74,26 @@ impl PortLease {
     }
 }
 
+/// Binds a port, and leaves it again. The registry of a launcher that was killed may hold it for a moment.
+fn bind_when_free(address: SocketAddr) -> io::Result<()> {
+    let start = Instant::now();
+    loop {
+        match TcpListener::bind(address) {
+            Err(error)
+                if error.kind() == io::ErrorKind::AddrInUse && start.elapsed() < FREE_WITHIN =>
+            {
+                thread::sleep(LOOK_EVERY);
+            }
+            bound => return bound.map(drop),
+        }
+    }
+}
+
 /// Claims a port by a socket name that only one process of the host (of its network namespace, as
 /// with ports) can have, and that the kernel releases when the process ends. The port itself is
 /// left to the registry.
-fn claim_port(port: u16) -> std::io::Result<UnixListener> {
-    let name = format!("armor-registry-{port}");
+fn claim_port(address: SocketAddr) -> io::Result<UnixListener> {
+    let name = format!("armor-registry-{address}");
     UnixListener::bind_addr(&net::SocketAddr::from_abstract_name(name)?)
 }
 
@@ -80,6 +108,31 @@ mod tests {
         let mut ports: Vec<_> = leases.iter().map(|lease| lease.address.port()).collect();
         ports.dedup();
         assert_eq!(ports.len(), 5, "{ports:?}");
+        let address = leases[0].address;
+        let error = PortLease::take(Some(address)).expect_err("it is claimed").to_string();
+        assert!(error.contains("another `armor run`"), "{error}");
+        drop(leases);
+        // Another test may claim one of those that are free again.
+        let leases: Vec<_> = ports
+            .iter()
+            .filter_map(|port| PortLease::take(Some((Ipv4Addr::LOCALHOST, *port).into())).ok())
+            .collect();
+        assert!(!leases.is_empty(), "{ports:?}");
+    }
+
+    #[test]
+    fn a_port_that_is_left_in_a_moment_is_waited_for() {
+        let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+        let address = taken.local_addr().expect("it listens");
+        let (sender, taking) = std::sync::mpsc::channel();
+        let leaving = thread::spawn(move || {
+            taking.recv().expect("it is being taken");
+            drop(taken);
+        });
+        sender.send(()).expect("it waits");
+        let lease = PortLease::take(Some(address)).expect("it is left");
+        assert_eq!(lease.address, address);
+        leaving.join().expect("no panic");
     }
 
     #[test]
