@@ -32,7 +32,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// How long a component must run until it is reported as running: on a busy host a process whose first call
 /// fails needs this long to end.
 const RUNS_FOR: Duration = Duration::from_millis(300);
-/// How long its first call is waited for; one that is called for its data may get none.
+/// How long its first two calls are waited for; one that is called for its data may get none. The first
+/// is known to last only when it has lasted for a beat, and a process that panics in it ends after it.
 const IS_CALLED_WITHIN: Duration = Duration::from_secs(1);
 /// How long the end of that call is waited for; it may be a long one.
 const ENDS_WITHIN: Duration = Duration::from_secs(5);
@@ -111,13 +112,8 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
             && status.state != RunState::Starting
         {
             // Many a component fails, or its process ends, in its first call.
-            let seen = Instant::now();
             thread::sleep(RUNS_FOR);
-            let mut later = observed.ask_component(component);
-            while later.as_ref().is_ok_and(|status| awaits_first_call(status, seen.elapsed())) {
-                thread::sleep(LOOK_EVERY);
-                later = observed.ask_component(component);
-            }
+            let later = ask_after_first_call(&observed, component);
             let is_same =
                 find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);
             if let Some(status) = later.ok().filter(|_| is_same) {
@@ -148,14 +144,24 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
     )
 }
 
-/// Whether a component may still fail in its first call, so long after it was seen.
-fn awaits_first_call(status: &Status, since: Duration) -> bool {
-    let limit = match status.call {
-        Some(_) => ENDS_WITHIN,
-        None if status.exec_calls == 0 => IS_CALLED_WITHIN,
-        None => return false,
-    };
-    status.state == RunState::Active && since < limit
+/// Returns its state when it can hardly fail in its first call any more.
+fn ask_after_first_call(
+    observed: &ObservedSystem,
+    component: &str,
+) -> std::result::Result<Status, String> {
+    let start = Instant::now();
+    let mut idle_since = start;
+    loop {
+        let status = observed.ask_component(component)?;
+        if status.call.is_some() {
+            idle_since = Instant::now();
+        }
+        let is_new = status.state == RunState::Active && status.exec_calls < 2;
+        if !is_new || idle_since.elapsed() >= IS_CALLED_WITHIN || start.elapsed() >= ENDS_WITHIN {
+            return Ok(status);
+        }
+        thread::sleep(LOOK_EVERY);
+    }
 }
 
 /// Prints that the component runs; or why it has failed.
