@@ -44,7 +44,7 @@ pub use event::CanvasEvent;
 pub use hit::{Hit, NearestPort};
 pub(crate) use hover::paint_hint;
 pub(crate) use keyboard::{ARROWS, keep_arrow_keys};
-pub use labels::paintable;
+pub use labels::{LABELLED, paintable};
 pub use node::{
     Badge, Decoration, DiagramNode, Direction, Mark, NodeLine, NodeLook, NodePort, NodeShape,
     Outline, PortAt, PortSide, Wire, WireEnd,

@@ -26,6 +26,7 @@ mod preview;
 mod rows;
 pub(crate) mod session;
 mod sheet;
+mod split;
 mod systems;
 mod tone;
 mod values;

@@ -14,6 +14,7 @@ mod help;
 mod keyboard;
 mod links;
 mod live;
+mod live_room;
 mod map;
 mod map_live;
 mod map_numbers;

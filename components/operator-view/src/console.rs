@@ -122,7 +122,11 @@ impl Console {
         match self.scene.frame_seen(frame) {
             FrameNews::Same => {}
             FrameNews::First => self.orders.set_frame(frame),
-            FrameNews::Changed => self.orders.change_frame(frame),
+            FrameNews::Changed => {
+                self.orders.change_frame(frame);
+                // Their places were on the map before.
+                (self.arrival, self.refusal) = (None, None);
+            }
         }
     }
 
@@ -463,6 +467,14 @@ mod tests {
         assert_eq!(console.orders.take_event(), Some(OperatorEvent::Arrived));
         assert!(console.recent_arrival(now(2.0)).is_some());
         assert!(console.recent_arrival(now(20.0)).is_none());
+        // On a map with another origin its place means nothing.
+        let refused = OrderRefusal { place: Point2::default(), why: String::new(), at_s: 2.0 };
+        console.refusal = Some(refused);
+        console.frame_seen("map");
+        assert!(console.recent_refusal(now(2.0)).is_some());
+        console.frame_seen("map#2");
+        assert!(console.recent_arrival(now(2.0)).is_none());
+        assert!(console.recent_refusal(now(2.0)).is_none());
     }
 
     #[test]

@@ -301,16 +301,15 @@ impl Designer {
     /// Shows why the files were not saved, and the place of the first error.
     pub(super) fn not_saved(&mut self, refused: &SaveRefused) {
         self.workspace.settings.problems = true;
-        let is_draft = self.workspace.project.is_draft();
-        let mut text = match self.after_saving {
-            Some(Then::Run) if is_draft => {
-                let reasons = refused.to_string();
-                let reasons = reasons.strip_prefix("Not saved: ").unwrap_or(&reasons);
-                format!("Not run, since this draft has errors: {reasons}")
-            }
-            _ => refused.to_string(),
-        };
-        if matches!(refused, SaveRefused::Wrong(_)) && !is_draft {
+        let project = &self.workspace.project;
+        let (is_draft, is_dirty) = (project.is_draft(), project.is_dirty());
+        let mut text = refused.to_string();
+        if matches!(self.after_saving, Some(Then::Run)) && (is_draft || !is_dirty) {
+            let reasons = text.strip_prefix("Not saved: ").unwrap_or(&text);
+            let what = if is_draft { "draft" } else { "file" };
+            text = format!("Not run, since this {what} has errors: {reasons}");
+        }
+        if matches!(refused, SaveRefused::Wrong(_)) && !is_draft && is_dirty {
             text += ". File, Save as draft keeps it";
         }
         self.workspace.messages.warn(text);

@@ -16,13 +16,18 @@ impl Designer {
         if self.workspace.project.path().is_none() {
             self.after_saving = Some(Then::Run);
             self.dialog = Some(Dialog::save_as(&self.workspace.project));
-        } else if self.workspace.project.is_dirty() || self.workspace.project.is_draft() {
-            // Saving completes a draft without errors, and states the errors of another.
+        } else if self.has_to_be_saved() {
+            // Saving completes a draft without errors, and states the errors of another file.
             self.after_saving = Some(Then::Run);
             self.workspace.order_command(Command::Save);
         } else {
             self.start_run();
         }
+    }
+
+    fn has_to_be_saved(&self) -> bool {
+        let project = &self.workspace.project;
+        project.is_dirty() || project.is_draft() || project.has_errors()
     }
 
     /// Runs the file as it is on the disk.

@@ -11,6 +11,12 @@ use armor_picture::theme::LEAST_TEXT;
 
 /// The room of a text that stands alone as soon as those around it are not drawn.
 pub(super) const ALONE: f32 = 34.0;
+/// The room of the name of a port, and of the text of a link: from port to port of a block.
+pub(super) const PORT_ROOM: f32 = 20.0;
+/// From this zoom on the names of ports and the texts of links are drawn.
+pub const LABELLED: f32 = (LEAST_TEXT - ROUNDED) / PORT_ROOM;
+/// Sizes of text are rounded by so much at most.
+const ROUNDED: f32 = 0.5;
 /// A smaller note is not drawn.
 pub(super) const SMALLEST: f32 = 5.0;
 
@@ -44,7 +50,7 @@ pub(super) fn measure(painter: &Painter, zoom: f32, label: Label<'_>) -> Option<
 fn lay_out(painter: &Painter, zoom: f32, label: Label<'_>) -> Option<Arc<Galley>> {
     let size = (label.size * zoom * 2.0).round() / 2.0;
     // Text that can be read needs this height, however small the drawing is.
-    if label.room * zoom < LEAST_TEXT - 0.5 || label.text.is_empty() {
+    if label.room * zoom < LEAST_TEXT - ROUNDED || label.text.is_empty() {
         return None;
     }
     let size = size.max(LEAST_TEXT);

@@ -7,6 +7,8 @@ const MIN_ZOOM: f32 = 0.04;
 const MAX_ZOOM: f32 = 4.0;
 /// Margin around what is fitted into the window, in points.
 const MARGIN: f32 = 40.0;
+/// The same as a share of a small window, which has no room for more.
+const MARGIN_SHARE: f32 = 0.08;
 
 /// Below this zoom ports and their names are not drawn.
 pub(super) const DETAIL: f32 = 0.42;
@@ -63,13 +65,20 @@ impl Viewport {
 
     /// Shows an area as large as it fits, but not larger than `largest`.
     pub fn fit(&mut self, window: Rect, area: Rect, largest: f32) {
-        // A small window has no room for a margin.
-        let margin = MARGIN.min(0.08 * window.size().min_elem());
+        let margin = MARGIN.min(MARGIN_SHARE * window.size().min_elem());
         let free = (window.size() - Vec2::splat(2.0 * margin)).max(Vec2::splat(20.0));
         let size = area.size().max(Vec2::splat(1.0));
         let zoom = (free.x / size.x).min(free.y / size.y);
         self.zoom = zoom.clamp(MIN_ZOOM, largest);
         self.centre = area.center();
+    }
+
+    /// The height of a window of this width into which a drawing of this size is fitted at `zoom`,
+    /// or as large as the width allows.
+    pub fn height_for(width: f32, size: Vec2, zoom: f32) -> f32 {
+        let widest = (width - 2.0 * MARGIN) / size.x.max(1.0);
+        let drawn = size.y * zoom.min(widest).max(MIN_ZOOM);
+        (drawn + 2.0 * MARGIN).min(drawn / (1.0 - 2.0 * MARGIN_SHARE))
     }
 }
 
@@ -87,6 +96,22 @@ mod tests {
         view.zoom_at(WINDOW, pointer, 1.7);
         assert!((view.to_drawing(WINDOW, pointer) - before).length() < 1e-3);
         assert!((view.to_window(WINDOW, before) - pointer).length() < 1e-3);
+    }
+
+    #[test]
+    fn the_height_for_a_zoom_is_enough_for_it() {
+        let check = |width: f32, size: Vec2, wanted: f32, expected: f32| {
+            let height = Viewport::height_for(width, size, wanted);
+            let window = Rect::from_min_size(Pos2::ZERO, Vec2::new(width, height));
+            let mut view = Viewport::default();
+            view.fit(window, Rect::from_min_size(Pos2::ZERO, size), 1.0);
+            assert!(view.zoom >= expected - 1e-3, "{width} {size}: {} < {expected}", view.zoom);
+        };
+        check(800.0, Vec2::new(1300.0, 640.0), 0.53, 0.53);
+        check(1400.0, Vec2::new(1300.0, 640.0), 0.9, 0.9);
+        // The width allows no more, whatever the height.
+        check(800.0, Vec2::new(7200.0, 640.0), 0.53, 0.1);
+        check(800.0, Vec2::new(100.0, 2000.0), 0.5, 0.5);
     }
 
     #[test]

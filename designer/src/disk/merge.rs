@@ -14,7 +14,7 @@ use lines::changes;
 /// What to do about a file that has changed on the disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// The disk has the text of the window: it counts as saved.
+    /// The disk has the text of the window, or still the one that was read last.
     Same,
     /// Nothing was changed in the window: it takes the version of the disk, also an invalid one.
     Take,
@@ -27,7 +27,8 @@ pub enum Answer {
 /// Returns what to do about the file at `path`, which was read as `base`, is `ours` in the window
 /// and `theirs` on the disk.
 pub fn answer(path: &Path, base: &str, ours: &str, theirs: &[u8]) -> Answer {
-    if theirs == ours.as_bytes() {
+    // A write that changes nothing, or one that was reported before and has been decided.
+    if theirs == ours.as_bytes() || theirs == base.as_bytes() {
         return Answer::Same;
     }
     let Ok(theirs) = std::str::from_utf8(theirs) else { return Answer::Ask };

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use armor_inspect::log::{LogLine, RunLog};
 use eframe::egui::{
-    self, ComboBox, Label, Rect, RichText, ScrollArea, TextEdit, TextStyle, UiBuilder, vec2,
+    self, Color32, ComboBox, Label, Rect, RichText, ScrollArea, TextEdit, TextStyle, UiBuilder,
+    vec2,
 };
 
 use super::rows::Rows;
@@ -86,6 +87,46 @@ pub struct Panel {
     past: Option<RunLog>,
     /// The number of the next line of the log.
     next: u64,
+    /// What needs attention in the log.
+    grave: GraveCount,
+}
+
+/// The errors and warnings of a log.
+#[derive(Default)]
+struct GraveCount {
+    log: RunLog,
+    next: u64,
+    errors: usize,
+    warnings: usize,
+}
+
+impl GraveCount {
+    /// Counts those of the new lines.
+    fn take(&mut self, log: &RunLog) {
+        if !self.log.is_same(log) {
+            *self = Self { log: log.clone(), ..Self::default() };
+        }
+        if log.count() == self.next {
+            return;
+        }
+        let (first, lines) = log.since(self.next);
+        self.next = first + lines.len() as u64;
+        for line in lines {
+            match line.level.as_str() {
+                "ERROR" => self.errors += 1,
+                "WARN" => self.warnings += 1,
+                _ => {}
+            }
+        }
+    }
+
+    /// Each kind that there is in words, with its level.
+    fn words(&self) -> impl Iterator<Item = (String, &'static str)> {
+        let counts = [(self.errors, "error", "ERROR"), (self.warnings, "warning", "WARN")];
+        counts.into_iter().filter(|(count, ..)| *count > 0).map(|(count, word, level)| {
+            (format!("{count} {word}{}", if count == 1 { "" } else { "s" }), level)
+        })
+    }
 }
 
 impl Default for Panel {
@@ -100,6 +141,7 @@ impl Default for Panel {
             log: RunLog::default(),
             past: None,
             next: 0,
+            grave: GraveCount::default(),
         }
     }
 }
@@ -149,6 +191,27 @@ impl Panel {
             ui.weak(if log.count() == 0 { "No log lines yet." } else { "No matching lines." });
         }
         self.lines(ui);
+    }
+
+    /// Shows the newest line of what runs, cut off where the room ends, after the number of errors
+    /// and warnings.
+    pub fn show_newest(&mut self, ui: &mut egui::Ui, session: &Session) {
+        let log = &session.log;
+        self.grave.take(log);
+        let colours = ThemeColours::of(ui.visuals());
+        for (words, level) in self.grave.words() {
+            ui.colored_label(level_colour(level, colours), words);
+        }
+        let newest = log.since(log.count().saturating_sub(1)).1.pop();
+        if let Some(line) = newest {
+            let text = format!("{}: {}", line.name, line.text);
+            let text = crate::text::paintable(ui.ctx(), &text).into_owned();
+            let ink = match line.level.as_str() {
+                "INFO" => colours.weak,
+                level => level_colour(level, colours),
+            };
+            ui.add(Label::new(RichText::new(text).color(ink)).truncate());
+        }
     }
 
     /// Shows the lines, the newest at the bottom. It stays visible until the user scrolls away from
@@ -257,13 +320,17 @@ fn prefix_width(line: &LogLine) -> usize {
     before(line).iter().map(|part| part.chars().count()).sum()
 }
 
-fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &ThemeColours) {
-    let ink = match line.level.as_str() {
+fn level_colour(level: &str, colours: &ThemeColours) -> Color32 {
+    match level {
         "ERROR" => colours.error,
         "WARN" => colours.warning,
         "DEBUG" | "TRACE" => colours.weak,
         _ => colours.text,
-    };
+    }
+}
+
+fn show_line(ui: &mut egui::Ui, line: &LogLine, text: &str, colours: &ThemeColours) {
+    let ink = level_colour(&line.level, colours);
     // The same name has the same colour in every run; its low bits are as good as any.
     let hue = (armor_wire::schema::hash_text(&line.name) & 0xff) as usize;
     let [time, name, level] = before(line);

@@ -13,6 +13,8 @@ pub struct Sheet {
     pub base: Diagram<Item>,
     /// The same with what runs in it.
     pub diagram: Diagram<Item>,
+    /// Its width and height; zero if there is nothing in it.
+    pub size: Vec2,
 }
 
 /// Nothing is joined while it runs.
@@ -40,13 +42,15 @@ impl Sheet {
     pub fn new(name: &'static str) -> Self {
         let mut canvas = Canvas::new(name);
         canvas.is_editable = false;
-        Self { canvas, base: Diagram::default(), diagram: Diagram::default() }
+        let (base, diagram) = (Diagram::default(), Diagram::default());
+        Self { canvas, base, diagram, size: Vec2::ZERO }
     }
 
     /// Draws other files.
     pub fn set(&mut self, mut base: Diagram<Item>) {
         put_ports_at_edges(&mut base);
         self.diagram.clone_from(&base);
+        self.size = base.extent().map_or(Vec2::ZERO, |extent| extent.size());
         self.base = base;
         self.canvas.drawing_changed(&self.diagram);
     }

@@ -1,6 +1,8 @@
 //! The live view: the drawing of what runs in the middle, what is selected at the right, and
 //! beneath them the log, plots and what has happened.
 
+mod beneath;
+
 use std::time::Duration;
 
 use armor_marking::Marking;
@@ -8,14 +10,11 @@ use eframe::egui;
 
 use super::comparison::{self, Comparison, RunningTexts};
 use super::playback::PlaybackWish;
-use super::playback::list as mark_list;
-use super::playback::marks::MarkKind;
 use super::playback::time_line::{TimeLine, TimeLineRequest};
 use super::sheet::Sheet;
+use super::split::{self, Split};
 use super::systems::component_of;
-use super::{
-    blocks, firings, hover, inspect, log, mission, net, parameters, plots, systems, words,
-};
+use super::{blocks, hover, inspect, log, mission, net, parameters, plots, systems, words};
 use crate::canvas::Diagram;
 use crate::commands::Command;
 use crate::diagram_pane::view_action_of;
@@ -24,32 +23,10 @@ use crate::pane::Pane;
 use crate::project::Project;
 use crate::workspace::Workspace;
 use armor_picture::theme::ThemeColours;
+use beneath::Tab;
 
 /// Pause after which running clocks are drawn again.
 const CLOCKS_EVERY: Duration = Duration::from_millis(100);
-
-/// What is shown beneath the drawing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Tab {
-    #[default]
-    Log,
-    Plots,
-    Fired,
-    Orders,
-}
-
-impl Tab {
-    const ALL: [Self; 4] = [Self::Log, Self::Plots, Self::Fired, Self::Orders];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Log => "Log",
-            Self::Plots => "Plots",
-            Self::Fired => "Fired",
-            Self::Orders => "Orders",
-        }
-    }
-}
 
 /// Which drawings are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,6 +72,10 @@ pub struct LiveView {
     /// A process that is not in the drawing, as the executive is not.
     process: Option<String>,
     tab: Tab,
+    /// Whether the panel beneath is open; none if that follows from its room.
+    is_beneath_open: Option<bool>,
+    /// How the drawings share their height.
+    split: Split,
     systems: systems::Panel,
     mission: mission::Panel,
     log: log::Panel,
@@ -125,6 +106,8 @@ impl LiveView {
             shows: Shows::default(),
             process: None,
             tab: Tab::default(),
+            is_beneath_open: None,
+            split: Split::default(),
             systems: systems::Panel::default(),
             mission: mission::Panel::default(),
             log: log::Panel::default(),
@@ -192,34 +175,51 @@ impl LiveView {
 
     /// The system, the net, or one over the other.
     fn show_drawings(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
-        let has_net = !self.net.base.nodes.is_empty();
-        if has_net && self.shows != Shows::System {
-            let mut show = |ui: &mut egui::Ui| {
-                let minimap = workspace.settings.minimap && self.shows == Shows::Mission;
-                let (shown, is_new) = self.net.show(ui, minimap);
-                if is_new {
-                    self.system.select_none();
-                    self.process = None;
-                }
-                hover::show_tooltip(&shown, &self.net.diagram, workspace.live.watched());
-            };
-            if self.shows == Shows::Mission {
-                return show(ui);
+        match self.shown_drawings() {
+            Shows::System => self.show_system(ui, workspace),
+            Shows::Mission => self.show_net(ui, workspace, workspace.settings.minimap),
+            Shows::Both => {
+                let [above, below] = self.split.divide(ui, self.system.size, self.net.size);
+                ui.scope_builder(above, |ui| self.show_system(ui, workspace));
+                ui.scope_builder(below, |ui| self.show_net(ui, workspace, false));
+                self.split.show_border(ui);
             }
-            let panel = egui::Panel::bottom("live net").resizable(true);
-            let half = ui.available_height() * 0.5;
-            panel
-                .default_size(half.max(90.0))
-                .min_size(90.0)
-                .frame(egui::Frame::NONE)
-                .show(ui, show);
         }
+    }
+
+    /// Which drawings there are to show.
+    fn shown_drawings(&self) -> Shows {
+        let has_net = !self.net.base.nodes.is_empty();
+        if has_net { self.shows } else { Shows::System }
+    }
+
+    /// The height that what is shown needs, so that it can be read.
+    fn least_height(&self, width: f32) -> f32 {
+        let [system, net] =
+            [&self.system, &self.net].map(|sheet| split::least_height(width, sheet.size));
+        match self.shown_drawings() {
+            Shows::System => system,
+            Shows::Mission => net,
+            Shows::Both => system + net,
+        }
+    }
+
+    fn show_system(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
         let (shown, is_new) = self.system.show(ui, workspace.settings.minimap);
         if is_new {
             self.net.select_none();
             self.process = None;
         }
         hover::show_tooltip(&shown, &self.system.diagram, workspace.live.watched());
+    }
+
+    fn show_net(&mut self, ui: &mut egui::Ui, workspace: &Workspace, minimap: bool) {
+        let (shown, is_new) = self.net.show(ui, minimap);
+        if is_new {
+            self.system.select_none();
+            self.process = None;
+        }
+        hover::show_tooltip(&shown, &self.net.diagram, workspace.live.watched());
     }
 
     /// What is selected, if it is one thing.
@@ -260,62 +260,6 @@ impl LiveView {
         let runs = workspace.live.player().is_some_and(|player| player.look().is_moving());
         if runs {
             ui.ctx().request_repaint_after(CLOCKS_EVERY);
-        }
-    }
-
-    /// Lists the marks of the recording; one that is chosen is gone to, and its transition selected.
-    fn show_marks(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
-        let Some(playback) = workspace.live.playback() else { return };
-        let found = playback.found();
-        let look = workspace.live.player().map(|player| player.look());
-        let state = look.as_ref().and_then(|look| look.state());
-        let from_s = state.map(|state| state.from).or(found.span_s.map(|span_s| span_s.0));
-        let from_s = from_s.unwrap_or_default();
-        let at_s = from_s + look.as_ref().and_then(|look| look.at_s()).unwrap_or_default();
-        let chosen = mark_list::show(ui, &found, &self.time_line.hidden, from_s, at_s);
-        if let Some(mark) = chosen {
-            workspace.live.order_player(PlaybackWish::GoTo(mark.seek_s - from_s));
-            self.time_line.has_been_focused = false;
-            let item = Item::transition(&mark.text);
-            if mark.kind == MarkKind::Firing && self.net.base.holds(item) {
-                self.select_none();
-                self.net.canvas.selection.insert(item);
-            }
-        }
-    }
-
-    fn show_bottom_panel(&mut self, ui: &mut egui::Ui, workspace: &Workspace) {
-        // Otherwise the height of the panel would change with the tab.
-        ui.expand_to_include_rect(ui.max_rect());
-        ui.horizontal(|ui| {
-            for tab in Tab::ALL {
-                let is_marks = tab == Tab::Fired && workspace.live.playback().is_some();
-                let name = if is_marks { "Marks" } else { tab.name() };
-                let label = ui.selectable_label(self.tab == tab, name);
-                if label.accessible_name(format!("live: {name}")).clicked() {
-                    self.tab = tab;
-                }
-            }
-            ui.separator();
-            ui.weak("Above");
-            for shows in Shows::ALL {
-                let label = ui.selectable_label(self.shows == shows, shows.name());
-                if label.accessible_name(format!("above: {}", shows.name())).clicked() {
-                    self.shows = shows;
-                }
-            }
-        });
-        match (self.tab, workspace.live.watched()) {
-            (Tab::Log, _) => self.log.show(ui, &workspace.live),
-            (Tab::Fired, _) if workspace.live.playback().is_some() => {
-                self.show_marks(ui, workspace);
-            }
-            (Tab::Plots, Some(watched)) => self.plots.show(ui, &watched.values),
-            (Tab::Fired, Some(watched)) => firings::fired(ui, watched),
-            (Tab::Orders, Some(watched)) => firings::ordered(ui, watched),
-            (_, None) => {
-                ui.weak("Not watching a system.");
-            }
         }
     }
 }
@@ -375,7 +319,7 @@ impl Pane for LiveView {
                             .on_hover_text("Shows only the lines of this component.");
                         if only.clicked() {
                             self.log.only(Some(name));
-                            self.tab = Tab::Log;
+                            self.open_beneath(Tab::Log);
                         }
                     }
                     Some(Item::Link { from, to }) => {
@@ -400,9 +344,8 @@ impl Pane for LiveView {
 
     fn show_centre(&mut self, ui: &mut egui::Ui, workspace: &mut Workspace) {
         self.show_time_line(ui, workspace);
-        let panel = egui::Panel::bottom("live beneath").resizable(true).default_size(150.0);
-        panel.min_size(70.0).show(ui, |ui| self.show_bottom_panel(ui, workspace));
         self.update_drawings(workspace, ui.visuals().dark_mode);
+        self.show_beneath(ui, workspace);
         self.comparison.show(ui, workspace);
         self.show_overlay(ui, workspace);
         self.show_drawings(ui, workspace);

@@ -89,7 +89,8 @@ impl Project {
     }
 
     /// Saves the files although they have errors: each that has unsaved changes is marked as a
-    /// draft, which `armor run` refuses. Without errors this is [`Project::save`].
+    /// draft, which `armor run` refuses; if none has, each that has errors. Without errors this is
+    /// [`Project::save`].
     ///
     /// # Errors
     /// If the file has no path yet, or is no XML and therefore cannot be marked.
@@ -118,6 +119,15 @@ impl Project {
     fn mark_drafts(&mut self, as_draft: bool, is_elsewhere: bool) -> Result<(), Refused> {
         let mut dirty: Vec<_> = self.files().iter().map(OpenFile::is_dirty).collect();
         dirty[0] |= is_elsewhere;
+        if as_draft && !dirty.contains(&true) {
+            // They were opened with their errors.
+            let errors = self.errors();
+            let paths = || errors.iter().filter_map(|error| Some(error.at.as_ref()?.source.path()));
+            let has_errors = |file: &OpenFile| paths().any(|path| file.path() == Some(path));
+            dirty = self.files().iter().map(has_errors).collect();
+            let is_elsewhere_wrong = !dirty.contains(&true);
+            dirty[0] |= is_elsewhere_wrong;
+        }
         let what = if as_draft { "mark as draft" } else { "complete the draft" };
         self.edit(what, |documents| {
             for (document, is_dirty) in documents.all().zip(dirty) {
@@ -158,6 +168,11 @@ impl Project {
             }
         }
         Some(self.write(pending.to))
+    }
+
+    /// Returns whether the files are known to have errors.
+    pub fn has_errors(&self) -> bool {
+        self.checked.revision == self.revision && !self.errors().is_empty()
     }
 
     fn errors(&self) -> Vec<Finding> {

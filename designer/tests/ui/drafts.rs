@@ -57,6 +57,20 @@ fn a_file_with_errors_is_saved_as_a_draft_and_completed_by_saving() {
 }
 
 #[test]
+fn a_file_that_was_opened_with_errors_is_not_run_and_can_become_a_draft() {
+    let mut window = Window::open(Some(OPEN));
+    window.harness.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    window.until("it is refused", |window| window.last_message().starts_with("Not run"));
+    let message = window.last_message();
+    assert!(message.contains("this file has errors") && !message.contains("draft"), "{message}");
+    assert!(window.harness.state_mut().workspace().live.run().is_none());
+    press(&mut window, Modifiers::COMMAND | Modifiers::ALT, "Saved");
+    window.settle();
+    assert!(read(&window.path("robot.xml")).contains("draft=\"true\""), "nothing was edited");
+    assert!(window.has("robot.xml (draft)"));
+}
+
+#[test]
 fn a_file_without_errors_is_never_a_draft() {
     let mut window = Window::open(Some(&OPEN.replace(
         r#"<component name="eye" kind="eye"/>"#,

@@ -24,7 +24,7 @@ fn shipped_files() -> Vec<PathBuf> {
 }
 
 /// The kinds of the `armor` of this build; without it, blocks have the ports that links name.
-fn shipped_kinds() -> Option<Kinds> {
+pub(super) fn shipped_kinds() -> Option<Kinds> {
     let armor = Path::new(env!("CARGO_BIN_EXE_armor-designer")).parent().unwrap().join("armor");
     armor.exists().then(|| Kinds::ask(&armor, Path::new("."), &[]).unwrap())
 }
@@ -50,7 +50,7 @@ fn drawing(window: &mut Window) -> Diagram<Item> {
 }
 
 /// Every text in the window, with where it is.
-fn texts(window: &Window) -> Vec<(String, Rect)> {
+pub(super) fn texts(window: &Window) -> Vec<(String, Rect)> {
     fn collect(shape: &Shape, texts: &mut Vec<(String, Rect)>) {
         match shape {
             Shape::Text(text) => {

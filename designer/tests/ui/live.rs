@@ -144,7 +144,7 @@ fn picture() -> SystemPicture {
     picture
 }
 
-fn marking() -> Marking {
+pub(super) fn marking() -> Marking {
     let enabled = |name: &str, by, at_s| EnabledTransition {
         transition: name.into(),
         enabled_at_s: 0.0,
@@ -211,7 +211,7 @@ fn ended() -> SystemPicture {
     picture
 }
 
-fn parameters() -> ParameterList {
+pub(super) fn parameters() -> ParameterList {
     let speed = ListedParameter {
         component: "arm".into(),
         name: "speed".into(),

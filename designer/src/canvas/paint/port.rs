@@ -6,7 +6,7 @@ use eframe::egui::{Align2, Color32, Pos2, Shape as Painted, Stroke, Vec2, vec2};
 
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{Label, draw, measure};
+use crate::canvas::labels::{Label, PORT_ROOM, draw, measure};
 use crate::canvas::node::{Direction, PortAt, PortSide};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
@@ -15,8 +15,6 @@ use armor_picture::theme::{SMALL, mix};
 
 /// How large a port is drawn.
 const SIZE: f32 = 5.5;
-/// From port to port of a block.
-const PORT_ROOM: f32 = 20.0;
 /// Space around the names of two ports that face each other.
 const NAME_MARGINS: f32 = 30.0;
 /// The least share of the width that one of them gets.

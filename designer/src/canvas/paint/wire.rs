@@ -7,7 +7,7 @@ use crate::canvas::curve::{curve, point_at};
 use crate::canvas::diagram::DiagramId;
 use crate::canvas::edges::{path, wire_ends};
 use crate::canvas::hit::Hit;
-use crate::canvas::labels::{Label, draw, measure};
+use crate::canvas::labels::{Label, PORT_ROOM, draw, measure};
 use crate::canvas::node::{PortSide, WireEnd};
 use crate::canvas::paint::frame::PaintFrame;
 use crate::canvas::rules::JoinRules;
@@ -15,8 +15,6 @@ use crate::canvas::state::Canvas;
 use crate::canvas::viewport::{DETAIL, PLAIN};
 use armor_picture::theme::{SMALL, mix};
 
-/// Links of neighbouring ports run this close.
-const PORT_ROOM: f32 = 20.0;
 /// Approximate length of the straight pieces of a curve, in points.
 const PIECE: f32 = 10.0;
 /// Fewest pieces: a short curve may turn as much as a long one.

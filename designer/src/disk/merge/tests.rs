@@ -53,6 +53,7 @@ fn what_is_done_about_the_disk() {
     let theirs = BASE.replace("\"c\" kind=\"k\"", "\"c\" kind=\"theirs\"");
     let both = ours.replace("\"c\" kind=\"k\"", "\"c\" kind=\"theirs\"");
     assert_eq!(answered(&ours, &ours), Answer::Same);
+    assert_eq!(answered(&ours, BASE), Answer::Same, "the disk has what was read last");
     assert_eq!(answered(BASE, &theirs), Answer::Take);
     assert_eq!(answered(&ours, &theirs), Answer::Merged(both));
     assert_eq!(answered(&ours, &ours.replace("mine", "theirs")), Answer::Ask);
