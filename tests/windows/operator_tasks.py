@@ -87,7 +87,7 @@ def wait_for_a_map(stage):
 @task("See that a run has ended, and why", "ended")
 def see_the_end(stage):
     stage.desk.end(stage.system, signal.SIGINT)
-    stage.window.wait_for("operated-robot has ended")
+    stage.window.wait_for("operated-robot has ended:")
     stage.window.wait_for("old: the readings of the run that has ended")
 
 

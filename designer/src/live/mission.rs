@@ -10,7 +10,7 @@ use eframe::egui::{self, RichText, TextEdit};
 use super::moves;
 use super::orders::Giving;
 use super::session::Session;
-use super::words::{is_over, printable};
+use super::words::{is_over, printable, without_firings};
 use armor_picture::theme::ThemeColours;
 
 /// What of this panel is remembered from frame to frame.
@@ -30,13 +30,16 @@ impl Panel {
             return;
         };
         let look = watched.mission.look();
-        let Some(marking) = look.marking.clone() else {
+        let Some(mut marking) = look.marking.clone() else {
             ui.weak("This system has no mission.");
             if !look.problem.is_empty() {
                 ui.weak(printable(ui, &look.problem));
             }
             return;
         };
+        if is_over(marking.stage) {
+            marking = without_firings(&marking).into();
+        }
         let now_s = watched.mission_s(&look);
         let giving = Giving::to(watched, &marking, &session.author);
         // What an order brings about stands below the buttons: they stay under the pointer.
@@ -101,6 +104,8 @@ fn show_stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<
             MarkingStage::Goal => colours.good,
             MarkingStage::Playing if silence.is_none() => colours.good,
             MarkingStage::Playing => colours.weak,
+            // It was the last report: its system has ended since.
+            MarkingStage::Stopping if silence.is_some() => colours.weak,
             MarkingStage::Failed => colours.error,
             MarkingStage::Paused
             | MarkingStage::Retreating
@@ -108,7 +113,9 @@ fn show_stage(ui: &mut egui::Ui, marking: &Marking, now_s: f64, silence: Option<
             | MarkingStage::Stopping
             | MarkingStage::Safe => colours.warning,
         };
-        ui.colored_label(colour, RichText::new(marking.stage.as_str()).strong());
+        let has_ended = marking.stage == MarkingStage::Stopping && silence.is_some();
+        let stage = if has_ended { "ended" } else { marking.stage.as_str() };
+        ui.colored_label(colour, RichText::new(stage).strong());
         ui.label(format_duration(now_s)).on_hover_text("Mission time");
         ui.weak(format!("{} fired", marking.fired));
     });

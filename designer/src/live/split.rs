@@ -87,6 +87,9 @@ impl Split {
             self.chosen = Some((height / room + by * STEP).clamp(0.0, 1.0));
         }
         let visuals = ui.visuals();
+        let gap =
+            Rect::from_x_y_ranges(area.x_range(), middle - BORDER / 2.0..=middle + BORDER / 2.0);
+        ui.painter().rect_filled(gap, 0.0, visuals.panel_fill);
         let line = if response.has_focus() || response.hovered() || response.dragged() {
             Stroke::new(2.0, visuals.selection.stroke.color)
         } else {

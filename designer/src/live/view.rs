@@ -5,7 +5,6 @@ mod beneath;
 
 use std::time::Duration;
 
-use armor_marking::Marking;
 use eframe::egui;
 
 use super::comparison::{self, Comparison, RunningTexts};
@@ -161,7 +160,7 @@ impl LiveView {
             Some(marking) => {
                 let now_s = watched.mission_s(&look);
                 // Of a mission that is over, nothing fires any more.
-                let ended = words::is_over(marking.stage).then(|| without_firings(marking));
+                let ended = words::is_over(marking.stage).then(|| words::without_firings(marking));
                 let marking = ended.as_ref().unwrap_or(marking);
                 net::show(diagram, base, marking, now_s, presences, colours);
             }
@@ -262,11 +261,6 @@ impl LiveView {
             ui.ctx().request_repaint_after(CLOCKS_EVERY);
         }
     }
-}
-
-/// The marking of a mission that is over, which has no transition that may still fire.
-fn without_firings(marking: &Marking) -> Marking {
-    Marking { enabled: Vec::new(), confirmations: Vec::new(), ..marking.clone() }
 }
 
 /// The components of the open files that run on another host.

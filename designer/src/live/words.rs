@@ -1,12 +1,17 @@
 //! Whether a mission is over, and texts of processes as the fonts can show them.
 
 use armor_inspect::systems::RunRecord;
-use armor_marking::MarkingStage;
+use armor_marking::{Marking, MarkingStage};
 use eframe::egui;
 
 /// Whether nothing more can be ordered.
 pub fn is_over(stage: MarkingStage) -> bool {
     stage.has_ended() || stage == MarkingStage::Stopping
+}
+
+/// The marking of a mission that is over, which has no transition that may still fire.
+pub fn without_firings(marking: &Marking) -> Marking {
+    Marking { enabled: Vec::new(), confirmations: Vec::new(), ..marking.clone() }
 }
 
 /// What a process states, as the fonts can show it.

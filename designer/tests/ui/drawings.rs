@@ -67,6 +67,26 @@ pub(super) fn texts(window: &Window) -> Vec<(String, Rect)> {
     found
 }
 
+/// Every text in the window, with the size of its smallest letters.
+pub(super) fn letter_sizes(window: &Window) -> Vec<(String, f32)> {
+    fn collect(shape: &Shape, found: &mut Vec<(String, f32)>) {
+        match shape {
+            Shape::Text(text) => {
+                let job = &text.galley.job;
+                let sizes = job.sections.iter().map(|section| section.format.font_id.size);
+                found.push((text.galley.text().to_owned(), sizes.fold(f32::INFINITY, f32::min)));
+            }
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, found)),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    for clipped in &window.harness.output().shapes {
+        collect(&clipped.shape, &mut found);
+    }
+    found
+}
+
 /// The texts of bars, and what is wrong with them: which are covered, and how many are missing.
 fn faults_of_bar_texts(window: &mut Window) -> (Vec<String>, usize) {
     let diagram = drawing(window);

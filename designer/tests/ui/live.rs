@@ -389,6 +389,17 @@ fn what_was_seen_of_a_system_stays_when_it_has_gone() {
 }
 
 #[test]
+fn of_a_mission_that_was_interrupted_nothing_fires_any_more() {
+    let stopping = Marking { stage: MarkingStage::Stopping, ..marking() };
+    let window = watching_a(picture(), stopping.clone(), None);
+    assert!(window.has("stopping"));
+    let window = watching_a(ended(), stopping, None);
+    assert!(!window.has("stopping"), "it has ended");
+    assert!(!window.has("Fire recall") && !window.has("Confirm land"));
+    assert!(window.harness.query_by_label_contains("late in").is_none());
+}
+
+#[test]
 fn tokens_are_moved_in_a_pause() {
     let mut marking = marking();
     let window = watching_a(picture(), marking.clone(), None);

@@ -9,7 +9,7 @@ use armor_marking::Marking;
 use eframe::egui::{Key, Modifiers, Rect, Vec2, vec2};
 use egui_kittest::kittest::Queryable;
 
-use crate::ui::drawings::{shipped_kinds, texts};
+use crate::ui::drawings::{letter_sizes, shipped_kinds, texts};
 use crate::ui::{Window, live};
 
 /// The window of a small laptop.
@@ -135,4 +135,20 @@ fn the_border_between_the_drawings_is_moved_by_pointer_and_keys() {
 
     window.double_click(border);
     assert!((window.at(border).y - first.y).abs() < 1.0);
+}
+
+#[test]
+fn no_letter_is_smaller_than_can_be_read() {
+    for size in [SMALL, vec2(690.0, 500.0)] {
+        let mut window = exploring(size);
+        for view in ["view: Live", "view: System", "view: Mission", "view: Map"] {
+            window.click(view);
+            window.settle();
+            let sizes = letter_sizes(&window);
+            assert!(sizes.len() > 10, "{view}");
+            for (text, letters) in sizes.iter().filter(|(text, _)| !text.is_empty()) {
+                assert!(*letters >= 11.0, "{size}, {view}: {letters} pt: {text}");
+            }
+        }
+    }
 }
