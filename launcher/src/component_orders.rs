@@ -32,10 +32,10 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// How long a component must run until it is reported as running: on a busy host a process whose first call
 /// fails needs this long to end.
 const RUNS_FOR: Duration = Duration::from_millis(300);
-/// How long its first two calls are waited for; one that is called for its data may get none. The first
-/// is known to last only when it has lasted for a beat, and a process that panics in it ends after it.
+/// How long another call is waited for: a component that is called for its data may get none. A process
+/// that panics in its call ends some time after that.
 const IS_CALLED_WITHIN: Duration = Duration::from_secs(1);
-/// How long the end of that call is waited for; it may be a long one.
+/// How long the end of a call is waited for; it may be a long one.
 const ENDS_WITHIN: Duration = Duration::from_secs(5);
 
 /// Start a component again: one that runs, has failed, has ended, was stopped or was given up.
@@ -113,7 +113,7 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
         {
             // Many a component fails, or its process ends, in its first call.
             thread::sleep(RUNS_FOR);
-            let later = ask_after_first_call(&observed, component);
+            let later = ask_after_call(&observed, component);
             let is_same =
                 find_entry(&observed, component).is_some_and(|it| it.instance == entry.instance);
             if let Some(status) = later.ok().filter(|_| is_same) {
@@ -144,20 +144,24 @@ fn restart(arguments: &RestartArguments, format: OutputFormat) -> Result<Command
     )
 }
 
-/// Returns its state when it can hardly fail in its first call any more.
-fn ask_after_first_call(
+/// Returns its state after another call, when it can hardly fail in its first one any more.
+fn ask_after_call(
     observed: &ObservedSystem,
     component: &str,
 ) -> std::result::Result<Status, String> {
     let start = Instant::now();
-    let mut idle_since = start;
+    let (mut idle_since, mut first_calls) = (start, None);
     loop {
         let status = observed.ask_component(component)?;
-        if status.call.is_some() {
+        if status.busy {
             idle_since = Instant::now();
         }
-        let is_new = status.state == RunState::Active && status.exec_calls < 2;
-        if !is_new || idle_since.elapsed() >= IS_CALLED_WITHIN || start.elapsed() >= ENDS_WITHIN {
+        let is_called = status.exec_calls > *first_calls.get_or_insert(status.exec_calls);
+        if is_called
+            || status.state != RunState::Active
+            || idle_since.elapsed() >= IS_CALLED_WITHIN
+            || start.elapsed() >= ENDS_WITHIN
+        {
             return Ok(status);
         }
         thread::sleep(LOOK_EVERY);
