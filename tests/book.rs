@@ -44,9 +44,9 @@ const REASONS: [(&str, &str); 7] = [
 /// Commands that stay until Ctrl-C and print immediately, unless they have one of the options.
 const UNENDING: [(&str, &[&str]); 9] = [
     ("armor echo", &["--once", "--count"]),
-    ("armor hz", &["--count"]),
-    ("armor bw", &["--count"]),
-    ("armor delay", &["--count"]),
+    ("armor hz", &["--count", "--for"]),
+    ("armor bw", &["--count", "--for"]),
+    ("armor delay", &["--count", "--for"]),
     ("armor watch", &[]),
     ("armor logs -f", &[]),
     ("armor host", &[]),

@@ -16,7 +16,11 @@ fn armor(system: &System, arguments: &[&str]) -> (i32, String, String) {
 
 #[test]
 fn bytes_and_ages_of_data_are_measured() {
-    let draft = Draft::default().probe("north", "rate='50Hz'", "bulk=1000");
+    let draft = Draft::default().probe("north", "rate='50Hz'", "bulk=1000").probe(
+        "mute",
+        "rate='0.01Hz'",
+        "",
+    );
     let system = draft.run(Folder::new("measured"));
     system.status("north");
     let sizes = system.read_json(&["bw", "north.numbers", "-n", "2"]);
@@ -33,6 +37,16 @@ fn bytes_and_ages_of_data_are_measured() {
     let p50_s = ages[1]["published"]["p50_s"].as_f64().expect("data arrived");
     assert!(p50_s >= -error_s, "they were not published in the future: {ages:?}");
     assert!(ages[1]["stamp"].is_null() && ages[1]["clock"].is_null(), "{ages:?}");
+
+    // One result over the time, and why there is none where nothing arrives.
+    for tool in ["hz", "bw", "delay"] {
+        let results = system.read_json(&[tool, "north.numbers", "--for", "1500ms"]);
+        let [result] = &results[..] else { panic!("{tool}: {results:?}") };
+        assert!(result["received"].as_u64() > Some(1), "{tool}: {result}");
+        let (code, out, err) = armor(&system, &[tool, "mute.numbers", "--for", "100ms"]);
+        assert_eq!((code, out.lines().count()), (1, 1), "{tool}: {out}{err}");
+        assert!(err.contains("no mute.numbers so far: `mute` is active"), "{tool}: {err}");
+    }
 
     for tool in ["bw", "delay"] {
         let (code, out, err) = armor(&system, &[tool, "north.numbers", "-n", "1"]);

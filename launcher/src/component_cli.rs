@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 use clap::{Args, Command};
 
 use crate::arguments::OutputFormat;
+use crate::exit_codes::describe_codes;
 use crate::kinds::stock::STOCK;
 use crate::print::{end_printing, print_text};
 use crate::verb::Verb;
@@ -30,7 +31,8 @@ impl Verb for ComponentArguments {
         // The flags after a kind are the component's, so clap looks for none in this command.
         if ["--help", "-h"].contains(&kind.as_str()) {
             let command = Command::new("component").bin_name("armor component");
-            let help = Self::augment_args(command).render_long_help();
+            let mut command = Self::augment_args(command).after_help(describe_codes("component"));
+            let help = command.render_long_help();
             return Ok(end_printing(print_text(help))?.into());
         }
         let Some(stock) = STOCK.iter().find(|stock| stock.kind == kind) else {

@@ -9,8 +9,9 @@ use crate::help_layout::{lay_out_examples, wrap_words};
 const CODE_INDENT: usize = 6;
 /// What 1 means for most commands that need a running system.
 const NO_SYSTEM: &str = "no system is found, it does not answer, or has nothing of that name";
+const MEASURED: &str = "the windows, or the result over the time, were printed";
 const NO_DATA: &str = "no system is found, no component provides the data or it has ended for good, or \
-                       nothing has arrived in N windows";
+                       nothing has arrived in the windows or the time asked for";
 const REFUSED: &str = "the order was refused or not answered, or no mission runs";
 const NOT_PLAYED: &str = "it is refused, no system is found, or no recording is played in it";
 const SERVER: &str = "it could not start, or has failed";
@@ -99,9 +100,9 @@ const COMMANDS: &[CommandCodes] = &[
         "the copy is written",
         "the file cannot be read, or the copy not be written",
     ),
-    codes("hz", "N windows were printed", NO_DATA),
-    codes("bw", "N windows were printed", NO_DATA),
-    codes("delay", "N windows were printed", NO_DATA),
+    codes("hz", MEASURED, NO_DATA),
+    codes("bw", MEASURED, NO_DATA),
+    codes("delay", MEASURED, NO_DATA),
     codes(
         "trace",
         "the time is over, the system has ended, or stdout was closed",
@@ -186,6 +187,12 @@ const COMMANDS: &[CommandCodes] = &[
         failed: "the gate cannot be reached or refuses the key",
         others: &[INTERRUPTED],
     },
+    CommandCodes {
+        command: "component",
+        fine: "it was ended in order, by its system or by a signal",
+        failed: "there is no such kind, no registry answers, or the component has failed",
+        others: &[(101, "its code has panicked")],
+    },
     CommandCodes { command: "registry", fine: "-", failed: SERVER, others: &[INTERRUPTED] },
     CommandCodes { command: "configd", fine: "-", failed: SERVER, others: &[INTERRUPTED] },
     CommandCodes {
@@ -227,7 +234,8 @@ fn add_below(command: Command, group: &str) -> Command {
     }
 }
 
-fn describe_codes(path: &str) -> String {
+/// Returns the part of the help of a command with its exit codes.
+pub fn describe_codes(path: &str) -> String {
     let known = COMMANDS.iter().find(|codes| codes.command == path);
     let usual = codes("", "it has succeeded", "it has failed; the reason is on stderr");
     let CommandCodes { fine, failed, others, .. } = known.unwrap_or(&usual);

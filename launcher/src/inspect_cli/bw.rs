@@ -19,7 +19,8 @@ use crate::verb::Verb;
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor bw camera.image              a line per second
-  armor bw camera.image --count 5    the next five seconds")]
+  armor bw camera.image --count 5    the next five seconds
+  armor bw camera.image --for 10s    one result over ten seconds")]
 pub struct BwArguments {
     #[command(flatten)]
     measuring: MeasuringArguments,

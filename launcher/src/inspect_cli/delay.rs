@@ -28,7 +28,8 @@ const STAMP: &str = "stamp";
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor delay simulator.scan              a line per second, and one for the messages' own stamps
-  armor delay simulator.scan --count 5    the next five seconds")]
+  armor delay simulator.scan --count 5    the next five seconds
+  armor delay simulator.scan --for 10s    one result over ten seconds")]
 pub struct DelayArguments {
     #[command(flatten)]
     measuring: MeasuringArguments,

@@ -42,7 +42,8 @@ pub struct RateSummary {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor hz simulator.scan              a line per second
-  armor hz simulator.scan --count 5    the next five seconds")]
+  armor hz simulator.scan --count 5    the next five seconds
+  armor hz simulator.scan --for 10s    one result over ten seconds")]
 pub struct HzArguments {
     #[command(flatten)]
     measuring: MeasuringArguments,

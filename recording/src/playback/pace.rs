@@ -65,13 +65,19 @@ impl FromStr for PlaybackSpeed {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "max" => Ok(Self::Unlimited),
-            _ => {
-                let number = text.strip_suffix('x').unwrap_or(text);
-                Self::of_factor(number.parse().unwrap_or(f64::NAN))
-            }
+        if text == "max" {
+            return Ok(Self::Unlimited);
         }
+        let number = text.strip_suffix('x').unwrap_or(text).parse().unwrap_or(f64::NAN);
+        // 0 is `max` in messages only: a person means that time stands still.
+        if number == 0.0 {
+            return Err(
+                "a speed is above 0: `armor playback pause` or `armor play --paused` lets time \
+                        stand still, and max is as fast as possible"
+                    .into(),
+            );
+        }
+        Self::of_factor(number)
     }
 }
 
