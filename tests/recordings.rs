@@ -174,6 +174,11 @@ fn recordings_are_converted_for_other_programs_and_from_them() {
     let back = read(&folder.path().join("back.mcap"));
     assert!(back.iter().any(|message| message.data == "carmen.scan" && message.payload.is_ok()));
 
+    // What Armor does not have as a type is named with its reason, and the rest is converted.
+    let (code, out, err) =
+        bag(&folder, &["convert", "back.mcap", "rows.csv", "--data", "carmen.scan"]);
+    assert!(code == 0 && out.contains("20 messages") && err.is_empty(), "{out}{err}");
+
     folder.write("no.log", "this is no log\n");
     for (arguments, expected) in [
         (&["convert", "no.log", "x.mcap"][..], "is neither an MCAP file nor a log of CARMEN"),

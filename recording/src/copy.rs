@@ -26,14 +26,37 @@ pub struct CopiedPart {
 }
 
 /// What was copied.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CopyReport {
     /// Messages that were copied.
     pub copied: u64,
     /// Messages of the part that cannot be read, and are missing in the copy.
-    pub unreadable: u64,
+    pub left_out: LeftOutMessages,
     /// Damaged chunks of the files, of which nothing can be read.
     pub damaged_chunks: u64,
+}
+
+/// Messages that cannot be read, by the output.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LeftOutMessages {
+    /// How many, and the reason that the first one had.
+    pub outputs: BTreeMap<String, (u64, String)>,
+}
+
+impl LeftOutMessages {
+    /// Counts a message of an output.
+    pub fn add(&mut self, data: &str, reason: &str) {
+        if let Some((count, _)) = self.outputs.get_mut(data) {
+            *count += 1;
+        } else {
+            self.outputs.insert(data.into(), (1, reason.into()));
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        self.outputs.values().map(|(count, _)| count).sum()
+    }
 }
 
 /// Why a copy failed.
@@ -108,9 +131,12 @@ pub fn copy_recordings<W: Write + Seek>(
         if written.repeats(&message) {
             continue;
         }
-        let Ok(payload) = &message.payload else {
-            report.unreadable += 1;
-            continue;
+        let payload = match &message.payload {
+            Ok(payload) => payload,
+            Err(reason) => {
+                report.left_out.add(&message.data, reason);
+                continue;
+            }
         };
         let output = writer.add_output(&message.data, &message.output_type)?;
         writer.write(output, &message.head, payload)?;

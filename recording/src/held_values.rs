@@ -6,6 +6,7 @@ use std::fs::File;
 use mcap::Summary;
 
 use crate::message_stream::{ChunkPlace, MessageStream, ReadError, RecordedMessage};
+use crate::output_types::name_output;
 use crate::writer::to_nanoseconds;
 
 /// Returns the newest message of each of these outputs that was published before `stamp_s`. Chunks
@@ -21,8 +22,9 @@ pub(crate) fn find_held(
     stamp_s: f64,
 ) -> Result<BTreeMap<String, RecordedMessage>, ReadError> {
     let time = to_nanoseconds(stamp_s);
-    let channels = index.channels.iter().filter(|(_, channel)| outputs.contains(&channel.topic));
-    let channels: BTreeMap<u16, &str> = channels.map(|(id, it)| (*id, it.topic.as_str())).collect();
+    let named = index.channels.iter().map(|(id, channel)| (*id, name_output(channel)));
+    let (channels, others): (BTreeMap<u16, String>, BTreeMap<u16, String>) =
+        named.partition(|(_, data)| outputs.contains(data));
     let mut chunks: Vec<_> = index
         .chunk_indexes
         .iter()
@@ -33,8 +35,7 @@ pub(crate) fn find_held(
         std::cmp::Reverse((chunk.message_end_time, chunk.chunk_start_offset))
     });
     let mut stream = MessageStream::at_chunk(file, 0, index)?;
-    let left_out = index.channels.values().map(|channel| channel.topic.clone());
-    stream.leave_out(&left_out.filter(|topic| !outputs.contains(topic)).collect());
+    stream.leave_out(&others.into_values().collect());
     let mut held: BTreeMap<String, RecordedMessage> = BTreeMap::new();
     for chunk in chunks {
         let may_be_newer = |data: &str| {

@@ -25,7 +25,7 @@ mod tests;
 pub mod trail;
 mod writer;
 
-pub use copy::{CopiedPart, CopyError, CopyReport, copy_recordings};
+pub use copy::{CopiedPart, CopyError, CopyReport, LeftOutMessages, copy_recordings};
 pub use head::MessageHead;
 pub use marks::{MarkReader, RecordedMark};
 pub use message_stream::{ReadError, RecordedMessage};
@@ -50,6 +50,8 @@ const OUTPUTS: &str = "armor.outputs";
 const TYPE_KEY: &str = "armor.type";
 const SCHEMA_KEY: &str = "armor.schema";
 const LATCHED_KEY: &str = "armor.latched";
+/// The name of the output, where the topic is one of ROS.
+const DATA_KEY: &str = "armor.data";
 /// The encodings of messages and of their definitions.
 const CDR: &str = "cdr";
 const ROS2MSG: &str = "ros2msg";

@@ -9,6 +9,7 @@ use armor_wire::codec;
 use mcap::Summary;
 
 use crate::message_stream::{ChunkPlace, MessageStream, ReadError, RecordedMessage, StreamEvent};
+use crate::output_types::name_output;
 use crate::reports::{REPORTS, RecordedReport};
 use crate::summary::RecordingSummary;
 
@@ -150,7 +151,8 @@ fn take_message(
 
 /// The chunks that hold messages of these outputs, in the order of the file.
 fn find_chunks(index: &Summary, sought: &BTreeSet<&str>) -> VecDeque<ChunkPlace> {
-    let channels = index.channels.iter().filter(|(_, channel)| sought.contains(&*channel.topic));
+    let channels =
+        index.channels.iter().filter(|(_, channel)| sought.contains(&*name_output(channel)));
     let channels: BTreeSet<u16> = channels.map(|(id, _)| *id).collect();
     let chunks = index
         .chunk_indexes

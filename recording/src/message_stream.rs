@@ -4,19 +4,19 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use armor_wire::schema::parse;
 use mcap::read::ChunkReader;
 use mcap::records::{ChunkIndex, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, Summary};
 use thiserror::Error;
 
+use crate::ABOUT;
 use crate::attachment_check::{has_whole_texts, is_whole_attachment};
 use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
-use crate::output_types::identify_output;
-use crate::ros::RosMessage;
+use crate::output_types::{
+    ChannelOutput, DescribedChannel, TypeDefinition, identify_channel, identify_output,
+};
 use crate::writer::OutputType;
-use crate::{ABOUT, CDR};
 
 /// Longest record that is read: the longest message, and a chunk around it.
 pub(crate) const MAX_RECORD_LEN: usize = 160 << 20;
@@ -74,7 +74,7 @@ pub(crate) enum StreamEvent {
 /// Reads a file from a place on.
 pub(crate) struct MessageStream {
     reader: LinearReader,
-    schemas: HashMap<u16, String>,
+    schemas: HashMap<u16, TypeDefinition>,
     channels: HashMap<u16, StreamChannel>,
     heads: HeadCodec,
     head: Option<RecordedHead>,
@@ -84,12 +84,9 @@ pub(crate) struct MessageStream {
 }
 
 struct StreamChannel {
-    /// The output, or [`HEADS`].
-    data: String,
+    /// That of [`HEADS`], too.
+    output: ChannelOutput,
     ros_type: String,
-    output_type: OutputType,
-    /// How its messages are read, if Armor has written them.
-    message: Option<RosMessage>,
 }
 
 impl MessageStream {
@@ -108,13 +105,8 @@ impl MessageStream {
             Self::with_options(LinearReaderOptions::default().with_skip_start_magic(true));
         for (id, channel) in &index.channels {
             let ros_type = channel.schema.as_ref().map(|schema| schema.name.clone());
-            stream.add_channel(
-                *id,
-                &channel.topic,
-                ros_type.unwrap_or_default(),
-                &channel.message_encoding,
-                &channel.metadata,
-            );
+            let (output, ros_type) = (identify_channel(channel), ros_type.unwrap_or_default());
+            stream.channels.insert(*id, StreamChannel { output, ros_type });
         }
         Ok(stream)
     }
@@ -144,24 +136,8 @@ impl MessageStream {
     }
 
     pub(crate) fn ros_type(&self, topic: &str) -> String {
-        let found = self.channels.values().find(|channel| channel.data == topic);
+        let found = self.channels.values().find(|channel| channel.output.data == topic);
         found.map(|channel| channel.ros_type.clone()).unwrap_or_default()
-    }
-
-    fn add_channel(
-        &mut self,
-        id: u16,
-        topic: &str,
-        ros_type: String,
-        encoding: &str,
-        metadata: &BTreeMap<String, String>,
-    ) {
-        let (data, output_type) = identify_output(topic, &ros_type, encoding, metadata);
-        let is_ours = encoding == CDR && !output_type.schema.is_empty();
-        let schema = is_ours.then(|| parse(&output_type.schema).ok()).flatten();
-        let message = schema.as_ref().map(RosMessage::new);
-        let channel = StreamChannel { data, ros_type, output_type, message };
-        self.channels.insert(id, channel);
     }
 
     pub(crate) fn next_message(
@@ -238,19 +214,21 @@ impl MessageStream {
     /// Takes the next record of the file; returns what it is, unless it only describes what follows.
     fn take_record(&mut self, record: Record<'_>) -> Option<StreamEvent> {
         match record {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+            Record::Schema { header, data } => {
+                let (name, encoding, text) = (header.name, header.encoding, data.into_owned());
+                self.schemas.insert(header.id, TypeDefinition { name, encoding, text });
                 None
             }
             Record::Channel(channel) => {
-                let ros_type = self.schemas.get(&channel.schema_id).cloned();
-                self.add_channel(
-                    channel.id,
-                    &channel.topic,
-                    ros_type.unwrap_or_default(),
-                    &channel.message_encoding,
-                    &channel.metadata,
-                );
+                let definition = self.schemas.get(&channel.schema_id);
+                let ros_type = definition.map(|it| it.name.clone()).unwrap_or_default();
+                let output = identify_output(DescribedChannel {
+                    topic: &channel.topic,
+                    encoding: &channel.message_encoding,
+                    metadata: &channel.metadata,
+                    definition,
+                });
+                self.channels.insert(channel.id, StreamChannel { output, ros_type });
                 None
             }
             Record::Metadata(metadata) if metadata.name == ABOUT => {
@@ -275,7 +253,7 @@ impl MessageStream {
         header: mcap::records::MessageHeader,
         bytes: &[u8],
     ) -> Option<RecordedMessage> {
-        let channel = self.channels.get(&header.channel_id)?;
+        let channel = &self.channels.get(&header.channel_id)?.output;
         if channel.data == HEADS {
             self.head = self.heads.decode(bytes).ok();
             return None;
@@ -290,8 +268,8 @@ impl MessageStream {
         let is_decoded = self.decoded.as_ref().is_none_or(|it| it.contains(&channel.data));
         let payload = match &channel.message {
             _ if !is_decoded => Err("it was not asked for".into()),
-            Some(message) => message.decode(bytes, stamps_s).map_err(|error| error.to_string()),
-            None => Err("another program has written it, and it has no type of Armor".into()),
+            Ok(message) => message.decode(bytes, stamps_s).map_err(|error| error.to_string()),
+            Err(reason) => Err(reason.clone()),
         };
         let head = head.map_or_else(
             || MessageHead {

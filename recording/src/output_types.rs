@@ -2,32 +2,121 @@
 
 use std::collections::BTreeMap;
 
-use armor_wire::schema::Schema;
+use armor_wire::schema::{Schema, parse};
+use mcap::Channel;
 
-use crate::ros::find_standard_type;
+use crate::head::HEADS;
+use crate::ros::{RosMessage, find_standard_type, read_definition};
 use crate::writer::OutputType;
-use crate::{CDR, LATCHED_KEY, ROS_QOS, SCHEMA_KEY, TYPE_KEY};
+use crate::{CDR, DATA_KEY, LATCHED_KEY, ROS_QOS, ROS2MSG, SCHEMA_KEY, TYPE_KEY};
 
 /// The component of a topic of ROS without one.
 const ROS_COMPONENT: &str = "ros";
 
-/// The output of a channel and its type. Of a recording of ROS 2, the standard messages are those of
-/// Armor.
-pub(crate) fn identify_output(
-    topic: &str,
-    ros_type: &str,
-    encoding: &str,
-    metadata: &BTreeMap<String, String>,
-) -> (String, OutputType) {
-    let output_type = read_type(metadata);
-    let standard = find_standard_type(ros_type).filter(|_| encoding == CDR);
-    match standard {
-        Some(schema) if output_type.schema.is_empty() => {
-            let latched = metadata.get(ROS_QOS).is_some_and(|qos| is_transient_local(qos));
-            (name_topic(topic), standard_output(schema, latched))
-        }
-        _ => (topic.into(), output_type),
+/// What a file states about a channel.
+#[derive(Clone, Copy)]
+pub(crate) struct DescribedChannel<'a> {
+    pub topic: &'a str,
+    /// How its messages are encoded.
+    pub encoding: &'a str,
+    pub metadata: &'a BTreeMap<String, String>,
+    pub definition: Option<&'a TypeDefinition>,
+}
+
+/// The definition of a type in a file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TypeDefinition {
+    /// `PACKAGE/msg/TYPE`.
+    pub name: String,
+    /// The language of the text, such as `ros2msg`.
+    pub encoding: String,
+    pub text: Vec<u8>,
+}
+
+/// The output of a channel.
+#[derive(Debug)]
+pub(crate) struct ChannelOutput {
+    /// Its unique name.
+    pub data: String,
+    pub output_type: OutputType,
+    /// How its messages are read, or why they cannot be read.
+    pub message: Result<RosMessage, String>,
+}
+
+/// The output of a channel. What Armor has written names its type; of others the standard messages are
+/// those of Armor, and any other type is that of its definition.
+pub(crate) fn identify_output(channel: DescribedChannel<'_>) -> ChannelOutput {
+    let DescribedChannel { topic, encoding, metadata, definition } = channel;
+    let own_type = read_type(metadata);
+    let is_own = !own_type.schema.is_empty();
+    let data = match metadata.get(DATA_KEY) {
+        Some(data) if is_own => data.clone(),
+        _ if is_own => topic.into(),
+        _ => String::new(),
+    };
+    if topic == HEADS {
+        let message = Err("it is about other messages".into());
+        return ChannelOutput { data: topic.into(), output_type: own_type, message };
     }
+    if encoding != CDR {
+        let data = if is_own { data } else { topic.into() };
+        let message = Err(format!("its messages are in the encoding `{encoding}`, not in CDR"));
+        return ChannelOutput { data, output_type: own_type, message };
+    }
+    if is_own {
+        let message = parse(&own_type.schema).map(|schema| RosMessage::new(&schema));
+        let message = message.map_err(|error| format!("its type cannot be read: {error}"));
+        return ChannelOutput { data, output_type: own_type, message };
+    }
+    let latched = metadata.get(ROS_QOS).is_some_and(|qos| is_transient_local(qos));
+    match definition.map(find_type) {
+        Some(Ok(schema)) => {
+            let output_type = standard_output(&schema, latched);
+            let message = Ok(RosMessage::new(&schema));
+            ChannelOutput { data: name_topic(topic), output_type, message }
+        }
+        failed => {
+            let reason = failed.and_then(Result::err);
+            let reason = reason.unwrap_or_else(|| "the file has no definition of its type".into());
+            ChannelOutput { data: topic.into(), output_type: own_type, message: Err(reason) }
+        }
+    }
+}
+
+/// The name of the output of a channel of a file's summary.
+pub(crate) fn name_output(channel: &Channel) -> String {
+    identify_channel(channel).data
+}
+
+/// As [`identify_output`], of a channel of a file's summary.
+pub(crate) fn identify_channel(channel: &Channel) -> ChannelOutput {
+    let definition = channel.schema.as_ref().map(|schema| TypeDefinition {
+        name: schema.name.clone(),
+        encoding: schema.encoding.clone(),
+        text: schema.data.to_vec(),
+    });
+    identify_output(DescribedChannel {
+        topic: &channel.topic,
+        encoding: &channel.message_encoding,
+        metadata: &channel.metadata,
+        definition: definition.as_ref(),
+    })
+}
+
+/// The type of Armor that a type of ROS means, or why there is none.
+fn find_type(definition: &TypeDefinition) -> Result<Schema, String> {
+    let TypeDefinition { name, encoding, text } = definition;
+    if let Some(standard) = find_standard_type(name) {
+        return Ok(standard.clone());
+    }
+    if encoding != ROS2MSG {
+        return Err(format!("its type {name} is defined in `{encoding}`, not in `{ROS2MSG}`"));
+    }
+    let fail = |reason: String| format!("its type {name} cannot be read: {reason}");
+    let text = std::str::from_utf8(text).map_err(|error| fail(error.to_string()))?;
+    let schema = read_definition(name, text).map_err(|error| fail(error.to_string()))?;
+    // The limits of types are those of their text.
+    parse(&schema.to_string()).map_err(|error| fail(error.to_string()))
 }
 
 /// The type of an output with standard messages.

@@ -17,7 +17,7 @@ use crate::message_stream::{
     MAX_RECORD_LEN, MessageStream, ReadError, RecordedMessage, StreamEvent, read_file_time,
     to_seconds,
 };
-use crate::output_types::identify_output;
+use crate::output_types::{ChannelOutput, identify_channel};
 use crate::summary::{RecordedFile, RecordedOutput, RecordingSummary, widen};
 use crate::writer::to_nanoseconds;
 use crate::{ABOUT, OUTPUTS};
@@ -276,13 +276,7 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
         if channel.topic == HEADS {
             continue;
         }
-        let ros_type = channel.schema.as_ref().map(|schema| schema.name.as_str());
-        let (data, output_type) = identify_output(
-            &channel.topic,
-            ros_type.unwrap_or_default(),
-            &channel.message_encoding,
-            &channel.metadata,
-        );
+        let ChannelOutput { data, output_type, .. } = identify_channel(channel);
         let output = outputs.entry(data.clone()).or_default();
         output.data = data;
         output.messages += stats.channel_message_counts.get(id).copied().unwrap_or_default();
@@ -292,7 +286,7 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
         output.schema = output_type.schema;
         output.latched = output_type.latched;
         (output.lost, output.span_s) =
-            ends.get(&channel.topic).map(|text| read_end(text)).unwrap_or_default();
+            ends.get(&output.data).map(|text| read_end(text)).unwrap_or_default();
     }
     let has_messages = stats.message_count > 0;
     let span = (to_seconds(stats.message_start_time), to_seconds(stats.message_end_time));

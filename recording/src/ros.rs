@@ -10,6 +10,7 @@ mod bytes;
 mod decode;
 mod definition;
 mod encode;
+mod read_definition;
 mod shape;
 mod standard;
 #[cfg(test)]
@@ -20,6 +21,7 @@ use armor_wire::schema::Schema;
 
 pub use bytes::LayoutError;
 pub use encode::RosBytes;
+pub use read_definition::{DefinitionError, read_definition};
 use shape::{Shape, ShapeBuilder};
 
 /// Returns the type of Armor that a standard message of ROS 2 means, by its name.

@@ -241,6 +241,123 @@ fn a_recording_for_ros_has_its_topics_and_is_read_as_one_of_ros() {
     }
 }
 
+/// A file of ROS 2 that another program has written: a message of each topic, with its type.
+fn write_foreign(topics: &[(&str, &str, &str, &str, &str, &[u8])]) -> Vec<u8> {
+    let options = mcap::WriteOptions::new().profile("ros2").compression(None);
+    let mut file = options.create(Cursor::new(Vec::new())).unwrap();
+    for (topic, ros_type, encoding, definition, metadata, bytes) in topics {
+        let schema = file.add_schema(ros_type, "ros2msg", definition.as_bytes()).unwrap();
+        let metadata = BTreeMap::from([("offered_qos_profiles".into(), (*metadata).into())]);
+        let channel_id = file.add_channel(schema, topic, encoding, &metadata).unwrap();
+        for sequence in 0..3 {
+            let time = 1_000_000_000 * u64::from(sequence + 1);
+            let header = mcap::records::MessageHeader {
+                channel_id,
+                sequence,
+                log_time: time,
+                publish_time: time,
+            };
+            file.write_to_known_channel(&header, bytes).unwrap();
+        }
+    }
+    file.finish().unwrap();
+    file.into_inner().into_inner()
+}
+
+#[test]
+fn messages_of_other_programs_are_read_by_their_definition_or_left_out_with_the_reason() {
+    let folder = Folder::new();
+    let state = [0, 1, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, b'a', 0];
+    let path = folder.save(
+        "foreign.mcap",
+        &write_foreign(&[
+            ("/arm/state", "arm_msgs/msg/State", "cdr", "uint8 state\nstring text", "", &state),
+            ("/arm/title", "arm_msgs/msg/Title", "cdr", "wstring title", "", &state),
+            ("/arm/json", "arm_msgs/msg/Any", "json", "", "", b"{}"),
+            ("/arm/unknown", "arm_msgs/msg/Outer", "cdr", "Inner inner", "", &state),
+        ]),
+    );
+    let (sink, all) = (Cursor::new(Vec::new()), CopiedPart::default());
+    let (report, copy) =
+        copy_recordings(&[&path], &all, sink, Compression::None, RecordingForm::Armor).unwrap();
+    assert_eq!((report.copied, report.left_out.count()), (3, 9), "{report:?}");
+    let reason = |data: &str| report.left_out.outputs[data].1.clone();
+    assert!(reason("/arm/title").contains("title is a wstring"), "{report:?}");
+    assert!(reason("/arm/json").contains("the encoding `json`"), "{report:?}");
+    assert!(reason("/arm/unknown").contains("lacks the type arm_msgs/Inner"), "{report:?}");
+    let path = folder.save("copy.mcap", copy.get_ref());
+    let messages = read_file(&path);
+    let types = messages.iter().map(|it| (it.data.as_str(), it.output_type.schema.as_str()));
+    assert!(types.eq([("arm.state", "State{state:u8,text:string}"); 3]));
+    let expected = [&[3][..], &1_u64.to_le_bytes(), b"a"].concat();
+    assert_eq!(messages[0].payload.as_ref().unwrap(), &expected);
+}
+
+#[test]
+fn a_part_of_a_recording_of_ros_begins_with_its_latched_values() {
+    let folder = Folder::new();
+    let number = [&[0, 1, 0, 0][..], &7.0_f64.to_le_bytes()].concat();
+    let (latched, plain) = ("- durability: 1\n", "- durability: 2\n");
+    let path = folder.save(
+        "foreign.mcap",
+        &write_foreign(&[
+            ("/a/map", "std_msgs/msg/Float64", "cdr", "float64 data", latched, &number),
+            ("/a/pose", "std_msgs/msg/Float64", "cdr", "float64 data", plain, &number),
+        ]),
+    );
+    let held = ["a.map".to_owned(), "a.pose".to_owned()].into();
+    let mut recording = Recording::open(&path).unwrap();
+    let held = recording.seek_with_held(2.5, &held).unwrap();
+    let stamps: Vec<_> = held.values().map(|it| (it.data.as_str(), it.head.stamp_s)).collect();
+    assert_eq!(stamps, [("a.map", 2.0), ("a.pose", 2.0)]);
+}
+
+#[test]
+fn a_recording_for_ros_comes_back_whole() {
+    let folder = Folder::new();
+    let about = BTreeMap::from([("system".into(), "office".into())]);
+    let sink = Cursor::new(Vec::new());
+    let mut writer = RecordingWriter::new(sink, Compression::Lz4, about).unwrap();
+    let schema = "Own{mode:Mode<On,Off{why:string}>,maxSpeed:?f64(m/s),lists:[[u8]]}";
+    let own = OutputType { name: "Own".into(), schema: schema.into(), latched: true };
+    let output = writer.add_output("my-arm.own_state", &own).unwrap();
+    let payload = [
+        &1_u32.to_le_bytes()[..],
+        &2_u64.to_le_bytes(),
+        b"no",
+        &[0],
+        &1_u64.to_le_bytes(),
+        &2_u64.to_le_bytes(),
+        &[5, 6],
+    ]
+    .concat();
+    for sequence in 0..5 {
+        let head = MessageHead { lost: sequence / 4, ..head(sequence, 0) };
+        writer.write(output, &head, &payload).unwrap();
+    }
+    let original = folder.save("original.mcap", writer.finish().unwrap().get_ref());
+    let copy = |from: &Path, form| {
+        let (sink, all) = (Cursor::new(Vec::new()), CopiedPart::default());
+        let (report, copy) = copy_recordings(&[from], &all, sink, Compression::Zstd, form).unwrap();
+        assert_eq!(report, CopyReport { copied: 5, ..CopyReport::default() });
+        folder.save(
+            if form == RecordingForm::Ros2 { "ros.mcap" } else { "back.mcap" },
+            &copy.into_inner(),
+        )
+    };
+    let ros = copy(&original, RecordingForm::Ros2);
+    let ros_summary = Recording::open(&ros).unwrap().summary().clone();
+    assert_eq!((ros_summary.about["system"].as_str(), ros_summary.outputs[0].lost), ("office", 1));
+    let back = copy(&ros, RecordingForm::Armor);
+    let whole = read_file(&original);
+    assert_eq!(whole.len(), 5);
+    for (before, after) in whole.iter().zip(read_file(&back)) {
+        assert_eq!((&before.data, &before.output_type), (&after.data, &after.output_type));
+        assert_eq!(before.payload, after.payload);
+        assert_eq!(before.head.sequence, after.head.sequence);
+    }
+}
+
 #[test]
 fn a_damaged_chunk_costs_only_what_is_in_it() {
     let folder = Folder::new();

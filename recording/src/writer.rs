@@ -12,7 +12,8 @@ use crate::head::{HEADS, HeadCodec, MessageHead, RecordedHead};
 use crate::ros::{LayoutError, RosBytes, RosMessage};
 use crate::summary::widen;
 use crate::{
-    ABOUT, CDR, LATCHED_KEY, OUTPUTS, PROFILE, ROS_QOS, ROS2_PROFILE, ROS2MSG, SCHEMA_KEY, TYPE_KEY,
+    ABOUT, CDR, DATA_KEY, LATCHED_KEY, OUTPUTS, PROFILE, ROS_QOS, ROS2_PROFILE, ROS2MSG,
+    SCHEMA_KEY, TYPE_KEY,
 };
 
 /// A chunk is compressed and indexed as one, and written when it is this long.
@@ -71,7 +72,7 @@ pub enum RecordingForm {
     /// Armor, which gets back every message to the byte, and viewers.
     #[default]
     Armor,
-    /// ROS 2: its profile, topics as `/component/output`, and nothing that only Armor reads.
+    /// ROS 2: its profile, topics as `/component/output`, and what only Armor has as metadata alone.
     Ros2,
 }
 
@@ -140,8 +141,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
             .compression(compression.into());
         let mut file = options.create(sink)?;
         let mut heads = None;
+        file.write_metadata(&Metadata { name: ABOUT.into(), metadata: about })?;
         if form == RecordingForm::Armor {
-            file.write_metadata(&Metadata { name: ABOUT.into(), metadata: about })?;
             let codec = HeadCodec::new();
             let definition = codec.message.definition().as_bytes();
             let schema = file.add_schema(codec.message.name(), ROS2MSG, definition)?;
@@ -203,18 +204,18 @@ impl<W: Write + Seek> RecordingWriter<W> {
             .map_err(|reason| WriteError::Schema { data: data.into(), reason })?;
         let message = RosMessage::new(&schema);
         let id = self.file.add_schema(message.name(), ROS2MSG, message.definition().as_bytes())?;
-        let channel = if self.heads.is_some() {
-            let metadata = BTreeMap::from([
-                (TYPE_KEY.into(), output_type.name.clone()),
-                (SCHEMA_KEY.into(), output_type.schema.clone()),
-                (LATCHED_KEY.into(), output_type.latched.to_string()),
-            ]);
-            self.file.add_channel(id, data, CDR, &metadata)?
-        } else {
-            let qos = (ROS_QOS.into(), describe_qos(output_type.latched));
-            let topic = format!("/{}", data.replace('.', "/").replace('-', "_"));
-            self.file.add_channel(id, &topic, CDR, &BTreeMap::from([qos]))?
-        };
+        let mut metadata = BTreeMap::from([
+            (TYPE_KEY.into(), output_type.name.clone()),
+            (SCHEMA_KEY.into(), output_type.schema.clone()),
+            (LATCHED_KEY.into(), output_type.latched.to_string()),
+        ]);
+        let mut topic = data.to_owned();
+        if self.heads.is_none() {
+            topic = format!("/{}", data.replace('.', "/").replace('-', "_"));
+            metadata.insert(ROS_QOS.into(), describe_qos(output_type.latched));
+            metadata.insert(DATA_KEY.into(), data.into());
+        }
+        let channel = self.file.add_channel(id, &topic, CDR, &metadata)?;
         let output_type = output_type.clone();
         self.outputs.push(WrittenOutput {
             data: data.into(),
@@ -298,10 +299,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
             let times = span_s.map_or(String::new(), |(from_s, to_s)| format!(" {from_s} {to_s}"));
             (data, format!("{lost}{times}"))
         });
-        if self.heads.is_some() {
-            let metadata = Metadata { name: OUTPUTS.into(), metadata: metadata.collect() };
-            self.file.write_metadata(&metadata)?;
-        }
+        let metadata = Metadata { name: OUTPUTS.into(), metadata: metadata.collect() };
+        self.file.write_metadata(&metadata)?;
         self.file.finish()?;
         Ok(self.file.into_inner())
     }

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use armor_recording::{
-    BEGIN_KEY, CopiedPart, OutputSelection, Recording, RecordingForm, RecordingSummary,
-    copy_recordings,
+    BEGIN_KEY, CopiedPart, LeftOutMessages, OutputSelection, Recording, RecordingForm,
+    RecordingSummary, copy_recordings,
 };
 use armor_robotfile::advise_similar;
 use clap::{Args, Subcommand};
@@ -203,10 +203,10 @@ pub fn find_part(
     Ok(CopiedPart { from_s: from.map(moment), to_s: to.map(moment), outputs })
 }
 
-/// Prints what a copy lacks.
-pub fn print_left_out(unreadable: u64, damaged_chunks: u64) {
-    if unreadable > 0 {
-        print_notice(format!("{unreadable} messages cannot be read, and are left out"));
+/// Prints what a copy lacks, and why.
+pub fn print_left_out(left_out: &LeftOutMessages, damaged_chunks: u64) {
+    for (data, (count, reason)) in &left_out.outputs {
+        print_notice(format!("{data}: {count} messages are left out: {reason}"));
     }
     if damaged_chunks > 0 {
         print_notice(format!(
@@ -214,6 +214,14 @@ pub fn print_left_out(unreadable: u64, damaged_chunks: u64) {
              each"
         ));
     }
+}
+
+/// The outputs of which a copy lacks messages.
+pub fn left_out_json(left_out: &LeftOutMessages) -> serde_json::Value {
+    let outputs = left_out.outputs.iter();
+    outputs
+        .map(|(data, (count, reason))| json!({ "data": data, "messages": count, "reason": reason }))
+        .collect()
 }
 
 fn copy_part(
@@ -236,10 +244,11 @@ fn copy_part(
     };
     let file = sink.into_inner().context("the copy cannot be written")?;
     file.sync_all().with_context(|| copy.display().to_string())?;
-    print_left_out(report.unreadable, report.damaged_chunks);
+    print_left_out(&report.left_out, report.damaged_chunks);
     end_printing(if format == OutputFormat::Json {
         print_line(json!({
-            "file": copy, "messages": report.copied, "unreadable": report.unreadable,
+            "file": copy, "messages": report.copied, "unreadable": report.left_out.count(),
+            "left_out": left_out_json(&report.left_out),
         }))
     } else {
         print_line(format!("{}: {} messages", copy.display(), report.copied))

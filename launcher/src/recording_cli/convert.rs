@@ -12,8 +12,8 @@ use armor_carmen_player::playback::{OdometrySource, Playback};
 use armor_carmen_player::record::Mount;
 use armor_recording::ros1_bag::{BAG_MAGIC, Ros1Bag};
 use armor_recording::{
-    CopiedPart, MessageHead, OutputSelection, OutputType, Recording, RecordingForm,
-    RecordingWriter, copy_recordings,
+    CopiedPart, LeftOutMessages, MessageHead, OutputSelection, OutputType, Recording,
+    RecordingForm, RecordingWriter, copy_recordings,
 };
 use armor_sdk::messages::{FrameTransforms, LaserScan, Odometry};
 use armor_wire::codec;
@@ -22,7 +22,7 @@ use armor_wire::schema::{self, to_json};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::bag::{find_part, print_left_out};
+use super::bag::{find_part, left_out_json, print_left_out};
 use super::record::{RecordCompression, parse_selection};
 use crate::arguments::{OutputFormat, parse_duration};
 use crate::exit::CommandEnding;
@@ -85,7 +85,7 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
         refuse_unwritten_form(copy)?;
     }
     opened.take(BAG_MAGIC.len() as u64).read_to_end(&mut magic)?;
-    let (messages, unreadable, damaged_chunks) = if magic.starts_with(MCAP_MAGIC) {
+    let (messages, left_out, damaged_chunks) = if magic.starts_with(MCAP_MAGIC) {
         let ConvertArguments { from, until, data, .. } = arguments;
         let part = find_part(file, *from, *until, data.clone())?;
         match to {
@@ -100,8 +100,8 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
                 file.display()
             );
         }
-        let (messages, unreadable) = convert_bag(arguments, to)?;
-        (messages, unreadable, 0)
+        let (messages, left_out) = convert_bag(arguments, to)?;
+        (messages, left_out, 0)
     } else {
         let is_part =
             !arguments.data.is_empty() || arguments.from.is_some() || arguments.until.is_some();
@@ -114,11 +114,14 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
         }
         let form =
             if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor };
-        (convert_carmen(arguments, form)?, 0, 0)
+        (convert_carmen(arguments, form)?, LeftOutMessages::default(), 0)
     };
-    print_left_out(unreadable, damaged_chunks);
+    print_left_out(&left_out, damaged_chunks);
     end_printing(if format == OutputFormat::Json {
-        print_line(json!({ "file": copy, "messages": messages, "unreadable": unreadable }))
+        print_line(json!({
+            "file": copy, "messages": messages, "unreadable": left_out.count(),
+            "left_out": left_out_json(&left_out),
+        }))
     } else {
         print_line(format!("{}: {messages} messages", copy.display()))
     })
@@ -148,16 +151,16 @@ fn copy_messages(
     arguments: &ConvertArguments,
     part: &CopiedPart,
     form: RecordingForm,
-) -> Result<(u64, u64, u64)> {
+) -> Result<(u64, LeftOutMessages, u64)> {
     let sink = create(&arguments.copy)?;
     let (report, mut sink) =
         copy_recordings(&[&arguments.file], part, sink, arguments.compress.into(), form)?;
     sink.flush()?;
-    Ok((report.copied, report.unreadable, report.damaged_chunks))
+    Ok((report.copied, report.left_out, report.damaged_chunks))
 }
 
-/// Copies the messages of a bag of ROS 1. Returns how many, and how many have no type of Armor.
-fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, u64)> {
+/// Copies the messages of a bag of ROS 1. Returns how many, and those that have no type of Armor.
+fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, LeftOutMessages)> {
     let ConvertArguments { file, copy, from, until, data, .. } = arguments;
     let not_readable = || format!("{} cannot be read", file.display());
     let mut bag = Ros1Bag::begin(BufReader::new(File::open(file)?)).with_context(not_readable)?;
@@ -167,7 +170,7 @@ fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, 
     let about = BTreeMap::from([("file".to_owned(), name)]);
     let compression = arguments.compress.into();
     let mut writer = RecordingWriter::with_form(create(copy)?, compression, about, form)?;
-    let (mut begin_s, mut unreadable) = (None, 0);
+    let (mut begin_s, mut left_out) = (None, LeftOutMessages::default());
     while let Some(message) = bag.next_message().with_context(not_readable)? {
         let stamp_s = message.head.stamp_s;
         let after_s = stamp_s - *begin_s.get_or_insert(stamp_s);
@@ -176,16 +179,19 @@ fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, 
         if !is_in_part || !selection.holds(&message.data) {
             continue;
         }
-        let Ok(payload) = &message.payload else {
-            unreadable += 1;
-            continue;
+        let payload = match &message.payload {
+            Ok(payload) => payload,
+            Err(reason) => {
+                left_out.add(&message.data, reason);
+                continue;
+            }
         };
         let output = writer.add_output(&message.data, &message.output_type)?;
         writer.write(output, &message.head, payload)?;
     }
     let written = writer.count_written();
     writer.finish()?.flush()?;
-    Ok((written, unreadable))
+    Ok((written, left_out))
 }
 
 /// A table that is being written.
@@ -195,7 +201,11 @@ struct OpenTable {
 }
 
 /// Writes one file of comma-separated values for each output: into `copy`, if it is one output.
-fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64, u64)> {
+fn write_tables(
+    file: &Path,
+    copy: &Path,
+    part: &CopiedPart,
+) -> Result<(u64, LeftOutMessages, u64)> {
     let mut recording = Recording::open(file)?;
     let outputs = &recording.summary().outputs;
     let chosen: Vec<_> = outputs.iter().filter(|output| part.outputs.holds(&output.data)).collect();
@@ -205,7 +215,7 @@ fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64
             .with_context(|| format!("{} cannot be created", copy.display()))?;
     }
     let mut tables: BTreeMap<String, Option<OpenTable>> = BTreeMap::new();
-    let (mut written, mut unreadable) = (0, 0);
+    let (mut written, mut left_out) = (0, LeftOutMessages::default());
     while let Some(message) = recording.next_message()? {
         let stamp_s = message.head.stamp_s;
         let is_meant = part.outputs.holds(&message.data)
@@ -214,13 +224,16 @@ fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64
         if !is_meant {
             continue;
         }
-        let value = message.payload.ok().and_then(|payload| {
-            let schema = schema::parse(&message.output_type.schema).ok()?;
-            to_json(&schema, &payload).ok()
+        let value = message.payload.and_then(|payload| {
+            let schema = schema::parse(&message.output_type.schema).map_err(|it| it.to_string())?;
+            to_json(&schema, &payload).map_err(|it| it.to_string())
         });
-        let Some(value) = value else {
-            unreadable += 1;
-            continue;
+        let value = match value {
+            Ok(value) => value,
+            Err(reason) => {
+                left_out.add(&message.data, &reason);
+                continue;
+            }
         };
         if !tables.contains_key(&message.data) {
             let path = if is_one { copy.to_owned() } else { copy.join(&message.data) };
@@ -247,7 +260,7 @@ fn write_tables(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, u64
     for open in tables.into_values().flatten() {
         open.file.into_inner().context("a table cannot be written")?.sync_all()?;
     }
-    Ok((written, unreadable, recording.damaged_chunks()))
+    Ok((written, left_out, recording.damaged_chunks()))
 }
 
 /// Writes scans, odometry and transforms of a log. Returns how many messages there are.

@@ -9,7 +9,7 @@ use super::standard::{find_small_number, find_standard, is_plain_number};
 /// The package of the types that ROS does not have.
 const OWN_PACKAGE: &str = "armor_msgs";
 /// What ROS puts into a type without fields.
-const NO_FIELD: &str = "structure_needs_at_least_one_member";
+pub(super) const NO_FIELD: &str = "structure_needs_at_least_one_member";
 
 /// A value in both forms.
 #[derive(Clone, Debug, PartialEq)]

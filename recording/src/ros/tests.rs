@@ -113,6 +113,10 @@ proptest! {
         let message = RosMessage::new(&schema);
         let ros = message.encode(&payload).unwrap();
         prop_assert_eq!(message.decode(&ros.bytes, &ros.stamps_s), Ok(payload), "{}", schema);
+        let read = read_definition(message.name(), message.definition()).unwrap();
+        let again = RosMessage::new(&read);
+        let decoded = again.decode(&ros.bytes, &[]).unwrap();
+        prop_assert_eq!(again.encode(&decoded).unwrap().bytes, ros.bytes, "{}", read);
         for line in message.definition().lines() {
             let is_field = line.split(' ').count() == 2 && !line.starts_with("MSG:");
             let name = line.split(' ').nth(1).unwrap_or_default();
