@@ -241,8 +241,11 @@ fn a_recording_for_ros_has_its_topics_and_is_read_as_one_of_ros() {
     }
 }
 
-/// A file of ROS 2 that another program has written: a message of each topic, with its type.
-fn write_foreign(topics: &[(&str, &str, &str, &str, &str, &[u8])]) -> Vec<u8> {
+/// A topic, its type, the encoding of its messages, its definition, its quality of service, a message.
+type ForeignTopic<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str, &'a [u8]);
+
+/// A file of ROS 2 that another program has written: three messages of each topic.
+fn write_foreign(topics: &[ForeignTopic<'_>]) -> Vec<u8> {
     let options = mcap::WriteOptions::new().profile("ros2").compression(None);
     let mut file = options.create(Cursor::new(Vec::new())).unwrap();
     for (topic, ros_type, encoding, definition, metadata, bytes) in topics {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Seek};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::{Duration, Instant};
@@ -253,7 +253,7 @@ impl PresentFile {
     }
 
     fn len(&self) -> u64 {
-        (&self.file).stream_position().unwrap_or_default()
+        self.file.metadata().map_or(0, |it| it.len())
     }
 }
 
