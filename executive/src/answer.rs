@@ -33,10 +33,15 @@ pub struct VersionOffer {
     pub plan: Arc<Plan>,
     /// The differences to the version in force, in words.
     pub changes: Vec<String>,
+    /// Whether it is the net in force with other values in its places, so that it is proven from
+    /// wherever the mission stands as that one is.
+    pub is_proven: bool,
 }
 
 impl PartialEq for VersionOffer {
     fn eq(&self, other: &Self) -> bool {
-        self.plan.version() == other.plan.version() && self.changes == other.changes
+        self.plan.version() == other.plan.version()
+            && self.changes == other.changes
+            && self.is_proven == other.is_proven
     }
 }

@@ -402,6 +402,7 @@ impl Controller {
 
     fn finish_with(&mut self, outcome: MissionOutcome) {
         self.is_finished = true;
+        self.changes.end();
         self.context.publish_marking();
         self.context.add_action(ControllerAction::Finished(outcome));
     }

@@ -48,10 +48,7 @@ impl VersionQuestion {
                     let first_dates = plan.has_dates() && !running.has_dates();
                     match first_dates.then(clock_doubts).flatten() {
                         Some(doubts) => Err(describe_doubts(&doubts)),
-                        None => Ok(VersionOffer {
-                            changes: describe_changes(running.version(), version),
-                            plan: Arc::new(plan),
-                        }),
+                        None => Ok(offer(running, plan)),
                     }
                 });
                 VersionAnswer { serial: *serial, found: VersionFinding::Read(found) }
@@ -84,14 +81,35 @@ impl MoveQuestion {
     }
 }
 
-/// Describes the differences of two versions; none if one of them cannot be read.
-fn describe_changes(before: &Version, after: &Version) -> Vec<String> {
-    match (before.configuration(), after.configuration()) {
+/// Makes an offer of a plan: with its differences to the one in force, none if one of the versions cannot
+/// be read.
+fn offer(running: &Plan, plan: Plan) -> VersionOffer {
+    let (before, after) = (running.version().configuration(), plan.version().configuration());
+    let (changes, is_proven) = match (before, after) {
         (Ok(before), Ok(after)) => {
-            differences(&before, &after).iter().map(ToString::to_string).collect()
+            let changes = differences(&before, &after).iter().map(ToString::to_string).collect();
+            let is_same = running.differs_in_values_alone(&plan) && claim_the_same(&before, &after);
+            (changes, is_same)
         }
-        _ => Vec::new(),
+        _ => (Vec::new(), false),
+    };
+    VersionOffer { plan: Arc::new(plan), changes, is_proven }
+}
+
+/// Whether the checks are the same, also those of sub-missions, which are about their missions from
+/// the start.
+fn claim_the_same(before: &Configuration, after: &Configuration) -> bool {
+    fn checks(of: &Configuration) -> Vec<&str> {
+        let checks = of.mission.iter().flat_map(|mission| &mission.checks);
+        checks.map(|check| check.value.as_str()).collect()
     }
+    let claims = |of: &Configuration| of.included.values().any(|it| !it.checks.is_empty());
+    let others = |of: &Configuration| {
+        let others = of.sources.iter().skip(1);
+        others.map(|it| (it.path().to_owned(), it.text().to_owned())).collect::<Vec<_>>()
+    };
+    let have_claims = claims(before) || claims(after);
+    checks(before) == checks(after) && (!have_claims || others(before) == others(after))
 }
 
 /// Proves the new version from `stand`. Faults that the running version has from there as well are

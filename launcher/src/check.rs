@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use armor_executive::RunError;
 use armor_plan::Plan;
 use armor_proof::Recheck;
+use armor_proof::{prove, prove_without_notes};
 use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, MissionDuration, NeededPath,
     Override, Reading, Severity, needed_paths, passed_dates,
@@ -147,7 +148,7 @@ pub fn check_reading(
     if reading.is_valid()
         && let Some(configuration) = &reading.configuration
     {
-        let proven = prove_mission(configuration, &|| false);
+        let proven = plan_and(configuration, |plan| prove(configuration, plan, &|| false));
         reading.findings.extend_proven(proven, configuration);
     }
     let recheck =
@@ -185,12 +186,14 @@ pub fn of_the_mission_soon(configuration: &Configuration) -> Findings {
 
 fn proven_within(configuration: &Configuration, limit: Duration) -> Findings {
     let start = Instant::now();
-    prove_mission(configuration, &|| start.elapsed() > limit)
+    let is_over = || start.elapsed() > limit;
+    plan_and(configuration, |plan| prove_without_notes(configuration, plan, &is_over))
 }
 
-fn prove_mission(configuration: &Configuration, stop: &dyn Fn() -> bool) -> Findings {
+/// What is found in the plan of a mission, or why it has none.
+fn plan_and(configuration: &Configuration, prove: impl FnOnce(&Plan) -> Findings) -> Findings {
     match Plan::of(configuration) {
-        Ok(Some(plan)) => armor_proof::prove(configuration, &plan, stop),
+        Ok(Some(plan)) => prove(&plan),
         Ok(None) => Findings::default(),
         Err(findings) => findings,
     }

@@ -23,7 +23,16 @@ use std::time::Duration;
 /// waiting times, and under which number a field of data is watched, which depends on the versions
 /// before.
 pub(crate) fn canonical_text(plan: &Plan) -> String {
-    let mut writer = CanonicalWriter { plan, text: String::new() };
+    write_plan(plan, true)
+}
+
+/// Returns the same without the values that places give.
+pub(crate) fn text_without_values(plan: &Plan) -> String {
+    write_plan(plan, false)
+}
+
+fn write_plan(plan: &Plan, has_values: bool) -> String {
+    let mut writer = CanonicalWriter { plan, has_values, text: String::new() };
     writer.mission();
     writer.components();
     plan.place_ids().for_each(|id| writer.place(id));
@@ -35,6 +44,7 @@ pub(crate) fn canonical_text(plan: &Plan) -> String {
 
 struct CanonicalWriter<'a> {
     plan: &'a Plan,
+    has_values: bool,
     text: String,
 }
 
@@ -84,7 +94,7 @@ impl CanonicalWriter<'_> {
         for component in self.sorted_components(components) {
             self.fact(" activates", [component]);
         }
-        let mut given: Vec<_> = values.iter().collect();
+        let mut given: Vec<_> = values.iter().filter(|_| self.has_values).collect();
         // Stable: of two values for one parameter the first one counts.
         given.sort_by_key(|(component, value)| {
             (&self.plan.component(*component).name, &value.parameter)

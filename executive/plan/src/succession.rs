@@ -1,11 +1,13 @@
 //! A plan that follows another one while its mission runs: what is carried over, by names.
 
+use crate::canonical::text_without_values;
 use crate::counters::{PlannedCounter, Stand};
 use crate::dates::PlannedDates;
 use crate::plan::Plan;
 use crate::planned::ComponentId;
 use crate::version::{Version, in_words};
 use armor_petri::{FiringClass, PlaceId, TransitionId};
+use std::collections::BTreeSet;
 
 /// The plan of a new version over the components that run.
 pub fn read(version: &Version, running: &Plan) -> Result<Plan, String> {
@@ -76,6 +78,23 @@ impl Plan {
     pub fn continues_as(&self, next: &Self, id: TransitionId) -> Option<TransitionId> {
         let known = self.transition_named(&next.net.transition(id).name)?;
         (self.terms(known) == next.terms(id)).then_some(known)
+    }
+
+    /// Whether the plan that follows is this one with other values in its places, and no two places of it
+    /// contradict each other that do not do so here. Then whatever is known of the markings of one plan
+    /// is so of the other.
+    pub fn differs_in_values_alone(&self, next: &Self) -> bool {
+        // The ids of both plans are the same then: their names are in the same order.
+        text_without_values(self) == text_without_values(next) && {
+            let known = self.contradicting_places();
+            next.contradicting_places().is_subset(&known)
+        }
+    }
+
+    fn contradicting_places(&self) -> BTreeSet<(&str, [PlaceId; 2])> {
+        let found = self.contradictions();
+        let name = |component| self.component(component).name.as_str();
+        found.iter().map(|it| (name(it.component), it.places)).collect()
     }
 
     /// The tokens per place of the plan that follows, if each of them has a place there.

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use armor_petri::analysis::classes::is_possible;
 use armor_petri::{NetTransition, PlaceId, TransitionId};
 use armor_plan::Operand;
 use armor_robotfile::guard::Scalar;
@@ -19,11 +20,7 @@ const MOST_NAMED: usize = 3;
 
 impl Proof<'_> {
     pub(super) fn dead_transitions(&self, findings: &mut Findings) {
-        let timed = self.timed_if_small().map(|classes| {
-            let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
-            let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
-            self.net.transition_ids().filter(|id| !fire.contains(id)).collect::<BTreeSet<_>>()
-        });
+        let timed = self.dead_with_times();
         let dead: BTreeSet<_> = match &timed {
             Some(timed) if self.times_bound_it() => timed.clone(),
             _ => self.exploration.space.dead_transitions().collect(),
@@ -70,6 +67,36 @@ impl Proof<'_> {
             }));
         }
         self.report_late(&late, findings);
+    }
+
+    /// The transitions that never fire in time, where that is cheap to find out.
+    fn dead_with_times(&self) -> Option<BTreeSet<TransitionId>> {
+        let space = &self.exploration.space;
+        if self.is_whole() {
+            // Mostly the nearest firing of each is in time; otherwise all states with times decide.
+            let mut unseen: BTreeSet<_> = self.net.transition_ids().collect();
+            space.dead_transitions().for_each(|id| drop(unseen.remove(&id)));
+            let mut is_in_time = true;
+            for state in 0..space.states() as u32 {
+                for (id, _) in space.successors(state) {
+                    if is_in_time && unseen.remove(&id) {
+                        let mut path = space.path_to(state).unwrap_or_default();
+                        path.push(id);
+                        is_in_time = is_possible(self.net, &path) == Ok(true);
+                    }
+                }
+                if unseen.is_empty() || !is_in_time {
+                    break;
+                }
+            }
+            if unseen.is_empty() && is_in_time {
+                return Some(space.dead_transitions().collect());
+            }
+        }
+        let classes = self.timed_if_small()?;
+        let all = (0..classes.classes() as u32).flat_map(|class| classes.successors(class));
+        let fire: BTreeSet<_> = all.map(|firing| firing.0).collect();
+        Some(self.net.transition_ids().filter(|id| !fire.contains(id)).collect())
     }
 
     /// A transition in whose place another one fires on the same report, wherever its own guard is true.

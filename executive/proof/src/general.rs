@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use armor_petri::analysis::ExplorationEnd;
 use armor_petri::analysis::boundedness::PumpingSequence;
+use armor_petri::analysis::classes::is_possible;
 use armor_petri::analysis::components::find_components;
 use armor_petri::analysis::rules::FiringRules;
 use armor_petri::analysis::runs::{MarkingGraph, nearest_lost};
@@ -51,7 +52,10 @@ impl MarkingGraph for RegularGraph<'_> {
 
 impl Proof<'_> {
     pub(super) fn complete(&self, findings: &mut Findings) {
-        self.dead_transitions(findings);
+        if !self.effort.has_begun {
+            // A mission that runs may be past the places of such a transition.
+            self.dead_transitions(findings);
+        }
         self.tokens_of_active_places(findings);
         self.find_meetings(findings);
         self.contradictions(findings);
@@ -100,6 +104,9 @@ impl Proof<'_> {
         let name = self.net.place(goal);
         let (message, remedy) = if self.most_in(goal) > 0 {
             let at_goal = |marking: &[u32]| marking[goal.index()] > 0;
+            if self.comes_in_time(&at_goal) {
+                return None;
+            }
             let classes = self.timed_if_small()?;
             if classes.nearest(&at_goal).is_some() {
                 return None;
@@ -127,6 +134,13 @@ impl Proof<'_> {
         };
         let finding = Finding::new(Code::GoalNeverReached, self.at(goal), message);
         Some(finding.remedy(remedy))
+    }
+
+    /// Whether the times allow the nearest path to a marking; if not, another path may still be in time.
+    fn comes_in_time(&self, asked: &dyn Fn(&[u32]) -> bool) -> bool {
+        let space = &self.exploration.space;
+        let path = space.find(asked).and_then(|state| space.path_to(state));
+        path.is_some_and(|path| is_possible(self.net, &path) == Ok(true))
     }
 
     /// What to do about a goal that nothing leads to.
@@ -305,6 +319,9 @@ impl Proof<'_> {
     /// A marking from which neither goal nor safe place can be reached any more, except by an
     /// emergency: an operator's order is no regular exit.
     fn end_lost(&self) -> Option<Finding> {
+        if self.keeps_end() {
+            return None;
+        }
         let is_over = |marking: &[u32]| self.is_over(marking);
         let space = &self.exploration.space;
         let emergencies = &self.analysed.emergencies;

@@ -41,5 +41,5 @@ mod wording;
 pub use analysed::Analysed;
 pub use armor_robotfile::time_in_words;
 pub use proof::{MAX_BYTES, MAX_CLASSES, MAX_STATES};
-pub use prove::{prove, prove_from_here};
+pub use prove::{prove, prove_from_here, prove_without_notes};
 pub use repair::{Recheck, explain_by_edit};

@@ -40,11 +40,20 @@ pub(crate) struct ProofEffort {
     pub(crate) has_begun: bool,
     /// Whether it suffices to know that there are no errors and warnings.
     pub(crate) skips_notes: bool,
+    /// Whether all states of the routes are explored together where there are few enough, also for
+    /// what can be shown of them one by one.
+    pub(crate) explores_routes: bool,
 }
 
 impl Default for ProofEffort {
     fn default() -> Self {
-        Self { states: MAX_STATES, classes: MAX_CLASSES, has_begun: false, skips_notes: false }
+        Self {
+            states: MAX_STATES,
+            classes: MAX_CLASSES,
+            has_begun: false,
+            skips_notes: false,
+            explores_routes: false,
+        }
     }
 }
 
@@ -66,6 +75,9 @@ pub(crate) struct Proof<'a> {
     pub(crate) effort: ProofEffort,
     /// What is shown of the routes, or why they are not proven one by one.
     pub(crate) routes: Result<RouteProof<'a>, Option<String>>,
+    /// The routes of a mission that is explored as a whole.
+    explored_routes: Option<RouteMachines<'a>>,
+    end_by_routes: OnceCell<bool>,
     pub(crate) stop: &'a dyn Fn() -> bool,
     /// How many states and state classes were explored.
     explored: Cell<u64>,
@@ -95,8 +107,10 @@ impl<'a> Proof<'a> {
             Err(_) => PlaceBounds::of_net(net, stop),
         };
         let sums = OnceCell::new();
+        let mut explored_routes = None;
         let routes = machines.and_then(|machines| {
             if machines.product() <= effort.states {
+                explored_routes = Some(machines).filter(|_| !effort.explores_routes);
                 return Err(None);
             }
             // To search the whole net would take long, and find little more.
@@ -140,6 +154,8 @@ impl<'a> Proof<'a> {
             sums,
             effort,
             routes,
+            explored_routes,
+            end_by_routes: OnceCell::new(),
             stop,
             explored,
         }
@@ -255,15 +271,36 @@ impl<'a> Proof<'a> {
 
     /// The nearest marking as asked in a run, if the mission is small; otherwise that of the state.
     fn with_times(&self, state: u32, asked: &dyn Fn(&[u32]) -> bool) -> Option<Witness> {
+        let nearest = Witness::of(&self.exploration.space, state);
+        if is_possible(self.net, &nearest.path) == Ok(true) {
+            // None is nearer with times, which only exclude firings.
+            return Some(nearest);
+        }
         match self.timed_if_small() {
             Some(classes) => classes.nearest(asked).map(|class| Witness::of(classes, class)),
-            None => Some(Witness::of(&self.exploration.space, state)),
+            None => Some(nearest),
         }
     }
 
     /// What is shown of the routes, unless all states of the mission were explored.
     pub(crate) fn one_by_one(&self) -> Option<&RouteProof<'a>> {
         self.routes.as_ref().ok().filter(|_| !self.is_whole())
+    }
+
+    /// Whether goal or safe place stays in reach, as far as the routes one by one show it: no states of the
+    /// whole mission with their times are needed for that.
+    pub(crate) fn keeps_end(&self) -> bool {
+        if let Some(routes) = self.one_by_one() {
+            return routes.keeps_end();
+        }
+        // That starts wait is not followed there.
+        let Some(routes) = self.explored_routes.as_ref().filter(|_| self.apart.is_empty()) else {
+            return false;
+        };
+        let has_goal = self.plan.goal().is_some();
+        // Where it does not go quickly, the whole mission shows it.
+        let budget = self.budget_of(self.effort.states.min(FEW_STATES));
+        *self.end_by_routes.get_or_init(|| has_goal && routes.keep_end_in_reach(&budget))
     }
 
     /// The nearest marking with a token in both places.

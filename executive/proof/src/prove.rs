@@ -8,7 +8,26 @@ use armor_robotfile::{Configuration, Findings, Mission, Severity};
 /// Proves the mission of a configuration, whose plan is `plan`, and what its files claim. `stop` is
 /// asked now and then whether it has taken long enough.
 pub fn prove(configuration: &Configuration, plan: &Plan, stop: &dyn Fn() -> bool) -> Findings {
-    let found = prove_within(configuration, plan, ProofEffort::default(), stop);
+    prove_whole(configuration, plan, ProofEffort::default(), stop)
+}
+
+/// The same for a caller that needs no notes: how long the mission takes is not examined.
+pub fn prove_without_notes(
+    configuration: &Configuration,
+    plan: &Plan,
+    stop: &dyn Fn() -> bool,
+) -> Findings {
+    let effort = ProofEffort { skips_notes: true, ..ProofEffort::default() };
+    prove_whole(configuration, plan, effort, stop).without_notes()
+}
+
+fn prove_whole(
+    configuration: &Configuration,
+    plan: &Plan,
+    effort: ProofEffort,
+    stop: &dyn Fn() -> bool,
+) -> Findings {
+    let found = prove_within(configuration, plan, effort, stop);
     let lacks_input =
         |mission: &Mission| mission.transitions.iter().any(|it| mission.lacks_input(it));
     if !configuration.missions().any(lacks_input) {

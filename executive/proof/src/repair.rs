@@ -41,8 +41,13 @@ const SHOWN: &str = "here it shows";
 const THIS_CHECK: &str = "this check ";
 const A_CHECK: &str = "a check ";
 /// Most states and state classes of one proof: a millisecond or two.
-const TRIED_EFFORT: ProofEffort =
-    ProofEffort { states: 4_000, classes: 4_000, has_begun: false, skips_notes: true };
+const TRIED_EFFORT: ProofEffort = ProofEffort {
+    states: 4_000,
+    classes: 4_000,
+    has_begun: false,
+    skips_notes: true,
+    explores_routes: false,
+};
 
 /// How a file is checked again after an edit.
 pub struct Recheck<'a> {

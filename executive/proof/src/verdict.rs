@@ -126,7 +126,7 @@ impl Proof<'_> {
     }
 
     fn always_reachable(&self, wanted: &PlaceFormula) -> ClaimVerdict {
-        if self.one_by_one().is_some_and(|it| it.keeps_end()) && self.includes_end(wanted) {
+        if self.includes_end(wanted) && self.keeps_end() {
             return ClaimVerdict::Holds;
         }
         let asked = |marking: &[u32]| self.holds(wanted, marking);

@@ -145,6 +145,21 @@ impl FileChanges {
         }
     }
 
+    /// Notes that the mission has ended, so that a version that is not in force will not be played.
+    pub(super) fn end(&mut self) {
+        let Some(PendingChange { version, progress, .. }) = &mut self.change else {
+            return;
+        };
+        let was = match progress {
+            ChangeProgress::Reading => "it was being read",
+            ChangeProgress::Waiting { why, .. } => why,
+            ChangeProgress::Refused(_) => return,
+        };
+        let why = format!("the mission ended before it was played: {was}");
+        tracing::warn!("version {} of the file is not played: {why}", version.number);
+        *progress = ChangeProgress::Refused(why);
+    }
+
     fn refuse_change(&mut self, cx: &mut Context, why: String) {
         let Some(change) = &mut self.change else {
             return;
@@ -182,7 +197,7 @@ impl FileChanges {
         let stand = Stand { marking, counters };
         if !clashes.is_empty() {
             self.refuse_change(cx, format!("{}; both are marked now", clashes.join("; ")));
-        } else if proven.contains(&stand) {
+        } else if offer.is_proven || proven.contains(&stand) {
             return self.take_change(cx);
         } else if proving.is_none() {
             self.wait_for(cx, "it is being proven".to_owned(), Some(stand));

@@ -31,6 +31,12 @@ pub(super) struct JoinedStates {
 const MOST_TARGETS: usize = 8;
 
 impl RouteMachines<'_> {
+    /// Whether goal or safe place is in reach wherever the routes are.
+    pub(crate) fn keep_end_in_reach(&self, budget: &AnalysisBudget<'_>) -> bool {
+        let joined = self.explore_joined(budget);
+        joined.is_some_and(|mut joined| matches!(joined.keep_end(self), EndShown::Always))
+    }
+
     pub(super) fn explore_joined(&self, budget: &AnalysisBudget<'_>) -> Option<JoinedStates> {
         let is_free = self.find_free();
         let mut joined = self.join_places(&|place| is_free[place.index()]).ok()?;

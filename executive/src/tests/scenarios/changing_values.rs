@@ -3,6 +3,7 @@
 
 use super::bench::{Bench, SECOND};
 use super::changing::{ARRIVED, BACK, EXPLORE, EXPLORED, begun, mission, version};
+use crate::event::ControllerEvent;
 use crate::ledger::check_same;
 use crate::order::MissionOrder;
 use crate::record::JournalEntry;
@@ -159,4 +160,90 @@ fn one_that_does_not_stop_for_its_new_values_is_killed_and_begins_with_them() {
         (bench.given("explorer"), bench.marked()),
         (vec!["area=south".into()], vec!["explore".into()])
     );
+}
+
+/// The version is played when it has been read: nothing is proven.
+fn is_taken_unproven(bench: &mut Bench, number: u64, mission: &str) -> bool {
+    bench.tell(ControllerEvent::Offered(version(number, mission)));
+    let read = bench.controller.question().expect("it is read");
+    bench.tell(read.answer(&|| None));
+    let is_taken = bench.played() == number;
+    assert_eq!(bench.controller.question().is_some(), !is_taken);
+    is_taken
+}
+
+#[test]
+fn a_version_that_gives_other_values_alone_is_taken_without_a_proof() {
+    let mut bench = begun(&searching("north"));
+    assert!(is_taken_unproven(&mut bench, 2, &searching("south")));
+    bench.obey();
+    assert_eq!(bench.given("explorer"), ["area=south"]);
+    // Another time, and another claim, are proven.
+    let later = |area| searching(area).replace(r#"timeout="1h""#, r#"timeout="2h""#);
+    assert!(!is_taken_unproven(&mut bench, 3, &later("south")));
+    bench.judge();
+    let claimed =
+        later("west").replace("</mission>", "<check>never home and hold</check></mission>");
+    assert!(!is_taken_unproven(&mut bench, 4, &claimed));
+    bench.judge();
+    assert_eq!(bench.played(), 4);
+    bench.obey();
+    assert_eq!(bench.given("explorer"), ["area=west"]);
+    bench.check_replay();
+}
+
+/// While it was read, the mission has moved on.
+#[test]
+fn a_version_that_gives_other_values_alone_is_taken_wherever_the_mission_has_come() {
+    let mut bench = begun(&searching("north"));
+    bench.tell(ControllerEvent::Offered(version(2, &searching("south"))));
+    let read = bench.controller.question().expect("it is read");
+    bench.done(bench.component("explorer"));
+    bench.obey();
+    assert_eq!(bench.marked(), ["return"]);
+    bench.wanted();
+    bench.tell(read.answer(&|| None));
+    assert_eq!((bench.played(), bench.wanted()), (2, Vec::new()));
+    bench.check_replay();
+}
+
+/// Two places that are marked together give the driver the same speed, then different ones.
+#[test]
+fn values_that_contradict_each_other_only_now_are_proven_and_refused() {
+    let driven = |speed: &str| {
+        let give = |speed: &str| {
+            format!(r#"<parameter component="driver" name="speed" value="{speed}"/></place>"#)
+        };
+        let explore = EXPLORE.replace("/>", ">") + &give("1");
+        let watch = r#"<place name="watch" initial="true" components="driver">"#.to_owned();
+        let watch = watch + &give(speed);
+        let ends = r#"<transition name="seen" from="watch" to="home" timeout="1h"/>"#;
+        mission(&[&explore, &watch, BACK, EXPLORED, ARRIVED, ends].concat())
+    };
+    let mut bench = Bench::playing(version(1, &driven("1")).plan().expect("a mission"));
+    bench.everybody_appears();
+    bench.obey();
+    bench.wanted();
+    assert!(!is_taken_unproven(&mut bench, 2, &driven("2")));
+    bench.judge();
+    let (state, why) = bench.change();
+    assert_eq!((bench.played(), state.as_str()), (1, "refused"), "{why}");
+    assert!(why.contains("marked together"), "{why}");
+}
+
+/// A version whose proof was not over when the mission was: that it is not played is reported.
+#[test]
+fn a_version_that_is_not_played_before_the_mission_ends_is_refused() {
+    let mut bench = begun(&searching("north"));
+    let later = searching("north").replace(r#"timeout="1h""#, r#"timeout="2h""#);
+    assert!(!is_taken_unproven(&mut bench, 2, &later));
+    assert_eq!(bench.change(), ("waiting".to_owned(), "it is being proven".to_owned()));
+    for component in ["explorer", "homing"] {
+        bench.done(bench.component(component));
+        bench.obey();
+    }
+    assert_eq!(bench.marked(), ["home"]);
+    let (state, why) = bench.change();
+    assert_eq!((bench.played(), state.as_str()), (1, "refused"));
+    assert!(why.starts_with("the mission ended before it was played"), "{why}");
 }
