@@ -263,6 +263,14 @@ mod tests {
         attaches("--attach=10.0.0.1:9", Some("10.0.0.1:9"), 0);
     }
 
+    #[test]
+    fn who_attaches_sees_what_runs_or_the_view_that_is_named() {
+        let view = |line: &str| parsed(line).expect("fine").view;
+        assert_eq!(view("--attach 10.0.0.1:9 a.xml"), View::Live);
+        assert_eq!(view("--view map --attach 10.0.0.1:9 a.xml"), View::Map);
+        assert_eq!(view("--attach --view map"), View::Map);
+    }
+
     #[track_caller]
     fn refuses(line: &str, part: &str) {
         let error = parsed(line).expect_err("it makes no sense");

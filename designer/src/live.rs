@@ -43,4 +43,5 @@ pub use systems::attach;
 pub use tone::Tone;
 pub use version::RunningVersions;
 pub use view::LiveView;
+pub(crate) use watched::TOOL;
 pub use watched::Watched;

@@ -26,6 +26,7 @@ mod model;
 mod movers;
 mod names;
 mod other_drawings;
+mod other_robots;
 mod others;
 mod painting;
 mod palette;

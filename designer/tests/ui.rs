@@ -16,6 +16,7 @@ mod links;
 mod live;
 mod live_room;
 mod map;
+mod map_attach;
 mod map_live;
 mod map_numbers;
 mod map_times;

@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use armor_executive::RunError;
 use armor_plan::Plan;
-use armor_proof::Recheck;
-use armor_proof::{prove, prove_without_notes};
+use armor_proof::{Recheck, prove, prove_without_notes};
 use armor_robotfile::{
     Code, Colours, Configuration, Finding, Findings, MAX_FILE_BYTES, MissionDuration, NeededPath,
     Override, Reading, Severity, needed_paths, passed_dates,

@@ -143,6 +143,7 @@ impl MapView {
             let new = NewRoute { drivers: &drivers, start: &start, out: &out };
             let route = edits::add_route(document, &new)?;
             let leg = edits::add_leg(document, &route, None, &to)?;
+            edits::add_exits(document, &route)?;
             added = Some(Item::step(route, leg));
             Ok(())
         });

@@ -18,6 +18,8 @@ use crate::project::Refused;
 const NEW_SYMBOL: &str = "10031000001211000000";
 /// How long a new stay is.
 const NEW_STAY: &str = "10s";
+/// What ends a step of a new route early.
+const NEW_EXITS: &str = "lost-link blocked late";
 /// How long a robot waits at a new meeting.
 const NEW_PATIENCE: &str = "2min";
 
@@ -154,6 +156,22 @@ pub fn add_route(document: &mut Document, new: &NewRoute<'_>) -> Result<String, 
     Ok(name)
 }
 
+/// Adds how a new route ends early: at the nearest rally point, or in the safe place while the map has none.
+///
+/// # Errors
+/// If there is no such route.
+pub fn add_exits(document: &mut Document, route: &str) -> Result<(), Refused> {
+    let map = document.find(Named::Map).and_then(|path| document.tree().element(&path));
+    let has_rally =
+        map.into_iter().flat_map(Element::elements).any(|element| element.name == "rally");
+    let missing = || Refused::Rule(format!("there is no route {route} in the file"));
+    let path = document.find(Named::Route(route)).ok_or_else(missing)?;
+    let count = document.tree().element(&path).ok_or_else(missing)?.elements().count();
+    let target = if has_rally { "rally" } else { "hold" };
+    let exits = NewElement::new("otherwise").attribute("on", NEW_EXITS).attribute("do", target);
+    Ok(document.insert_element(&path, count, &exits)?)
+}
+
 /// The route that a path is added to.
 #[derive(Clone, Copy, Debug)]
 pub enum PathEnd<'a> {
@@ -194,6 +212,9 @@ pub fn add_path(
     let elements = elements
         .map(|(name, to)| NewElement::new("leg").attribute("name", name).attribute("to", to));
     append_steps(document, &route, &elements.collect::<Vec<_>>())?;
+    if matches!(end, PathEnd::New(_)) {
+        add_exits(document, &route)?;
+    }
     Ok((route, legs))
 }
 

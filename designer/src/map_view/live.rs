@@ -4,7 +4,7 @@
 
 mod following;
 mod on_map;
-mod robots;
+pub(in crate::map_view) mod robots;
 mod strip;
 mod tracks;
 mod words;

@@ -5,9 +5,13 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use armor_geo::{MapPlacement, MapPoint};
+use armor_inspect::WakeCallback;
 use armor_robotfile::Mission;
+use armor_robotfile::timing::FollowedMission;
 
 use crate::map_view::camera::MapBounds;
+use crate::map_view::live::robots::{RobotPose, ShownRobot};
+use crate::map_view::other_robots::{OtherRobots, OtherRoutes};
 use crate::map_view::scene::MapScene;
 use crate::map_view::symbol_picture::SymbolPictures;
 use crate::mission::marks::Marks;
@@ -41,14 +45,23 @@ pub(super) struct OtherDrawing {
     /// The file, or the system that runs.
     pub(super) name: String,
     pub(super) is_shown: bool,
+    /// The registry of a system that runs.
+    registry: Option<String>,
+    /// Its robots, while it runs and is shown.
+    pub(super) robots: Option<OtherRobots>,
     modified: Option<SystemTime>,
     /// Why nothing of it is shown, if so.
     pub(super) scene: Result<MapScene, String>,
 }
 
 impl OtherDrawings {
-    /// Adds the drawing of a file, under a name.
-    pub(super) fn add(&mut self, path: &Path, name: String) -> Result<(), String> {
+    /// Adds the drawing of a file, under a name; of a system that runs, with the address of its registry.
+    pub(super) fn add(
+        &mut self,
+        path: &Path,
+        name: String,
+        registry: Option<String>,
+    ) -> Result<(), String> {
         if self.list.iter().any(|other| other.path == path) {
             return Err(format!("{} is shown already", path.display()));
         }
@@ -56,7 +69,8 @@ impl OtherDrawings {
             return Err(format!("at most {MAX_OTHERS} other drawings are shown: remove one"));
         }
         let (path, scene) = (path.to_owned(), Err(String::new()));
-        self.list.push(OtherDrawing { path, name, is_shown: true, modified: None, scene });
+        let (is_shown, robots, modified) = (true, None, None);
+        self.list.push(OtherDrawing { path, name, is_shown, registry, robots, modified, scene });
         self.placed_in = None;
         Ok(())
     }
@@ -75,11 +89,37 @@ impl OtherDrawings {
             if is_moved || modified != other.modified {
                 is_changed = true;
                 other.modified = modified;
-                other.scene = read_scene(&other.path, &placed_in, &mut self.symbols);
+                let read = read_scene(&other.path, &placed_in, &mut self.symbols);
+                (other.scene, other.robots) = match read {
+                    Ok((scene, routes)) => {
+                        let registry = other.registry.as_deref();
+                        let robots = registry.map(|registry| OtherRobots::begin(registry, routes));
+                        (Ok(scene), robots)
+                    }
+                    Err(why) => (Err(why), None),
+                };
             }
         }
         self.placed_in = Some(placed_in);
         is_changed
+    }
+
+    /// Takes the newest poses of the robots of systems that run, and lets go of those that are not shown.
+    pub(super) fn follow_robots(&mut self, wake: &WakeCallback, now_s: f64) {
+        for other in &mut self.list {
+            if let Some(robots) = &mut other.robots {
+                robots.follow(other.is_shown, wake, now_s);
+            }
+        }
+    }
+
+    /// The robots that are shown, each with the name of its drawing.
+    pub(super) fn robots(&self) -> impl Iterator<Item = (&str, &ShownRobot, RobotPose)> {
+        let shown = self.list.iter().filter(|other| other.is_shown);
+        shown.flat_map(|other| {
+            let robots = other.robots.iter().flat_map(OtherRobots::robots);
+            robots.filter_map(|robot| Some((other.name.as_str(), robot, robot.pose?)))
+        })
     }
 
     pub(super) fn shown(&self) -> impl Iterator<Item = (&str, &MapScene)> {
@@ -93,35 +133,36 @@ impl OtherDrawings {
     }
 }
 
-/// The scene of a file, brought to the map of another one.
+/// The scene of a file, brought to the map of another one, and the routes of its robots.
 fn read_scene(
     path: &Path,
     placed_in: &PlacedIn,
     symbols: &mut SymbolPictures,
-) -> Result<MapScene, String> {
+) -> Result<(MapScene, OtherRoutes), String> {
     let reading = armor_robotfile::load(path);
     let Some(configuration) = reading.configuration else {
         return Err("the file cannot be read: open it, or run armor check".into());
     };
-    let mission = configuration.mission.ok_or("the file has no mission")?;
-    scene_in(&mission, placed_in, symbols)
+    let mission = configuration.mission.as_ref().ok_or("the file has no mission")?;
+    let (scene, between) = scene_in(mission, placed_in, symbols)?;
+    let followed = FollowedMission::of_mission(mission, &configuration.system);
+    let robots = followed.robots().map(|(name, radius, output)| (name.to_owned(), radius, output));
+    Ok((scene, OtherRoutes { robots: robots.collect(), between }))
 }
 
 fn scene_in(
     mission: &Mission,
     placed_in: &PlacedIn,
     symbols: &mut SymbolPictures,
-) -> Result<MapScene, String> {
+) -> Result<(MapScene, Option<[MapPlacement; 2]>), String> {
     let map = mission.map.as_ref().ok_or("its mission has no map")?;
     let here = placed_in.placement.filter(|_| placed_in.has_map);
-    let moved: Box<dyn Fn(MapPoint) -> Option<MapPoint>> = match (map.placement, here) {
-        (Some(there), Some(here)) if there == here => Box::new(Some),
-        (Some(there), Some(here)) => {
-            Box::new(move |at| here.map_from_geo(there.geo_from_map(at).ok()?).ok())
-        }
+    let between = match (map.placement, here) {
+        (Some(there), Some(here)) if there == here => None,
+        (Some(there), Some(here)) => Some([there, here]),
         // As both robots begin at the same place, or nothing is drawn here yet.
-        (None, None) => Box::new(Some),
-        (Some(_), None) if !placed_in.has_map => Box::new(Some),
+        (None, None) => None,
+        (Some(_), None) if !placed_in.has_map => None,
         (Some(_), None) => {
             return Err("its map has an origin and that of this file has none, so that it is not \
                         known how they lie to each other: give this one an origin"
@@ -133,13 +174,22 @@ fn scene_in(
                 .into());
         }
     };
+    let moved = |at: MapPoint| bring(between.as_ref(), at);
     let known = |at: MapPoint| moved(at).is_some();
     let points = map.points.iter().chain(&map.rallies).map(|point| point.position.value.point);
     if !points.into_iter().all(known) {
         return Err("it is too far away for this map".into());
     }
     let displaced = |_, at: MapPoint| moved(at).unwrap_or(at);
-    Ok(MapScene::of(mission, &Marks::default(), symbols, &displaced))
+    Ok((MapScene::of(mission, &Marks::default(), symbols, &displaced), between))
+}
+
+/// A point of one map on another one; both are the same without placements.
+pub(super) fn bring(between: Option<&[MapPlacement; 2]>, at: MapPoint) -> Option<MapPoint> {
+    match between {
+        None => Some(at),
+        Some([there, here]) => here.map_from_geo(there.geo_from_map(at).ok()?).ok(),
+    }
 }
 
 #[cfg(test)]
@@ -173,10 +223,13 @@ mod tests {
     #[test]
     fn two_maps_in_the_world_are_brought_together_by_their_origins() {
         let symbols = &mut SymbolPictures::default();
-        let same = scene_in(&mission(PARIS), &placed(PARIS), symbols).expect("it is shown");
+        let shown = |text, symbols: &mut SymbolPictures| {
+            scene_in(&mission(text), &placed(PARIS), symbols).expect("it is shown").0
+        };
+        let same = shown(PARIS, symbols);
         assert_eq!(point_in(&same), map_point([3.0, 4.0]));
         // There y points east, and x south.
-        let turned = scene_in(&mission(TURNED), &placed(PARIS), symbols).expect("it is shown");
+        let turned = shown(TURNED, symbols);
         assert!(point_in(&turned).distance_m(map_point([4.0, -3.0])) < 1e-6);
         let zone = turned.find(Item::zone("well")).expect("the zone");
         let bounds = zone.shape.bounds().expect("its bounds");

@@ -1,7 +1,10 @@
 //! Other drawings on the same map: lighter, read only, with their names; and their list in the palette.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
 
+use armor_inspect::WakeCallback;
 use armor_picture::theme::ThemeColours;
 use eframe::egui::accesskit::{Node, Role};
 use eframe::egui::{
@@ -11,6 +14,7 @@ use eframe::egui::{
 use crate::canvas::paintable;
 use crate::live::running;
 use crate::map_view::hit::Sight;
+use crate::map_view::live::robots::ShownRobot;
 use crate::map_view::model::{mission_of, placement_of};
 use crate::map_view::names::publish;
 use crate::map_view::other_drawings::PlacedIn;
@@ -20,6 +24,11 @@ use crate::map_view::state::{MapFit, MapView};
 use crate::panels::fields::is_entered;
 use crate::workspace::Workspace;
 
+/// News of the robots of others are shown within this time.
+const SHOW_WITHIN: Duration = Duration::from_millis(100);
+/// Pause after which the ages of poses are drawn again though nothing arrives.
+const AGES_EVERY: Duration = Duration::from_secs(1);
+
 impl MapView {
     /// Brings the drawings of others up to date.
     pub(super) fn follow_others(&mut self, ui: &egui::Ui, workspace: &Workspace) {
@@ -28,6 +37,12 @@ impl MapView {
         let is_changed = self.others.follow(placed_in, ui.input(|input| input.time));
         if is_changed && self.stays_fitted {
             self.fit = Some(MapFit::Everything);
+        }
+        let ctx = ui.ctx().clone();
+        let wake: WakeCallback = Arc::new(move || ctx.request_repaint_after(SHOW_WITHIN));
+        self.others.follow_robots(&wake, ui.input(|input| input.time));
+        if self.others.robots().next().is_some() {
+            ui.ctx().request_repaint_after(AGES_EVERY);
         }
     }
 
@@ -79,7 +94,7 @@ impl MapView {
         let result = match (path.is_file(), is_open) {
             (false, _) => Err(format!("there is no file {}", path.display())),
             (_, true) => Err(format!("{typed} is the open file")),
-            _ => self.others.add(&path, typed),
+            _ => self.others.add(&path, typed, None),
         };
         match result {
             Ok(()) => self.others.typed.clear(),
@@ -98,8 +113,9 @@ impl MapView {
             if workspace.project.path().is_some_and(|open| is_same_file(open, &path)) {
                 continue;
             }
-            count +=
-                usize::from(self.others.add(&path, format!("{} (runs)", record.system)).is_ok());
+            let (name, registry) =
+                (format!("{} (runs)", record.system), record.registry.to_string());
+            count += usize::from(self.others.add(&path, name, Some(registry)).is_ok());
         }
         if count == 0 {
             workspace.messages.warn("No other system of yours runs on this host.");
@@ -118,6 +134,13 @@ impl MapView {
                 paint_note(painter, at, Align2::LEFT_BOTTOM, name, colours);
             }
         }
+        let now_s = painter.ctx().input(|input| input.time);
+        for (name, robot, pose) in self.others.robots() {
+            let trail: Vec<_> = robot.trail.iter().map(|at| self.sight().at(*at)).collect();
+            painter.add(Shape::line(trail, Stroke::new(1.5, colour)));
+            let label = robot_text(name, robot, now_s);
+            self.paint_robot_as(painter, colours, (robot, pose, colours.weak, &label), now_s);
+        }
     }
 
     /// Publishes their names.
@@ -134,7 +157,21 @@ impl MapView {
                 publish(ctx, id, &label, area, |node: &mut Node| node.set_role(Role::ListItem));
             }
         }
+        let now_s = ctx.input(|input| input.time);
+        for (number, (name, robot, pose)) in self.others.robots().enumerate() {
+            let area = Rect::from_center_size(self.sight().at(pose.at), Vec2::splat(18.0));
+            let label = format!("robot of {}", robot_text(name, robot, now_s));
+            let id = response.id.with(("other robot", number));
+            publish(ctx, id, &label, area, |node: &mut Node| node.set_role(Role::ListItem));
+        }
     }
+}
+
+/// `fleet (runs): red, seen 4 s ago`.
+fn robot_text(name: &str, robot: &ShownRobot, now_s: f64) -> String {
+    let age_s = robot.age_s(now_s).filter(|_| robot.is_old(now_s));
+    let seen = age_s.map(|age_s| format!(", seen {age_s:.0} s ago")).unwrap_or_default();
+    format!("{name}: {}{seen}", robot.route)
 }
 
 /// Where the name of a drawing is: at its first item that is a leg, or at its first.

@@ -18,7 +18,9 @@ pub(super) const ROBOT: &str = "simulated robot";
 /// The robot, as a part of a file.
 const TEXT: &str = include_str!("robot.xml");
 /// Its kinds.
-const KINDS: [&str; 5] = ["simulator", "grid-slam", "patrol", "planner", "driver"];
+const KINDS: [&str; 6] = ["simulator", "grid-slam", "patrol", "planner", "driver", CHART];
+/// What publishes the zones of the map: one for all robots.
+const CHART: &str = "chart";
 /// The parameter of its simulator that has no default.
 const WORLD: &str = "world";
 
@@ -27,10 +29,11 @@ pub(super) fn entry(kinds: &Kinds) -> Option<Manifest> {
     KINDS.iter().all(|kind| kinds.find(kind).is_some()).then(|| Manifest {
         armor_manifest: MANIFEST_VERSION,
         kind: ROBOT.into(),
-        summary: "Simulator, mapper, patrol, planner and driver with their links: a robot that \
-                  drives a route of the map. The first one gets a world in its simulator; \
-                  further ones get the same."
-            .into(),
+        summary:
+            "Simulator, mapper, patrol, planner, driver and the chart of the zones with their \
+                  links: a robot that drives a route of the map. The first one gets a world in its \
+                  simulator; further ones get the same, and share the chart."
+                .into(),
         inputs: Vec::new(),
         outputs: Vec::new(),
         parameters: Vec::new(),
@@ -54,9 +57,28 @@ pub(super) fn entry(kinds: &Kinds) -> Option<Manifest> {
 /// If there is no system to add it to.
 pub fn add_robot(documents: &mut Documents, at: Pos2) -> Result<Vec<Item>, Refused> {
     let world = world_of(documents.system()?);
-    let fragment = Fragment::read(TEXT, View::System)?;
-    let mut added = paste(documents, TEXT, |_: Rect| at)?;
+    let chart = chart_of(documents.system()?);
+    let text = match &chart {
+        Some(_) => without_chart(TEXT),
+        None => TEXT.to_owned(),
+    };
+    let fragment = Fragment::read(&text, View::System)?;
+    let mut added = paste(documents, &text, |_: Rect| at)?;
     let document = documents.system()?;
+    if let Some(chart) = chart {
+        let readers = added.iter().filter_map(|item| match item {
+            Item::Component(name) => Some(name.as_str()),
+            _ => None,
+        });
+        let readers =
+            readers.filter(|name| ["planner", "driver"].iter().any(|kind| name.starts_with(kind)));
+        let link = |reader| {
+            let link = NewElement::new("link").attribute("from", format!("{chart}.zones"));
+            link.attribute("to", format!("{reader}.zones"))
+        };
+        let links: Vec<_> = readers.map(link).collect();
+        document.add_elements(Named::System, &links)?;
+    }
     for (frame, name) in fragment.named("frame") {
         if document.find(Named::Frame(name)).is_none() {
             document.add_elements(Named::System, &[same_element(frame)])?;
@@ -85,6 +107,20 @@ pub fn add_robot(documents: &mut Documents, at: Pos2) -> Result<Vec<Item>, Refus
 fn elements_of(document: &Document) -> impl Iterator<Item = &Element> {
     let system = document.find(Named::System).and_then(|path| document.tree().element(&path));
     system.into_iter().flat_map(Element::elements)
+}
+
+/// The first component that publishes the zones.
+fn chart_of(document: &Document) -> Option<String> {
+    let is_chart =
+        |element: &&Element| element.attribute("kind").is_some_and(|kind| kind.value == CHART);
+    let mut charts = elements_of(document).filter(|it| it.name == "component").filter(is_chart);
+    Some(charts.next()?.attribute("name")?.value.clone())
+}
+
+/// The robot without a chart of its own: each element of it is one line.
+fn without_chart(text: &str) -> String {
+    let is_other = |line: &&str| !line.contains(&format!("\"{CHART}"));
+    text.lines().filter(is_other).flat_map(|line| [line, "\n"]).collect()
 }
 
 fn has_clock(document: &Document) -> bool {
@@ -121,9 +157,12 @@ mod tests {
             .expect("they are added");
         let system = &project.configuration().expect("it is read").system;
         let names: Vec<_> = system.components.iter().map(|it| it.name.value.as_str()).collect();
-        assert_eq!(names.len(), 10, "{names:?}");
+        assert_eq!(names.len(), 11, "one chart for both: {names:?}");
         assert!(names.contains(&"simulator-2") && names.contains(&"driver-2"), "{names:?}");
-        assert_eq!((system.links.len(), system.frames.len()), (24, 1));
+        assert_eq!((system.links.len(), system.frames.len()), (28, 1));
+        let zones = system.links.iter().filter(|link| link.from.component.value == "chart");
+        let zones: Vec<_> = zones.map(|link| link.to.component.value.as_str()).collect();
+        assert_eq!(zones, ["planner", "driver", "planner-2", "driver-2"]);
         let clock = system.clock.as_ref().map(|it| it.source.component.value.as_str());
         assert_eq!(clock, Some("simulator"));
         let second = system.component("simulator-2").expect("the second simulator");

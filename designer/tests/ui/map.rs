@@ -236,6 +236,7 @@ fn a_route_begins_where_the_first_click_is() {
         r#"<point name="P2" at="10 0"/>"#,
         r#"<route name="route" mover="way.route" start="P1" out="over">"#,
         r#"<leg name="l1" to="P2"/>"#,
+        r#"<otherwise on="lost-link blocked late" do="hold"/>"#,
         r#"goal="over""#,
         r#"safe="hold""#,
         r#"<place name="over"/>"#,
@@ -350,7 +351,8 @@ fn a_second_route_begins_at_a_point_that_is_there() {
     assert!(window.text().contains(expected), "{}", window.text());
     // The next leg is one of the route that was begun.
     window.click("point P1");
-    let expected = "<leg name=\"l1\" to=\"P2\"/>\n      <leg name=\"l2\" to=\"P1\"/>";
+    let expected = "<leg name=\"l1\" to=\"P2\"/>\n      <leg name=\"l2\" to=\"P1\"/>\n      \
+                    <otherwise on=\"lost-link blocked late\" do=\"rally\"/>";
     assert!(window.text().contains(expected), "{}", window.text());
 }
 

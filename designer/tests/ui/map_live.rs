@@ -21,7 +21,7 @@ use crate::ui::Window;
 use crate::ui::map::map;
 
 /// Two legs of 10 m at 1 m/s, past a pit.
-const DRIVEN: &str = r#"<armor version="1">
+pub(super) const DRIVEN: &str = r#"<armor version="1">
   <system name="bench">
     <component name="way" kind="way"/>
     <component name="driver" kind="way">
@@ -59,7 +59,7 @@ fn enabled(name: &str) -> EnabledTransition {
 }
 
 /// The second leg is under way since 12 s, 15 s after the begin.
-fn marking() -> Marking {
+pub(super) fn marking() -> Marking {
     let place =
         MarkedPlace { place: "red.l2".into(), tokens: 1, active: true, waits_for: Vec::new() };
     Marking {
@@ -144,7 +144,7 @@ fn picture() -> SystemPicture {
     picture
 }
 
-fn pose(frame: &str, x: f64, y: f64) -> PoseWithCovarianceStamped {
+pub(super) fn pose(frame: &str, x: f64, y: f64) -> PoseWithCovarianceStamped {
     let position = Point { x, y, z: 0.0 };
     let orientation = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };
     let pose = PoseWithCovariance { pose: Pose { position, orientation }, ..Default::default() };

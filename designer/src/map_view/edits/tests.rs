@@ -200,6 +200,19 @@ fn a_first_route_gives_the_mission_its_ends_and_a_stay_is_behind_its_step() {
     assert_eq!(drawn.pose.as_ref().map(|it| it.component.value.as_str()), Some("mapper"));
     let steps: Vec<_> = drawn.steps.iter().map(|step| step.name().value.as_str()).collect();
     assert_eq!(steps, ["l1", "s1"]);
+    // Its exits lead to the safe place; those of a route that is drawn with a rally point, there.
+    add_exits(&mut document, &route).expect("exits");
+    add_point(&mut document, true, "1 1").expect("a rally point");
+    let path = |at: &str| vec![at.to_owned(), "2 2".to_owned()];
+    let (second, _) =
+        add_path(&mut document, PathEnd::New(&drivers), &path("0 1")).expect("a second route");
+    let (again, _) = add_path(&mut document, PathEnd::Of(&second), &path("3 3")).expect("legs");
+    assert_eq!(again, second);
+    let exits = |to: &str| format!("<otherwise on=\"lost-link blocked late\" do=\"{to}\"/>");
+    let counts = ["hold", "rally"].map(|to| text(&document).matches(&exits(to)).count());
+    assert_eq!(counts, [1, 1], "{}", text(&document));
+    let read = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(text(&document).into()));
+    assert!(!read.findings.has_errors(), "{}", text(&document));
     let before = text(&document).to_owned();
     assert_eq!(ensure_ends(&mut document).expect("they are there"), "over");
     assert_eq!(text(&document), before);

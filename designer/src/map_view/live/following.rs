@@ -50,8 +50,13 @@ impl LiveMap {
         )?;
         let look = watched.mission.look();
         let marking = look.marking.clone();
-        let marking = marking
-            .ok_or("The system that is watched has not published the state of a mission.")?;
+        let marking = marking.ok_or_else(|| match watched.watch.picture().found_count {
+            0 => format!(
+                "No registry has answered at {}: check the address, or run the system.",
+                watched.registry
+            ),
+            _ => "The system that is watched has not published the state of a mission.".to_owned(),
+        })?;
         check_file(workspace, watched, &marking)?;
         self.read_routes(workspace, watched, &marking);
         self.follow_robots(workspace, watched, now_s);

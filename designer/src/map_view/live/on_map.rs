@@ -81,10 +81,23 @@ impl MapView {
         (number, robot, pose): (usize, &ShownRobot, RobotPose),
         now_s: f64,
     ) {
+        let is_old = robot.is_old(now_s);
+        let colour = if is_old { colours.weak } else { colours.of_type(number) };
+        let label = self.live.label_of(number, robot, now_s);
+        self.paint_robot_as(painter, colours, (robot, pose, colour, &label), now_s);
+    }
+
+    /// Paints a robot in a colour, with a text.
+    pub(in crate::map_view) fn paint_robot_as(
+        &self,
+        painter: &Painter,
+        colours: &ThemeColours,
+        (robot, pose, colour, label): (&ShownRobot, RobotPose, Color32, &str),
+        now_s: f64,
+    ) {
         let at = self.sight().at(pose.at);
         let radius = ((robot.radius_m * self.camera.scale()) as f32).max(LEAST_RADIUS);
         let is_old = robot.is_old(now_s);
-        let colour = if is_old { colours.weak } else { colours.of_type(number) };
         let stroke = Stroke::new(2.5, colour);
         // The window's y axis points down.
         let ahead = Vec2::new(pose.yaw_rad.cos() as f32, -pose.yaw_rad.sin() as f32);
@@ -99,8 +112,7 @@ impl MapView {
         }
         painter.line_segment([at, at + ahead * (radius + 8.0)], stroke);
         let text = at - Vec2::new(0.0, radius + 10.0);
-        let label = self.live.label_of(number, robot, now_s);
-        paint_note(painter, text, Align2::CENTER_BOTTOM, &label, colours);
+        paint_note(painter, text, Align2::CENTER_BOTTOM, label, colours);
     }
 
     fn paint_tracks(&mut self, painter: &Painter, colours: &ThemeColours, now_s: f64) {

@@ -51,8 +51,24 @@ pub struct RobotPose {
 }
 
 impl ShownRobot {
+    /// The robot of a route, of which nothing has been seen.
+    pub fn of_route(route: &str, radius_m: f64, output: Option<&str>) -> Self {
+        let (route, output) = (route.to_owned(), output.map(str::to_owned));
+        Self { route, radius_m, output, ..Self::default() }
+    }
+
     /// Takes the newest value of its output; `now_s` is the time of the window.
     pub fn take(&mut self, look: &ValueLook, now_s: f64) {
+        self.take_on(look, now_s, &Some);
+    }
+
+    /// The same on another map than that of the pose: `bring` gives the pose there.
+    pub fn take_on(
+        &mut self,
+        look: &ValueLook,
+        now_s: f64,
+        bring: &dyn Fn(RobotPose) -> Option<RobotPose>,
+    ) {
         let Some(data) = &look.data else {
             let nothing = "no pose has arrived yet";
             let problem = if look.problem.is_empty() { nothing } else { &look.problem };
@@ -69,7 +85,7 @@ impl ShownRobot {
             Some((frame, _)) if !is_of_file(&frame) => self.lose(format!(
                 "its pose is in `{frame}`, whose origin is not that of the file: the map was begun again"
             )),
-            Some((_, pose)) => match place_of(&pose) {
+            Some((_, pose)) => match place_of(&pose).and_then(bring) {
                 None => self.lose("its pose has no position".to_owned()),
                 Some(pose) => self.go_to(pose),
             },
