@@ -75,7 +75,9 @@ impl Proof<'_> {
         if self.is_whole() {
             // Mostly the nearest firing of each is in time; otherwise all states with times decide.
             let mut unseen: BTreeSet<_> = self.net.transition_ids().collect();
-            space.dead_transitions().for_each(|id| drop(unseen.remove(&id)));
+            for id in space.dead_transitions() {
+                unseen.remove(&id);
+            }
             let mut is_in_time = true;
             for state in 0..space.states() as u32 {
                 for (id, _) in space.successors(state) {
