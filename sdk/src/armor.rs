@@ -147,7 +147,15 @@ impl Armor {
 
     /// Forbids the executive to freeze this component: it serves a person, or another system. Only
     /// in the constructor: the manifest says so, and `armor check` refuses a mission that names it.
-    pub fn set_non_controllable(&self) {
-        self.participant.lifecycle.set_non_controllable();
+    ///
+    /// # Errors
+    /// [`DeclareError::LateNonControllable`] after the constructor.
+    pub fn set_non_controllable(&self) -> Result<(), DeclareError> {
+        let lifecycle = &self.participant.lifecycle;
+        if !lifecycle.is_starting() {
+            return Err(DeclareError::LateNonControllable);
+        }
+        lifecycle.set_non_controllable();
+        Ok(())
     }
 }

@@ -147,6 +147,13 @@ impl<'a> Data<'a> {
         }
     }
 
+    /// How many messages the history of the input has that these data are of; `None` if the link keeps
+    /// no history.
+    pub(crate) fn own_history_len(&self) -> Option<usize> {
+        let own = self.inputs.get(self.place)?;
+        own.history.is_kept().then(|| open_history(own).map_or(0, |history| history.len()))
+    }
+
     /// The last messages that an input with several sources has from the data `source`,
     /// `component.output`, as [`history`](Self::history).
     ///

@@ -52,12 +52,23 @@ pub(crate) fn describe_kind(
     let constructed = constructor(Armor { participant: Arc::clone(&participant) });
     constructed.map_err(|fault| explain_constructor(fault, kind.constructor_rule))?;
     drop(running);
+    manifest_after_construction(kind, &participant)
+}
+
+/// The manifest of a kind whose constructor has declared its ports to `participant`.
+///
+/// # Errors
+/// As of [`manifest_of`], but for the constructor's.
+pub(crate) fn manifest_after_construction(
+    kind: &KindDeclaration,
+    participant: &Participant,
+) -> Result<Manifest, Fault> {
     let docs = [kind.ports.clone(), participant.ports.list_docs()].concat();
     let find = |texts: &[(String, String)], id: &str| {
         let found = texts.iter().find(|(port, _)| port == id);
         found.map(|(_, text)| text.clone()).unwrap_or_default()
     };
-    let mut faults = list_contradictions(kind, &participant);
+    let mut faults = list_contradictions(kind, participant);
     let (inputs, outputs) = (participant.ports.inputs(), participant.ports.outputs());
     let inputs = inputs.iter().map(|input| PortManifest {
         doc: find(&docs, &input.id),

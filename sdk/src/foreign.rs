@@ -90,6 +90,22 @@ pub trait ForeignComponent: Send {
     /// # Errors
     /// Any; reported as a failure of the component.
     fn exec(&mut self, call: Call) -> Result<Outcome, Fault>;
+
+    /// Data have arrived, and `exec` follows, because the component has no rate. `enter_exec` is called
+    /// between the two. A binding whose runtime is entered for each call may enter it once for both.
+    ///
+    /// # Errors
+    /// As of `data_received` and `exec`.
+    fn data_received_then_exec(
+        &mut self,
+        header: &Header<'_>,
+        data: &Data<'_>,
+        enter_exec: &dyn Fn(),
+    ) -> Result<Outcome, Fault> {
+        self.data_received(header, data)?;
+        enter_exec();
+        self.exec(Call::Data)
+    }
 }
 
 /// The type of the messages of a port, from its schema.
@@ -277,8 +293,11 @@ impl ForeignArmor {
     }
 
     /// As [`Armor::set_non_controllable`].
-    pub fn set_non_controllable(&self) {
-        self.0.set_non_controllable();
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_non_controllable(&self) -> Result<(), DeclareError> {
+        self.0.set_non_controllable()
     }
 }
 
@@ -307,6 +326,12 @@ impl Data<'_> {
     pub fn keep(&self) -> KeptMessage {
         KeptMessage(Arc::new(self.store()))
     }
+
+    /// How many messages the history of their own input and source has, with this one: for a binding
+    /// that keeps them itself. `None` if the link keeps no history.
+    pub fn kept_count(&self) -> Option<usize> {
+        self.own_history_len()
+    }
 }
 
 struct ForeignCode(Box<dyn ForeignComponent>);
@@ -322,6 +347,15 @@ impl UserCode for ForeignCode {
 
     fn execute(&mut self, call: Call) -> Result<Outcome, Fault> {
         self.0.exec(call)
+    }
+
+    fn receive_data_then_execute(
+        &mut self,
+        header: &Header<'_>,
+        data: &Data<'_>,
+        enter_exec: &dyn Fn(),
+    ) -> Result<Outcome, Fault> {
+        self.0.data_received_then_exec(header, data, enter_exec)
     }
 }
 

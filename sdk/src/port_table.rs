@@ -40,6 +40,9 @@ pub enum DeclareError {
     /// Ports are declared in the constructor.
     #[error("the port `{0}` is declared after the constructor; declare all ports in `new`")]
     Late(String),
+    /// Whether a mission may freeze a component is decided before it runs.
+    #[error("`set_non_controllable` is called after the constructor; call it in `new`")]
+    LateNonControllable,
     /// Too many ports.
     #[error("more than {MAX_PORTS} ports")]
     TooMany,

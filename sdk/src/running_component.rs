@@ -185,12 +185,11 @@ impl RunningComponent {
                 arrived_s,
                 lost,
             });
-            code.receive_data(&header, &data)?;
             if executes {
-                participant.calls.enter_exec();
-                code.execute(Call::Data)
+                let enter_exec = || participant.calls.enter_exec();
+                code.receive_data_then_execute(&header, &data, &enter_exec)
             } else {
-                Ok(Outcome::CarryOn)
+                code.receive_data(&header, &data).map(|()| Outcome::CarryOn)
             }
         });
         self.report_result(result);

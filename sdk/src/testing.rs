@@ -61,7 +61,7 @@ use crate::armor::Armor;
 use crate::call::{Call, Fault};
 use crate::calls::CalledFunction;
 use crate::component::Component;
-use crate::describe::construct;
+use crate::describe::{construct, manifest_after_construction};
 use crate::identity::ProcessIdentity;
 use crate::kind_declaration::KindDeclaration;
 use crate::lifecycle::{ActivationOrder, LifecycleOrder};
@@ -150,6 +150,8 @@ impl TestedComponent {
         let code = constructor(Armor { participant: Arc::clone(&participant) })?;
         drop(running);
         participant.parameters.wait_for_all(Duration::ZERO)?;
+        // What no process could run is refused here too.
+        manifest_after_construction(kind, &participant)?;
         let unrequested = participant.parameters.list_unrequested();
         let is_given = |name: &str| parameters.iter().any(|(given, _)| *given == name);
         if let Some(ignored) = unrequested.iter().find(|declared| is_given(&declared.name)) {

@@ -13,11 +13,26 @@ use crate::data::{Data, Header};
 use crate::parameter::Value;
 use crate::participant::Participant;
 
+/// The reason of a failure whose code gives none.
+const NO_REASON: &str = "it has failed and gives no reason; return one with the failure";
+
 /// A component without its type.
 pub(crate) trait UserCode: Send {
     fn receive_parameter(&mut self, name: &str, value: &Value) -> Result<(), Fault>;
     fn receive_data(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault>;
     fn execute(&mut self, call: Call) -> Result<Outcome, Fault>;
+
+    /// As of [`ForeignComponent`](crate::foreign::ForeignComponent).
+    fn receive_data_then_execute(
+        &mut self,
+        header: &Header<'_>,
+        data: &Data<'_>,
+        enter_exec: &dyn Fn(),
+    ) -> Result<Outcome, Fault> {
+        self.receive_data(header, data)?;
+        enter_exec();
+        self.execute(Call::Data)
+    }
 }
 
 impl<C: Component> UserCode for C {
@@ -51,13 +66,18 @@ pub(crate) fn run_user_code(
     participant.ports.flush_gathered();
     participant.ports.trace.end_call(!matches!(result, Ok(Ok(_))));
     match result {
-        Ok(outcome) => outcome.map_err(|fault| fault.to_string()),
+        Ok(outcome) => outcome.map_err(|fault| or_no_reason(fault.to_string())),
         Err(panic) => {
             let text = describe_panic(panic.as_ref());
             participant.lifecycle.set_crashed();
             Err(format!("panicked: {text}"))
         }
     }
+}
+
+/// The reason of a failure, or that none is given: a report without words would explain nothing.
+fn or_no_reason(reason: String) -> String {
+    if reason.trim().is_empty() { NO_REASON.into() } else { reason }
 }
 
 /// The text of a panic; empty if it has none.
@@ -75,6 +95,9 @@ pub(crate) fn check_outcome(
     outcome: Outcome,
     participant: &Participant,
 ) -> Result<Outcome, String> {
+    if let Outcome::Failed(reason) = outcome {
+        return Ok(Outcome::Failed(or_no_reason(reason)));
+    }
     let declared = &participant.events;
     if matches!(outcome, Outcome::Done) && !participant.reports_done {
         return Err(

@@ -252,6 +252,7 @@ static void begin(self *it) {
   const armor_number number = {1.0};
   it->since_s = armor_timestamp(it->armor);
   if (is(it, "declare-late")) refusal(ARMOR_PROVIDE(it->armor, "late", armor_count, 0));
+  if (is(it, "forbid-late")) refusal(armor_set_non_controllable(it->armor));
   if (is(it, "send-unknown")) refusal(ARMOR_SEND(it->armor, "nothing", armor_count, &one));
   if (is(it, "send-wrong-type")) refusal(ARMOR_SEND(it->armor, "out", armor_number, &number));
   if (is(it, "names")) {
@@ -264,6 +265,7 @@ static void begin(self *it) {
 
 static armor_outcome work(self *it) {
   if (is(it, "failed") && it->ticks == 2) return armor_failed("no power");
+  if (is(it, "failed-silently") && it->ticks == 2) return armor_failed("%s", "");
   if (is(it, "exception") && it->ticks == 2) {
     armor_fail("no power at all");
     return armor_failed_with_last_error();

@@ -148,6 +148,7 @@ class Probe : public armor::Component {
   void begin() {
     since_s_ = timestamp();
     if (behaviour == "declare-late") refusal([&] { provide<Count>("late"); });
+    if (behaviour == "forbid-late") refusal([&] { set_non_controllable(); });
     if (behaviour == "send-unknown") refusal([&] { send_data("nothing", Count{1}); });
     if (behaviour == "send-wrong-type") refusal([&] { send_data("out", Number{1.0}); });
     if (behaviour == "names") {
@@ -162,6 +163,7 @@ class Probe : public armor::Component {
   armor::Outcome work() {
     const auto is = [this](const char *name, int tick) { return behaviour == name && ticks_ == tick; };
     if (is("failed", 2)) return armor::failed("no power");
+    if (is("failed-silently", 2)) return armor::failed("");
     if (is("exception", 2)) throw std::runtime_error("no power at all");
     if (is("done", 2)) return armor::done();
     if (is("event", 3)) return armor::event("near", 0.5);

@@ -188,6 +188,8 @@ class Probe(armor.Component):
         self.since_s = self.timestamp()
         if self.behaviour == "declare-late":
             refusal(lambda: self.provide("late", Count))
+        if self.behaviour == "forbid-late":
+            refusal(self.set_non_controllable)
         if self.behaviour == "send-unknown":
             refusal(lambda: self.send_data("nothing", Count(count=1)))
         if self.behaviour == "send-wrong-type":
@@ -202,6 +204,8 @@ class Probe(armor.Component):
         place = (self.behaviour, self.ticks)
         if place == ("failed", 2):
             return armor.failed("no power")
+        if place == ("failed-silently", 2):
+            return armor.failed("")
         if place == ("exception", 2):
             raise RuntimeError("no power at all")
         if place == ("done", 2):

@@ -258,6 +258,7 @@ impl Probe {
                 self.armor.send_data("state", &Count { count: 42 })?;
             }
             "declare-late" => refusal(self.armor.provide::<Count>("late")),
+            "forbid-late" => refusal(self.armor.set_non_controllable()),
             "send-unknown" => refusal(self.armor.send_data("nothing", &Count { count: 1 })),
             "send-wrong-type" => refusal(self.armor.send_data("out", &Number { data: 1.0 })),
             "names" => {
@@ -277,6 +278,7 @@ impl Probe {
         match (self.behaviour.as_str(), tick) {
             ("source" | "second", _) => self.publish()?,
             ("failed", 2) => return Ok(Outcome::Failed("no power".into())),
+            ("failed-silently", 2) => return Ok(Outcome::Failed(String::new())),
             ("exception", 2) => return Err("no power at all".into()),
             ("done", 2) => return Ok(Outcome::Done),
             ("event", 3) => return Ok(Outcome::event("near", 0.5)),

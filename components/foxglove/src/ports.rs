@@ -121,7 +121,7 @@ impl Component for Foxglove {
         armor.provide::<Latched<ViewerClients>>("clients")?;
         let parameters = FoxgloveParameters::request(&armor)?;
         // People need the view whatever the mission does.
-        armor.set_non_controllable();
+        armor.set_non_controllable()?;
         let commander = Arc::new(Commander::new(armor.clone(), parameters.settings()));
         let (served, tried, described) = Default::default();
         Ok(Self { armor, parameters, commander, served, tried, described, has_frames: false })

@@ -104,7 +104,7 @@ impl Component for OperatorView {
         }
         armor.synchronize()?;
         // The operator needs the screen whatever the mission does.
-        armor.set_non_controllable();
+        armor.set_non_controllable()?;
         Ok(Self {
             armor,
             console: Arc::default(),

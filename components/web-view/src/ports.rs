@@ -79,7 +79,7 @@ impl Component for WebView {
         armor.provide::<Latched<Flag>>("stop")?;
         let parameters = WebViewParameters::request(&armor)?;
         // The operator needs the page whatever the mission does.
-        armor.set_non_controllable();
+        armor.set_non_controllable()?;
         let limits = parameters.limits();
         let state = CommandState { limits, is_driving: false, events: VecDeque::new() };
         let commands = PublishedCommands { armor, state: Mutex::new(state) };

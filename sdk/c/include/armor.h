@@ -517,7 +517,7 @@ int armor_send_bytes(const struct armor_handle *handle,
 // `handle` is NULL or valid.
 double armor_timestamp(const struct armor_handle *handle);
 
-// Forbids the executive to freeze this component. Only in `create`.
+// Forbids the executive to freeze this component. Only in `create`: `ARMOR_ERROR_DECLARATION` after it.
 //
 // Contract:
 // `handle` is NULL or valid.

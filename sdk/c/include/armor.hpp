@@ -449,7 +449,11 @@ class Component {
   // component on another host, that host may read all data.
   void set_reads_all() { reads_all_ = true; }
   // Forbids the executive to freeze this component.
-  void set_non_controllable() { non_controllable_ = true; }
+  void set_non_controllable() {
+    // After the constructor it is refused.
+    if (handle_ != nullptr) check(armor_set_non_controllable(handle_));
+    non_controllable_ = true;
+  }
 
   // Publishes a message: encoded once, arrays sent from where they are. Threads of the component may
   // publish while it is active.

@@ -424,14 +424,14 @@ pub unsafe extern "C" fn armor_timestamp(handle: *const ArmorHandle) -> f64 {
     guard_value(f64::NAN, || Ok(unsafe { read_pointer(handle, "handle") }?.0.armor.timestamp()))
 }
 
-/// Forbids the executive to freeze this component. Only in `create`.
+/// Forbids the executive to freeze this component. Only in `create`: `ARMOR_ERROR_DECLARATION` after it.
 ///
 /// # Safety
 /// `handle` is NULL or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn armor_set_non_controllable(handle: *const ArmorHandle) -> c_int {
     guard(|| {
-        unsafe { read_pointer(handle, "handle") }?.0.armor.set_non_controllable();
+        unsafe { read_pointer(handle, "handle") }?.0.armor.set_non_controllable()?;
         Ok(())
     })
 }

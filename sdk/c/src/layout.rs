@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use armor_sdk::wire::quantity::{Unit, explain_unknown};
 use armor_sdk::wire::schema::{Field, Schema, Variant};
 
 use crate::declaration::{ArmorFieldForm, ArmorFieldKind, ArmorText};
@@ -199,7 +200,13 @@ fn lay_out_field(
             (Schema::Option(Box::new(schema)), vec![Step::Optional { presence, steps }])
         }
     };
-    let unit = (!field.unit.is_empty()).then(|| field.unit.clone());
+    let unit = match field.unit.as_str() {
+        "" => None,
+        name => {
+            let unknown = || wrong(format!("there is no unit `{name}`; {}", explain_unknown(name)));
+            Some(Unit::named(name).ok_or_else(unknown)?.ascii_name().to_owned())
+        }
+    };
     Ok((Field { name: field.name.clone(), schema, unit }, steps))
 }
 

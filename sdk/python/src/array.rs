@@ -36,6 +36,9 @@ impl NumberType {
         Self { name: "f64", typestr: "<f8", len: 8 },
     ];
 
+    /// The type of bytes.
+    pub const U8: Self = Self::ALL[0];
+
     /// What a value of this type is in Python.
     pub fn python_name(self) -> &'static str {
         match self.name {

@@ -15,7 +15,7 @@ use crate::decode::MessageReader;
 use crate::fault::{ArmorError, explain_exception, in_python_words};
 use crate::handle::Handle;
 use crate::header::HeaderNames;
-use crate::outcome::{DeclaredReports, PythonCall};
+use crate::outcome::{CallsInPython, DeclaredReports};
 use crate::values::{default_value, value_in_python};
 
 /// See the module.
@@ -23,7 +23,9 @@ pub struct PythonComponent {
     handle: Py<Handle>,
     data_received: Py<PyAny>,
     parameter_received: Py<PyAny>,
-    exec: Py<PyAny>,
+    /// `None` if its class does not define it.
+    exec: Option<Py<PyAny>>,
+    calls: CallsInPython,
     parameters: Vec<ParameterManifest>,
     reports: DeclaredReports,
     names: HeaderNames,
@@ -60,7 +62,9 @@ impl PythonComponent {
             // For --describe, what is printed must not come after the manifest.
             PyModule::import(py, "sys")?.getattr("stdout")?.call_method0("flush")?;
             let method = |name: &str| instance.getattr(name).map(Bound::unbind);
-            Ok((method("data_received")?, method("_take_parameter")?, method("exec")?))
+            let exec = instance.getattr("exec")?;
+            let exec = (!is_inherited(&exec, "exec")?).then(|| exec.unbind());
+            Ok((method("data_received")?, method("_take_parameter")?, exec))
         };
         let (data_received, parameter_received, exec) =
             construct().map_err(|error| explain_exception(py, &error))?;
@@ -69,6 +73,7 @@ impl PythonComponent {
             data_received,
             parameter_received,
             exec,
+            calls: CallsInPython::find(py).map_err(|error| explain_exception(py, &error))?,
             parameters: kind.parameters.clone(),
             reports: declared_reports(kind),
             names: HeaderNames::default(),
@@ -79,6 +84,51 @@ impl PythonComponent {
     pub fn handle(&self) -> &Py<Handle> {
         &self.handle
     }
+
+    fn receive(
+        &mut self,
+        py: Python<'_>,
+        header: &armor_sdk::Header<'_>,
+        data: &Data<'_>,
+    ) -> Result<(), Fault> {
+        let mut receive = || -> PyResult<()> {
+            let layout = self.handle.get().find_input(py, header.id());
+            let layout = layout.ok_or_else(|| ArmorError::new_err("an unknown input"))?;
+            let message = if layout.get().is_any() {
+                let message = AnyMessage::received(header, data);
+                let message = message.map_err(|error| ArmorError::new_err(error.to_string()))?;
+                Bound::new(py, PythonAnyMessage::new(message))?.into_any()
+            } else {
+                let keep = || data.keep();
+                MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?
+            };
+            let in_python = self.names.wrap(py, header)?;
+            self.handle.get().histories().add_message(header, data, &in_python, py);
+            self.data_received.bind(py).call1((in_python, message))?;
+            Ok(())
+        };
+        let received = receive();
+        self.handle.get().histories().end_message();
+        end_fork(py, "data_received", &received)?;
+        received.map_err(|error| explain_exception(py, &error))
+    }
+
+    fn execute(&self, py: Python<'_>, call: armor_sdk::Call) -> Result<armor_sdk::Outcome, Fault> {
+        let Some(exec) = &self.exec else { return Ok(armor_sdk::Outcome::CarryOn) };
+        let returned = exec.bind(py).call1((self.calls.bind(py, call),));
+        end_fork(py, "exec", &returned)?;
+        let outcome = returned.and_then(|returned| self.reports.read_outcome(&returned));
+        outcome.map_err(|error| explain_exception(py, &error))
+    }
+}
+
+/// Whether a method of an instance is that of `armor.Component`.
+fn is_inherited(method: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
+    let base = PyModule::import(method.py(), "armor._component")?.getattr("Component")?;
+    // A function that is set on the instance is no method.
+    Ok(method
+        .getattr_opt("__func__")?
+        .is_some_and(|it| base.getattr(name).is_ok_and(|own| it.is(&own))))
 }
 
 impl ForeignComponent for PythonComponent {
@@ -98,40 +148,29 @@ impl ForeignComponent for PythonComponent {
         header: &armor_sdk::Header<'_>,
         data: &Data<'_>,
     ) -> Result<(), Fault> {
-        Python::attach(|py| {
-            let mut receive = || -> PyResult<()> {
-                let layout = self.handle.get().find_input(py, header.id());
-                let layout = layout.ok_or_else(|| ArmorError::new_err("an unknown input"))?;
-                let message = if layout.get().is_any() {
-                    let message = AnyMessage::received(header, data);
-                    let message =
-                        message.map_err(|error| ArmorError::new_err(error.to_string()))?;
-                    Bound::new(py, PythonAnyMessage::new(message))?.into_any()
-                } else {
-                    let keep = || data.keep();
-                    MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?
-                };
-                let in_python = self.names.wrap(py, header)?;
-                self.handle.get().histories().add_message(header, data, &in_python, py);
-                self.data_received.bind(py).call1((in_python, message))?;
-                Ok(())
-            };
-            let received = receive();
-            self.handle.get().histories().end_message();
-            end_fork(py, "data_received", &received)?;
-            received.map_err(|error| explain_exception(py, &error))
-        })
+        Python::attach(|py| self.receive(py, header, data))
     }
 
     fn exec(&mut self, call: armor_sdk::Call) -> Result<armor_sdk::Outcome, Fault> {
         if call == armor_sdk::Call::Started {
             self.handle.get().histories().clear();
         }
+        if self.exec.is_none() {
+            return Ok(armor_sdk::Outcome::CarryOn);
+        }
+        Python::attach(|py| self.execute(py, call))
+    }
+
+    fn data_received_then_exec(
+        &mut self,
+        header: &armor_sdk::Header<'_>,
+        data: &Data<'_>,
+        enter_exec: &dyn Fn(),
+    ) -> Result<armor_sdk::Outcome, Fault> {
         Python::attach(|py| {
-            let returned = self.exec.bind(py).call1((PythonCall::from(call),));
-            end_fork(py, "exec", &returned)?;
-            let outcome = returned.and_then(|returned| self.reports.read_outcome(&returned));
-            outcome.map_err(|error| explain_exception(py, &error))
+            self.receive(py, header, data)?;
+            enter_exec();
+            self.execute(py, armor_sdk::Call::Data)
         })
     }
 }

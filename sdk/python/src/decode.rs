@@ -76,7 +76,7 @@ impl<'a, 'py> MessageReader<'a, 'py> {
         let py = self.py;
         match &layout.parts {
             Parts::Fields(fields) => {
-                let message = layout.create.bind(py).call1((layout.class.bind(py),))?;
+                let message = layout.create_message(py)?;
                 for field in fields {
                     let value = self.read_value(&field.value)?;
                     message.setattr(field.attribute.bind(py), value)?;

@@ -83,11 +83,9 @@ impl<'py> EncodedMessage<'py> {
         layout: &Layout,
         message: &Bound<'py, PyAny>,
     ) -> Result<(), ValueProblem> {
-        let py = message.py();
         match &layout.parts {
             Parts::Fields(fields) => {
-                let class = layout.class.bind(py);
-                if !message.get_type().is(class) && !message.is_instance(class)? {
+                if !layout.is_of_class(message)? {
                     return Err(wrong_type(layout.port_type.name(), message));
                 }
                 for field in fields {
@@ -134,9 +132,8 @@ impl<'py> EncodedMessage<'py> {
                 self.write_count(text.len());
                 self.bytes.extend_from_slice(text.as_bytes());
             }
-            ValueLayout::Bytes => self
-                .write_array(NumberType::of_schema(&armor_sdk::wire::schema::Schema::U8), value)?,
-            ValueLayout::Array(number) => self.write_array(Some(*number), value)?,
+            ValueLayout::Bytes => self.write_array(NumberType::U8, value)?,
+            ValueLayout::Array(number) => self.write_array(*number, value)?,
             ValueLayout::List(item) => {
                 let items = list_items(value)?;
                 self.write_count(items.len());
@@ -211,10 +208,19 @@ impl<'py> EncodedMessage<'py> {
     /// Numbers of any count: of `bytes`, of a list, or of an array.
     fn write_array(
         &mut self,
-        number: Option<NumberType>,
+        number: NumberType,
         value: &Bound<'py, PyAny>,
     ) -> Result<(), ValueProblem> {
-        let number = number.ok_or_else(|| wrong_type("an array", value))?;
+        // Bytes are the most frequent, and small ones are copied without a look at their memory.
+        if number.len == 1
+            && let Ok(bytes) = value.cast::<PyBytes>()
+            && bytes.as_bytes().len() < LARGE_LEN
+        {
+            let bytes = bytes.as_bytes();
+            self.write_count(bytes.len());
+            self.bytes.extend_from_slice(bytes);
+            return Ok(());
+        }
         let expected = if number.name == "u8" { "bytes, or an array of u8" } else { "an array" };
         let is_list = value.cast::<PyList>().is_ok() || value.cast::<PyTuple>().is_ok();
         if is_list {

@@ -1,11 +1,12 @@
 //! Nine of the twelve functions, for a component's instance.
 
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use armor_sdk::foreign::ForeignArmor;
 use armor_sdk::{DeclareError as RefusedPort, SendError as RefusedData};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 
 use crate::any::PythonAnyMessage;
 use crate::encode::EncodedMessage;
@@ -17,9 +18,17 @@ use crate::layout::Layout;
 #[pyclass(module = "armor._armor", frozen)]
 pub struct Handle {
     armor: ForeignArmor,
-    outputs: Mutex<Vec<(String, Py<Layout>)>>,
+    outputs: Mutex<Vec<Output>>,
     inputs: Mutex<Vec<(String, Py<Layout>)>>,
     histories: Mutex<Histories>,
+}
+
+/// An output, and the text by which the component named it last: mostly the same constant of its code,
+/// which is recognised without being read.
+struct Output {
+    id: Arc<str>,
+    named_by: Py<PyString>,
+    layout: Py<Layout>,
 }
 
 impl Handle {
@@ -41,7 +50,28 @@ impl Handle {
 
     /// The layout of what an output publishes.
     pub fn find_output(&self, py: Python<'_>, id: &str) -> Option<Py<Layout>> {
-        find_layout(&self.outputs, py, id)
+        let outputs = self.lock_outputs();
+        let output = outputs.iter().find(|output| *output.id == *id);
+        output.map(|output| output.layout.clone_ref(py))
+    }
+
+    fn lock_outputs(&self) -> MutexGuard<'_, Vec<Output>> {
+        self.outputs.lock().expect("no panic while it is locked")
+    }
+
+    /// The output of this name and its layout.
+    fn find_named(&self, id: &Bound<'_, PyString>) -> PyResult<Option<(Arc<str>, Py<Layout>)>> {
+        let found = |output: &Output| (Arc::clone(&output.id), output.layout.clone_ref(id.py()));
+        let mut outputs = self.lock_outputs();
+        if let Some(output) = outputs.iter().find(|output| output.named_by.is(id)) {
+            return Ok(Some(found(output)));
+        }
+        let text = id.to_cow()?;
+        let output = outputs.iter_mut().find(|output| *output.id == *text);
+        Ok(output.map(|output| {
+            output.named_by = id.clone().unbind();
+            found(output)
+        }))
     }
 
     fn send_nothing(&self, id: &str) -> PyErr {
@@ -69,12 +99,20 @@ fn refused_data(error: RefusedData) -> PyErr {
 
 #[pymethods]
 impl Handle {
-    fn provide(&self, id: String, layout: Py<Layout>, latched: bool, doc: &str) -> PyResult<()> {
+    fn provide(
+        &self,
+        py: Python<'_>,
+        id: String,
+        layout: Py<Layout>,
+        latched: bool,
+        doc: &str,
+    ) -> PyResult<()> {
         self.armor.provide(&id, &layout.get().port_type, latched).map_err(refused_port)?;
         if !doc.is_empty() {
             self.armor.document_port(&id, doc);
         }
-        self.outputs.lock().expect("no panic while it is locked").push((id, layout));
+        let named_by = PyString::intern(py, &id).unbind();
+        self.lock_outputs().push(Output { id: id.into(), named_by, layout });
         Ok(())
     }
 
@@ -112,25 +150,31 @@ impl Handle {
         synchronized.map_err(|fault| ArmorError::new_err(fault.to_string()))
     }
 
-    fn send_data(&self, py: Python<'_>, id: &str, message: &Bound<'_, PyAny>) -> PyResult<()> {
-        let Some(layout) = self.find_output(py, id) else { return Err(self.send_nothing(id)) };
+    fn send_data(
+        &self,
+        py: Python<'_>,
+        id: &Bound<'_, PyString>,
+        data: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let Some((id, layout)) = self.find_named(id)? else {
+            return Err(self.send_nothing(&id.to_cow()?));
+        };
         let layout = layout.get();
-        let class = layout.class.bind(py);
-        if !message.get_type().is(class) && !message.is_instance(class)? {
-            let (declared, given) = (layout.port_type.name(), message.get_type().name()?);
+        if !layout.is_of_class(data)? {
+            let (declared, given) = (layout.port_type.name(), data.get_type().name()?);
             return Err(PyTypeError::new_err(format!(
                 "`{id}` is declared as {declared}, but a {given} is sent: send a {declared}, or \
                  declare it with `self.provide(\"{id}\", {given})` in `__init__`"
             )));
         }
-        if let Ok(any) = message.cast::<PythonAnyMessage>() {
-            let any = any.get().message();
-            let sent = py.detach(|| self.armor.send_any(id, any));
+        if layout.is_any() {
+            let any = data.cast::<PythonAnyMessage>()?.get().message();
+            let sent = py.detach(|| self.armor.send_any(&id, any));
             return sent.map(|_| ()).map_err(refused_data);
         }
-        let encoded = EncodedMessage::of(layout, message)?;
+        let encoded = EncodedMessage::of(layout, data)?;
         let pieces = encoded.pieces();
-        let sent = py.detach(|| self.armor.send_data(id, &pieces));
+        let sent = py.detach(|| self.armor.send_data(&id, &pieces));
         sent.map(|_| ()).map_err(refused_data)
     }
 
@@ -158,8 +202,8 @@ impl Handle {
         self.armor.timestamp()
     }
 
-    fn set_non_controllable(&self) {
-        self.armor.set_non_controllable();
+    fn set_non_controllable(&self) -> PyResult<()> {
+        self.armor.set_non_controllable().map_err(refused_port)
     }
 
     fn report_thread_failure(&self, reason: String) {

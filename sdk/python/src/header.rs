@@ -1,5 +1,7 @@
 //! Where data come from, as `data_received` gets it.
 
+use std::borrow::Cow;
+
 use armor_sdk::tap::TapData;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -41,6 +43,13 @@ impl PythonHeader {
             lost: message.lost,
         };
         Py::new(py, of_message)
+    }
+}
+
+impl PythonHeader {
+    /// The local name of the input, and the system-wide name of the data.
+    pub fn names<'a>(&'a self, py: Python<'a>) -> PyResult<(Cow<'a, str>, Cow<'a, str>)> {
+        Ok((self.id.to_cow(py)?, self.data.to_cow(py)?))
     }
 }
 

@@ -42,8 +42,8 @@ struct SourceHistory {
 #[derive(Default)]
 pub struct Histories {
     sources: Vec<SourceHistory>,
-    /// The input and the source of the message that is being received.
-    current: Option<(String, String)>,
+    /// The message that is being received.
+    current: Option<Py<PythonHeader>>,
 }
 
 impl Histories {
@@ -55,10 +55,10 @@ impl Histories {
         in_python: &Py<PythonHeader>,
         py: Python<'_>,
     ) {
-        let (input, source) = (header.id(), header.data());
-        self.current = Some((input.into(), source.into()));
+        self.current = Some(in_python.clone_ref(py));
         // That of the SDK has this message already, and forgets by the limits of the file.
-        let Ok(kept) = data.history(input) else { return };
+        let Some(kept) = data.kept_count() else { return };
+        let (input, source) = (header.id(), header.data());
         let place = match self.find_place(input, source) {
             Some(place) => place,
             None => {
@@ -77,7 +77,7 @@ impl Histories {
             lost: header.lost,
             message: data.keep(),
         });
-        while messages.len() > kept.len() {
+        while messages.len() > kept {
             messages.pop_front();
         }
     }
@@ -104,8 +104,9 @@ impl Histories {
         source: Option<&str>,
         layout: Py<Layout>,
     ) -> PyResult<PythonHistory> {
-        let current = self.current.as_ref().filter(|(own, _)| own == input);
-        let source = source.or(current.map(|(_, source)| source.as_str()));
+        let current = self.current.as_ref().map(|header| header.get().names(py)).transpose()?;
+        let current = current.filter(|(own, _)| own == input);
+        let source = source.or(current.as_ref().map(|(_, source)| source.as_ref()));
         let of_input: Vec<_> = self.sources.iter().filter(|it| it.input == input).collect();
         let found = match (source, of_input.as_slice()) {
             (Some(source), of_input) => of_input.iter().find(|it| it.source == source).copied(),

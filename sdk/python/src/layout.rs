@@ -1,6 +1,7 @@
 //! The layout of a message class: its schema, and how its attributes are read and written.
 
 use armor_sdk::foreign::{KeptMessage, PortType};
+use armor_sdk::wire::quantity::{Unit, explain_unknown};
 use armor_sdk::wire::schema::{ANY_NAME, Field, Schema, Variant};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString, PyTuple, PyType};
@@ -65,8 +66,8 @@ pub struct Layout {
     pub port_type: PortType,
     /// Its parts.
     pub parts: Parts,
-    /// `object.__new__`, which makes an instance without running its constructor.
-    pub create: Py<PyAny>,
+    /// `object.__new__`, which makes an instance without running its constructor, and its argument.
+    create: (Py<PyAny>, Py<PyTuple>),
 }
 
 /// An attribute, its name in the schema, its unit, and its value as the package describes it.
@@ -126,6 +127,19 @@ impl Layout {
 }
 
 impl Layout {
+    /// An instance of the class without the values of its attributes.
+    pub fn create_message<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (create, argument) = &self.create;
+        create.bind(py).call1(argument)
+    }
+
+    /// Whether `message` is an instance of the class.
+    pub fn is_of_class(&self, message: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let class = self.class.bind(message.py());
+        // Mostly of the class itself, which takes no call of Python.
+        Ok(message.get_type_ptr() == class.as_type_ptr() || message.is_instance(class)?)
+    }
+
     /// Whether it is that of messages of any type.
     pub fn is_any(&self) -> bool {
         matches!(self.parts, Parts::Any)
@@ -138,7 +152,8 @@ impl Layout {
         })?;
         let py = class.py();
         let create = py.import("builtins")?.getattr("object")?.getattr("__new__")?.unbind();
-        Ok(Self { class: class.clone().unbind(), port_type, parts, create })
+        let argument = PyTuple::new(py, [class])?.unbind();
+        Ok(Self { class: class.clone().unbind(), port_type, parts, create: (create, argument) })
     }
 }
 
@@ -184,6 +199,15 @@ fn read_primitive(name: &str) -> PyResult<(ValueLayout, Schema)> {
             .ok_or_else(|| MessageError::new_err(format!("`{name}` is not a primitive")))?,
     };
     Ok((layout, schema))
+}
+
+/// The name of a unit as schemas have it.
+#[pyfunction]
+pub fn check_unit(name: &str) -> PyResult<&'static str> {
+    let unit = Unit::named(name).ok_or_else(|| {
+        MessageError::new_err(format!("there is no unit `{name}`; {}", explain_unknown(name)))
+    })?;
+    Ok(unit.ascii_name())
 }
 
 /// The bytes of a message.

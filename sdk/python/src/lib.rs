@@ -34,7 +34,7 @@ mod _armor {
     #[pymodule_export]
     use crate::history::{PythonHistory, PythonPast};
     #[pymodule_export]
-    use crate::layout::{Layout, decode, encode};
+    use crate::layout::{Layout, check_unit, decode, encode};
     #[pymodule_export]
     use crate::observe::{DataFeed, DataPublisher, SystemObserver, schema_parts};
     #[pymodule_export]

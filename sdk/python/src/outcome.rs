@@ -22,14 +22,27 @@ pub enum PythonCall {
     Stopping,
 }
 
-impl From<armor_sdk::Call> for PythonCall {
-    fn from(call: armor_sdk::Call) -> Self {
-        match call {
-            armor_sdk::Call::Started => Self::Started,
-            armor_sdk::Call::Tick => Self::Tick,
-            armor_sdk::Call::Data => Self::Data,
-            armor_sdk::Call::Stopping => Self::Stopping,
-        }
+/// The members of `armor.Call`, found once.
+pub struct CallsInPython([Py<PyAny>; 4]);
+
+impl CallsInPython {
+    /// Finds them.
+    pub fn find(py: Python<'_>) -> PyResult<Self> {
+        let class = py.get_type::<PythonCall>();
+        let member = |name: &str| class.getattr(name).map(Bound::unbind);
+        Ok(Self([member("STARTED")?, member("TICK")?, member("DATA")?, member("STOPPING")?]))
+    }
+
+    /// The one for a call.
+    pub fn bind<'py>(&self, py: Python<'py>, call: armor_sdk::Call) -> &Bound<'py, PyAny> {
+        let Self([started, tick, data, stopping]) = self;
+        let member = match call {
+            armor_sdk::Call::Started => started,
+            armor_sdk::Call::Tick => tick,
+            armor_sdk::Call::Data => data,
+            armor_sdk::Call::Stopping => stopping,
+        };
+        member.bind(py)
     }
 }
 

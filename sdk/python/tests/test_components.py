@@ -311,6 +311,25 @@ class TestManifest(unittest.TestCase):
 
         self.assertEqual(json.loads(armor.describe(WallFollower2D))["kind"], "wall-follower2-d")
 
+    def test_a_failure_has_a_reason_and_late_decisions_are_refused(self) -> None:
+        class Silent(armor.Component):
+            """x"""
+
+            def exec(self, call: armor.Call) -> Optional[armor.Outcome]:
+                return armor.failed("")
+
+        with self.assertRaisesRegex(armor.TestError, "gives no reason"):
+            TestedComponent(Silent).start()
+
+        class Late(armor.Component):
+            """x"""
+
+            def exec(self, call: armor.Call) -> None:
+                self.set_non_controllable()
+
+        with quiet(), self.assertRaisesRegex(armor.TestError, "DeclareError.*call it in `__init__`"):
+            TestedComponent(Late).start()
+
     def test_faults_of_a_class_are_named_with_the_remedy(self) -> None:
         class Twice(armor.Component):
             """x"""
@@ -337,6 +356,11 @@ class TestManifest(unittest.TestCase):
         ]:
             with quiet(), self.assertRaisesRegex(armor.ArmorError, why):
                 armor.describe(cls)
+        # What could not run is refused in a test, too.
+        for name, why in [("a b", "`a b` is not a name"), ("done", "reports of their own")]:
+            named = type("Named", (armor.Component,), {"events": [armor.DeclaredEvent(name)]})
+            with self.assertRaisesRegex(armor.TestError, why):
+                TestedComponent(named)
         with self.assertRaisesRegex(TypeError, "is not a class of components"):
             armor.describe(int)  # type: ignore[type-var]
         with self.assertRaisesRegex(TypeError, "a parameter has a default or a type"):

@@ -122,6 +122,12 @@ class TestSchemas(unittest.TestCase):
             self.assertIn(why, str(raised.exception))
         with self.assertRaises(armor.MessageError):
             armor.unit(3)  # type: ignore[arg-type]
+        for name in ("furlong", ""):
+            with self.assertRaisesRegex(armor.MessageError, f"there is no unit `{name}`; the units are .*m/s"):
+                armor.unit(name)
+        with self.assertRaisesRegex(armor.MessageError, "did you mean m/s2?"):
+            armor.unit("m/s^2")
+        self.assertEqual(armor.unit("N·m").name, "N*m", "as schemas have it")
         with self.assertRaises(armor.MessageError) as raised:
             armor.schema_of(3)  # type: ignore[arg-type]
         self.assertIn("not a message class", str(raised.exception))

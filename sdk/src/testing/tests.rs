@@ -5,6 +5,8 @@ use crate::messages::{Count, Flag, Number};
 use crate::prelude::{Data, Events, Header, Outcome, Parameters};
 use crate::{DeclaredEvent, Parameter, Value};
 
+mod refusals;
+
 const TICK: Duration = Duration::from_millis(100);
 
 #[derive(Parameters)]
@@ -276,7 +278,7 @@ impl<const N: usize> Component for Stopping<N> {
             armor.send_data("out", &Flag { data: true })?;
         }
         armor.provide::<Flag>("out")?;
-        armor.set_non_controllable();
+        armor.set_non_controllable()?;
         Ok(Self)
     }
 

@@ -27,6 +27,9 @@ static int create(const armor_handle *armor, void *user) {
   const armor_field outside[] = {{"x", "", ARMOR_FIELD_KIND_F64, ARMOR_FIELD_FORM_ONE, 4, 0, NULL, false, 0}};
   const armor_type bad = {"Bad", 8, 8, outside, 1, NULL, 0};
   CHECK_FAILS(armor_provide(armor, "x", &bad, 0), ARMOR_ERROR_TABLE, "field x: it ends after the 8 bytes");
+  const armor_field old[] = {{"x", "furlong", ARMOR_FIELD_KIND_F64, ARMOR_FIELD_FORM_ONE, 0, 0, NULL, false, 0}};
+  const armor_type no_unit = {"Old", 8, 8, old, 1, NULL, 0};
+  CHECK_FAILS(armor_provide(armor, "x", &no_unit, 0), ARMOR_ERROR_TABLE, "there is no unit `furlong`; the units are");
   armor_type loop = {"Loop", 8, 8, NULL, 1, NULL, 0};
   const armor_field itself[] = {{"x", "", ARMOR_FIELD_KIND_NESTED, ARMOR_FIELD_FORM_ONE, 0, 0, &loop, false, 0}};
   loop.fields = itself;

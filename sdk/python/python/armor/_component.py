@@ -277,6 +277,9 @@ class _Constructor(Generic[C]):
     def __call__(self, handle: _armor.Handle, values: Dict[str, Any]) -> C:
         instance = self.of.__new__(self.of)
         instance._handle = handle
+        if self.of.send_data is Component.send_data:
+            # What is called most, without a frame of Python in between.
+            instance.__dict__["send_data"] = handle.send_data
         for parameter in _list_parameters(self.of):
             if parameter.default is None and parameter.name not in values:
                 setattr(instance, parameter.name, parameter.stand_in())
@@ -343,6 +346,7 @@ def _disown_forks(constructor: _Constructor[Any]) -> None:
         _armor.mark_fork()
         instance = constructor.instance
         if instance is not None:
+            instance.__dict__.pop("send_data", None)
             instance._handle = _NoHandle(
                 "this process is a fork of the component's and no part of the system: only the component "
                 "itself may call its functions; multiprocessing needs the start method `spawn`"

@@ -61,7 +61,7 @@ class unit:
     def __init__(self, name: str) -> None:
         if not isinstance(name, str):
             raise MessageError(f"a unit is a text such as armor.unit(\"m/s\"), not {name!r}")
-        self.name = name
+        self.name = _armor.check_unit(name)
 
 
 class fixed:
