@@ -70,6 +70,9 @@ use crate::port_table::{DeclareError, SendError};
 use crate::testing::{TestError, TestedComponent};
 use crate::user_code::UserCode;
 
+/// A message up to this length is written to a link in about the time that the system call takes.
+const QUICK_LEN: usize = 4 << 10;
+
 /// The three functions of a component in another language, as of [`Component`](crate::Component). They
 /// never run at the same time, but on different threads.
 pub trait ForeignComponent: Send {
@@ -270,6 +273,13 @@ impl ForeignArmor {
         let stamp_s = self.timestamp();
         let message = EncodedPieces(pieces);
         self.0.send_with_right(id, |ports| ports.publish_encoded(id, message, stamp_s))
+    }
+
+    /// Whether [`send_data`](Self::send_data) of so many bytes might take longer than one system call:
+    /// then a binding releases what other threads wait for. Another thread that sends on the same output
+    /// may change the answer before it is used.
+    pub fn may_wait(&self, id: &str, len: usize) -> bool {
+        len > QUICK_LEN || self.0.participant.ports.may_wait(id)
     }
 
     /// Passes a message on, on an output that was declared with any type. Its bytes and its stamp stay as

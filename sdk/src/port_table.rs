@@ -363,6 +363,15 @@ impl PortTable {
         self.publish_on(output, &message, stamp_s)
     }
 
+    /// Whether a small message on the output might wait for a subscriber; no for one that does not exist.
+    pub fn may_wait(&self, id: &str) -> bool {
+        self.outputs
+            .read()
+            .iter()
+            .find(|output| output.id == id)
+            .is_some_and(|output| output.may_wait())
+    }
+
     fn publish_on<T: Encodable>(
         &self,
         output: &OutputPort,

@@ -14,7 +14,7 @@ use crate::declaration::{ClassDeclaration, declared_reports};
 use crate::decode::MessageReader;
 use crate::fault::{ArmorError, explain_exception, in_python_words};
 use crate::handle::Handle;
-use crate::header::HeaderNames;
+use crate::header::Sources;
 use crate::outcome::{CallsInPython, DeclaredReports};
 use crate::values::{default_value, value_in_python};
 
@@ -28,7 +28,7 @@ pub struct PythonComponent {
     calls: CallsInPython,
     parameters: Vec<ParameterManifest>,
     reports: DeclaredReports,
-    names: HeaderNames,
+    sources: Sources,
 }
 
 impl PythonComponent {
@@ -76,7 +76,7 @@ impl PythonComponent {
             calls: CallsInPython::find(py).map_err(|error| explain_exception(py, &error))?,
             parameters: kind.parameters.clone(),
             reports: declared_reports(kind),
-            names: HeaderNames::default(),
+            sources: Sources::default(),
         })
     }
 
@@ -92,18 +92,21 @@ impl PythonComponent {
         data: &Data<'_>,
     ) -> Result<(), Fault> {
         let mut receive = || -> PyResult<()> {
-            let layout = self.handle.get().find_input(py, header.id());
-            let layout = layout.ok_or_else(|| ArmorError::new_err("an unknown input"))?;
-            let message = if layout.get().is_any() {
+            let handle = self.handle.get();
+            let source = self.sources.find(py, header, || {
+                let layout = handle.find_input(py, header.id());
+                layout.ok_or_else(|| ArmorError::new_err("an unknown input"))
+            })?;
+            let message = if source.layout().is_any() {
                 let message = AnyMessage::received(header, data);
                 let message = message.map_err(|error| ArmorError::new_err(error.to_string()))?;
                 Bound::new(py, PythonAnyMessage::new(message))?.into_any()
             } else {
                 let keep = || data.keep();
-                MessageReader::new(py, data.bytes(), &keep).read_all(layout.get())?
+                MessageReader::new(py, data.bytes(), &keep).read_all(source.layout())?
             };
-            let in_python = self.names.wrap(py, header)?;
-            self.handle.get().histories().add_message(header, data, &in_python, py);
+            let in_python = source.wrap(py, header)?;
+            handle.histories().add_message(header, data, &in_python, py);
             self.data_received.bind(py).call1((in_python, message))?;
             Ok(())
         };

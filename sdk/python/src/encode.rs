@@ -65,6 +65,16 @@ impl<'py> EncodedMessage<'py> {
         Ok(encoded)
     }
 
+    /// Calls `send` with its bytes, in the pieces in which they lie in memory.
+    pub fn send_pieces<T>(&self, send: impl FnOnce(&[&[u8]]) -> T) -> T {
+        if self.arrays.is_empty() { send(&[&self.bytes]) } else { send(&self.pieces()) }
+    }
+
+    /// How many bytes it has.
+    pub fn count_bytes(&self) -> usize {
+        self.bytes.len() + self.arrays.iter().map(|(_, array)| array.bytes().len()).sum::<usize>()
+    }
+
     /// Its bytes, in the pieces in which they lie in memory.
     pub fn pieces(&self) -> Vec<&[u8]> {
         let mut pieces = Vec::with_capacity(2 * self.arrays.len() + 1);

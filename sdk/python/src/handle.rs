@@ -173,8 +173,12 @@ impl Handle {
             return sent.map(|_| ()).map_err(refused_data);
         }
         let encoded = EncodedMessage::of(layout, data)?;
-        let pieces = encoded.pieces();
-        let sent = py.detach(|| self.armor.send_data(&id, &pieces));
+        // A small message takes one system call that does not wait, and Python's lock would take as long.
+        let may_wait = self.armor.may_wait(&id, encoded.count_bytes());
+        let sent = encoded.send_pieces(|pieces| match may_wait {
+            true => py.detach(|| self.armor.send_data(&id, pieces)),
+            false => self.armor.send_data(&id, pieces),
+        });
         sent.map(|_| ()).map_err(refused_data)
     }
 

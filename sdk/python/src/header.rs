@@ -6,6 +6,8 @@ use armor_sdk::tap::TapData;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
+use crate::layout::Layout;
+
 /// Where data come from, when they were created, and what is missing before them.
 #[pyclass(name = "Header", module = "armor", frozen)]
 pub struct PythonHeader {
@@ -61,45 +63,68 @@ impl PythonHeader {
     }
 }
 
-/// The names of the inputs and of their data as Python texts, made once for each.
-#[derive(Default)]
-pub struct HeaderNames(Vec<(String, String, Py<PyString>, Py<PyString>)>);
+/// A source of an input: both names, also as Python texts, and the layout of its messages.
+pub struct Source {
+    names: (String, String),
+    in_python: (Py<PyString>, Py<PyString>),
+    layout: Py<Layout>,
+}
 
-impl HeaderNames {
-    /// Most sources whose names are kept; an input with more makes them again.
-    const MOST: usize = 256;
+impl Source {
+    fn of(py: Python<'_>, header: &armor_sdk::Header<'_>, layout: Py<Layout>) -> Self {
+        let text = |name: &str| PyString::new(py, name).unbind();
+        let in_python = (text(header.id()), text(header.data()));
+        Self { names: (header.id().into(), header.data().into()), in_python, layout }
+    }
+
+    /// The layout of its messages.
+    pub fn layout(&self) -> &Layout {
+        self.layout.get()
+    }
 
     /// The header as a Python object.
     pub fn wrap(
-        &mut self,
+        &self,
         py: Python<'_>,
         header: &armor_sdk::Header<'_>,
     ) -> PyResult<Py<PythonHeader>> {
-        let is_it = |known: &&(String, String, Py<PyString>, Py<PyString>)| {
-            known.0 == header.id() && known.1 == header.data()
+        let (id, data) = &self.in_python;
+        let in_python = PythonHeader {
+            id: id.clone_ref(py),
+            data: data.clone_ref(py),
+            sequence: header.sequence,
+            stamp_s: header.stamp_s,
+            instance: header.instance,
+            lost: header.lost,
         };
-        let (id, data) = match self.0.iter().find(is_it) {
-            Some((_, _, id, data)) => (id.clone_ref(py), data.clone_ref(py)),
+        Py::new(py, in_python)
+    }
+}
+
+/// The sources from which messages have come, found once for each.
+#[derive(Default)]
+pub struct Sources(Vec<Source>);
+
+impl Sources {
+    /// Most sources that are kept; another one replaces the last of them.
+    const MOST: usize = 256;
+
+    /// The source of a message, whose layout `find_layout` finds.
+    pub fn find(
+        &mut self,
+        py: Python<'_>,
+        header: &armor_sdk::Header<'_>,
+        find_layout: impl FnOnce() -> PyResult<Py<Layout>>,
+    ) -> PyResult<&Source> {
+        let is_it = |known: &Source| known.names.0 == header.id() && known.names.1 == header.data();
+        let at = match self.0.iter().position(is_it) {
+            Some(at) => at,
             None => {
-                let (id, data) = (PyString::new(py, header.id()), PyString::new(py, header.data()));
-                let (id, data) = (id.unbind(), data.unbind());
-                if self.0.len() < Self::MOST {
-                    let kept = (id.clone_ref(py), data.clone_ref(py));
-                    self.0.push((header.id().into(), header.data().into(), kept.0, kept.1));
-                }
-                (id, data)
+                self.0.truncate(Self::MOST - 1);
+                self.0.push(Source::of(py, header, find_layout()?));
+                self.0.len() - 1
             }
         };
-        Py::new(
-            py,
-            PythonHeader {
-                id,
-                data,
-                sequence: header.sequence,
-                stamp_s: header.stamp_s,
-                instance: header.instance,
-                lost: header.lost,
-            },
-        )
+        Ok(&self.0[at])
     }
 }

@@ -250,6 +250,15 @@ impl OutputPort {
         Ok(Sent { to, dropped: state.count_dropped() - dropped })
     }
 
+    /// Whether the publication of a small message might wait: a subscriber with `keep="all"` has not taken
+    /// what was sent before, or its memory is full.
+    pub fn may_wait(&self) -> bool {
+        let waits = |link: &OutgoingLink| {
+            (link.keep.is_all() && link.queue.is_congested()) || link.is_ring_full()
+        };
+        self.lock_state().links.iter().any(waits)
+    }
+
     /// Waits until the slow `keep="all"` links have room, and writes to them meanwhile.
     fn wait_for_room<'a>(
         &'a self,
