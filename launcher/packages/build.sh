@@ -33,7 +33,7 @@ sdk/c/install.sh "$stage/c"
 
 packages=(armor armor-designer armor-operator-view armor-foxglove armor-c)
 if command -v maturin >/dev/null; then
-  maturin build --release --locked --manifest-path sdk/python/Cargo.toml --out "$out"
+  maturin build --profile wheel --locked --manifest-path sdk/python/Cargo.toml --out "$out"
   mkdir -p "$stage/python"
   python3 -m zipfile -e "$out"/armor-*-abi3-*.whl "$stage/python"
   packages+=(armor-python)

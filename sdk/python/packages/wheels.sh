@@ -11,6 +11,6 @@ mkdir -p "$1"
 out="$(cd "$1" && pwd)"
 cd "$(dirname "$0")/../../.."
 for target in x86_64 aarch64; do
-  maturin build --release --locked --zig --compatibility manylinux2014 --target "$target-unknown-linux-gnu" \
+  maturin build --profile wheel --locked --zig --compatibility manylinux2014 --target "$target-unknown-linux-gnu" \
     --manifest-path sdk/python/Cargo.toml --out "$out"
 done
