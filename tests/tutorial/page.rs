@@ -150,7 +150,7 @@ fn without_numbers(text: &str) -> String {
 
 fn number_len(text: &str) -> usize {
     let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
-    let sign = usize::from(text.starts_with('-'));
+    let sign = usize::from(text.starts_with(['-', '+']));
     let whole = digits(&text[sign..]);
     if whole == 0 {
         return 0;
@@ -173,6 +173,7 @@ fn numbers_and_spaces_may_differ_and_words_may_not() {
         assert_eq!(matches(shown, output), expected, "{shown:?} {output:?}");
     };
     check("up 3.5 s\n", "up   12 s", true);
+    check("up +3.5 s\n", "up -12 s", true);
     check("up 3.5 s\n", "down 3.5 s", false);
     check("a -1e-3 b", "a 0.25 b", true);
     check("27 us", "1 min 02 s", true);
