@@ -18,7 +18,7 @@ use crate::mission::marks::Marks;
 
 /// The most other drawings at once.
 const MAX_OTHERS: usize = 16;
-/// How often other files are checked for changes, in seconds.
+/// Period with which other files are checked for changes, in seconds.
 const LOOK_EVERY_S: f64 = 1.0;
 
 /// The drawings of others.

@@ -9,7 +9,7 @@ use std::time::Duration;
 use armor_sdk::control::{Answer, Command, ControlConnection, ControlEvent, Role, RunState};
 use armor_wire::run_key::NameKey;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, sleep_until, timeout_at};
+use tokio::time::{Instant, sleep, sleep_until, timeout_at};
 
 use crate::run::supervisor::LogLevel;
 
@@ -17,8 +17,10 @@ use crate::run::supervisor::LogLevel;
 const STOPS_WITHIN: Duration = Duration::from_secs(1);
 /// How many times it is ordered to freeze before it is killed.
 const STOP_TRIES: u32 = 2;
-/// How long it has to confirm that it is active again; only the log depends on it.
+/// How long it has to confirm that it is active again, also on another connection.
 const STARTS_WITHIN: Duration = Duration::from_secs(10);
+/// Rest before the order is sent on another connection, since the one that it was sent on has ended.
+const CONNECTS_AGAIN: Duration = Duration::from_millis(100);
 /// Events of the control connection that wait.
 const MAX_EVENTS: usize = 64;
 /// The agent's name on the control connection.
@@ -183,17 +185,27 @@ async fn activate_again(
     activation: u64,
     open: Option<(ControlConnection, mpsc::Receiver<ControlEvent>)>,
 ) -> Result<(), String> {
-    let (connection, mut events) = match open {
-        Some(open) => open,
-        None => connect(port, process.key()).await?,
-    };
-    send(&connection, &Command::Activate { activation, parameters: Vec::new() })?;
     let until = Instant::now() + STARTS_WITHIN;
-    while let Ok(Some(event)) = timeout_at(until, events.recv()).await {
-        if let ControlEvent::Answer(Answer::State { state: RunState::Active, .. }) = event {
-            process.report(LogLevel::Info, "active again".into());
-            return Ok(());
+    let mut open = open;
+    while Instant::now() < until {
+        let (connection, mut events) = match open.take() {
+            Some(open) => open,
+            None => connect(port, process.key()).await?,
+        };
+        // A connection that has ended meanwhile has not brought the order: it is sent on another one.
+        if send(&connection, &Command::Activate { activation, parameters: Vec::new() }).is_ok() {
+            while let Ok(Some(event)) = timeout_at(until, events.recv()).await {
+                match event {
+                    ControlEvent::Answer(Answer::State { state: RunState::Active, .. }) => {
+                        process.report(LogLevel::Info, "active again".into());
+                        return Ok(());
+                    }
+                    ControlEvent::Closed(_) => break,
+                    ControlEvent::Answer(_) => {}
+                }
+            }
         }
+        sleep(CONNECTS_AGAIN).await;
     }
     let within = STARTS_WITHIN.as_secs();
     let text = format!("has not confirmed within {within} s that it is active again");
