@@ -294,16 +294,22 @@ fn a_revocation_closes_live_links_and_a_renewal_closes_none() {
     let (code, _, err) = site.remote("authority/alice.key", &["ps"]);
     assert!(code == 1 && err.contains("it is revoked"), "{code} {err}");
     site.remote_ok("authority/bob.key", &["ps"]);
+    // A tool has the environment of its user, without what `armor connect` sets for itself.
+    let gate = site.gate.to_string();
+    let connect = ["connect", &gate, "--key", "authority/bob.key", "--", "env"];
+    let (code, variables, err) = run_to_end(&mut site.folder.armor(&connect));
+    assert!(code == 0 && variables.contains("ARMOR_VIA="), "{code} {variables} {err}");
+    assert!(!variables.contains("GLIBC_TUNABLES"), "{variables}");
     assert!(links().contains("of bob"), "his link has stayed");
     // Data still arrives over the link that began before.
     for _ in 0..100 {
         bob.read_line();
     }
-    run.wait_for_log("bob (observer) at 127.0.0.1 has gone", 1);
+    run.wait_for_log("bob (observer) at 127.0.0.1 has gone", 2);
     assert_eq!(
         run.log().matches("bob (observer) at 127.0.0.1 has gone").count(),
-        1,
-        "the ps alone"
+        2,
+        "the ps and the env alone"
     );
 }
 

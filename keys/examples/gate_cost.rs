@@ -4,7 +4,8 @@
 //! to connect. Tool, proxy, gate and
 //! process are on one host, each in a thread of its own.
 //!
-//! `cargo run --release -p armor-keys --example gate_cost`
+//! `cargo run --release -p armor-keys --example gate_cost`, with the `GLIBC_TUNABLES` that `armor gate`
+//! sets for itself: docs/performance.md.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -265,7 +266,8 @@ fn read_processor_s() -> Result<BTreeMap<OsString, f64>, Failure> {
     for thread in std::fs::read_dir("/proc/self/task")? {
         let thread = thread?;
         // The first number of three is the time on a processor, in nanoseconds.
-        let text = std::fs::read_to_string(thread.path().join("schedstat"))?;
+        // A thread may end in between.
+        let Ok(text) = std::fs::read_to_string(thread.path().join("schedstat")) else { continue };
         let ran_ns: f64 = text.split_whitespace().next().ok_or("it has another form")?.parse()?;
         threads.insert(thread.file_name(), ran_ns / 1e9);
     }

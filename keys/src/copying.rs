@@ -9,8 +9,9 @@ use std::task::{Context, Poll, ready};
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-/// Bytes that are read at a time: two records of TLS.
-const COPY_LEN: usize = 32 << 10;
+/// Bytes that are passed on at a time: eight records of TLS. A call to the kernel for each record would
+/// take as long as its cipher.
+const COPY_LEN: usize = 128 << 10;
 
 thread_local! {
     /// What is read goes through this buffer. Only what cannot be written immediately is kept.
@@ -26,6 +27,8 @@ struct CopiedWay {
     must_flush: bool,
     /// The reader has ended.
     has_ended: bool,
+    /// Why the reader has failed after what was read before; reported once that is written.
+    failure: Option<io::Error>,
     /// And the writer, too.
     is_done: bool,
 }
@@ -67,6 +70,9 @@ impl CopiedWay {
                 self.must_flush = true;
             }
             (self.kept, self.written) = (Vec::new(), 0);
+            if let Some(failure) = self.failure.take() {
+                return Poll::Ready(Err(failure));
+            }
             if self.has_ended {
                 ready!(writer.as_mut().poll_shutdown(context))?;
                 self.is_done = true;
@@ -82,19 +88,30 @@ impl CopiedWay {
         }
     }
 
-    /// Reads once, and writes what can be written of that; the rest is kept.
+    /// Reads what is there, a buffer at most, and writes what can be written of that; the rest is kept.
     fn poll_pass(
         &mut self,
         context: &mut Context<'_>,
-        reader: Pin<&mut impl AsyncRead>,
+        mut reader: Pin<&mut impl AsyncRead>,
         writer: Pin<&mut impl AsyncWrite>,
     ) -> Poll<io::Result<()>> {
         SCRATCH.with_borrow_mut(|scratch| {
             let mut buffer = ReadBuf::new(scratch);
-            ready!(reader.poll_read(context, &mut buffer))?;
+            // TLS gives one record at a time, and a writer takes many as well as one.
+            while buffer.remaining() > 0 && !self.has_ended {
+                let before = buffer.filled().len();
+                match reader.as_mut().poll_read(context, &mut buffer) {
+                    Poll::Ready(Ok(())) => self.has_ended = buffer.filled().len() == before,
+                    Poll::Ready(Err(error)) => {
+                        self.failure = Some(error);
+                        break;
+                    }
+                    Poll::Pending if before == 0 => return Poll::Pending,
+                    Poll::Pending => break,
+                }
+            }
             let read = buffer.filled();
             if read.is_empty() {
-                self.has_ended = true;
                 return Poll::Ready(Ok(()));
             }
             let written = match writer.poll_write(context, read)? {
@@ -165,8 +182,8 @@ mod tests {
         assert_eq!(way.kept.capacity(), 0);
     }
 
-    /// A stream that gives some bytes and then fails, as a connection that is reset does.
-    struct Reset(Vec<u8>);
+    /// A stream that gives some bytes, then fails once and ends, as a connection that is reset does.
+    struct Reset(Vec<u8>, bool);
 
     impl AsyncRead for Reset {
         fn poll_read(
@@ -175,7 +192,9 @@ mod tests {
             buffer: &mut ReadBuf<'_>,
         ) -> Poll<io::Result<()>> {
             if self.0.is_empty() {
-                return Poll::Ready(Err(io::ErrorKind::ConnectionReset.into()));
+                let is_reported = std::mem::replace(&mut self.1, true);
+                let failure = (!is_reported).then(|| io::ErrorKind::ConnectionReset.into());
+                return Poll::Ready(failure.map_or(Ok(()), Err));
             }
             buffer.put_slice(&std::mem::take(&mut self.0));
             Poll::Ready(Ok(()))
@@ -203,13 +222,60 @@ mod tests {
     #[tokio::test]
     async fn a_reset_ends_both_directions_after_what_came_before_it() {
         let (mut far_end, mut far) = duplex(1000);
-        let mut near_end = Reset(b"the last words".to_vec());
+        let mut near_end = Reset(b"the last words".to_vec(), false);
         let error = copy_both(&mut near_end, &mut far_end).await.expect_err("it is reset");
         assert_eq!(error.kind(), io::ErrorKind::ConnectionReset);
         drop(far_end);
         let mut received = Vec::new();
         far.read_to_end(&mut received).await.expect("it ends");
         assert_eq!(received, b"the last words");
+    }
+
+    /// A stream that gives a record of TLS at a time, and notes how much is written at a time.
+    #[derive(Default)]
+    struct Records {
+        left: usize,
+        written: Vec<usize>,
+    }
+
+    impl AsyncRead for Records {
+        fn poll_read(
+            mut self: Pin<&mut Self>,
+            _: &mut Context<'_>,
+            buffer: &mut ReadBuf<'_>,
+        ) -> Poll<io::Result<()>> {
+            let len = buffer.remaining().min(16 << 10).min(self.left);
+            buffer.put_slice(&vec![7; len]);
+            self.left -= len;
+            Poll::Ready(Ok(()))
+        }
+    }
+
+    impl AsyncWrite for Records {
+        fn poll_write(
+            mut self: Pin<&mut Self>,
+            _: &mut Context<'_>,
+            bytes: &[u8],
+        ) -> Poll<io::Result<usize>> {
+            self.written.push(bytes.len());
+            Poll::Ready(Ok(bytes.len()))
+        }
+
+        fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Poll::Ready(Ok(()))
+        }
+
+        fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Poll::Ready(Ok(()))
+        }
+    }
+
+    #[tokio::test]
+    async fn records_that_are_there_are_passed_on_together() {
+        let mut from = Records { left: 300_000, ..Records::default() };
+        let mut to = Records::default();
+        copy_both(&mut from, &mut to).await.expect("it ends");
+        assert_eq!(to.written, [COPY_LEN, COPY_LEN, 300_000 - 2 * COPY_LEN]);
     }
 
     #[tokio::test]

@@ -22,6 +22,7 @@ use tokio::sync::mpsc;
 use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
 use crate::print::{print_line, print_notice};
+use crate::run::glibc;
 use crate::verb::Verb;
 
 /// Period with which the end of the key is looked at.
@@ -181,6 +182,7 @@ fn start_command(command: &[OsString], via: SocketAddr, registry: SocketAddr) ->
     let mut start = Command::new(&command[0]);
     start.args(&command[1..]).env("ARMOR_VIA", via.to_string());
     start.env("ARMOR_REGISTRY", registry.to_string());
+    glibc::remove_settings(start.as_std_mut());
     let name = command[0].display();
     start.spawn().with_context(|| format!("{name} cannot be started"))
 }

@@ -77,8 +77,15 @@ fn main() -> ExitCode {
         let text = "only `armor graph` has --format dot";
         build_command().error(clap::error::ErrorKind::ArgumentConflict, text).exit();
     }
-    if matches!(command, ArmorCommand::Run(_) | ArmorCommand::Host(_) | ArmorCommand::Play(_)) {
-        run::allocator::restart_with_one_pool();
+    if matches!(
+        command,
+        ArmorCommand::Run(_)
+            | ArmorCommand::Host(_)
+            | ArmorCommand::Play(_)
+            | ArmorCommand::Gate(_)
+            | ArmorCommand::Connect(_)
+    ) {
+        run::glibc::restart_with_settings();
     }
     command.run_command(format).unwrap_or_else(|error| {
         if error.is::<StdoutClosed>() {

@@ -1,6 +1,5 @@
 //! `armor run FILE`: checks the file, starts its components, and supervises them to the end.
 
-pub mod allocator;
 pub mod arguments;
 mod component_link;
 pub mod control_group;
@@ -8,6 +7,7 @@ pub mod cpu_share;
 pub mod descriptors;
 pub mod environment;
 pub mod given_up;
+pub mod glibc;
 pub mod group_killer;
 mod hanging_calls;
 pub mod host_states;

@@ -16,9 +16,9 @@ use armor_wire::name::is_name;
 use armor_wire::remote_process::{ProcessResources, RemoteStart, VariableSetting};
 use armor_wire::run_key::RunSecret;
 
-use super::allocator;
 use super::arguments::RunArguments;
 use super::environment::select_variables;
+use super::glibc;
 use super::host_states::HostStates;
 use super::other_hosts::OtherHosts;
 use super::process::{OWN_PROGRAM, ProcessStart};
@@ -418,7 +418,7 @@ impl ProcessPlan {
         });
         let mut environment = select_variables(std::env::vars_os(), &[]);
         if role != ChildRole::Component {
-            environment.push((allocator::VARIABLE.into(), allocator::ONE_POOL.into()));
+            environment.push((glibc::VARIABLE.into(), glibc::SETTINGS.into()));
         }
         let takes_reports = role == ChildRole::Executive;
         let name = name.into();
