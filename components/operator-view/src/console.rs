@@ -405,16 +405,18 @@ impl Console {
         let Some(output) = ["goal", "velocity", "stop"].into_iter().find(|it| *it == output) else {
             return;
         };
-        if to == 0 {
-            self.unheard.insert(output);
-            if output == "goal"
-                && let Some((place, at_s)) = self.orders.drop_unheard_goal()
-            {
-                let why = "nothing receives goals: what is linked to `goal` does not run".into();
-                self.refusal = Some(OrderRefusal { place, why, at_s });
-            }
+        self.unheard.remove(output);
+        if to > 0 {
+            return;
+        }
+        if output == "goal"
+            && let Some((place, at_s)) = self.orders.drop_unheard_goal()
+        {
+            // It is refused: nothing remains that a subscriber could still receive.
+            let why = "nothing receives goals: what is linked to `goal` does not run".into();
+            self.refusal = Some(OrderRefusal { place, why, at_s });
         } else {
-            self.unheard.remove(output);
+            self.unheard.insert(output);
         }
     }
 
@@ -493,6 +495,29 @@ mod tests {
         );
         console.record_sent(&RobotCommand::Stop(true), 1, now(0.0));
         assert_eq!(console.delivery_warning(), None);
+    }
+
+    #[test]
+    fn a_goal_without_subscriber_is_refused_once_and_leaves_no_warning() {
+        let mut console = Console::default();
+        let order = OperatorOrder::Goal { place: Pose2::IDENTITY, has_heading: false };
+        for command in console.handle_order(order, now(1.0)) {
+            console.record_sent(&command, 0, now(1.0));
+        }
+        assert!(console.orders.goal().is_none());
+        let refusal = console.recent_refusal(now(1.1)).expect("it is refused");
+        assert!(refusal.why.contains("nothing receives goals"), "{}", refusal.why);
+        assert_eq!(console.delivery_warning(), None, "nothing is left to deliver");
+        // One that was received stays: its subscriber may return.
+        let order = OperatorOrder::Goal { place: Pose2::IDENTITY, has_heading: false };
+        for command in console.handle_order(order, now(2.0)) {
+            console.record_sent(&command, 1, now(2.0));
+        }
+        let repeated = console.orders.repeat_order(9.0).expect("it is repeated");
+        console.record_sent(&repeated, 0, now(9.0));
+        assert!(console.orders.goal().is_some());
+        let warning = console.delivery_warning();
+        assert_eq!(warning.as_deref(), Some("no subscriber: no link accepts `goal`"));
     }
 
     #[test]
