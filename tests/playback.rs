@@ -6,7 +6,7 @@ use armor_recording::{REPORTS, Recording};
 use serde_json::Value;
 
 use crate::fixture::{Folder, run_to_end, wait_for};
-use crate::resilience::system::Draft;
+use crate::resilience::system::{Draft, probe};
 
 /// `north` counts at 50 Hz; after 60 ticks it reports what the mission waits for. `south` takes the
 /// numbers, and is busy for half of the time.
@@ -201,6 +201,67 @@ fn what_cannot_be_played_is_refused_before_anything_starts() {
     assert!(code == 1 && err.contains("no system"), "{err}");
 }
 
+/// A recording of one version of a component, used with the next one, whose message has one more field.
+#[test]
+fn a_recording_is_read_with_its_own_types_and_what_differs_is_named() {
+    let folder = record("next-version");
+    let components = folder.path().join("components");
+    std::fs::remove_file(components.join("probe")).expect("the link to the probe");
+    // A file of its own: what a program is asked for is kept by its file.
+    std::fs::copy(probe(), components.join("next-probe")).expect("a copy");
+    let run = |arguments: &[&str]| run_to_end(&mut folder.armor(arguments));
+
+    let difference = "north.numbers: Numbered has other fields in probe: load: only probe has it";
+    let (code, out, err) = run(&["bag", "info", "all.mcap", "--components", "components"]);
+    assert!(code == 0 && out.contains(difference), "{out}{err}");
+    let (_, out, _) = run(&["bag", "info", "all.mcap", "--file", "probes.xml", "--format", "json"]);
+    let info: Value = serde_json::from_str(&out).expect("one object");
+    assert_eq!(info["other_types"][0]["data"], "north.numbers", "{info}");
+    assert_eq!(info["other_types"][0]["difference"][0], "load: only probe has it", "{info}");
+    let (_, out, _) = run(&["bag", "info", "all.mcap"]);
+    assert!(!out.contains("other fields"), "the types of this program are the same: {out}");
+
+    // No component gets a message that it would read in another way.
+    let (code, printed) = play(&folder, &["probes.xml", "--replace", "north", "--out", "one"]);
+    for expected in ["load: only south has it", "replace south, too", "--map"] {
+        assert!(code == 1 && printed.contains(expected), "{code} {printed}");
+    }
+    assert!(!folder.path().join("one").exists(), "nothing was started: {printed}");
+    // Nothing takes the data if both are replaced, so all of it is played.
+    let both = ["probes.xml", "--replace", "north", "--replace", "south", "--speed", "max"];
+    let (code, printed) = play(&folder, &[&both[..], &["--out", "both"]].concat());
+    assert!(code == 0 && printed.contains("the mission reached its goal"), "{code} {printed}");
+
+    // Every tool reads the messages by the type in the recording.
+    let (recorded, _) = recorded_numbers(&folder);
+    let (code, _, err) =
+        run(&["bag", "convert", "all.mcap", "numbers.csv", "--data", "north.numbers"]);
+    assert_eq!(code, 0, "{err}");
+    let table = std::fs::read_to_string(folder.path().join("numbers.csv")).expect("a table");
+    let mut rows = table.lines();
+    assert_eq!(rows.next(), Some("stamp_s,sequence,bulk,count"));
+    let counts: Vec<u64> = rows.filter_map(|row| row.rsplit(',').next()?.parse().ok()).collect();
+    assert_eq!(counts, recorded);
+    let play = ["play", "all.mcap", "--components", "components", "--loop", "--out", "alone"];
+    let mut playing = folder.armor(&play);
+    let mut playing: Child =
+        playing.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+    let shown = wait_for("a message", || {
+        let (code, out, _) = run(&["echo", "north.numbers", "--once", "--format", "json"]);
+        (code == 0).then(|| serde_json::from_str::<Value>(out.lines().next()?).ok()).flatten()
+    });
+    assert!(
+        shown.to_string().contains("\"count\"") && !shown.to_string().contains("load"),
+        "{shown}"
+    );
+    run(&["stop", "--all"]);
+    wait_for("the end of the run", || playing.try_wait().expect("ours"));
+    let mut printed = String::new();
+    let mut errors = playing.stderr.take().expect("a pipe");
+    std::io::Read::read_to_string(&mut errors, &mut printed).expect("text");
+    assert!(printed.contains(difference), "{printed}");
+}
+
 /// The keys reach the player through a terminal, which `script` makes.
 #[test]
 fn keys_control_what_is_played_in_a_terminal() {
@@ -211,7 +272,7 @@ fn keys_control_what_is_played_in_a_terminal() {
     }
     let folder = record("played-by-keys");
     let armor = env!("CARGO_BIN_EXE_armor");
-    let play = format!("{armor} play all.mcap --paused --stay --out keys");
+    let play = format!("{armor} play all.mcap --paused --out keys");
     let mut command = folder.command_of(std::path::Path::new("script"));
     command.args(["--quiet", "--flush", "--return", "--command", &play, "/dev/null"]);
     let mut playing = command
@@ -243,7 +304,23 @@ fn keys_control_what_is_played_in_a_terminal() {
         });
     };
     press(&mut keys, "+", "twice the speed", &|state| state["speed"].as_f64() >= Some(2.0));
-    press(&mut keys, "\x1b[A", "the end", &|state| state["at_s"].as_f64() > Some(0.9));
+    let is_at_the_end = |state: &Value| {
+        let length_s =
+            state["to_s"].as_f64().zip(state["from_s"].as_f64()).map(|(to, from)| to - from);
+        state["at_s"].as_f64().zip(length_s).is_some_and(|(at_s, length_s)| at_s > length_s - 1e-3)
+    };
+    press(&mut keys, "\x1b[A", "the end", &is_at_the_end);
+    // Running, a jump beyond the end stops at the last message: what is played does not end.
+    press(&mut keys, "\x1b[B", "the beginning", &|state| state["at_s"] == 0.0);
+    press(&mut keys, "----", "slow", &|state| state["speed"].as_f64() <= Some(0.1));
+    press(&mut keys, " ", "time passes", &|state| state["paused"] == false);
+    press(&mut keys, "\x1b[A", "the end again", &|state| {
+        is_at_the_end(state) && state["paused"] == true && state["over"] == false
+    });
+    press(&mut keys, ".", "no step beyond it", &|state| {
+        is_at_the_end(state) && state["paused"] == true && state["over"] == false
+    });
+    assert!(playing.try_wait().expect("ours").is_none(), "it is still there");
     press(&mut keys, "\x1b[B", "the beginning", &|state| state["at_s"] == 0.0);
     press(&mut keys, ".", "a step", &|state| {
         state["at_s"].as_f64() > Some(0.0) || state["paused"] == true

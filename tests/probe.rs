@@ -5,6 +5,8 @@
 //! processes share. Each line is a single appending write, so that it is complete or missing even
 //! if the process is killed.
 
+mod next_probe;
+
 use std::fmt::Display;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -14,6 +16,8 @@ use std::time::Duration;
 
 use armor_sdk::prelude::*;
 use rustix::time::{ClockId, clock_gettime};
+
+use next_probe::NextProbe;
 
 /// What a probe publishes.
 #[derive(Clone, Debug, PartialEq, Message)]
@@ -273,13 +277,14 @@ impl Component for Quirk {
     }
 }
 
-/// Runs a probe; an executable named `worker`, `talker` or `quirk` runs that.
+/// Runs a probe; an executable named `worker`, `talker`, `quirk` or `next-probe` runs that.
 fn main() -> ExitCode {
     let path = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
     match path.file_name().and_then(|name| name.to_str()) {
         Some("worker") => armor_sdk::run::<Worker>(),
         Some("talker") => armor_sdk::run::<Talker>(),
         Some("quirk") => armor_sdk::run::<Quirk>(),
+        Some("next-probe") => armor_sdk::run::<NextProbe>(),
         _ => armor_sdk::run::<Probe>(),
     }
 }

@@ -174,6 +174,33 @@ fn recordings_are_converted_for_other_programs_and_from_them() {
     let back = read(&folder.path().join("back.mcap"));
     assert!(back.iter().any(|message| message.data == "carmen.scan" && message.payload.is_ok()));
 
+    // ROS 1 and CARMEN, each there and back: the same scans.
+    let scans_of = |file: &str| -> Vec<(f64, Vec<u8>)> {
+        let messages = read(&folder.path().join(file));
+        let scans = messages.into_iter().filter(|message| message.data.ends_with(".scan"));
+        scans.map(|it| (it.head.stamp_s, it.payload.expect("readable"))).collect()
+    };
+    for (there, back) in [("drive.bag", "bag.mcap"), ("again.log", "log.mcap")] {
+        let (code, out, err) = bag(&folder, &["convert", "drive.mcap", there]);
+        assert!(code == 0 && err.is_empty(), "{out}{err}");
+        let (code, out, err) = bag(&folder, &["convert", there, back]);
+        assert!(code == 0 && out.contains("60 messages"), "{there}: {out}{err}");
+        assert_eq!(scans_of(back).len(), 20, "{there}");
+    }
+    assert_eq!(scans_of("bag.mcap"), scans_of("drive.mcap"));
+    // A table there and back: the values of the columns, exactly.
+    let table = ["--data", "carmen.odometry"];
+    let (code, out, err) = bag(
+        &folder,
+        &[&["convert", "odometry.csv", "table.mcap", "--type", "Odometry"], &table[..]].concat(),
+    );
+    assert!(code == 0 && out.contains("15 messages"), "{out}{err}");
+    let (code, _, err) =
+        bag(&folder, &[&["convert", "table.mcap", "again.csv"], &table[..]].concat());
+    assert_eq!(code, 0, "{err}");
+    let again = std::fs::read_to_string(folder.path().join("again.csv")).expect("a table");
+    assert_eq!(again, text);
+
     // What Armor does not have as a type is named with its reason, and the rest is converted.
     let (code, out, err) =
         bag(&folder, &["convert", "back.mcap", "rows.csv", "--data", "carmen.scan"]);
@@ -184,6 +211,12 @@ fn recordings_are_converted_for_other_programs_and_from_them() {
         (&["convert", "no.log", "x.mcap"][..], "is neither an MCAP file nor a log of CARMEN"),
         (&["convert", "none.log", "x.mcap"], "none.log"),
         (&["convert", "drive.log", "x.csv"], "read as a log of CARMEN"),
+        (&["convert", "drive.mcap", "x.log", "--data", "carmen.odometry"], "no LaserScan"),
+        (&["convert", "drive.bag", "x.csv"], "a bag of ROS 1: that is converted to a recording"),
+        (
+            &["convert", "odometry.csv", "x.mcap", "--data", "a.b", "--type", "Odometri"],
+            "Odometry?",
+        ),
         (&["convert", "drive.mcap", "back.mcap"], "back.mcap cannot be created"),
         (&["convert", "drive.mcap", "x.csv", "--data", "carmen.scna"], "did you mean carmen.scan?"),
     ] {

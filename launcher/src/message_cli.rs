@@ -1,7 +1,7 @@
 //! `armor message`: the messages that components can use: listed, described, and written as source
 //! text of a language.
 
-mod known_messages;
+pub mod known_messages;
 mod listing;
 
 use std::path::{Path, PathBuf};

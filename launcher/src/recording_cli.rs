@@ -1,7 +1,10 @@
 //! Recording a running system, and working with recordings.
 
 pub mod bag;
+mod carmen_writer;
 mod convert;
+mod csv_reader;
+pub mod known_types;
 pub mod record;
 
 /// Returns a length in bytes as people read it.

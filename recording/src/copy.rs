@@ -76,6 +76,12 @@ pub enum CopyError {
 }
 
 impl CopiedPart {
+    /// Whether a moment of system time is in it.
+    pub fn holds_time(&self, stamp_s: f64) -> bool {
+        self.from_s.is_none_or(|from_s| stamp_s >= from_s)
+            && self.to_s.is_none_or(|to_s| stamp_s < to_s)
+    }
+
     fn holds(&self, message: &RecordedMessage) -> bool {
         self.to_s.is_none_or(|to_s| message.head.stamp_s < to_s)
             && self.outputs.holds(&message.data)

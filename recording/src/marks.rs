@@ -5,7 +5,6 @@ use std::collections::{BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::Seek;
 
-use armor_wire::codec;
 use mcap::Summary;
 
 use crate::message_stream::{ChunkPlace, MessageStream, ReadError, RecordedMessage, StreamEvent};
@@ -29,6 +28,8 @@ pub enum RecordedMark {
     },
     /// A message of an output that was wanted.
     Message(RecordedMessage),
+    /// A report that cannot be read, with the reason.
+    Unread(String),
 }
 
 /// Reads the marks of a recording, in the order of the file.
@@ -142,8 +143,10 @@ fn take_message(
         found.push_back(RecordedMark::Loss { data, count, stamp_s });
     }
     if message.data == REPORTS {
-        let report = message.payload.as_ref().ok().and_then(|bytes| codec::decode(bytes).ok());
-        found.extend(report.map(RecordedMark::Report));
+        found.push_back(match message.decode_as() {
+            Ok(report) => RecordedMark::Report(report),
+            Err(reason) => RecordedMark::Unread(reason),
+        });
     } else if wanted.contains(&message.data) {
         found.push_back(RecordedMark::Message(message));
     }
@@ -170,6 +173,7 @@ mod tests {
 
     use armor_sdk::control::ReportKind;
     use armor_sdk::messages::Number;
+    use armor_wire::codec;
     use armor_wire::message::WireType;
 
     use super::*;
@@ -225,6 +229,7 @@ mod tests {
                 let number: Number = codec::decode(&it.payload.unwrap()).unwrap();
                 (it.head.stamp_s, format!("{} {}", it.data, number.data))
             }
+            RecordedMark::Unread(reason) => (0.0, reason),
         });
         marks.collect()
     }

@@ -4,6 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
+use armor_wire::codec;
+use armor_wire::message::Message;
+use armor_wire::schema;
 use mcap::read::ChunkReader;
 use mcap::records::{ChunkIndex, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -62,6 +65,31 @@ pub struct RecordedMessage {
     pub head: MessageHead,
     /// Its bytes in Armor's form, or why they cannot be read.
     pub payload: Result<Vec<u8>, String>,
+}
+
+impl RecordedMessage {
+    /// Decodes it as a type of this program.
+    ///
+    /// # Errors
+    /// In words: if it cannot be read, or was recorded with other fields than `T` has here, which
+    /// are named.
+    pub fn decode_as<T: Message>(&self) -> Result<T, String> {
+        let (recorded, here) = (&self.output_type.schema, T::schema().to_string());
+        if *recorded != here {
+            return Err(describe_other_fields(&self.data, T::NAME, recorded, &here));
+        }
+        let payload = self.payload.as_ref().map_err(Clone::clone)?;
+        codec::decode(payload).map_err(|error| error.to_string())
+    }
+}
+
+/// States that an output was recorded with other fields than its type has in this program.
+pub fn describe_other_fields(data: &str, type_name: &str, recorded: &str, here: &str) -> String {
+    let difference = schema::difference(("the recording", recorded), ("this version", here));
+    format!(
+        "{data} was recorded with other fields than {type_name} has here: {}",
+        difference.replace('\n', "; ")
+    )
 }
 
 /// What comes next in a file.
@@ -255,7 +283,8 @@ impl MessageStream {
     ) -> Option<RecordedMessage> {
         let channel = &self.channels.get(&header.channel_id)?.output;
         if channel.data == HEADS {
-            self.head = self.heads.decode(bytes).ok();
+            let decoded = channel.message.as_ref().ok().map(|_| self.heads.decode(bytes));
+            self.head = decoded.and_then(Result::ok);
             return None;
         }
         if self.left_out.contains(&channel.data) {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use armor_wire::schema::{Schema, parse};
 use mcap::Channel;
 
-use crate::head::HEADS;
+use crate::head::{HEADS, HeadCodec};
 use crate::ros::{RosMessage, find_standard_type, read_definition};
 use crate::writer::OutputType;
 use crate::{CDR, DATA_KEY, LATCHED_KEY, ROS_QOS, ROS2MSG, SCHEMA_KEY, TYPE_KEY};
@@ -55,7 +55,7 @@ pub(crate) fn identify_output(channel: DescribedChannel<'_>) -> ChannelOutput {
         _ => String::new(),
     };
     if topic == HEADS {
-        let message = Err("it is about other messages".into());
+        let message = check_form(HeadCodec::new().message, definition);
         return ChannelOutput { data: topic.into(), output_type: own_type, message };
     }
     if encoding != CDR {
@@ -64,8 +64,9 @@ pub(crate) fn identify_output(channel: DescribedChannel<'_>) -> ChannelOutput {
         return ChannelOutput { data, output_type: own_type, message };
     }
     if is_own {
-        let message = parse(&own_type.schema).map(|schema| RosMessage::new(&schema));
-        let message = message.map_err(|error| format!("its type cannot be read: {error}"));
+        let message = parse(&own_type.schema)
+            .map_err(|error| format!("its type cannot be read: {error}"))
+            .and_then(|schema| check_form(RosMessage::new(&schema), definition));
         return ChannelOutput { data, output_type: own_type, message };
     }
     let latched = metadata.get(ROS_QOS).is_some_and(|qos| is_transient_local(qos));
@@ -81,6 +82,33 @@ pub(crate) fn identify_output(channel: DescribedChannel<'_>) -> ChannelOutput {
             ChannelOutput { data: topic.into(), output_type: own_type, message: Err(reason) }
         }
     }
+}
+
+/// Returns the form of an own type, if the file describes the same one. The form of a standard message
+/// follows from a table of this version; another version may have written the type in another form.
+fn check_form(
+    message: RosMessage,
+    definition: Option<&TypeDefinition>,
+) -> Result<RosMessage, String> {
+    let Some(definition) = definition else { return Ok(message) };
+    let recorded = String::from_utf8_lossy(&definition.text);
+    if definition.name == message.name()
+        && list_fields(&recorded).eq(list_fields(message.definition()))
+    {
+        return Ok(message);
+    }
+    Err(format!(
+        "another version of Armor has written its type as {} with other fields than this one, which \
+         has {}; read it with that version",
+        definition.name,
+        message.name()
+    ))
+}
+
+/// The lines of a definition, without comments.
+fn list_fields(text: &str) -> impl Iterator<Item = &str> {
+    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default().trim());
+    lines.filter(|line| !line.is_empty())
 }
 
 /// The name of the output of a channel of a file's summary.

@@ -208,9 +208,7 @@ impl Recording {
             output.lost = output.lost.saturating_add(message.head.lost);
             output.data = message.data;
             output.ros_type = self.stream.ros_type(&output.data);
-            output.type_name = message.output_type.name;
-            output.schema = message.output_type.schema;
-            output.latched = message.output_type.latched;
+            output.set_type(message.output_type);
         }
         summary.outputs = outputs.into_values().collect();
         Ok(summary)
@@ -272,7 +270,9 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
     let ends = metadata(file, OUTPUTS)?;
     let stats = index.stats.clone().unwrap_or_default();
     let mut outputs: BTreeMap<String, RecordedOutput> = BTreeMap::new();
-    for (id, channel) in &index.channels {
+    // By their numbers, which are in the order in which they were added.
+    let channels: BTreeMap<_, _> = index.channels.iter().collect();
+    for (id, channel) in channels {
         if channel.topic == HEADS {
             continue;
         }
@@ -282,9 +282,7 @@ fn summarize(index: &Summary, file: &mut File) -> Result<RecordingSummary, ReadE
         output.messages += stats.channel_message_counts.get(id).copied().unwrap_or_default();
         output.ros_type =
             channel.schema.as_ref().map(|schema| schema.name.clone()).unwrap_or_default();
-        output.type_name = output_type.name;
-        output.schema = output_type.schema;
-        output.latched = output_type.latched;
+        output.set_type(output_type);
         (output.lost, output.span_s) =
             ends.get(&output.data).map(|text| read_end(text)).unwrap_or_default();
     }

@@ -11,6 +11,7 @@ mod decode;
 mod definition;
 mod encode;
 mod read_definition;
+mod ros1;
 mod shape;
 mod standard;
 #[cfg(test)]
@@ -22,6 +23,7 @@ use armor_wire::schema::Schema;
 pub use bytes::LayoutError;
 pub use encode::RosBytes;
 pub use read_definition::{DefinitionError, read_definition};
+pub use ros1::Ros1Type;
 use shape::{Shape, ShapeBuilder};
 
 /// Returns the type of Armor that a standard message of ROS 2 means, by its name.
@@ -72,6 +74,14 @@ impl RosMessage {
     /// As [`Self::encode`]; `out` is empty then.
     pub fn encode_into(&self, payload: &[u8], out: &mut RosBytes) -> Result<(), LayoutError> {
         encode::encode_message(&self.shape, payload, out)
+    }
+
+    /// Converts an encoded message of Armor to ROS 1.
+    ///
+    /// # Errors
+    /// As [`Self::encode`].
+    pub fn encode_ros1(&self, payload: &[u8]) -> Result<Vec<u8>, LayoutError> {
+        encode::encode_ros1_message(&self.shape, payload)
     }
 
     /// Converts back. `stamps_s` as [`Self::encode`] has returned them; without them, each stamp is

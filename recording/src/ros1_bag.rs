@@ -23,9 +23,9 @@ const MAX_HEADER_LEN: usize = 16 << 20;
 /// Longest data of a record, before and after decompression.
 const MAX_DATA_LEN: usize = 512 << 20;
 /// Values of the field `op`.
-const MESSAGE: u8 = 2;
-const CHUNK: u8 = 5;
-const CONNECTION: u8 = 7;
+pub(crate) const MESSAGE: u8 = 2;
+pub(crate) const CHUNK: u8 = 5;
+pub(crate) const CONNECTION: u8 = 7;
 const NANOSECONDS: f64 = 1e9;
 
 /// Why a bag cannot be read.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::writer::OutputType;
+
 /// What is known of a recording: the system time at which it began.
 pub const BEGIN_KEY: &str = "begun_s";
 
@@ -40,6 +42,8 @@ pub struct RecordedOutput {
     pub ros_type: String,
     /// Its layout; empty if another program has written the file.
     pub schema: String,
+    /// The layouts that it had before, if its component was replaced by one with another type.
+    pub earlier_schemas: Vec<String>,
     /// A late subscriber gets the last value.
     pub latched: bool,
     /// How many messages there are.
@@ -51,6 +55,16 @@ pub struct RecordedOutput {
 }
 
 impl RecordedOutput {
+    /// Takes a type that it has from now on.
+    pub(crate) fn set_type(&mut self, output_type: OutputType) {
+        let OutputType { name, schema, latched } = output_type;
+        let before = std::mem::replace(&mut self.schema, schema);
+        if !before.is_empty() && before != self.schema && !self.earlier_schemas.contains(&before) {
+            self.earlier_schemas.push(before);
+        }
+        (self.type_name, self.latched) = (name, latched);
+    }
+
     /// Messages per second between the first and the last one.
     pub fn rate_hz(&self) -> Option<f64> {
         let (from_s, to_s) = self.span_s?;

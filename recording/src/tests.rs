@@ -296,6 +296,84 @@ fn messages_of_other_programs_are_read_by_their_definition_or_left_out_with_the_
     assert_eq!(messages[0].payload.as_ref().unwrap(), &expected);
 }
 
+/// The form of a standard message follows from a table, which another version may have otherwise.
+#[test]
+fn a_type_in_a_form_of_another_version_is_not_misread() {
+    let folder = Folder::new();
+    let metadata = BTreeMap::from([
+        (TYPE_KEY.to_owned(), "Number".to_owned()),
+        (SCHEMA_KEY.to_owned(), Number::schema().to_string()),
+    ]);
+    let record = |definition: &str| {
+        let options = mcap::WriteOptions::new().profile(PROFILE).compression(None);
+        let mut file = options.create(Cursor::new(Vec::new())).unwrap();
+        let schema =
+            file.add_schema("std_msgs/msg/Float64", ROS2MSG, definition.as_bytes()).unwrap();
+        let channel_id = file.add_channel(schema, "a.number", CDR, &metadata).unwrap();
+        let (log_time, publish_time) = (1_000_000_000, 1_000_000_000);
+        let header =
+            mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time };
+        let bytes = [&[0, 1, 0, 0][..], &2.5_f64.to_le_bytes(), &7.0_f64.to_le_bytes()].concat();
+        file.write_to_known_channel(&header, &bytes).unwrap();
+        file.finish().unwrap();
+        let path = folder.save("form.mcap", &file.into_inner().into_inner());
+        read_file(&path).remove(0)
+    };
+    let same = record("# a comment\n\nfloat64 data # in no unit\n");
+    assert_eq!(same.decode_as::<Number>(), Ok(Number { data: 2.5 }));
+    let other = record("float64 error\nfloat64 data\n");
+    let reason = other.payload.clone().unwrap_err();
+    assert!(reason.contains("std_msgs/msg/Float64 with other fields"), "{reason}");
+    assert_eq!(other.decode_as::<Number>(), Err(reason));
+}
+
+#[test]
+fn a_type_with_other_fields_is_no_type_of_this_program_and_they_are_named() {
+    let message = RecordedMessage {
+        data: "a.number".into(),
+        output_type: OutputType {
+            name: "Number".into(),
+            schema: "Number{data:f64,error:f64}".into(),
+            latched: false,
+        },
+        head: MessageHead::default(),
+        payload: Ok(vec![0; 16]),
+    };
+    let expected = "a.number was recorded with other fields than Number has here: \
+                    error: only the recording has it";
+    assert_eq!(message.decode_as::<Number>(), Err(expected.into()));
+}
+
+#[test]
+fn an_output_whose_type_has_changed_has_both() {
+    let folder = Folder::new();
+    let sink = Cursor::new(Vec::new());
+    let mut writer = RecordingWriter::new(sink, Compression::None, BTreeMap::new()).unwrap();
+    let schemas = ["Value{a:f64}", "Value{a:f64,b:f64}"];
+    for (at, schema) in schemas.into_iter().enumerate() {
+        let name = "Value".to_owned();
+        let output_type = OutputType { name, schema: schema.into(), latched: false };
+        let output = writer.add_output("a.value", &output_type).unwrap();
+        writer.write(output, &head(at as u64, 0), &vec![0; 8 + 8 * at]).unwrap();
+    }
+    let bytes = writer.finish().unwrap().into_inner();
+    for (name, bytes) in [("whole.mcap", &bytes[..]), ("cut.mcap", &bytes[..bytes.len() - 9])] {
+        let path = folder.save(name, bytes);
+        let summary = Recording::open(&path).unwrap().summary().clone();
+        let [output] = &summary.outputs[..] else { panic!("{summary:?}") };
+        assert_eq!(
+            (output.schema.as_str(), &*output.earlier_schemas),
+            (schemas[1], &[schemas[0].into()][..])
+        );
+        let read = read_file(&path);
+        let types = read.iter().map(|message| message.output_type.schema.as_str());
+        assert!(
+            types.eq(schemas) && read.iter().all(|message| message.payload.is_ok()),
+            "{read:?}"
+        );
+    }
+}
+
 #[test]
 fn a_part_of_a_recording_of_ros_begins_with_its_latched_values() {
     let folder = Folder::new();

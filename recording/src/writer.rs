@@ -211,7 +211,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
         ]);
         let mut topic = data.to_owned();
         if self.heads.is_none() {
-            topic = format!("/{}", data.replace('.', "/").replace('-', "_"));
+            topic = name_ros_topic(data);
             metadata.insert(ROS_QOS.into(), describe_qos(output_type.latched));
             metadata.insert(DATA_KEY.into(), data.into());
         }
@@ -304,6 +304,11 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.file.finish()?;
         Ok(self.file.into_inner())
     }
+}
+
+/// The topic of an output in ROS: `/component/output`.
+pub(crate) fn name_ros_topic(data: &str) -> String {
+    format!("/{}", data.replace('.', "/").replace('-', "_"))
 }
 
 /// How ROS 2 publishes a topic: reliably, and with `latched` the last message for late subscribers.

@@ -3,12 +3,11 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use armor_recording::Recording;
 use armor_recording::trail::LOGS;
 use armor_robotfile::advise_similar;
 use armor_sdk::messages::Log;
-use armor_wire::codec;
 
 use super::entry::LogEntry;
 use super::{LogPrinter, LogsArguments};
@@ -32,9 +31,11 @@ pub fn print_recorded(path: &Path, arguments: &LogsArguments, format: OutputForm
     let (mut last, mut names) = (VecDeque::new(), BTreeSet::new());
     recording.select(|data| data == LOGS);
     while let Some(message) = recording.next_message()? {
-        let Ok(Ok(log)) = message.payload.map(|payload| codec::decode::<Log>(&payload)) else {
-            continue;
-        };
+        let log: Log = message.decode_as().map_err(|reason| {
+            anyhow!(
+                "{shown}: {reason}. `armor bag convert {shown} FILE.csv --data {LOGS}` shows them"
+            )
+        })?;
         let time_s = log.stamp - begin_s;
         let entry = LogEntry::of_recording(log, time_s);
         if !names.contains(&entry.name) {

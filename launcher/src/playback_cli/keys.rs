@@ -246,7 +246,10 @@ fn apply(order: &PlaybackOrder, state: &mut PlaybackState) {
         PlaybackOrder::Pause | PlaybackOrder::Step { .. } => state.paused = true,
         PlaybackOrder::Resume => state.paused = false,
         PlaybackOrder::Speed { factor } => state.speed = *factor,
-        PlaybackOrder::Seek { at_s } => state.at = *at_s,
+        PlaybackOrder::Seek { at_s } => {
+            state.at = *at_s;
+            state.paused |= *at_s >= state.to - state.from;
+        }
         PlaybackOrder::Loop { on } => state.loops = *on,
     }
 }
@@ -301,5 +304,11 @@ mod tests {
             apply(&order, &mut state);
         }
         assert_eq!((state.speed, state.paused), (5.0, true));
+        let order = order_of(PlaybackKey::Jump(60.0), &state).expect("an order");
+        assert_eq!(order, PlaybackOrder::Seek { at_s: 60.0 }, "the end, and no further");
+        let mut running = PlaybackState { paused: false, ..state };
+        apply(&order, &mut running);
+        assert!(running.paused, "a jump to the end pauses there");
+        assert_eq!(order_of(PlaybackKey::Pause, &running), Some(PlaybackOrder::Resume));
     }
 }

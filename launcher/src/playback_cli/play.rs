@@ -16,6 +16,7 @@ use crate::check;
 use crate::exit::CommandEnding;
 use crate::kinds::Catalogue;
 use crate::print::print_notice;
+use crate::recording_cli::known_types::{KnownTypes, describe_change_within};
 use crate::run::arguments::RunArguments;
 use crate::run::run_checked;
 use crate::verb::Verb;
@@ -73,6 +74,7 @@ fn play_recording(mut arguments: PlayArguments, format: OutputFormat) -> Result<
     if !file.as_os_str().is_empty() {
         let checked = check::load_file(&file, &[], &arguments.kinds)?;
         if let Some(configuration) = checked.accepted() {
+            report_types(&summary, &checked.catalogue);
             let played = PlayedRecording::of_everything(&arguments, &summary, configuration);
             return run_checked(&run, &checked.catalogue, configuration, Some(&played), format);
         }
@@ -84,7 +86,19 @@ fn play_recording(mut arguments: PlayArguments, format: OutputFormat) -> Result<
     let configuration = Configuration::default();
     let played = PlayedRecording::of_everything(&arguments, &summary, &configuration);
     let catalogue = Catalogue::gather(&arguments.kinds.directories, std::iter::empty())?;
+    report_types(&summary, &catalogue);
     run_checked(&run, &catalogue, &configuration, Some(&played), format)
+}
+
+/// Reports outputs whose types are not those of this program and its components: they are played with
+/// their own.
+fn report_types(summary: &RecordingSummary, catalogue: &Catalogue) {
+    for change in summary.outputs.iter().filter_map(describe_change_within) {
+        print_notice(format!("{change}; of these messages only the last form is played"));
+    }
+    for changed in KnownTypes::of_catalogue(catalogue).find_changed(summary) {
+        print_notice(format!("{}; it is played as it was recorded", changed.describe()));
+    }
 }
 
 fn check_part(arguments: &PlayArguments, summary: &RecordingSummary) -> Result<()> {

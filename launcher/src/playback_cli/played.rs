@@ -3,10 +3,13 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
-use armor_recording::RecordingSummary;
+use anyhow::{Result, anyhow, bail};
 use armor_recording::playback::{AwaitedLink, DataRename, PLAYBACK, PlayedComponent};
+use armor_recording::{
+    REPORTS, RecordedOutput, RecordedReport, RecordingSummary, describe_other_fields,
+};
 use armor_robotfile::{Configuration, Manifests, advise_similar};
+use armor_wire::message::WireType;
 use armor_wire::schema;
 
 use super::arguments::PlayArguments;
@@ -91,6 +94,8 @@ impl PlayedRecording {
                 component.name.at
             );
         }
+        check_reports(summary)
+            .map_err(|reason| anyhow!("{recording} cannot be played to a mission: {reason}"))?;
         let mut components: Vec<PlayedComponent> = Vec::new();
         for name in &arguments.replace {
             if components.iter().any(|component| component.name == *name) {
@@ -171,6 +176,19 @@ fn list_components<'a>(
     names.filter(|name| !NOT_PLAYED.contains(name) && *name != PLAYBACK)
 }
 
+/// Checks that the reports of components can be read: a mission waits for them.
+fn check_reports(summary: &RecordingSummary) -> Result<(), String> {
+    let here = RecordedReport::schema().to_string();
+    let reports = summary.outputs.iter().find(|output| output.data == REPORTS);
+    match reports.filter(|output| output.schema != here) {
+        None => Ok(()),
+        Some(RecordedOutput { schema, type_name, .. }) => Err(format!(
+            "{}; play it with the version that has recorded it",
+            describe_other_fields(REPORTS, type_name, schema, &here)
+        )),
+    }
+}
+
 /// Checks that the recording has an output with the type that an input of a running component takes.
 fn check_output<'a>(
     data: &str,
@@ -197,7 +215,9 @@ fn check_output<'a>(
     let port = ports.filter(|port| port.id == input).find(|port| !port.is_any());
     if let Some(port) = port.filter(|port| port.schema != output.schema) {
         bail!(
-            "{consumer}.{input} takes another type ({}), and {recorded} was recorded with other fields:\n{}",
+            "{consumer}.{input} takes another type ({}), and {recorded} was recorded with other fields:\n{}\n\
+             It is played as it was recorded: replace {consumer}, too, or run the version of it that takes \
+             these fields; --map RECORDED={data} plays another output in its place",
             port.type_name,
             schema::difference((recorded, &output.schema), (consumer, &port.schema))
         );

@@ -17,9 +17,11 @@ use serde_json::json;
 
 use super::convert::{ConvertArguments, convert};
 use super::format_len;
+use super::known_types::{ChangedType, KnownTypes, describe_change_within};
 use super::record::{RecordCompression, parse_selection};
 use crate::arguments::{OutputFormat, parse_duration};
 use crate::exit::CommandEnding;
+use crate::message_cli::MessageSource;
 use crate::print::{Table, end_printing, print_line, print_notice, terminal_width};
 use crate::verb::Verb;
 
@@ -27,18 +29,25 @@ use crate::verb::Verb;
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:
   armor bag info drive.mcap
+  armor bag info drive.mcap --components build         are its types those of these components?
   armor bag recover broken.mcap whole.mcap             after a crash of the recorder
   armor bag cut drive.mcap part.mcap --from 10s --to 20s --data mapper.pose
   armor bag merge front.mcap rear.mcap both.mcap
   armor bag convert drive.mcap pose.csv --data mapper.pose
   armor bag convert drive.mcap ros2.mcap --to ros2
-  armor bag convert drive.bag drive.mcap               a bag of ROS 1
-  armor bag convert intel.log.gz intel.mcap            scans and odometry of a CARMEN log")]
+  armor bag convert drive.mcap drive.bag               a bag of ROS 1, and back:
+  armor bag convert drive.bag drive.mcap
+  armor bag convert drive.mcap drive.log               scans and odometry as a log of CARMEN, and back:
+  armor bag convert intel.log.gz intel.mcap
+  armor bag convert pose.csv pose.mcap --data gps.pose --type PoseStamped")]
 pub enum BagCommand {
-    /// Show what is in a recording: outputs, counts, losses, files.
+    /// Show what is in a recording: outputs, counts, losses, files, and the types that have other fields
+    /// in this program, or in the components of a folder or a file.
     Info {
         /// The recording.
-        file: PathBuf,
+        recording: PathBuf,
+        #[command(flatten)]
+        source: MessageSource,
     },
     /// Complete a recording whose recorder was killed: everything that can be read.
     Recover {
@@ -64,7 +73,7 @@ pub enum BagCommand {
         #[arg(long = "data", value_name = "DATA", value_parser = parse_selection)]
         data: Vec<String>,
     },
-    /// Convert a recording of ROS 2, a bag of ROS 1 or a log of CARMEN, or write one as CSV or for ROS 2.
+    /// Convert a recording from and for other programs: ROS 2, ROS 1, CARMEN, CSV.
     Convert(ConvertArguments),
     /// Copy several recordings into one, by the time of their messages.
     Merge {
@@ -90,7 +99,7 @@ pub struct CopyArguments {
 impl Verb for BagCommand {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
         let ending = match self {
-            Self::Info { file } => show_recording(&file, format)?,
+            Self::Info { recording, source } => show_recording(&recording, &source, format)?,
             Self::Recover { file, copy } => {
                 let part = CopiedPart::default();
                 copy_part(&[file], &copy.copy, &part, copy.compress, format)?
@@ -116,22 +125,27 @@ fn open(file: &Path) -> Result<Recording> {
         .with_context(|| format!("{} cannot be read as a recording", file.display()))
 }
 
-fn show_recording(file: &Path, format: OutputFormat) -> Result<CommandEnding> {
+fn show_recording(
+    file: &Path,
+    source: &MessageSource,
+    format: OutputFormat,
+) -> Result<CommandEnding> {
     let recording = open(file)?;
     let summary = recording.summary();
+    let changed = KnownTypes::gather(source)?.find_changed(summary);
     end_printing(if format == OutputFormat::Json {
-        print_line(summary_json(summary))
+        print_line(summary_json(summary, &changed))
     } else {
-        print_line(format_summary(summary))
+        print_line(format_summary(summary, &changed))
     })
 }
 
-fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
+fn summary_json(summary: &RecordingSummary, changed: &[ChangedType]) -> serde_json::Value {
     let outputs = summary.outputs.iter().map(|output| {
         json!({
             "data": output.data, "type": output.type_name, "ros_type": output.ros_type,
             "messages": output.messages, "lost": output.lost, "latched": output.latched,
-            "rate_hz": output.rate_hz(),
+            "rate_hz": output.rate_hz(), "earlier_schemas": output.earlier_schemas,
         })
     });
     let files = summary
@@ -145,10 +159,11 @@ fn summary_json(summary: &RecordingSummary) -> serde_json::Value {
         "to_s": summary.span_s.map(|span| span.1),
         "outputs": outputs.collect::<Vec<_>>(),
         "files": files.collect::<Vec<_>>(),
+        "other_types": changed.iter().map(ChangedType::to_json).collect::<Vec<_>>(),
     })
 }
 
-fn format_summary(summary: &RecordingSummary) -> String {
+fn format_summary(summary: &RecordingSummary, changed: &[ChangedType]) -> String {
     let mut text = String::new();
     for (key, value) in summary.about.iter().filter(|(key, _)| *key != BEGIN_KEY) {
         text += &format!("{key:<9}  {value}\n");
@@ -163,6 +178,12 @@ fn format_summary(summary: &RecordingSummary) -> String {
     }
     if !summary.is_complete {
         text += "complete   no: its recorder was killed; armor bag recover completes a copy\n";
+    }
+    for change in summary.outputs.iter().filter_map(describe_change_within) {
+        text += &format!("types      {change}\n");
+    }
+    for change in changed.iter().map(ChangedType::describe) {
+        text += &format!("types      {change}; it is read with its own\n");
     }
     let rows = summary.outputs.iter().map(|output| {
         vec![

@@ -13,20 +13,25 @@ use armor_carmen_player::record::Mount;
 use armor_recording::ros1_bag::{BAG_MAGIC, Ros1Bag};
 use armor_recording::{
     CopiedPart, LeftOutMessages, MessageHead, OutputSelection, OutputType, Recording,
-    RecordingForm, RecordingWriter, copy_recordings,
+    RecordingForm, RecordingWriter, Ros1Writer, copy_recordings,
 };
 use armor_sdk::messages::{FrameTransforms, LaserScan, Odometry};
 use armor_wire::codec;
 use armor_wire::message::Message;
+use armor_wire::name::is_name;
 use armor_wire::schema::{self, to_json};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::bag::{find_part, left_out_json, print_left_out};
+use super::carmen_writer::write_carmen;
+use super::csv_reader::{CsvMessage, CsvMessages};
 use super::record::{RecordCompression, parse_selection};
-use crate::arguments::{OutputFormat, parse_duration};
+use crate::arguments::{KindFolders, OutputFormat, parse_duration};
 use crate::exit::CommandEnding;
 use crate::inspect_cli::echo::csv::CsvTable;
+use crate::message_cli::MessageSource;
+use crate::message_cli::known_messages::KnownMessages;
 use crate::print::{end_printing, print_line, print_notice};
 
 /// How an MCAP file begins.
@@ -45,16 +50,21 @@ pub enum ConvertedForm {
     Ros2,
     /// Comma-separated values: one file for each output.
     Csv,
+    /// A bag of ROS 1, not compressed.
+    Ros1,
+    /// A log of CARMEN: scans of one laser, with odometry.
+    Carmen,
 }
 
 /// A conversion.
 #[derive(Args, Debug)]
 pub struct ConvertArguments {
-    /// A recording of Armor or ROS 2 (MCAP), a bag of ROS 1, or a log of CARMEN, plain or gzip.
+    /// A recording of Armor or ROS 2 (MCAP), a bag of ROS 1, a log of CARMEN, plain or gzip, or a table
+    /// (.csv) with a column `stamp_s`, and for each field one that has its path as name.
     pub file: PathBuf,
     /// What is written, and must not be there yet: a file, or with several outputs as CSV a folder.
     pub copy: PathBuf,
-    /// The form. Default: CSV if the name ends with .csv, else a recording of Armor.
+    /// The form. Default: by the end of the name (.csv, .bag, .log), else a recording of Armor.
     #[arg(long, value_enum, value_name = "FORM")]
     pub to: Option<ConvertedForm>,
     /// Convert this output alone, or with COMPONENT.* those of a component; may be given several times.
@@ -66,6 +76,11 @@ pub struct ConvertArguments {
     /// End this time after the beginning.
     #[arg(long = "until", value_parser = parse_duration, value_name = "TIME")]
     pub until: Option<std::time::Duration>,
+    /// The message of a row of a table, which becomes the output that --data names.
+    #[arg(long = "type", value_name = "MESSAGE")]
+    pub message: Option<String>,
+    #[command(flatten)]
+    pub kinds: KindFolders,
     /// How a recording is compressed.
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub compress: RecordCompression,
@@ -77,8 +92,7 @@ pub struct ConvertArguments {
 /// If it cannot be read, or the copy cannot be written.
 pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<CommandEnding> {
     let ConvertArguments { file, copy, .. } = arguments;
-    let is_csv = copy.extension().is_some_and(|extension| extension == "csv");
-    let to = arguments.to.unwrap_or(if is_csv { ConvertedForm::Csv } else { ConvertedForm::Armor });
+    let to = arguments.to.unwrap_or_else(|| find_form(copy));
     let mut magic = Vec::new();
     let opened = File::open(file).with_context(|| file.display().to_string())?;
     if arguments.to.is_none() {
@@ -92,29 +106,37 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
             ConvertedForm::Armor => copy_messages(arguments, &part, RecordingForm::Armor)?,
             ConvertedForm::Ros2 => copy_messages(arguments, &part, RecordingForm::Ros2)?,
             ConvertedForm::Csv => write_tables(file, copy, &part)?,
+            ConvertedForm::Ros1 => write_bag(file, copy, &part)?,
+            ConvertedForm::Carmen => write_carmen(file, copy, &part)?,
         }
+    } else if !matches!(to, ConvertedForm::Armor | ConvertedForm::Ros2) {
+        let form = if magic == BAG_MAGIC {
+            "a bag of ROS 1"
+        } else if is_table(file) {
+            "a table"
+        } else {
+            "no MCAP file, so it is read as a log of CARMEN"
+        };
+        bail!(
+            "{} is {form}: that is converted to a recording; convert the recording then",
+            file.display()
+        );
     } else if magic == BAG_MAGIC {
-        if to == ConvertedForm::Csv {
-            bail!(
-                "{} is a bag of ROS 1, which is converted to a recording; convert that to CSV then",
-                file.display()
-            );
-        }
         let (messages, left_out) = convert_bag(arguments, to)?;
         (messages, left_out, 0)
+    } else if is_table(file) {
+        (convert_table(arguments, form_of(to))?, LeftOutMessages::default(), 0)
     } else {
         let is_part =
             !arguments.data.is_empty() || arguments.from.is_some() || arguments.until.is_some();
-        if to == ConvertedForm::Csv || is_part {
+        if is_part {
             bail!(
                 "{} is no MCAP file, so it is read as a log of CARMEN: that is converted whole, to a \
                  recording; convert the recording then",
                 file.display()
             );
         }
-        let form =
-            if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor };
-        (convert_carmen(arguments, form)?, LeftOutMessages::default(), 0)
+        (convert_carmen(arguments, form_of(to))?, LeftOutMessages::default(), 0)
     };
     print_left_out(&left_out, damaged_chunks);
     end_printing(if format == OutputFormat::Json {
@@ -129,20 +151,41 @@ pub fn convert(arguments: &ConvertArguments, format: OutputFormat) -> Result<Com
 
 /// Refuses a name that promises a form which is read, and not written.
 fn refuse_unwritten_form(copy: &Path) -> Result<()> {
-    let extension = copy.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-    let form = match extension {
-        "bag" => "a bag of ROS 1",
+    let form = match extension_of(copy) {
         "db3" => "a database of ROS 2",
-        "log" | "clf" | "gz" => "a log of CARMEN",
+        "gz" => "a compressed log",
         _ => return Ok(()),
     };
     bail!(
-        "{}: {form} is not written; name a file that ends with .mcap or .csv, or give the form with `--to`",
+        "{}: {form} is not written; name a file that ends with .mcap, .bag, .log or .csv, or give the \
+         form with `--to`",
         copy.display()
     )
 }
 
-fn create(path: &Path) -> Result<BufWriter<File>> {
+fn extension_of(path: &Path) -> &str {
+    path.extension().and_then(|extension| extension.to_str()).unwrap_or_default()
+}
+
+/// The form that the name of a file promises.
+fn find_form(copy: &Path) -> ConvertedForm {
+    match extension_of(copy) {
+        "csv" => ConvertedForm::Csv,
+        "bag" => ConvertedForm::Ros1,
+        "log" | "clf" => ConvertedForm::Carmen,
+        _ => ConvertedForm::Armor,
+    }
+}
+
+fn is_table(file: &Path) -> bool {
+    extension_of(file) == "csv"
+}
+
+fn form_of(to: ConvertedForm) -> RecordingForm {
+    if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor }
+}
+
+pub fn create(path: &Path) -> Result<BufWriter<File>> {
     let file = File::create_new(path);
     Ok(BufWriter::new(file.with_context(|| format!("{} cannot be created", path.display()))?))
 }
@@ -165,7 +208,7 @@ fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, 
     let not_readable = || format!("{} cannot be read", file.display());
     let mut bag = Ros1Bag::begin(BufReader::new(File::open(file)?)).with_context(not_readable)?;
     let selection = OutputSelection { include: data.clone(), exclude: Vec::new() };
-    let form = if to == ConvertedForm::Ros2 { RecordingForm::Ros2 } else { RecordingForm::Armor };
+    let form = form_of(to);
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let about = BTreeMap::from([("file".to_owned(), name)]);
     let compression = arguments.compress.into();
@@ -194,10 +237,76 @@ fn convert_bag(arguments: &ConvertArguments, to: ConvertedForm) -> Result<(u64, 
     Ok((written, left_out))
 }
 
+/// Writes the messages as a bag of ROS 1.
+fn write_bag(file: &Path, copy: &Path, part: &CopiedPart) -> Result<(u64, LeftOutMessages, u64)> {
+    let mut recording = Recording::open(file)?;
+    let mut writer = Ros1Writer::begin(create(copy)?)?;
+    let mut left_out = LeftOutMessages::default();
+    recording.select(|data| part.outputs.holds(data));
+    while let Some(message) = recording.next_message()? {
+        if !part.holds_time(message.head.stamp_s) {
+            continue;
+        }
+        let written = match &message.payload {
+            Ok(payload) => {
+                let (data, stamp_s) = (&message.data, message.head.stamp_s);
+                let written = writer.write(data, &message.output_type, stamp_s, payload)?;
+                written.map_err(|reason| reason.to_string())
+            }
+            Err(reason) => Err(reason.clone()),
+        };
+        if let Err(reason) = written {
+            left_out.add(&message.data, &reason);
+        }
+    }
+    let written = writer.count_written();
+    writer.finish()?.into_inner().context("the copy cannot be written")?.sync_all()?;
+    Ok((written, left_out, recording.damaged_chunks()))
+}
+
+/// Writes the rows of a table as messages of one output. Returns how many there are.
+fn convert_table(arguments: &ConvertArguments, form: RecordingForm) -> Result<u64> {
+    let ConvertArguments { file, copy, data, message, kinds, compress, .. } = arguments;
+    let shown = file.display();
+    let ([data], Some(message)) = (data.as_slice(), message) else {
+        bail!(
+            "{shown} is a table: name the output that its rows become with --data COMPONENT.OUTPUT, and \
+             their message with --type (`armor message list` shows all)"
+        );
+    };
+    let is_name = data.split_once('.').is_some_and(|(a, b)| is_name(a) && is_name(b));
+    if !is_name || arguments.from.is_some() || arguments.until.is_some() {
+        bail!(
+            "{shown} is a table, which becomes one output whole: give --data COMPONENT.OUTPUT alone"
+        );
+    }
+    let known = KnownMessages::gather(&MessageSource { file: None, kinds: kinds.clone() })?;
+    let schema = known.find_one(message)?.definition.schema.clone();
+    let source = BufReader::new(File::open(file).with_context(|| shown.to_string())?);
+    let mut table = CsvMessages::begin(source, schema.clone(), file)?;
+    let output_type =
+        OutputType { name: message.clone(), schema: schema.to_string(), latched: false };
+    let mut writer =
+        RecordingWriter::with_form(create(copy)?, (*compress).into(), BTreeMap::new(), form)?;
+    let output = writer.add_output(data, &output_type)?;
+    while let Some(CsvMessage { stamp_s, sequence, payload }) =
+        table.next_message().with_context(|| shown.to_string())?
+    {
+        let head = MessageHead { sequence, stamp_s, instance: 1, ..MessageHead::default() };
+        writer.write(output, &head, &payload)?;
+    }
+    let written = writer.count_written();
+    writer.finish()?.flush()?;
+    Ok(written)
+}
+
 /// A table that is being written.
 struct OpenTable {
     table: CsvTable,
     file: BufWriter<File>,
+    /// The fields of the first message.
+    schema: String,
+    is_change_reported: bool,
 }
 
 /// Writes one file of comma-separated values for each output: into `copy`, if it is one output.
@@ -218,9 +327,7 @@ fn write_tables(
     let (mut written, mut left_out) = (0, LeftOutMessages::default());
     while let Some(message) = recording.next_message()? {
         let stamp_s = message.head.stamp_s;
-        let is_meant = part.outputs.holds(&message.data)
-            && part.from_s.is_none_or(|from_s| stamp_s >= from_s)
-            && part.to_s.is_none_or(|to_s| stamp_s < to_s);
+        let is_meant = part.outputs.holds(&message.data) && part.holds_time(stamp_s);
         if !is_meant {
             continue;
         }
@@ -242,7 +349,8 @@ fn write_tables(
                 Ok(table) => {
                     let mut file = create(&path)?;
                     writeln!(file, "{}", table.heading())?;
-                    Some(OpenTable { table, file })
+                    let schema = message.output_type.schema.clone();
+                    Some(OpenTable { table, file, schema, is_change_reported: false })
                 }
                 Err(_) => {
                     let data = &message.data;
@@ -253,6 +361,18 @@ fn write_tables(
             tables.insert(message.data.clone(), opened);
         }
         if let Some(Some(open)) = tables.get_mut(&message.data) {
+            if open.schema != message.output_type.schema && !open.is_change_reported {
+                open.is_change_reported = true;
+                let (first, later) = (&open.schema, &message.output_type.schema);
+                let lines =
+                    schema::difference(("the first message", first), ("a later one", later));
+                print_notice(format!(
+                    "{}: its fields change at {stamp_s} s, and the columns are those of its first \
+                     message: {}",
+                    message.data,
+                    lines.replace('\n', "; ")
+                ));
+            }
             writeln!(open.file, "{}", open.table.row(stamp_s, message.head.sequence, &value))?;
             written += 1;
         }
@@ -287,7 +407,9 @@ fn convert_carmen(arguments: &ConvertArguments, form: RecordingForm) -> Result<u
         let scan_time_s = last_s.map_or(0.0, |last_s| scan.stamp_s - last_s);
         writer.write(frames, &head, &codec::encode(&FrameTransforms::from_odometry(&moved))?)?;
         writer.write(odometry, &head, &codec::encode(&moved)?)?;
-        let ranges = make_laser_scan(&scan, RANGE_MAX_M, scan_time_s);
+        // From its own largest range on, a laser has seen nothing.
+        let own_max_m = scan.beams.range_max_m.map_or(RANGE_MAX_M, |max_m| max_m as f32);
+        let ranges = make_laser_scan(&scan, own_max_m.min(RANGE_MAX_M), scan_time_s);
         writer.write(scans, &head, &codec::encode(&ranges)?)?;
         last_s = Some(scan.stamp_s);
         sequence += 1;

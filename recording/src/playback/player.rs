@@ -13,7 +13,6 @@ use armor_sdk::node::{NodeOptions, SystemNode};
 use armor_sdk::prelude::{Fault, Latched};
 use armor_sdk::stand_in::{StandIn, StandInOutput};
 use armor_wire::clock::Clock;
-use armor_wire::codec;
 
 use super::followers::{Followers, PendingWork, find_followed};
 use super::pace::{PlaybackPace, PlaybackSpeed};
@@ -114,7 +113,7 @@ pub struct PlayerReport {
     pub unreadable: u64,
     /// Damaged parts of the file, of which nothing can be read.
     pub damaged_chunks: u64,
-    /// Messages of another type than their output.
+    /// Messages of another type than their output, and reports with other fields than they have here.
     pub of_other_type: u64,
     /// How long time has waited for the system, in seconds.
     pub waited_s: f64,
@@ -146,6 +145,7 @@ pub fn play_recording(options: &PlayerOptions, stop: &AtomicBool) -> Result<Play
         schedule,
         begun,
         part,
+        last_s: summary.span_s.map_or(part.to_s, |(_, end_s)| end_s.clamp(part.from_s, part.to_s)),
         waits: None,
         stated: None,
         loops: options.loops,
@@ -260,8 +260,10 @@ impl Player {
 
     /// Repeats a report of a component that is played.
     fn report(&mut self, message: &RecordedMessage) {
-        let Ok(payload) = &message.payload else { return };
-        let Ok(recorded) = codec::decode::<RecordedReport>(payload) else { return };
+        let Ok(recorded) = message.decode_as::<RecordedReport>() else {
+            self.report.of_other_type += 1;
+            return;
+        };
         // What it was renamed to, if it was, is another component.
         let Some(stand_in) = self.stand_ins.get(&recorded.component) else { return };
         if stand_in.report(recorded.kind()) {
@@ -340,6 +342,8 @@ struct PlaybackRun {
     schedule: Schedule<Recording>,
     begun: Instant,
     part: PlayedPart,
+    /// When the last message of the part was published.
+    last_s: f64,
     waits: Option<TakenWait>,
     /// When the state was published last.
     stated: Option<Instant>,
@@ -458,7 +462,12 @@ impl PlaybackRun {
                 format!("the speed is {speed}")
             }),
             PlaybackOrder::Seek { at_s } if at_s.is_finite() => {
-                schedule.seek(self.part.from_s + at_s, now)?;
+                let to_s = self.part.from_s + at_s;
+                schedule.seek(to_s.min(self.last_s), now)?;
+                // A jump is for looking: it does not end what is played, nor begin it again.
+                if to_s >= self.last_s {
+                    schedule.pause();
+                }
                 self.player.followers.forget();
                 let reached_s = schedule.pace().reached_s() - self.part.from_s;
                 Ok(format!("it is at {reached_s:.3} s"))

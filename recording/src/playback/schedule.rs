@@ -102,8 +102,15 @@ impl<S: MessageSource> Schedule<S> {
         };
         let PlayedPart { to_s, .. } = self.part;
         let next = self.queue.peek()?.map(|queued| (queued.due_s, queued.message.data.clone()));
-        let next = next.filter(|(due_s, _)| *due_s <= to_s);
+        // A stamp in the summary is rounded to a nanosecond.
+        let next = next.filter(|(due_s, _)| *due_s <= to_s + ROUNDING_S);
         if next.is_none() && clock_s >= to_s {
+            if self.pace.step_end_s().is_some() {
+                self.pace.pause();
+            }
+            if self.pace.is_paused() {
+                return Ok(PlaybackStep::Wait(Duration::MAX));
+            }
             let is_over = self.is_taken || !self.is_lossless;
             return Ok(if is_over { PlaybackStep::Over } else { PlaybackStep::AwaitTaken });
         }

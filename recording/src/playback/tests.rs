@@ -187,6 +187,22 @@ fn a_pause_stops_time_and_a_step_lets_it_pass() {
 }
 
 #[test]
+fn a_pause_at_the_end_lasts_until_time_passes_again() {
+    let recorded = [("a.x", 1.0), ("a.x", 1.06)];
+    let mut schedule = schedule(&recorded, PlaybackSpeed::Times(1.0), false);
+    schedule.seek(1.06, at(0.0)).unwrap();
+    schedule.pause();
+    assert_eq!(play(&mut schedule, 9.0), "@1.06 a.x a.x", "and what was published before");
+    schedule.step(0.0, at(9.0)).unwrap();
+    assert_eq!(play(&mut schedule, 99.0), "", "there is no next message");
+    schedule.step(5.0, at(99.0)).unwrap();
+    assert_eq!(play(&mut schedule, 200.0), "", "nor more time");
+    assert!(schedule.pace().is_paused());
+    schedule.resume(at(200.0));
+    assert_eq!(play(&mut schedule, 200.0), "over");
+}
+
+#[test]
 fn what_is_late_stays_late_and_speeds_have_names() {
     let mut pace = PlaybackPace::new(0.0, PlaybackSpeed::Times(10.0), false, Duration::ZERO);
     assert_eq!(pace.time_until(10.0, Duration::ZERO), Some(at(1.0)));

@@ -97,9 +97,11 @@ impl<'a> ByteReader<'a> {
     }
 }
 
-/// Writes CDR.
+/// Writes CDR, or the bytes of ROS 1.
 pub(super) struct RosWriter {
     pub bytes: Vec<u8>,
+    /// Without gaps, as ROS 1 has it, and not CDR.
+    is_packed: bool,
 }
 
 impl RosWriter {
@@ -108,10 +110,25 @@ impl RosWriter {
         bytes.clear();
         bytes.reserve(room);
         bytes.extend_from_slice(&ENCAPSULATION);
-        Self { bytes }
+        Self { bytes, is_packed: false }
+    }
+
+    /// Begins bytes of ROS 1, with room for so many.
+    pub fn packed(room: usize) -> Self {
+        Self { bytes: Vec::with_capacity(room), is_packed: true }
+    }
+
+    /// The counter with which a header begins in ROS 1, which sets it itself.
+    pub fn put_counter(&mut self) {
+        if self.is_packed {
+            self.bytes.extend_from_slice(&[0; 4]);
+        }
     }
 
     pub fn align(&mut self, size: usize) {
+        if self.is_packed {
+            return;
+        }
         let len = self.bytes.len();
         self.bytes.resize(len + gap(len - ENCAPSULATION.len(), size), 0);
     }
@@ -130,11 +147,12 @@ impl RosWriter {
         Ok(())
     }
 
-    /// A text: its length with the zero at its end, the text, the zero.
+    /// A text: its length with the zero at its end, which ROS 1 does not have, the text, the zero.
     pub fn put_text(&mut self, text: &[u8]) -> Result<(), LayoutError> {
-        self.put_count(text.len() + 1)?;
+        let zero: &[u8] = if self.is_packed { &[] } else { &[0] };
+        self.put_count(text.len() + zero.len())?;
         self.bytes.extend_from_slice(text);
-        self.bytes.push(0);
+        self.bytes.extend_from_slice(zero);
         Ok(())
     }
 }

@@ -42,6 +42,23 @@ pub(super) fn encode_message(
     Ok(())
 }
 
+/// Encodes for ROS 1: the same fields without gaps, with a counter in each header.
+pub(super) fn encode_ros1_message(shape: &Shape, payload: &[u8]) -> Result<Vec<u8>, LayoutError> {
+    let mut encoder = Encoder {
+        writer: RosWriter::packed(payload.len() + 64),
+        stamps_s: Vec::new(),
+        outer_s: 0.0,
+        is_outer_written: true,
+        needs_stamps: false,
+    };
+    let mut reader = ByteReader::new(payload);
+    encoder.put(shape, &mut reader)?;
+    if reader.left() > 0 {
+        return Err(reader.error("bytes are left over"));
+    }
+    Ok(encoder.writer.bytes)
+}
+
 struct Encoder {
     writer: RosWriter,
     stamps_s: Vec<f64>,
@@ -169,11 +186,13 @@ impl Encoder {
             FieldContent::Header { stamp, frame } => {
                 *reader = find(*stamp, *reader);
                 let stamp_s = f64::from_le_bytes(reader.take_array()?);
+                self.writer.put_counter();
                 self.put_stamp(stamp_s);
                 *reader = find(*frame, *reader);
                 self.writer.put_text(take_text(reader)?)?;
             }
             FieldContent::InnerHeader { frame } => {
+                self.writer.put_counter();
                 self.put_time(self.outer_s);
                 self.is_outer_written = true;
                 *reader = find(*frame, *reader);

@@ -281,6 +281,10 @@ impl MarkCollector {
                 self.push(TimeMark { at_s: stamp_s, seek_s: stamp_s, kind: MarkKind::Loss, text });
             }
             RecordedMark::Message(message) => self.take_marking(&message),
+            RecordedMark::Unread(reason) if !self.notes.contains(&reason) => {
+                self.notes.push(reason);
+            }
+            RecordedMark::Unread(_) => {}
         }
     }
 

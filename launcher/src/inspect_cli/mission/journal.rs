@@ -8,7 +8,6 @@ use armor_executive::order::MissionOrder;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
 use armor_recording::Recording;
 use armor_recording::trail::{JOURNAL as JOURNAL_DATA, RecordedDecision};
-use armor_wire::codec;
 use serde_json::json;
 
 use crate::arguments::{OutputFormat, RunningSystem};
@@ -117,9 +116,11 @@ fn read_recorded(path: &Path) -> Result<Option<Vec<u8>>> {
     recording.select(|data| data == JOURNAL_DATA);
     let mut lines = Vec::new();
     while let Some(message) = recording.next_message()? {
-        let decision =
-            message.payload.map(|payload| codec::decode::<RecordedDecision>(&payload).ok());
-        let Ok(Some(RecordedDecision { line, .. })) = decision else { continue };
+        let RecordedDecision { line, .. } = message.decode_as().map_err(|reason| {
+            anyhow!(
+                "{at}: {reason}. `armor bag convert {at} FILE.csv --data {JOURNAL_DATA}` shows it"
+            )
+        })?;
         // A journal that was cut, or that of another run in the same folder, begins again.
         if journal::begins_journal(&line) {
             lines.clear();
