@@ -2,10 +2,11 @@
 //! components that would take them. A recording is read by its own types; this is for people.
 
 use anyhow::{Result, anyhow, bail};
-use armor_definitions::{name_of, standard_messages};
+use armor_definitions::name_of;
 use armor_marking::Marking;
 use armor_recording::trail::{JOURNAL, PARAMETERS, RecordedDecision, RecordedParameter};
 use armor_recording::{REPORTS, RecordedOutput, RecordedReport, RecordingSummary};
+use armor_sdk::messages::standard_definitions;
 use armor_wire::manifest::Manifest;
 use armor_wire::message::Message;
 use armor_wire::schema::difference;
@@ -78,7 +79,7 @@ impl KnownTypes {
 
     fn of_manifests<'a>(manifests: impl Iterator<Item = &'a Manifest>) -> Self {
         let mut known = Self::default();
-        for standard in standard_messages() {
+        for standard in standard_definitions() {
             let name = name_of(&standard.schema).unwrap_or_default().to_owned();
             let schema = standard.schema.to_string();
             known.0.push(KnownType { name, schema, whose: TypeOwner::Standard });
