@@ -96,7 +96,9 @@ impl PlaybackWish {
         };
         match self {
             Self::PlayOrPause if state.over && !state.paused => vec![seek(0.0)],
-            Self::PlayOrPause if state.over => vec![seek(0.0), PlaybackOrder::Resume],
+            Self::PlayOrPause if state.is_at_end() && state.paused => {
+                vec![seek(0.0), PlaybackOrder::Resume]
+            }
             Self::PlayOrPause if state.paused => vec![PlaybackOrder::Resume],
             Self::PlayOrPause => vec![PlaybackOrder::Pause],
             Self::Step => vec![PlaybackOrder::Step { time_s: 0.0 }],
@@ -161,6 +163,7 @@ mod tests {
                 PlaybackState { over: true, ..paused(10.0) },
                 vec![seek(0.0), O::Resume],
             ),
+            (W::PlayOrPause, paused(10.0), vec![seek(0.0), O::Resume]),
             (
                 W::PlayOrPause,
                 PlaybackState { over: true, paused: false, ..paused(10.0) },

@@ -96,8 +96,9 @@ impl<R: BufRead> CsvMessages<R> {
 
     /// Reads a row, which a text in quotes may continue on the next line.
     fn read_cells(&mut self) -> Result<Option<Vec<String>>> {
-        let mut row = String::new();
+        let (mut row, mut is_open) = (String::new(), false);
         loop {
+            let before = row.len();
             // No message is longer; a file without an end of line is not read whole.
             let mut limited = (&mut self.source).take(MAX_DATA_LEN as u64 + 1);
             let read = limited.read_line(&mut row)?;
@@ -105,7 +106,7 @@ impl<R: BufRead> CsvMessages<R> {
             if row.len() > MAX_DATA_LEN {
                 bail!("it is longer than a message can be");
             }
-            let is_open = row.matches('"').count() % 2 == 1;
+            is_open ^= row[before..].matches('"').count() % 2 == 1;
             match (read, is_open) {
                 (0, true) => bail!("a text in quotes does not end"),
                 (0, false) if row.is_empty() => return Ok(None),

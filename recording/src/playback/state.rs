@@ -32,3 +32,13 @@ pub struct PlaybackState {
     /// The components that are played; others run.
     pub components: Vec<String>,
 }
+
+/// Times that differ by less are the same.
+const SAME_S: f64 = 1e-3;
+
+impl PlaybackState {
+    /// Whether the last message has been played, or jumped to.
+    pub fn is_at_end(&self) -> bool {
+        self.over || (self.paused && self.at >= self.to - self.from - SAME_S)
+    }
+}

@@ -235,7 +235,7 @@ fn describe_player(
         () if !look.problem.is_empty() => {
             (format!("the player is out of reach: {}", look.problem), colours.warning)
         }
-        () if state.over => ("at the end".into(), colours.weak),
+        () if state.is_at_end() => ("at the end".into(), colours.weak),
         () if state.paused => ("paused".into(), colours.weak),
         () if !state.waits_for.is_empty() => {
             (format!("time waits: {}", state.waits_for), colours.warning)
