@@ -1,15 +1,20 @@
 #!/usr/bin/env bash
 # Installs the packages of build.sh in a fresh Debian and uses them: launcher/packages/try.sh OUT [SUITE]
-# As root, with debootstrap; SUITE is bookworm or trixie. With --cargo as the third argument it also
-# builds and installs the program there as docs/install.md describes, with this host's Rust.
+# As root, with debootstrap; SUITE is bookworm or trixie. With --cargo as the third argument it first
+# builds and installs the program there as docs/install.md describes, with this host's Rust; with
+# --only-cargo it does nothing else, and OUT may have no packages.
 set -euo pipefail
 if [ $# -lt 1 ]; then
-  echo "usage: $0 OUT [SUITE [--cargo]]" >&2
+  echo "usage: $0 OUT [SUITE [--cargo|--only-cargo]]" >&2
   exit 2
 fi
 packages="$(cd "$1" && pwd)"
 suite="${2:-bookworm}"
 with_cargo="${3:-}"
+case "$with_cargo" in
+  '' | --cargo | --only-cargo) ;;
+  *) echo "$0: $with_cargo is neither --cargo nor --only-cargo" >&2; exit 2 ;;
+esac
 cd "$(dirname "$0")/../.."
 for tool in debootstrap unshare; do
   command -v "$tool" >/dev/null || { echo "$0: $tool is missing" >&2; exit 1; }
@@ -20,9 +25,11 @@ debootstrap --variant=minbase "$suite" "$root" >"$root.log" 2>&1 || { tail "$roo
 rm "$root.log"
 cp /etc/resolv.conf "$root/etc/"
 mkdir "$root/packages"
-cp "$packages"/*.deb "$root/packages/"
-cp "$packages"/*.whl "$root/packages/" 2>/dev/null || echo "$0: no wheel in $packages, so it is not tried" >&2
-(cd "$packages" && du --apparent-size --block-size=KiB ./*.deb ./*.whl 2>/dev/null || true)
+if [ "$with_cargo" != --only-cargo ]; then
+  cp "$packages"/*.deb "$root/packages/"
+  cp "$packages"/*.whl "$root/packages/" 2>/dev/null || echo "$0: no wheel in $packages, so it is not tried" >&2
+  (cd "$packages" && du --apparent-size --block-size=KiB ./*.deb ./*.whl 2>/dev/null || true)
+fi
 
 cat >"$root/packages/steps.sh" <<'STEPS'
 set -euo pipefail
@@ -55,6 +62,29 @@ run_in_system() { # PROJECT EXECUTABLE
   quietly armor run "$1/system.xml" --components "$1/components" --headless --quiet --for 2s --out "$1/out"
 }
 quietly apt-get -q update
+
+if [ -d /armor ]; then
+  step "cargo install"
+  install git curl ca-certificates gcc libc6-dev
+  export CARGO_TARGET_DIR=/root/target CARGO_INSTALL_ROOT=/root/cargo
+  export CARGO_HTTP_CAINFO=/packages/trusted.crt
+  began=$SECONDS
+  (export PATH="/rust/bin:$PATH" && cd /armor && quietly cargo install --locked --path launcher)
+  printf 'built and installed: %s s; the program: %s, the build: %s\n' $((SECONDS - began)) \
+    "$(du -h --apparent-size cargo/bin/armor | cut -f1)" "$(du -sh target | cut -f1)"
+  cargo/bin/armor --version
+  cargo/bin/armor doctor >/tmp/log || grep -A1 '^fault' /tmp/log
+  quietly cargo/bin/armor run /armor/missions/office.xml --headless --quiet --for 20s --out cargo-out
+  tail -n 1 /tmp/log
+  # A component in Rust, with the library of the clone, as the first page of the tutorial has it.
+  (export PATH="/rust/bin:/root/cargo/bin:$PATH" && cd /armor && armor new waver --path /root/waver \
+    && cd /root/waver && quietly cargo test)
+  rm -rf target waver
+fi
+if [ "$1" = --only-cargo ]; then
+  step "all steps passed"
+  exit
+fi
 
 step "the runtime, with nothing else"
 install_package /packages/armor_*.deb
@@ -133,6 +163,7 @@ ldd counter-c-shared | grep libarmor
 step "a component in Rust has the library of the package"
 armor new winker
 test -f winker/vendor/armor/sdk/Cargo.toml
+if [ -d /armor ]; then (export PATH="/rust/bin:$PATH" && cd winker && quietly cargo test); fi
 
 if ls /packages/armor-*.whl >/dev/null 2>&1; then
   step "components in Python, from the wheel"
@@ -154,15 +185,6 @@ if ls /packages/python3-armor_*.deb >/dev/null 2>&1; then
   run_in_system seeker seeker/seeker.py
 fi
 
-if [ -d /armor ]; then
-  step "cargo install"
-  install git curl ca-certificates gcc libc6-dev
-  export PATH="/rust/bin:$PATH" CARGO_TARGET_DIR=/root/target CARGO_INSTALL_ROOT=/root/cargo
-  (cd /armor && cargo install --locked --path launcher)
-  /root/cargo/bin/armor --version
-  (cd winker && cargo test)
-fi
-
 step "removed"
 quietly apt-get -q purge -y 'armor*' 'python3-armor*'
 left="$(find /usr /etc /opt /var/lib /run -ipath '*armor*' ! -ipath '*apparmor*')"
@@ -173,16 +195,18 @@ STEPS
 inside() {
   mount -t proc proc "$root/proc"
   mount -t tmpfs tmpfs "$root/dev/shm" 2>/dev/null || { mkdir -p "$root/dev/shm"; mount -t tmpfs tmpfs "$root/dev/shm"; }
-  if [ "$with_cargo" = --cargo ]; then
+  if [ -n "$with_cargo" ]; then
     # The toolchain itself: rustup's own commands choose among several.
     toolchain="$(rustc --print sysroot)"
+    # What this host trusts: its network may have a certificate of its own.
+    cp "${SSL_CERT_FILE:-/etc/ssl/certs/ca-certificates.crt}" "$root/packages/trusted.crt"
     mkdir -p "$root/armor" "$root/rust" "$root/cargo-home"
     mount --bind "$PWD" "$root/armor"
     mount --bind "$toolchain" "$root/rust"
     mount --bind "${CARGO_HOME:-$HOME/.cargo}" "$root/cargo-home"
-    chroot "$root" env -i CARGO_HOME=/cargo-home PATH=/rust/bin:/usr/sbin:/usr/bin:/sbin:/bin bash /packages/steps.sh
+    chroot "$root" env -i CARGO_HOME=/cargo-home PATH=/rust/bin:/usr/sbin:/usr/bin:/sbin:/bin bash /packages/steps.sh "$with_cargo"
   else
-    chroot "$root" env -i bash /packages/steps.sh
+    chroot "$root" env -i bash /packages/steps.sh ""
   fi
 }
 export root with_cargo

@@ -398,7 +398,7 @@ pub unsafe extern "C" fn armor_send_bytes(
 ) -> c_int {
     guard(|| unsafe {
         let handle = read_pointer(handle, "handle")?;
-        let id = read_text(id, "id")?;
+        let id = handle.0.read_output_id(read_bytes(id, "id")?)?;
         let pieces = read_slice(pieces, count, "pieces")?;
         let bytes = |piece: &ArmorPiece| read_slice(piece.data.cast(), piece.len, "a piece");
         // Most messages have one piece, or three with an array.

@@ -12,7 +12,7 @@ use crate::boundary::{
     ArmorData, ArmorHandle, ArmorValue, CFunctions, check_utf8, flush_printed, read_outcome,
 };
 use crate::declaration::{ArmorCall, ArmorHeader};
-use crate::failure::{ArmorError, Failure, keep_last_error, to_c_text, with_last_error};
+use crate::failure::{ArmorError, Failure, clear_last_error, to_c_text, with_last_error};
 use crate::layout::Layout;
 
 /// A port, as C has declared it.
@@ -101,9 +101,7 @@ impl ComponentParts {
         read: impl FnOnce() -> Result<Layout, Failure>,
         work: impl FnOnce(&str, &UsedType) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let outputs = self.declared.get().map_or(&[][..], |ports| &ports.outputs);
-        // The name of a port is UTF-8, so one that equals it is.
-        if let Some((id, port)) = outputs.iter().find(|(port, _)| port.as_bytes() == id.to_bytes())
+        if let Some((id, port)) = self.find_output(id)
             && let Some(used) = port.used.as_deref().filter(|used| used.table == table)
         {
             return work(id, used);
@@ -113,6 +111,20 @@ impl ComponentParts {
             self.with_ports(|ports| check_port("output", &ports.outputs, id, &used.of))?;
             work(id, used)
         })
+    }
+
+    /// The name of an output that a message is to be sent on, also of one that does not exist.
+    pub fn read_output_id<'a>(&'a self, id: &'a CStr) -> Result<&'a str, Failure> {
+        match self.find_output(id) {
+            Some((id, _)) => Ok(id),
+            None => check_utf8(id, "id"),
+        }
+    }
+
+    /// The output of this name, after `create`. The name of a port is UTF-8, so one that equals it is.
+    fn find_output(&self, id: &CStr) -> Option<&NamedPort> {
+        let outputs = &self.declared.get()?.outputs;
+        outputs.iter().find(|(port, _)| port.as_bytes() == id.to_bytes())
     }
 
     /// As [`with_type`](Self::with_type), for a message that has arrived at this input.
@@ -207,8 +219,31 @@ pub(crate) fn check_type(
 pub(crate) struct CComponent {
     functions: CFunctions,
     handle: Arc<ArmorHandle>,
-    /// Names of inputs, data and parameters, as C reads them.
-    names: Vec<(String, CString)>,
+    inputs: CNames,
+    data: CNames,
+    parameters: CNames,
+}
+
+/// Names as C reads them.
+#[derive(Default)]
+struct CNames {
+    known: Vec<(String, CString)>,
+    /// The place of the last one: most messages follow one of the same link.
+    last: usize,
+}
+
+impl CNames {
+    /// A name, valid as long as the component.
+    fn lend(&mut self, name: &str) -> *const c_char {
+        let is_name = |(known, _): &(String, CString)| known == name;
+        if !self.known.get(self.last).is_some_and(is_name) {
+            self.last = self.known.iter().position(is_name).unwrap_or_else(|| {
+                self.known.push((name.into(), to_c_text(name)));
+                self.known.len() - 1
+            });
+        }
+        self.known[self.last].1.as_ptr()
+    }
 }
 
 impl CComponent {
@@ -219,19 +254,8 @@ impl CComponent {
         flush_printed();
         created?;
         handle.0.end_declaration();
-        Ok(Self { functions, handle, names: Vec::new() })
-    }
-
-    /// A name as C reads it; valid as long as the component.
-    fn name(names: &mut Vec<(String, CString)>, name: &str) -> *const c_char {
-        let place = match names.iter().position(|(known, _)| known == name) {
-            Some(place) => place,
-            None => {
-                names.push((name.into(), to_c_text(name)));
-                names.len() - 1
-            }
-        };
-        names[place].1.as_ptr()
+        let (inputs, data, parameters) = Default::default();
+        Ok(Self { functions, handle, inputs, data, parameters })
     }
 }
 
@@ -241,12 +265,6 @@ fn check_returned(function: impl FnOnce() -> c_int) -> Result<(), Fault> {
     match function() {
         0 => Ok(()),
         code => Err(explain_failure(code).into()),
-    }
-}
-
-fn clear_last_error() {
-    if with_last_error(|last| !last.is_empty()) {
-        keep_last_error("");
     }
 }
 
@@ -268,7 +286,7 @@ impl ForeignComponent for CComponent {
             );
             return Err(why.into());
         };
-        let name = Self::name(&mut self.names, name);
+        let name = self.parameters.lend(name);
         let value = ArmorValue::new(value);
         check_returned(|| function(self.functions.user(), name, &raw const value))
     }
@@ -276,8 +294,8 @@ impl ForeignComponent for CComponent {
     fn data_received(&mut self, header: &Header<'_>, data: &Data<'_>) -> Result<(), Fault> {
         let Some(function) = self.functions.data_received() else { return Ok(()) };
         let c_header = ArmorHeader {
-            id: Self::name(&mut self.names, header.id()),
-            data: Self::name(&mut self.names, header.data()),
+            id: self.inputs.lend(header.id()),
+            data: self.data.lend(header.data()),
             sequence: header.sequence,
             stamp_s: header.stamp_s,
             instance: header.instance,

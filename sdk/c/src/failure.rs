@@ -203,18 +203,23 @@ impl From<TestError> for Failure {
 }
 
 thread_local! {
-    static LAST: RefCell<CString> = RefCell::default();
+    static LAST: RefCell<Option<CString>> = const { RefCell::new(None) };
 }
 
 /// Keeps the details of this thread's last failure.
 pub(crate) fn keep_last_error(text: &str) {
     let text = to_c_text(text);
-    LAST.with(|last| *last.borrow_mut() = text);
+    LAST.with(|last| *last.borrow_mut() = Some(text));
+}
+
+/// Forgets it, before a function of C is called: once for each message.
+pub(crate) fn clear_last_error() {
+    LAST.with(|last| drop(last.take()));
 }
 
 /// The details of this thread's last failure: a copy, and a pointer that is valid until the next one.
 pub(crate) fn with_last_error<T>(read: impl FnOnce(&CStr) -> T) -> T {
-    LAST.with(|last| read(&last.borrow()))
+    LAST.with(|last| read(last.borrow().as_deref().unwrap_or_default()))
 }
 
 /// A text that ends at its first NUL, as C reads it.

@@ -34,7 +34,9 @@ SYSTEM = """<armor version="1">
     <component name="listener" kind="listener" rate="10Hz"/>
     <component name="raise" kind="faulty" rate="20Hz"><parameter name="way" value="raise"/></component>
     <component name="hang" kind="faulty" rate="20Hz"><parameter name="way" value="hang"/></component>
+    <component name="hold" kind="faulty" rate="20Hz"><parameter name="way" value="hold"/></component>
     <component name="abort" kind="faulty" rate="20Hz"><parameter name="way" value="abort"/></component>
+    <component name="segfault" kind="faulty" rate="20Hz"><parameter name="way" value="segfault"/></component>
     <component name="print" kind="faulty" rate="20Hz"><parameter name="way" value="print"/></component>
     <component name="thread" kind="faulty" rate="20Hz"><parameter name="way" value="thread"/></component>
     <component name="exit" kind="faulty" rate="20Hz"><parameter name="way" value="exit"/></component>
@@ -220,9 +222,18 @@ class TestSystems(unittest.TestCase):
             time.sleep(3)
             still = self.find_call(system, "hang")
             self.assertEqual((still["pid"], still["status"]["state"]), (hanging["pid"], "active"))
-            system.wait_for("abort is started again", lambda: "starts again" in system.read_log("abort"))
-            self.assertIn("Fatal Python error: Aborted", system.read_log("abort"))
-            self.assertIn("in do_abort", system.read_log("abort"))
+            # So was one that kept Python's lock: no beat was late, and its process is the first one.
+            system.wait_for("hold comes back", lambda: "the lock was held" in system.read_log("hold"))
+            hold = system.components()["hold"]["status"]
+            self.assertEqual((hold["state"], hold["last_error"]), ("active", ""))
+            self.assertNotIn("starts again", system.read_log("hold"))
+            for name, error in [("abort", "Aborted"), ("segfault", "Segmentation fault")]:
+                system.wait_for(
+                    f"{name} is started again",
+                    lambda: "starts again" in system.read_log(name),
+                )
+                self.assertIn(f"Fatal Python error: {error}", system.read_log(name))
+                self.assertIn(f"in do_{name}", system.read_log(name))
 
             def prints_on() -> Any:
                 return system.components()["print"]["status"]["exec_calls"] > 10

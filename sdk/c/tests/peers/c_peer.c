@@ -6,7 +6,8 @@
 #include <time.h>
 
 // The first trips of each are not counted: memory that is touched for the first time, and caches.
-enum { ROUND_TRIPS = 20000, IMAGE_TRIPS = 2000, WARM_UP = 200 };
+enum { ROUND_TRIPS = 5000, IMAGE_TRIPS = 1000, WARM_UP = 100, SIZES = 3 };
+static const size_t image_lens[SIZES] = {64 << 10, 1 << 20, 8 << 20};
 
 // 100 bytes on the wire.
 typedef struct small {
@@ -16,21 +17,22 @@ typedef struct small {
 ARMOR_STRUCT(small, "Small", ARMOR_FIELD(small, number, ""), ARMOR_ARRAY(small, payload, ""));
 
 static const armor_handle *armor;
-static char role[16];
-static uint64_t count;
-// Messages of a flood, and bytes of an image.
-static int64_t flood, image_len;
-static double sent_s, times_us[ROUND_TRIPS];
+static enum { ASK, ANSWER, FLOOD, COUNT } role;
+// Messages that were counted, or ticks, and the count at which the memory is logged next.
+static uint64_t count, next_log;
+// Messages of a flood.
+static int64_t flood;
+static double sent_s, *times_us;
 static size_t time_count;
-static uint8_t *pixels;
+static uint8_t *images[SIZES];
+// The size that is measured.
+static int size_at;
 
 static double now_s(void) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
 }
-
-static bool is_role(const char *name) { return strcmp(role, name) == 0; }
 
 static int create(const armor_handle *handle, void *user) {
   (void)user;
@@ -40,27 +42,42 @@ static int create(const armor_handle *handle, void *user) {
   ARMOR_TRY(ARMOR_SUBSCRIBE(handle, "image-in", armor_image, ARMOR_OPTIONAL));
   ARMOR_TRY(ARMOR_PROVIDE(handle, "image-out", armor_image, 0));
   ARMOR_TRY(armor_get_parameter(handle, "flood"));
-  ARMOR_TRY(armor_get_parameter(handle, "image"));
   return armor_get_parameter(handle, "role");
 }
 
 static int parameter_received(void *user, const char *name, const armor_value *value) {
   (void)user;
   if (strcmp(name, "flood") == 0) return armor_value_integer(value, &flood);
-  if (strcmp(name, "image") == 0) return armor_value_integer(value, &image_len);
-  snprintf(role, sizeof role, "%s", armor_value_text(value));
+  const char *names[] = {"ask", "answer", "flood", "count"}, *text = armor_value_text(value);
+  for (int at = ASK; at <= COUNT; ++at) {
+    if (strcmp(text, names[at]) == 0) role = at;
+  }
+  return ARMOR_ERROR_NONE;
+}
+
+// Touches all memory of the measurement.
+static int make_ready(void) {
+  times_us = malloc(ROUND_TRIPS * sizeof times_us[0]);
+  if (times_us == NULL) return armor_fail("no memory for the times");
+  for (size_t index = 0; index < ROUND_TRIPS; ++index) times_us[index] = 1;
+  // The largest first, as in the other languages.
+  for (int at = SIZES - 1; at >= 0; --at) {
+    images[at] = malloc(image_lens[at]);
+    if (images[at] == NULL) return armor_fail("no memory for an image");
+    memset(images[at], 7, image_lens[at]);
+  }
   return ARMOR_ERROR_NONE;
 }
 
 static int send_small(uint64_t number) {
   small message = {.number = number};
-  if (is_role("ask")) sent_s = now_s();
+  if (role == ASK) sent_s = now_s();
   return ARMOR_SEND(armor, "small-out", small, &message);
 }
 
 static int send_image(uint32_t number) {
   armor_image image = {.width = number, .height = 1};
-  image.data.data = pixels, image.data.len = (size_t)image_len;
+  image.data.data = images[size_at], image.data.len = image_lens[size_at];
   sent_s = now_s();
   return ARMOR_SEND(armor, "image-out", armor_image, &image);
 }
@@ -86,14 +103,14 @@ static void log_times(const char *what) {
   double *counted = times_us + WARM_UP;
   const size_t len = time_count - WARM_UP;
   qsort(counted, len, sizeof counted[0], compare);
-  armor_write_log(20, "measured: %s: %.1f us p50, %.1f us p99", what, counted[len / 2], counted[len * 99 / 100]);
+  armor_write_log(20, "measured: %s: %.2f us p50, %.2f us p99", what, counted[len / 2], counted[len * 99 / 100]);
   time_count = 0;
 }
 
 static int take_image(const armor_data *data) {
   armor_image view;
   ARMOR_TRY(ARMOR_DECODE(data, armor_image, &view));
-  if (is_role("answer")) {
+  if (role == ANSWER) {
     const uint32_t sum = view.data.data[0] + view.data.data[view.data.len - 1];
     armor_image image = {.width = view.width, .height = sum};
     return ARMOR_SEND(armor, "image-out", armor_image, &image);
@@ -101,10 +118,23 @@ static int take_image(const armor_data *data) {
   take_time();
   if (view.width + 1 < IMAGE_TRIPS) return send_image(view.width + 1);
   char what[64];
-  snprintf(what, sizeof what, "%lld B image and answer", (long long)image_len);
+  snprintf(what, sizeof what, "image of %zu KiB and answer", image_lens[size_at] >> 10);
   log_times(what);
+  if (++size_at < SIZES) return send_image(0);
   armor_write_log(20, "measured: end");
   return ARMOR_ERROR_NONE;
+}
+
+static void count_flood(void) {
+  const uint64_t messages = (uint64_t)flood;
+  if (count++ == 0) sent_s = now_s(), next_log = messages / 10;
+  if (count == next_log) {
+    armor_write_log(20, "measured: %llu messages, %ld kB resident", (unsigned long long)count, resident_kb());
+    next_log += messages / 10;
+  }
+  if (count == messages) {
+    armor_write_log(20, "measured: flood 100 B: %.3f M msg/s", (double)messages / (now_s() - sent_s) / 1e6);
+  }
 }
 
 static int data_received(void *user, const armor_header *header, const armor_data *data) {
@@ -112,33 +142,25 @@ static int data_received(void *user, const armor_header *header, const armor_dat
   if (strcmp(header->id, "image-in") == 0) return take_image(data);
   small message;
   ARMOR_TRY(ARMOR_DECODE(data, small, &message));
-  if (is_role("answer")) return ARMOR_SEND(armor, "small-out", small, &message);
-  if (is_role("ask")) {
+  if (role == ANSWER) return ARMOR_SEND(armor, "small-out", small, &message);
+  if (role == ASK) {
     take_time();
     if (message.number + 1 < ROUND_TRIPS) return send_small(message.number + 1);
     log_times("round trip 100 B");
-    pixels = malloc((size_t)image_len);
-    if (pixels == NULL) return armor_fail("no memory for an image");
-    memset(pixels, 7, (size_t)image_len);
     return send_image(0);
   }
-  if (count++ == 0) sent_s = now_s();
-  const uint64_t messages = (uint64_t)flood;
-  if (count % (messages / 10) == 0) {
-    armor_write_log(20, "measured: %llu messages, %ld kB resident", (unsigned long long)count, resident_kb());
-  }
-  if (count == messages) {
-    armor_write_log(20, "measured: flood 100 B: %.3f M msg/s", (double)messages / (now_s() - sent_s) / 1e6);
-  }
+  count_flood();
   return ARMOR_ERROR_NONE;
 }
 
 static armor_outcome execute(void *user, int call) {
   (void)user;
-  const bool is_first = is_role("ask") || is_role("flood");
+  const bool is_first = role == ASK || role == FLOOD;
+  if (call != ARMOR_CALL_TICK || !is_first || count == 2) return armor_carry_on();
+  ++count;
+  if (count == 1) return role == ASK && make_ready() != 0 ? armor_failed_with_last_error() : armor_carry_on();
   // At the second tick the links are up.
-  if (call != ARMOR_CALL_TICK || !is_first || ++count != 2) return armor_carry_on();
-  const uint64_t messages = is_role("ask") ? 1 : (uint64_t)flood;
+  const uint64_t messages = role == ASK ? 1 : (uint64_t)flood;
   for (uint64_t number = 0; number < messages; ++number) {
     if (send_small(number) != ARMOR_ERROR_NONE) return armor_failed_with_last_error();
   }
@@ -146,21 +168,16 @@ static armor_outcome execute(void *user, int call) {
 }
 
 static const armor_parameter parameters[] = {{.name = "role",
-                                              .kind = ARMOR_PARAMETER_TYPE_TEXT,
+                                              .kind = ARMOR_PARAMETER_TYPE_CHOICE,
                                               .default_value = "answer",
-                                              .doc = "ask, answer, flood or count"},
+                                              .choices = "ask answer flood count",
+                                              .doc = "what is measured"},
                                              {.name = "flood",
                                               .kind = ARMOR_PARAMETER_TYPE_INTEGER,
                                               .default_value = "2000000",
                                               .minimum = 10,
                                               .maximum = 1e12,
-                                              .doc = "messages of a flood"},
-                                             {.name = "image",
-                                              .kind = ARMOR_PARAMETER_TYPE_INTEGER,
-                                              .default_value = "8388608",
-                                              .minimum = 1,
-                                              .maximum = 6e7,
-                                              .doc = "bytes of an image"}};
+                                              .doc = "messages of a flood"}};
 static const armor_component component = {.kind = "c-peer",
                                           .summary = "Measures links.",
                                           .parameters = parameters,

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Does what no component should: it raises, hangs, dies or floods its log."""
 
+import ctypes
 import os
 import pathlib
 import sys
@@ -13,7 +14,10 @@ from armor.messages import Count
 class Faulty(armor.Component):
     """Goes wrong in one way."""
 
-    way = armor.parameter("raise", choices=("raise", "hang", "abort", "print", "thread", "exit", "long", "fork"))
+    way = armor.parameter(
+        "raise",
+        choices=("raise", "hang", "hold", "abort", "segfault", "print", "thread", "exit", "long", "fork"),
+    )
     mark = armor.parameter(pathlib.Path("mark"), written=True)
 
     def __init__(self) -> None:
@@ -33,11 +37,26 @@ class Faulty(armor.Component):
         while True:
             pass
 
+    def do_hold(self) -> None:
+        # A call by PyDLL keeps Python's lock: no other thread of Python runs meanwhile.
+        ctypes.PyDLL(None).sleep(4)
+        print("the lock was held")
+
     def do_abort(self) -> None:
-        # The first time only: it is started again.
-        if not self.mark.exists():
-            self.mark.touch()
+        if self.is_first_time():
             os.abort()
+
+    def do_segfault(self) -> None:
+        # In the C code of an extension of Python.
+        if self.is_first_time():
+            ctypes.string_at(1)
+
+    def is_first_time(self) -> bool:
+        """Whether the process was not started again; components share the folder of the run."""
+        mark = self.mark.with_name(self.way)
+        is_first = not mark.exists()
+        mark.touch()
+        return is_first
 
     def do_print(self) -> None:
         line = "x" * 99
