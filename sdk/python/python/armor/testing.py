@@ -14,6 +14,8 @@
 
 A step in which the component fails raises `armor.TestError` with the reason. No process, socket or
 thread is used, so a test takes microseconds.
+
+`python -m armor.testing SCRIPT` does the same from the command line, without a test.
 """
 
 from __future__ import annotations
@@ -122,3 +124,11 @@ class TestedComponent(Generic[C]):
     def state(self) -> str:
         """`frozen`, `active`, `done` or `failed`."""
         return self._tested.state()
+
+
+if __name__ == "__main__":
+    import sys
+
+    from armor._trial import main
+
+    sys.exit(main(sys.argv[1:]))
