@@ -414,7 +414,10 @@ fn a_gate_without_keys_that_it_can_trust_does_not_listen() {
         }
         assert!(TcpStream::connect(site.gate).is_err(), "nothing listens");
     };
-    refused("nowhere", "nowhere: No such file");
+    refused(
+        "nowhere",
+        "nowhere: No such file or directory (os error 2): copy the key of this host",
+    );
     site.add("other", "host");
     refused("authority", "several keys of hosts");
     fs::remove_file(site.path("robot/revoked")).expect("it was there");

@@ -119,6 +119,32 @@ fn what_hides_ends_when_the_launcher_and_one_group_killer_are_killed_together() 
 }
 
 #[test]
+fn what_hides_ends_when_all_that_is_called_armor_is_killed_together() {
+    let folder = Folder::new("killall");
+    if !has_control_groups(&folder) {
+        return;
+    }
+    folder.script("hider", HIDER);
+    let mut run = folder.run("out", &[&folder.system("killall", &["a hider"])]);
+    let left = left_process(run.out(), 0);
+    let is_called = |pid: &i32, wanted: &str| {
+        let name = std::fs::read_to_string(format!("/proc/{pid}/comm"));
+        name.is_ok_and(|name| name.trim_end() == wanted)
+    };
+    wait_for("the names of the group killers", || {
+        run.daemons("group-killer").iter().all(|pid| is_called(pid, "group-killer")).then_some(())
+    });
+    // As `killall -9 armor` does, but only in this run.
+    let mut all = run.children();
+    all.push(run.pid());
+    all.retain(|pid| is_called(pid, "armor"));
+    assert!(all.len() >= 3, "launcher, registry and configd: {all:?}");
+    kill_together(&all);
+    assert_eq!(run.code(), None, "it ends by the signal");
+    wait_for("its end", || (!is_alive(left)).then_some(()));
+}
+
+#[test]
 fn what_hides_from_a_launcher_that_was_killed_with_its_group_killers_ends_with_the_next_run() {
     let folder = Folder::new("no-killer");
     if !has_control_groups(&folder) {

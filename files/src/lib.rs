@@ -59,19 +59,19 @@ pub fn replace_atomically(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
 }
 
 /// Saves `bytes` as [`save_atomically`] does. If the file did not exist, only this user can read
-/// it: what a run writes may be a map or pictures of a home.
+/// it: what a run writes may be a map or pictures of a home. A symbolic link is not followed.
 ///
 /// # Errors
-/// As [`save_atomically`].
+/// If it is a symbolic link, and as [`save_atomically`].
 pub fn save_private_file(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
     write_and_commit(PendingFile::create_private(path)?, bytes, Durability::Synced)
 }
 
 /// Replaces the file as [`replace_atomically`] does. If it did not exist, only this user can read
-/// it.
+/// it. A symbolic link is not followed.
 ///
 /// # Errors
-/// As [`save_atomically`].
+/// As [`save_private_file`].
 pub fn replace_private_file(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
     write_and_commit(PendingFile::create_private(path)?, bytes, Durability::Unsynced)
 }

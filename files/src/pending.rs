@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::leftovers::{remove_leftovers, temporary_name};
-use crate::private::PRIVATE_FILE_MODE;
+use crate::private::{LINK_NOT_FOLLOWED, PRIVATE_FILE_MODE};
 use crate::{SaveError, folder_of, sync_folder};
 
 /// The number of symbolic links that are followed from one to the next, as in Linux itself.
@@ -35,7 +35,7 @@ pub enum Durability {
 pub struct PendingFile {
     /// The path given by the caller, for the error message.
     path: PathBuf,
-    /// The path that is replaced: `path` with its symbolic links followed.
+    /// The path that is replaced: `path`, with its symbolic links followed unless it is private.
     target: PathBuf,
     old: Option<Metadata>,
     temporary: NamedTempFile,
@@ -48,23 +48,27 @@ impl PendingFile {
     /// If the file is read-only or not a regular file, or its folder does not exist or is
     /// read-only.
     pub fn create(path: &Path) -> Result<Self, SaveError> {
-        Self::create_with_mode(path, SHARED_MODE)
+        let target = follow_symlinks(path)
+            .map_err(|reason| not_saved(path, "its symbolic link cannot be followed", reason))?;
+        Self::create_at(path, target, SHARED_MODE)
     }
 
     /// Does the same as [`PendingFile::create`], except that a file that did not exist can be read
-    /// only by this user.
+    /// only by this user, and that a symbolic link is not followed: it could lead anywhere.
     ///
     /// # Errors
-    /// As [`PendingFile::create`].
+    /// If it is a symbolic link, and as [`PendingFile::create`].
     pub fn create_private(path: &Path) -> Result<Self, SaveError> {
-        Self::create_with_mode(path, PRIVATE_FILE_MODE)
+        if path.is_symlink() {
+            let reason = io::Error::other(LINK_NOT_FOLLOWED);
+            return Err(not_saved(path, "it cannot be written", reason));
+        }
+        Self::create_at(path, path.to_path_buf(), PRIVATE_FILE_MODE)
     }
 
-    /// `new_mode`: the mode of a file that does not exist yet.
-    fn create_with_mode(path: &Path, new_mode: u32) -> Result<Self, SaveError> {
-        let failed = |step| move |reason| SaveError { path: path.to_path_buf(), step, reason };
-        let target =
-            follow_symlinks(path).map_err(failed("its symbolic link cannot be followed"))?;
+    /// `target`: what is replaced; `new_mode`: its mode if it does not exist yet.
+    fn create_at(path: &Path, target: PathBuf, new_mode: u32) -> Result<Self, SaveError> {
+        let failed = |step| move |reason| not_saved(path, step, reason);
         let old = writable_metadata(&target).map_err(failed("it cannot be written"))?;
         remove_leftovers(folder_of(&target));
         let temporary = create_temporary(&target, old.as_ref(), new_mode)
@@ -125,6 +129,10 @@ impl PendingFile {
         let step = "the new version cannot be written";
         SaveError { path: self.path.clone(), step, reason }
     }
+}
+
+fn not_saved(path: &Path, step: &'static str, reason: io::Error) -> SaveError {
+    SaveError { path: path.to_path_buf(), step, reason }
 }
 
 /// Returns where the symbolic links at `path` lead. The last one may point to no file yet.

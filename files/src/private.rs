@@ -12,6 +12,10 @@ use rustix::process::geteuid;
 /// Every user may write.
 const WORLD_WRITABLE: u32 = 0o002;
 
+/// Why a symbolic link is refused, and what to do.
+pub(crate) const LINK_NOT_FOLLOWED: &str =
+    "it is a symbolic link, which is not followed: remove the link, or choose another place";
+
 /// The mode of a file that only its user can read and write.
 pub(crate) const PRIVATE_FILE_MODE: u32 = 0o600;
 /// The mode of a folder that only its user can list, enter and change.
@@ -58,9 +62,7 @@ pub fn create_own_folder(path: &Path) -> io::Result<()> {
 /// If it is a symbolic link, or as [`create_own_folder`].
 pub fn create_unlinked_folder(path: &Path) -> io::Result<()> {
     if path.is_symlink() {
-        return Err(io::Error::other(
-            "it is a symbolic link, which is not followed: remove the link, or choose another folder",
-        ));
+        return Err(io::Error::other(LINK_NOT_FOLLOWED));
     }
     create_own_folder(path)
 }
@@ -76,7 +78,7 @@ pub fn open_own_file(path: &Path, options: &mut OpenOptions) -> io::Result<File>
     let options = options.create(true).mode(PRIVATE_FILE_MODE).custom_flags(flags);
     let opened = options.open(path).map_err(|error| {
         if path.is_symlink() {
-            io::Error::new(error.kind(), "it is a symbolic link, which is not followed")
+            io::Error::new(error.kind(), LINK_NOT_FOLLOWED)
         } else {
             explain_irregular(path, error)
         }

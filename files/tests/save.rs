@@ -7,7 +7,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use armor_files::save_atomically as save;
+use armor_files::{replace_private_file, save_atomically as save, save_private_file};
 
 /// An empty folder for one test.
 fn folder(name: &str) -> PathBuf {
@@ -64,6 +64,23 @@ fn symbolic_links_stay_and_their_target_is_replaced() {
     symlink("circle.xml", folder.join("circle.xml")).unwrap();
     let error = save(&folder.join("circle.xml"), b"").unwrap_err();
     assert!(error.to_string().contains("in a circle"), "{error}");
+}
+
+#[test]
+fn what_is_private_follows_no_symbolic_link() {
+    let folder = folder("private-link");
+    let (precious, link) = (folder.join("precious"), folder.join("map.png"));
+    fs::write(&precious, "kept").unwrap();
+    symlink(&precious, &link).unwrap();
+    for save_private in [save_private_file, replace_private_file] {
+        let error = save_private(&link, b"overwritten").unwrap_err().to_string();
+        assert!(error.contains("map.png") && error.contains("symbolic link"), "{error}");
+    }
+    assert_eq!(fs::read_to_string(&precious).unwrap(), "kept");
+    assert_eq!(names(&folder), ["map.png", "precious"]);
+    fs::remove_file(&link).unwrap();
+    save_private_file(&link, b"a map").unwrap();
+    assert_eq!((fs::read_to_string(&link).unwrap().as_str(), mode(&link)), ("a map", 0o600));
 }
 
 #[test]

@@ -119,9 +119,21 @@ pub(crate) fn read_text(file: &mut fs::File) -> std::io::Result<String> {
 
 /// Checks that only its owner may enter a folder with keys.
 pub(crate) fn check_folder(path: &Path) -> Result<(), KeyFileError> {
-    let metadata = fs::metadata(path)
-        .map_err(|reason| KeyFileError::Unreadable { path: path.into(), reason })?;
+    let metadata = fs::metadata(path).map_err(|reason| KeyFileError::Unreadable {
+        path: path.into(),
+        reason: add_advice(reason),
+    })?;
     check_mode(path, metadata.mode(), "700")
+}
+
+/// Adds what to do where there is no folder.
+fn add_advice(reason: std::io::Error) -> std::io::Error {
+    if reason.kind() != std::io::ErrorKind::NotFound {
+        return reason;
+    }
+    let advice = "copy the key of this host (`armor keys add NAME --role host`) and the list \
+                  `revoked` there, or name their folder with --keys DIR";
+    std::io::Error::new(reason.kind(), format!("{reason}: {advice}"))
 }
 
 fn check_mode(path: &Path, mode: u32, remedy: &'static str) -> Result<(), KeyFileError> {

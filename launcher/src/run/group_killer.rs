@@ -7,7 +7,7 @@
 //! run, each enough by itself, and the launcher replaces one that has ended.
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
+use std::ffi::{CStr, OsStr};
 use std::io::{BufRead, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,8 @@ use crate::arguments::OutputFormat;
 use crate::exit::CommandEnding;
 use crate::verb::Verb;
 
+/// The name of the process, in place of that of the program; the kernel keeps 15 bytes.
+const PROCESS_NAME: &CStr = c"group-killer";
 /// Shortest mark: a shorter one could be that of another run.
 const MIN_MARK_LEN: usize = 16;
 
@@ -40,6 +42,9 @@ pub struct GroupKillerArguments {
 
 impl Verb for GroupKillerArguments {
     fn run_verb(self, _: OutputFormat) -> Result<ExitCode> {
+        // `killall -9 armor` finds processes by this name. It would end the launcher together with
+        // both group killers, and leave no process that could end the rest.
+        let _ = rustix::thread::set_name(PROCESS_NAME);
         for pid in read_remaining_groups(std::io::stdin().lock()) {
             if let Some(pid) = Pid::from_raw(pid) {
                 let _ = kill_process_group(pid, Signal::KILL);
