@@ -1,6 +1,8 @@
 //! Points of the map are moved while a simulated robot drives to them: the file changes, and with it the
 //! leg that is coming, or the one that is driven.
 
+mod turning;
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -8,6 +10,7 @@ use armor_executive::journal;
 use armor_executive::{Cause, JournalEntry, JournalRecord};
 
 use crate::fixture::{Folder, Run, wait_for};
+use turning::TruthFollower;
 
 /// The drawn mission at the speed of the host, with two legs: along the corridor, slowly, and back to the
 /// door and into the studio.
@@ -196,16 +199,22 @@ fn with_more_robots(text: &str) -> String {
     .concat()
 }
 
+/// The ends of the present leg, by turns: the robot is between them, so that it must turn around.
+const ENDS_M: [f64; 2] = [-3.0, 6.0];
+
 /// Measures, from the moment at which the file is replaced: how long it takes until a version with another
-/// point is played, coming and current ones in turn, and until a point in a zone is refused.
+/// point is played, coming and current ones in turn, until the robot truly turns to the current one, and
+/// until a point in a zone is refused.
 fn measure_drags(name: &str, drawn: String, robots: &[&str]) {
     let folder = Folder::new(name);
-    // So slow that the robots are in their first leg for two minutes.
+    // So slow that the robots are in their first leg for two minutes. Wherever the points are, its exits
+    // lead to the one rally point.
     let drawn = drawn
+        .replace(r#"<rally name="R2" at="7 0"/>"#, "")
         .replace(r#"speed="0.4m/s" by="1min""#, r#"speed="0.05m/s" by="1h""#)
         .replace(r#"rally-by="1min""#, r#"rally-by="1h""#);
     let drags = std::env::var("ARMOR_DRAGS").ok().and_then(|it| it.parse().ok()).unwrap_or(DRAGS);
-    let mut taken_s: [Vec<f64>; 3] = Default::default();
+    let mut taken_s: [Vec<f64>; 4] = Default::default();
     let numbers: Vec<usize> = (0..drags).collect();
     for (run, numbers) in numbers.chunks(DRAGS_OF_A_RUN).enumerate() {
         save(&folder, &drawn);
@@ -217,32 +226,39 @@ fn measure_drags(name: &str, drawn: String, robots: &[&str]) {
         drag(&run, &folder, (&drawn, robots), numbers, &mut taken_s);
         assert!(!run.log().contains("retreats"), "{}", run.log());
     }
-    for (what, times) in
-        ["coming, played", "current, sent to it", "into a zone, refused"].iter().zip(&mut taken_s)
-    {
+    let names =
+        ["coming, played", "current, sent to it", "into a zone, refused", "current, turns to it"];
+    for (what, times) in names.iter().zip(&mut taken_s) {
         times.sort_by(f64::total_cmp);
         let (middle, last) = (times[times.len() / 2], times[times.len() - 1]);
+        let nine_of_ten = times[times.len() * 9 / 10];
         println!(
-            "dragged: {} robots: {what}: {} times, median {middle:.2} s, at most {last:.2} s",
+            "dragged: {} robots: {what}: {} times, median {middle:.2} s, nine of ten within \
+             {nine_of_ten:.2} s, at most {last:.2} s",
             robots.len(),
             times.len()
         );
     }
 }
 
-/// Drags a point for each of the numbers, and adds how long each took: coming, current, and in a zone.
+/// Drags a point for each of the numbers, and adds how long each took: coming, current, in a zone, and until
+/// the robot turned to the current one.
 fn drag(
     run: &Run,
     folder: &Folder,
     (drawn, robots): (&str, &[&str]),
     numbers: &[usize],
-    taken_s: &mut [Vec<f64>; 3],
+    taken_s: &mut [Vec<f64>; 4],
 ) {
+    let follow = |robot: &&str| TruthFollower::of(run, folder, &format!("{robot}simulator"));
+    let followers: Vec<_> = robots.iter().map(follow).collect();
+    let mut ends = vec![[ENDS_M[1], 0.0]; robots.len()];
     let mut text = drawn.to_owned();
     let (mut version, mut refusals) = (1, 0);
     for number in numbers.iter().copied() {
         // Each robot in turn, each with a coming point, that of its leg, and one in a zone.
-        let robot = robots[number / 3 % robots.len()];
+        let index = number / 3 % robots.len();
+        let (robot, follower) = (robots[index], &followers[index]);
         let offset = format!("{:.3}", 0.001 * (number + 1) as f64);
         let moved = |text: &str, point: &str, to: &str| {
             let (head, rest) =
@@ -250,9 +266,15 @@ fn drag(
             let (_, tail) = rest.split_once('"').expect("its end");
             format!(r#"{head}name="{robot}{point}" at="{to}"{tail}"#)
         };
+        let end_m = ENDS_M[usize::from(ends[index][0] < 0.0)] + 0.001 * (number + 1) as f64;
+        let end_m = (end_m * 1e3).round() / 1e3;
         let next = match number % 3 {
             0 => moved(&text, "studio", &format!("2.15 -2.{}", &offset[2..])),
-            1 => moved(&text, "corridor-end", &format!("6 {offset}")),
+            1 => {
+                follower.wait_until_it_faces(ends[index]);
+                ends[index] = [end_m, 0.0];
+                moved(&text, "corridor-end", &format!("{end_m} 0"))
+            }
             _ => moved(&text, "corridor-end", "-3 -3"),
         };
         let start = Instant::now();
@@ -270,12 +292,15 @@ fn drag(
                 let restarts = played(run, version);
                 if kind == 1 {
                     assert_eq!(restarts, [format!("{robot}way")]);
-                    let to = format!("6,{}", offset.trim_end_matches('0'));
-                    mover_sent_to(run, &format!("{robot}way"), &to);
+                    mover_sent_to(run, &format!("{robot}way"), &format!("{end_m},0"));
                 } else {
                     assert_eq!(restarts, [] as [&str; 0]);
                 }
                 taken_s[kind].push(start.elapsed().as_secs_f64());
+                if kind == 1 {
+                    let turned = follower.wait_until_it_turns(start, ends[index]);
+                    taken_s[3].push(turned.as_secs_f64());
+                }
                 text = next;
             }
         }

@@ -12,6 +12,7 @@ mod dates;
 mod dice;
 mod dragged;
 mod drawn_faults;
+mod drawn_orders;
 mod evaluation;
 mod figure_four;
 mod fixture;

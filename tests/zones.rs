@@ -109,6 +109,54 @@ fn a_breach_leads_to_the_safe_place() {
     assert!(furthest_m < 1.0, "it drove {furthest_m:.2} m after the breach");
 }
 
+/// The drawn mission with a fence that its route names; a zone that nothing draws lies around the robot.
+fn breach_of_a_drawn_route(name: &str, exits: &str) -> (Folder, String) {
+    let missions = Path::new(env!("CARGO_MANIFEST_DIR")).join("../missions");
+    let text = std::fs::read_to_string(missions.join("drawn.xml")).expect("missions/drawn.xml");
+    let world = missions.join("worlds/office.svg");
+    let fence = "<component name=\"fence\" kind=\"fence\"/>\n    <link from=\"mapper.pose\" \
+                 to=\"fence.pose\"/>\n    <link from=\"chart.zones\" to=\"fence.zones\"/>\n  </system>";
+    let text = text
+        .replace("worlds/office.svg", world.to_str().expect("UTF-8"))
+        .replace("</system>", fence)
+        .replace("patience=\"1min\"", "patience=\"2s\" fence=\"fence\"")
+        .replace("<otherwise on=\"lost-link blocked late recall\" do=\"rally\"/>", exits);
+    let folder = Folder::new(name);
+    let file = folder.write("drawn.xml", &text).display().to_string();
+    let zones = "chart.zones=here no-go circle 0.3,0 0.6m";
+    let arguments = ["run", &file, "--headless", "--out", "breach", "--set", zones];
+    let (code, log, err) = run_to_end(&mut folder.armor(&arguments));
+    assert_ne!(code, 0, "{log}{err}");
+    (folder, format!("{log}{err}"))
+}
+
+#[test]
+fn a_breach_leads_a_drawn_route_to_its_safe_place() {
+    let exits = "<otherwise on=\"lost-link blocked late recall\" do=\"rally\"/>";
+    let (folder, log) = breach_of_a_drawn_route("zones-route-breach", exits);
+    assert!(log.contains("red.l1.breach: red.l1 -> hold"), "{log}");
+    let rolled = read_truth(&folder.path().join("breach"));
+    let furthest_m = rolled.iter().map(|[_, x_m, y_m]| x_m.hypot(*y_m)).fold(0.0, f64::max);
+    assert!(furthest_m < 1.0, "it drove {furthest_m:.2} m after the breach");
+}
+
+// Slow (about ten seconds): the robot drives out of the zone to its rally point, and no operator resumes its leg.
+#[test]
+fn a_breach_leads_a_drawn_route_to_its_rally_point() {
+    let exits = "<otherwise on=\"lost-link blocked late recall breach\" do=\"rally\"/>";
+    let (folder, log) = breach_of_a_drawn_route("zones-route-rally", exits);
+    for fired in [
+        "red.l1.breach: red.l1 -> red.l1.to-R1",
+        "red.l1.to-R1.done: red.l1.to-R1 -> red.l1.at-R1",
+        "red.l1.at-R1.over: red.l1.at-R1 -> hold",
+    ] {
+        assert!(log.contains(fired), "{fired}: {log}");
+    }
+    let driven = read_truth(&folder.path().join("breach"));
+    let [_, x_m, y_m] = *driven.last().expect("true poses");
+    assert!((x_m + 1.0).hypot(y_m) < 0.3, "it ended at {x_m:.2} {y_m:.2}");
+}
+
 #[test]
 fn a_goal_in_a_zone_leads_to_the_safe_place() {
     let folder = Folder::new("zones-goal");

@@ -21,6 +21,8 @@ pub struct DrawnRoute {
     pub pose: Option<RoutePort>,
     /// The components that are active on every leg.
     pub components: Vec<Spanned<String>>,
+    /// The component that reports that the robot is where it must not be; it is active on the whole route.
+    pub fence: Option<Spanned<String>>,
     /// The point where the robot is at first, to which it returns with `do="home"`.
     pub start: Option<Spanned<String>>,
     /// The place of the mission that begins it; without one it begins with the mission.
@@ -153,15 +155,18 @@ pub enum ExitCause {
     Late,
     /// The operator recalls the robot.
     Recall,
+    /// The fence of the route reports that the robot is where it must not be.
+    Breach,
 }
 
 impl ExitCause {
     /// Each cause with its word in the file.
-    pub const NAMED: [(&str, Self); 4] = [
+    pub const NAMED: [(&str, Self); 5] = [
         ("lost-link", Self::LostLink),
         ("blocked", Self::Blocked),
         ("late", Self::Late),
         ("recall", Self::Recall),
+        ("breach", Self::Breach),
     ];
 
     /// The word in the file.
@@ -171,6 +176,7 @@ impl ExitCause {
             Self::Blocked => "blocked",
             Self::Late => "late",
             Self::Recall => "recall",
+            Self::Breach => "breach",
         }
     }
 }

@@ -109,6 +109,50 @@ fn a_route_becomes_a_state_machine_with_an_exit_from_each_step() {
 }
 
 #[test]
+fn a_breach_leads_to_safety_from_every_place_of_a_route() {
+    let system = SYSTEM.replace("</system>", "<component name='guard' kind='fence'/></system>");
+    let line =
+        "<line name='green' kind='phase' shape='6,-5 6,5' not-before='2026-11-21T14:30:00Z'/>";
+    let text = file(line, LEGS).replace(SYSTEM, &system);
+    let text = text.replace("out='over'", "out='over' fence='guard'");
+    let drawn = mission(&text);
+    for (place, target) in [
+        ("red.l1", "hold"),
+        ("red.l1.at-green", "hold"),
+        ("red.l1.after-green", "hold"),
+        ("red.s1", "hold"),
+        ("red.l2", "hold"),
+        ("red.l1.to-R1", "hold"),
+        ("red.l1.at-R1", "hold"),
+    ] {
+        let name = format!("{place}.breach");
+        assert_eq!(arcs(&drawn, &name), format!("{place} -> {target}"));
+        let breach = drawn.transitions.iter().find(|it| it.name.value == name).unwrap();
+        let on = breach.on.as_ref().unwrap();
+        assert_eq!((&*on.component.value, &*on.event.value), ("guard", "breach"));
+        let active = &drawn.place(place).unwrap().components;
+        assert!(active.iter().any(|it| it.value == "guard"), "{place}");
+    }
+    assert!(drawn.place("hold").unwrap().components.is_empty());
+    // An exit for it leads elsewhere; on the drive there the next one leads to the safe place.
+    let drawn = mission(&text.replace("blocked late recall", "blocked late recall breach"));
+    assert_eq!(arcs(&drawn, "red.l1.breach"), "red.l1 -> red.l1.to-R1");
+    assert_eq!(arcs(&drawn, "red.l1.to-R1.breach"), "red.l1.to-R1 -> hold");
+    // Without a fence nothing reports it.
+    let alone = file("", &LEGS.replace("recall", "recall breach"));
+    let reading = read_text(&alone);
+    let found: Vec<_> = reading.findings.iter().map(|it| (it.code, it.message.as_str())).collect();
+    let message = "nothing reports a breach: route red names no fence";
+    assert_eq!(found, [(Code::DrawnIncomplete, message)]);
+    // A fence is renamed where it is named, and one that is missing is one finding.
+    let mut document = Document::open(Path::new("a.xml"), text.as_bytes()).unwrap();
+    document.rename(Item::Component("guard"), "watch").unwrap();
+    let renamed = String::from_utf8(document.bytes().to_vec()).unwrap();
+    assert_eq!(renamed, text.replace("'guard'", "'watch'"));
+    assert_eq!(codes(&text.replace("fence='guard'", "fence='gaurd'")).len(), 1);
+}
+
+#[test]
 fn a_leg_that_is_inserted_renames_nothing() {
     let before = mission(&file("", LEGS));
     let inserted = LEGS.replace("<leg name='l2'", "<leg name='extra' to='P1'/><leg name='l2'");

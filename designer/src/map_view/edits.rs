@@ -1,6 +1,8 @@
 //! The changes of the map and its routes in the file, without a window. Each function is one edit,
 //! or a few that the caller makes as one step of the history.
 
+mod exits;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use armor_geo::{MapPlacement, MapPoint};
@@ -13,13 +15,12 @@ use crate::map_view::corner::Corner;
 use crate::map_view::movers::RouteDrivers;
 use crate::map_view::position_text::{PositionStyle, ShapeText, is_geographic};
 use crate::project::Refused;
+pub use exits::{add_exits, set_exit};
 
 /// The code of a new symbol: a friend's unit on land.
 const NEW_SYMBOL: &str = "10031000001211000000";
 /// How long a new stay is.
 const NEW_STAY: &str = "10s";
-/// What ends a step of a new route early.
-const NEW_EXITS: &str = "lost-link blocked late";
 /// How long a robot waits at a new meeting.
 const NEW_PATIENCE: &str = "2min";
 
@@ -151,25 +152,10 @@ pub fn add_route(document: &mut Document, new: &NewRoute<'_>) -> Result<String, 
     let mut attributes = vec![("mover", drivers.mover.as_str())];
     attributes.extend(drivers.pace.as_deref().map(|pace| ("pace", pace)));
     attributes.extend(drivers.pose.as_deref().map(|pose| ("pose", pose)));
+    attributes.extend(drivers.fence.as_deref().map(|fence| ("fence", fence)));
     attributes.extend([("start", new.start), ("out", new.out)]);
     document.add(Named::Route(&name), &attributes)?;
     Ok(name)
-}
-
-/// Adds how a new route ends early: at the nearest rally point, or in the safe place while the map has none.
-///
-/// # Errors
-/// If there is no such route.
-pub fn add_exits(document: &mut Document, route: &str) -> Result<(), Refused> {
-    let map = document.find(Named::Map).and_then(|path| document.tree().element(&path));
-    let has_rally =
-        map.into_iter().flat_map(Element::elements).any(|element| element.name == "rally");
-    let missing = || Refused::Rule(format!("there is no route {route} in the file"));
-    let path = document.find(Named::Route(route)).ok_or_else(missing)?;
-    let count = document.tree().element(&path).ok_or_else(missing)?.elements().count();
-    let target = if has_rally { "rally" } else { "hold" };
-    let exits = NewElement::new("otherwise").attribute("on", NEW_EXITS).attribute("do", target);
-    Ok(document.insert_element(&path, count, &exits)?)
 }
 
 /// The route that a path is added to.

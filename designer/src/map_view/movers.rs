@@ -16,6 +16,8 @@ const SPEED: (&str, &str) = ("speed", "m/s");
 /// The input with the robot's pose, and the output with the velocity of its wheels.
 const POSE_INPUT: &str = "pose";
 const VELOCITY_OUTPUT: &str = "velocity";
+/// The event of a component that watches where the robot may be.
+const BREACH: &str = "breach";
 
 /// The drivers of a new route.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,6 +28,8 @@ pub struct RouteDrivers {
     pub pace: Option<String>,
     /// The output with the robot's pose: `mapper.pose`.
     pub pose: Option<String>,
+    /// The component that reports when the robot is where it must not be: `fence`.
+    pub fence: Option<String>,
 }
 
 /// The first component that takes a route and has none yet, or the first of all, with what is linked to it.
@@ -47,6 +51,7 @@ pub(super) fn drivers_of_new_route(workspace: &Workspace) -> Option<RouteDrivers
         mover: format!("{mover}.{ROUTE_PARAMETER}"),
         pace: find_pace(system, kinds, mover),
         pose: find_pose(system, mover),
+        fence: find_fence(system, kinds, mover),
     })
 }
 
@@ -55,6 +60,19 @@ fn find_pose(system: &System, mover: &str) -> Option<String> {
     let links = system.links.iter().filter(|link| link.to.component.value == mover);
     let link = links.into_iter().find(|link| link.to.port.value == POSE_INPUT)?;
     Some(format!("{}.{}", link.from.component.value, link.from.port.value))
+}
+
+/// The component that watches the pose of the robot, and reports a breach.
+fn find_fence(system: &System, kinds: &Kinds, mover: &str) -> Option<String> {
+    let pose = find_pose(system, mover)?;
+    let reports = |kind: &str| {
+        let kind = kinds.find(kind);
+        kind.is_some_and(|kind| kind.listed_events().iter().any(|event| event.name == BREACH))
+    };
+    let components = system.components.iter().filter(|component| reports(&component.kind.value));
+    let mut names = components.map(|component| component.name.value.as_str());
+    let fence = names.find(|name| find_pose(system, name).as_ref() == Some(&pose))?;
+    Some(fence.to_owned())
 }
 
 /// The component fewest links behind the mover that publishes velocities and has a speed.

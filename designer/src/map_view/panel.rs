@@ -1,7 +1,7 @@
 //! The panel at the right: what is selected on the map, in numbers and words. What is typed takes
 //! effect when the field is left.
 
-use armor_robotfile::drawn_route::{DrawnRoute, RouteStep};
+use armor_robotfile::drawn_route::{DrawnRoute, ExitAction, RouteStep};
 use armor_robotfile::site_map::{LineKind, SiteMap, ZoneKind};
 use armor_robotfile::tree::Element;
 use armor_robotfile::{Item as Named, Mission};
@@ -13,7 +13,7 @@ use crate::map_view::actions::legs_to;
 use crate::map_view::model::mission_of;
 use crate::map_view::painting::length_text;
 use crate::mission::changes::Change;
-use crate::mission::form::{Form, given, is_date, is_name, is_time, row};
+use crate::mission::form::{Form, given, is_date, is_guard, is_name, is_time, row};
 use crate::mission::marks::Marks;
 use crate::mission::panel::parts::{PanelRequest, go_to, section, show_finding};
 use crate::panels::fields::anything;
@@ -45,6 +45,7 @@ const SYMBOL: &[FieldRow] = &[
     POINT[0],
 ];
 const LEG: &[FieldRow] = &[
+    ("way", "way", "Empty: any free path; straight: along the line", is_way),
     ("speed", "speed", "0.5m/s", anything),
     ("by", "takes at most", "Then it is late: 2min", is_time),
     ("not-before", "not before", "The robot does not continue before this date", is_date),
@@ -64,6 +65,7 @@ const ROUTE: &[FieldRow] = &[
     ("mover", "mover", "The parameter that takes the point of a leg: way.route", anything),
     ("pace", "pace", "The parameter that sets the speed: driver.speed", anything),
     ("pose", "pose", "The output with the robot's pose: mapper.pose", anything),
+    ("fence", "fence", "The component that reports a breach of a zone", anything),
     ("start", "start", "The point where the robot is at first", anything),
     (
         "in",
@@ -76,6 +78,8 @@ const ROUTE: &[FieldRow] = &[
     ("radius", "robot's radius", "Added to every margin: 0.25m", anything),
     ("patience", "patience", "How long it waits at a rally point to be resumed", is_time),
     ("rally-by", "rally takes at most", "How long the drive to a rally point may take", is_time),
+    ("tolerance", "tolerance", "By how much a drive may differ from its speed: 20%", anything),
+    ("endurance", "battery lasts", "From the beginning of the route: 40min", is_time),
     ("components", "components", "Active on every leg", anything),
 ];
 const MAP: &[FieldRow] = &[
@@ -89,6 +93,13 @@ const MAP: &[FieldRow] = &[
     ("picture", "picture", "The file of the picture under the drawing", anything),
     ("grid", "grid", "The file of what is free and occupied", anything),
 ];
+
+fn is_way(text: &str) -> Result<(), String> {
+    match text.trim() {
+        "" | "free" | "straight" => Ok(()),
+        _ => Err("free or straight is expected".into()),
+    }
+}
 
 /// Examples of what the fields of the map take.
 const MAP_HINTS: [&str; 4] = ["48.8583 2.2945 35m", "12deg", "site.png", "site.yaml"];
@@ -163,6 +174,7 @@ impl<'a> MapPanel<'a> {
                 self.show_named(ui, item, "Route", "name of the route");
                 self.show_rows(ui, item, ROUTE);
                 if let Some(route) = self.route(&name) {
+                    self.show_exits(ui, item, route);
                     self.show_steps(ui, route);
                 }
             }
@@ -310,6 +322,43 @@ impl<'a> MapPanel<'a> {
                 position = end;
             }
             go_to(ui, &text, Item::step(&route.name.value, &step.name().value), self.requests);
+        }
+    }
+
+    /// What ends the steps of a route early, and what follows.
+    fn show_exits(&mut self, ui: &mut egui::Ui, item: Item, route: &DrawnRoute) {
+        section(ui, "Exits");
+        let actions = ExitAction::NAMED.map(|(word, action)| (action, word.to_owned()));
+        for (number, exit) in route.exits.iter().enumerate() {
+            let name = |what: &str| format!("{what} of exit {}", number + 1);
+            let causes: Vec<_> = exit.causes.iter().map(|cause| cause.value.word()).collect();
+            let doc = "What ends a step: lost-link, blocked, late, recall, breach";
+            row(ui, &format!("{}. On", number + 1), doc, |ui| {
+                self.form.line(ui, &name("causes"), &causes.join(" "), &anything, |text| {
+                    Some(Change::Exit(item, number, "on", given(text)))
+                });
+            });
+            let when = exit.when.as_ref().map(|when| when.value.clone()).unwrap_or_default();
+            row(ui, "When", "A guard that ends a step: battery < 30%", |ui| {
+                self.form.line(ui, &name("guard"), &when, &is_guard, |text| {
+                    Some(Change::Exit(item, number, "when", given(text)))
+                });
+            });
+            row(
+                ui,
+                "Leads to",
+                "The nearest rally point, the start, the safe place, or on",
+                |ui| {
+                    self.form.choice(ui, &name("action"), &exit.action.value, &actions, |action| {
+                        let named = ExitAction::NAMED.iter().find(|(_, it)| it == action);
+                        let word = named.map(|(word, _)| (*word).to_owned());
+                        Change::Exit(item, number, "do", word)
+                    });
+                },
+            );
+        }
+        if route.exits.is_empty() && ui.button("Add exits").clicked() {
+            self.form.change(Change::AddExits(item));
         }
     }
 

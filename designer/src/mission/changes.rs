@@ -68,6 +68,10 @@ pub enum Change {
     Map(&'static str, Option<String>),
     /// An attribute of a symbol on the map, by its number; without a value it goes.
     Symbol(usize, &'static str, Option<String>),
+    /// An attribute of an exit of a route, by its number; without a value it goes.
+    Exit(Item, usize, &'static str, Option<String>),
+    /// A route gets exits.
+    AddExits(Item),
     /// What a group or note of the drawing states.
     Decoration(usize, String),
     /// These are removed together.
@@ -108,6 +112,10 @@ impl Change {
             Self::Map(name, Some(_)) => format!("set {name} of the map"),
             Self::Map(name, None) => format!("remove {name} of the map"),
             Self::Symbol(number, name, _) => format!("set {name} of symbol {}", number + 1),
+            Self::Exit(route, number, name, _) => {
+                format!("set {name} of exit {} of {route}", number + 1)
+            }
+            Self::AddExits(route) => format!("add exits to {route}"),
             Self::Decoration(..) => "edit text".into(),
             Self::Remove(items) => match &items[..] {
                 [one] => format!("remove {one}"),
@@ -189,6 +197,13 @@ impl Change {
             Self::Map(name, value) => map_edits::set_map(document, name, value.as_deref())?,
             Self::Symbol(number, name, value) => {
                 map_edits::set_symbol(document, *number, name, value.as_deref())?;
+            }
+            Self::Exit(Item::Route(route), number, name, value) => {
+                map_edits::set_exit(document, &route, *number, name, value.as_deref())?;
+            }
+            Self::AddExits(Item::Route(route)) => map_edits::add_exits(document, &route)?,
+            Self::Exit(item, ..) | Self::AddExits(item) => {
+                return Err(Refused::Rule(format!("{item} is not a route")));
             }
             Self::Decoration(number, text) => {
                 layout::write_decoration(document, View::Mission, *number, text)?;

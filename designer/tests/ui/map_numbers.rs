@@ -161,3 +161,32 @@ fn the_drawing_of_another_file_is_shown_and_not_edited() {
     window.fill("file of another drawing", "placed.xml");
     window.until("the reason", |window| window.has_part("give this one an origin"));
 }
+
+#[test]
+fn the_exits_of_a_route_and_its_limits_are_fields() {
+    let mut window = map(DRAWN);
+    window.click("leg l1 of route red");
+    window.click("route red");
+    window.click("Add exits");
+    let added = "<otherwise on=\"lost-link blocked late\" do=\"hold\"/>";
+    assert_eq!(changed(DRAWN, &window.text()), [added]);
+    window.fill("causes of exit 1", "late recall");
+    window.choose("action of exit 1", "home");
+    assert_eq!(
+        changed(DRAWN, &window.text()),
+        ["<otherwise on=\"late recall\" do=\"home\"/>"],
+        "{}",
+        window.last_message()
+    );
+    let exits = window.text();
+    for (field, text, expected) in [
+        ("tolerance", "10%", "tolerance=\"10%\""),
+        ("battery lasts", "40min", "endurance=\"40min\""),
+        ("fence", "way", "fence=\"way\""),
+    ] {
+        window.fill(field, text);
+        let lines = changed(&exits, &window.text());
+        assert!(lines.len() == 1 && lines[0].contains(expected), "{lines:?}");
+        window.keys(Modifiers::COMMAND, Key::Z);
+    }
+}

@@ -51,7 +51,7 @@ impl From<PlanFormatName> for PlanFormat {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor map export mission.xml mission.plan
-  armor map export mission.xml --route red --format gpx -    to stdout")]
+  armor map export mission.xml --route red --as gpx -    to stdout")]
 pub struct ExportArguments {
     /// The mission file.
     pub file: PathBuf,

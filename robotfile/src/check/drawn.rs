@@ -7,7 +7,7 @@ use armor_geo::{Clearance, MapPoint};
 
 use crate::check::names::KnownNames;
 use crate::code::Code;
-use crate::drawn_route::{DrawnMeet, DrawnRoute, ExitAction, RouteExit, RouteStep};
+use crate::drawn_route::{DrawnMeet, DrawnRoute, ExitAction, ExitCause, RouteExit, RouteStep};
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
 use crate::mission::Mission;
@@ -101,6 +101,15 @@ fn check_ends(route: &DrawnRoute, mission: &Mission, findings: &mut Findings) {
             _ => continue,
         };
         findings.push(Finding::new(Code::NoRally, &exit.action.at, what).remedy(remedy));
+    }
+    let causes = route.exits.iter().flat_map(|exit| &exit.causes);
+    let breach = causes.filter(|_| route.fence.is_none()).find(|it| it.value == ExitCause::Breach);
+    if let Some(breach) = breach {
+        let message = format!("nothing reports a breach: route {name} names no fence");
+        let finding = Finding::new(Code::DrawnIncomplete, &breach.at, message);
+        findings.push(finding.remedy(
+            "write fence=\"fence\" at its <route>, the component that reports it; or remove `breach`",
+        ));
     }
 }
 

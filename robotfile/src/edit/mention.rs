@@ -262,6 +262,7 @@ fn find_uses(
         (Item::Place(_), W::Mission, "route") => needed(&["in", "out", "safe"], ListForm::Whole),
         (Item::Component(_), W::Mission, "route") => {
             let mut uses: Vec<_> = needed(&["mover", "pace", "pose"], ListForm::Dotted);
+            uses.extend::<Vec<_>>(needed(&["fence"], ListForm::Whole));
             uses.push(("components", ListForm::List, MentionRole::Listed));
             uses
         }

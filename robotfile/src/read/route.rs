@@ -21,7 +21,6 @@ use crate::source::{Source, Spanned};
 use crate::suggestion::list_choices;
 use crate::tree::Element;
 
-/// The elements that a route may contain.
 /// Names that the net of a route uses itself.
 const RESERVED: [&str; 2] = ["begin", "end"];
 
@@ -42,6 +41,7 @@ pub(super) fn read(
         pace: fields.dotted("pace").map(route_port),
         pose: fields.dotted("pose").map(route_port),
         components: fields.names("components"),
+        fence: fields.name("fence"),
         start: fields.name("start"),
         enter: fields.name("in"),
         leave: fields.name("out"),
@@ -201,7 +201,7 @@ fn read_exit(
     Some(RouteExit { name, causes, when, action: action?, to })
 }
 
-/// `lost-link blocked late recall`.
+/// `lost-link blocked late recall breach`.
 fn read_causes(fields: &mut ElementFields<'_, '_>) -> Vec<Spanned<ExitCause>> {
     let words = fields.names("on");
     let mut causes = Vec::new();

@@ -4,26 +4,23 @@
 //! and its waypoint; its report leads on, and each exit has a transition. What is driven to a rally
 //! point has a place for each piece, so that `resume` leads back to the piece that was left.
 
+mod early_ends;
+
 use armor_geo::MapPoint;
 
 use crate::code::Code;
-use crate::date::Date;
-use crate::drawn_route::{DrawnLeg, DrawnRoute, ExitCause, RouteExit, RoutePort, RouteStep};
+use crate::drawn_route::{DrawnLeg, DrawnRoute, RoutePort, RouteStep};
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{
-    Arc, ArcKind, Autonomy, Class, Interval, LostLink, Mission, Place, PlaceParameter, ReportRef,
-    Transition,
+    Arc, ArcKind, Class, Interval, Mission, Place, PlaceParameter, ReportRef, Transition,
 };
 use crate::model::Parameter;
 use crate::read::MAX_ELEMENTS;
-use crate::route::exits::{ExitTarget, find_exit_target};
 use crate::route::pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};
-use crate::site_map::{DrawnLine, DrawnPoint, SiteMap};
+use crate::site_map::{DrawnLine, SiteMap};
 use crate::source::Spanned;
-
-/// Guards of exits go before what else ends a step.
-const GUARD_PRIORITY: i32 = 1;
+use early_ends::Limits;
 
 /// Adds the places and transitions of all routes, in the order of the file. A route whose net makes
 /// the mission larger than it may be is a finding and has none.
@@ -94,7 +91,7 @@ impl<'a> RouteNet<'a> {
             }
         }
         if route.leave.is_none() {
-            self.add_place(self.name("end"), Vec::new(), Vec::new());
+            self.push_place(self.name("end"), Vec::new(), Vec::new());
         }
     }
 
@@ -188,124 +185,6 @@ impl<'a> RouteNet<'a> {
         met.arcs.push(put(&after));
     }
 
-    /// The transitions of all exits from a place, and the places that they lead to.
-    fn add_exits(
-        &mut self,
-        here: &Spanned<String>,
-        piece: &RoutePiece<'a>,
-        limits: Limits<'_>,
-        blocks: Option<&RoutePort>,
-    ) {
-        let route = self.route;
-        for exit in &route.exits {
-            for cause in &exit.causes {
-                self.add_exit(here, piece, limits, blocks, cause.value, Some(exit));
-            }
-            if let Some(when) = &exit.when {
-                let target = self.name_target(here, piece, Some(exit));
-                if let Some(target) = target {
-                    let guarded = self.add(suffix(here, &exit.name.value), here, &target);
-                    guarded.when = Some(when.clone());
-                    guarded.priority = GUARD_PRIORITY;
-                }
-            }
-        }
-        for cause in [ExitCause::Blocked, ExitCause::Late] {
-            let mut causes = route.exits.iter().flat_map(|exit| &exit.causes);
-            if !causes.any(|given| given.value == cause) {
-                self.add_exit(here, piece, limits, blocks, cause, None);
-            }
-        }
-    }
-
-    fn add_exit(
-        &mut self,
-        here: &Spanned<String>,
-        piece: &RoutePiece<'a>,
-        limits: Limits<'_>,
-        blocks: Option<&RoutePort>,
-        cause: ExitCause,
-        exit: Option<&RouteExit>,
-    ) {
-        let can_happen = match cause {
-            ExitCause::Blocked => blocks.is_some(),
-            ExitCause::Late => limits.by.is_some() || limits.not_after.is_some(),
-            ExitCause::LostLink | ExitCause::Recall => true,
-        };
-        if !can_happen {
-            return;
-        }
-        let Some(target) = self.name_target(here, piece, exit) else { return };
-        match cause {
-            ExitCause::Blocked => {
-                if let Some(port) = blocks {
-                    self.add_on(here, cause.word(), port, "failed", &target);
-                }
-            }
-            ExitCause::Late => {
-                if let Some(by) = limits.by {
-                    self.add_timed(here, cause.word(), by, &target);
-                }
-                if let Some(date) = limits.not_after {
-                    let late = self.add(suffix(here, "too-late"), here, &target);
-                    late.not_before = Some(date.clone());
-                }
-            }
-            ExitCause::LostLink | ExitCause::Recall => {
-                let order = self.add(suffix(here, cause.word()), here, &target);
-                order.autonomy = Autonomy::Operator;
-                if cause == ExitCause::LostLink {
-                    order.lost_link = Some(here.with(LostLink::Fire));
-                }
-            }
-        }
-    }
-
-    /// The place that an exit leads to; the drive to a point is added if it is not there yet.
-    fn name_target(
-        &mut self,
-        here: &Spanned<String>,
-        piece: &RoutePiece<'a>,
-        exit: Option<&RouteExit>,
-    ) -> Option<Spanned<String>> {
-        let target = exit.map(|exit| find_exit_target(self.route, exit, piece, self.map));
-        match target {
-            None | Some(ExitTarget::Safe) => self.safe.clone(),
-            Some(ExitTarget::Missing) => None,
-            Some(ExitTarget::NextStep) => Some(self.name_after_step(piece.step)),
-            Some(ExitTarget::Point(point)) => Some(self.add_rally(here, point)),
-        }
-    }
-
-    /// The drive to a rally point, and the wait there for the operator to resume the piece.
-    fn add_rally(&mut self, here: &Spanned<String>, point: &DrawnPoint) -> Spanned<String> {
-        let drive = suffix(here, &format!("to-{}", point.name.value));
-        if self.places.iter().any(|place| place.name.value == drive.value) {
-            return drive;
-        }
-        let route = self.route;
-        let there = point.position.value.point;
-        self.add_driven_place(drive.clone(), Some(there), &[], None, &point.name);
-        let Some(safe) = self.safe.clone() else { return drive };
-        let after = match &route.patience {
-            None => safe.clone(),
-            Some(patience) => {
-                let waiting = suffix(here, &format!("at-{}", point.name.value));
-                self.add_place(waiting.clone(), Vec::new(), Vec::new());
-                let resume = self.add(suffix(&waiting, "resume"), &waiting, here);
-                resume.autonomy = Autonomy::Operator;
-                self.add_timed(&waiting, "over", patience, &safe);
-                waiting
-            }
-        };
-        self.add_on(&drive, "done", &route.mover, "done", &after);
-        self.add_on(&drive, "blocked", &route.mover, "failed", &safe);
-        if let Some(by) = &route.rally_by {
-            self.add_timed(&drive, "late", by, &safe);
-        }
-        drive
-    }
-
     fn add_driven_place(
         &mut self,
         name: Spanned<String>,
@@ -347,7 +226,22 @@ impl<'a> RouteNet<'a> {
         self.add_place(name, active, parameters);
     }
 
+    /// A place in which the robot is on its route: its fence is active there, too.
     fn add_place(
+        &mut self,
+        name: Spanned<String>,
+        mut components: Vec<Spanned<String>>,
+        parameters: Vec<PlaceParameter>,
+    ) {
+        if let Some(fence) = &self.route.fence
+            && !components.iter().any(|known| known.value == fence.value)
+        {
+            components.push(fence.clone());
+        }
+        self.push_place(name, components, parameters);
+    }
+
+    fn push_place(
         &mut self,
         name: Spanned<String>,
         components: Vec<Spanned<String>>,
@@ -418,13 +312,6 @@ impl<'a> RouteNet<'a> {
         let last = self.pieces.iter().rposition(|piece| piece.step == step);
         self.name_after(last.unwrap_or_default())
     }
-}
-
-/// The times of a step.
-#[derive(Clone, Copy, Default)]
-struct Limits<'a> {
-    by: Option<&'a Spanned<std::time::Duration>>,
-    not_after: Option<&'a Spanned<Date>>,
 }
 
 fn take(place: &Spanned<String>) -> Arc {

@@ -112,8 +112,52 @@ fn a_file_without_a_map_gets_one() {
     assert_eq!(text(&document), empty.replace("<place name=\"a\"/>", expected));
 }
 
-/// One random edit of the map; what it refuses changes nothing.
-fn act(document: &mut Document, random: &mut fastrand::Rng) -> Result<(), Refused> {
+/// Which lines an edit may change.
+#[derive(Clone, Copy, Debug)]
+enum Touched {
+    /// That of one item.
+    One,
+    /// It adds one.
+    Added,
+    /// It removes those that name the item.
+    Removed(Item),
+}
+
+/// The lines that only the first text has, and those that only the second one has.
+fn different<'a>(before: &'a str, after: &'a str) -> (Vec<&'a str>, Vec<&'a str>) {
+    let mut only_after: Vec<_> = after.lines().collect();
+    let only_before = before.lines().filter(|line| {
+        let found = only_after.iter().position(|other| other == line);
+        found.map(|at| only_after.remove(at)).is_none()
+    });
+    (only_before.collect(), only_after)
+}
+
+#[track_caller]
+fn check_lines(before: &str, after: &str, touched: Touched, context: &str) {
+    let (gone, new) = different(before, after);
+    let context = || format!("{context}: {touched:?} changed {gone:?} to {new:?}");
+    match touched {
+        Touched::One => assert!(gone.len() == 1 && new.len() == 1, "{}", context()),
+        Touched::Added => assert!(gone.is_empty() && new.len() == 1, "{}", context()),
+        Touched::Removed(Item::Symbol(_)) => {
+            assert!(gone.len() == 1 && new.is_empty(), "{}", context());
+        }
+        Touched::Removed(Item::Route(_)) => assert!(new.is_empty(), "{}", context()),
+        Touched::Removed(item) => {
+            let label = item.to_string();
+            let label = label.split(" of ").next().unwrap_or_default();
+            let name = label.rsplit(' ').next().unwrap_or_default();
+            let names = |line: &&str| {
+                ["\"", "'"].iter().any(|quote| line.contains(&format!("{quote}{name}{quote}")))
+            };
+            assert!(new.is_empty() && gone.iter().all(names), "{}", context());
+        }
+    }
+}
+
+/// One random edit of the map; what it refuses changes nothing. Returns which lines it may change.
+fn act(document: &mut Document, random: &mut fastrand::Rng) -> Result<Touched, Refused> {
     let to = at(f64::from(random.i16(..)) / 100.0, f64::from(random.i16(..)) / 100.0);
     let items = [
         Item::map_point("P1"),
@@ -133,24 +177,29 @@ fn act(document: &mut Document, random: &mut fastrand::Rng) -> Result<(), Refuse
     let corner = Corner { item, number: random.usize(..5) };
     let placement = placement();
     match random.u8(..10) {
-        0..3 => place_corners(document, placement.as_ref(), &[(corner, to)]),
-        3 => insert_corner(document, placement.as_ref(), corner, to),
-        4 => remove_corner(document, corner),
-        5 => add_point(document, random.bool(), "1 2").map(drop),
-        6 => add_area(document, true, "no-go", "0,0 1,0 1,1").map(drop),
-        7 => add_leg(document, "red", random.bool().then_some("s1"), "P1").map(drop),
+        0..3 => place_corners(document, placement.as_ref(), &[(corner, to)])?,
+        3 => insert_corner(document, placement.as_ref(), corner, to)?,
+        4 => remove_corner(document, corner)?,
+        5 => return add_point(document, random.bool(), "1 2").map(|_| Touched::Added),
+        6 => {
+            let added = add_area(document, true, "no-go", "0,0 1,0 1,1");
+            return added.map(|_| Touched::Added);
+        }
+        7 => {
+            let before = random.bool().then_some("s1");
+            return add_leg(document, "red", before, "P1").map(|_| Touched::Added);
+        }
         8 => {
             let mission = mission(text(document));
-            remove(document, &mission, &[item])
+            return remove(document, &mission, &[item]).map(|()| Touched::Removed(item));
         }
-        _ => {
-            Ok(document.set_attribute(item.named().unwrap_or(Named::Map), "name", Some("other"))?)
-        }
+        _ => document.set_attribute(item.named().unwrap_or(Named::Map), "name", Some("other"))?,
     }
+    Ok(Touched::One)
 }
 
 #[test]
-fn any_edits_all_undone_give_the_same_bytes_and_a_move_changes_one_line() {
+fn any_edits_all_undone_give_the_same_bytes_and_each_changes_only_its_lines() {
     let wanted =
         |name: &str, or| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(or);
     let (sequences, seed) = (wanted("ARMOR_SEQUENCES", 40), wanted("ARMOR_SEED", 1));
@@ -160,11 +209,17 @@ fn any_edits_all_undone_give_the_same_bytes_and_a_move_changes_one_line() {
         let mut project = Project::still(&files, Arc::default());
         let mut texts = vec![project.files()[0].text().to_string()];
         for _ in 0..20 {
-            let made = project.edit("act", |documents| act(documents.mission()?, &mut random));
+            let mut touched = None;
+            let made = project.edit("act", |documents| {
+                touched = Some(act(documents.mission()?, &mut random)?);
+                Ok(())
+            });
             let now = project.files()[0].text().to_string();
             let last = texts.last().expect("one");
             assert!(made.is_ok() || now == *last, "seed {sequence}: a refused edit changed {now}");
             if now != *last {
+                let touched = touched.expect("it was made");
+                check_lines(last, &now, touched, &format!("seed {sequence}"));
                 texts.push(now);
             }
         }
@@ -186,6 +241,7 @@ fn a_first_route_gives_the_mission_its_ends_and_a_stay_is_behind_its_step() {
         mover: "way.route".into(),
         pace: Some("driver.speed".into()),
         pose: Some("mapper.pose".into()),
+        fence: Some("guard".into()),
     };
     let new = NewRoute { drivers: &drivers, start: &start, out: &out };
     let route = add_route(&mut document, &new).expect("a route");
@@ -198,6 +254,7 @@ fn a_first_route_gives_the_mission_its_ends_and_a_stay_is_behind_its_step() {
     let drawn = &mission.routes[0];
     assert_eq!(drawn.pace.as_ref().map(|it| it.component.value.as_str()), Some("driver"));
     assert_eq!(drawn.pose.as_ref().map(|it| it.component.value.as_str()), Some("mapper"));
+    assert_eq!(drawn.fence.as_ref().map(|it| it.value.as_str()), Some("guard"));
     let steps: Vec<_> = drawn.steps.iter().map(|step| step.name().value.as_str()).collect();
     assert_eq!(steps, ["l1", "s1"]);
     // Its exits lead to the safe place; those of a route that is drawn with a rally point, there.
@@ -211,6 +268,15 @@ fn a_first_route_gives_the_mission_its_ends_and_a_stay_is_behind_its_step() {
     let exits = |to: &str| format!("<otherwise on=\"lost-link blocked late\" do=\"{to}\"/>");
     let counts = ["hold", "rally"].map(|to| text(&document).matches(&exits(to)).count());
     assert_eq!(counts, [1, 1], "{}", text(&document));
+    // Each is changed in its line.
+    let before = text(&document).to_owned();
+    set_exit(&mut document, &route, 0, "do", Some("rally")).expect("an action");
+    set_exit(&mut document, &second, 0, "on", Some("late recall breach")).expect("causes");
+    let changed = before.replacen(&exits("hold"), &exits("rally"), 1);
+    let (head, tail) = changed.rsplit_once("lost-link blocked late").expect("the second one");
+    assert_eq!(text(&document), format!("{head}late recall breach{tail}"));
+    let refused = set_exit(&mut document, &route, 3, "do", Some("hold")).expect_err("there is one");
+    assert_eq!(refused.to_string(), format!("route {route} has no exit 4"));
     let read = armor_robotfile::read("a.xml".as_ref(), &mut |_| Ok(text(&document).into()));
     assert!(!read.findings.has_errors(), "{}", text(&document));
     let before = text(&document).to_owned();
