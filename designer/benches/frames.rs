@@ -3,12 +3,23 @@
 //! --bench frames`.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use armor_designer::export::Stage;
 use armor_designer::{Command, Designer, Kinds, Settings, Start, View};
+use armor_inspect::{MissionLook, ParameterClient, SystemEvent, SystemPicture};
+use armor_marking::{MarkedPlace, Marking, MarkingStage};
+use armor_picture::canvas::RgbCanvas;
+use armor_sdk::configuration::ParameterList;
+use armor_sdk::control::{Answer, OutputStatus, RunState, Status};
+use armor_sdk::directory::DirectoryChange;
+use armor_sdk::messages::{
+    Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, TrackedObject, Tracks,
+    Vector3,
+};
 use armor_wire::manifest::{Manifest, PortManifest};
+use armor_wire::registry::ComponentEntry;
 use eframe::egui::{
     Context, Event, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, Vec2,
 };
@@ -23,6 +34,11 @@ const PLACES: usize = 500;
 const ROUTES: usize = 8;
 const LEGS: usize = 50;
 const SYMBOLS: usize = 1000;
+/// Pixels of each side of the picture beneath it, a quarter of a metre each.
+const PICTURE: usize = 4000;
+/// What is watched on it: the tracks of others, and the poses of each robot's trail.
+const TRACKS: usize = 200;
+const TRAIL: usize = 300;
 /// Frames that are measured, after as many that are not.
 const FRAMES: usize = 200;
 
@@ -37,45 +53,94 @@ fn main() {
     let mission = folder.join("mission.xml");
     std::fs::write(&mission, a_mission()).expect("written");
     measure(&format!("{PLACES} places, {PLACES} transitions"), mission, View::Mission, None);
+    write_picture(&folder);
     let map = folder.join("map.xml");
     std::fs::write(&map, a_map()).expect("written");
     let name = format!("{ROUTES} routes of {LEGS} legs, {SYMBOLS} symbols");
     measure(&name, map.clone(), View::Map, None);
-    measure(&format!("{name}, times"), map, View::Map, Some(Command::ToggleTimes));
+    measure(&format!("{name}, times"), map.clone(), View::Map, Some(Command::ToggleTimes));
+    measure_live(&format!("{name}, live"), map);
     let _ = std::fs::remove_dir_all(&folder);
 }
 
 /// One file in one view, after a command: all of it and at actual size, at rest and moving.
 fn measure(name: &str, file: PathBuf, view: View, first: Option<Command>) {
     let context = Context::default();
-    let start = Start { file: Some(file), view, kinds: Some(kinds()), ..Start::default() };
-    let mut designer = Designer::new(&context, start, Settings::default());
-    designer.workspace().project.settle();
-    let mut stage = Stage::new(context.clone(), 1920, 1080, 1.0);
+    let (mut designer, mut stage) = open(&context, file, view);
     if let Some(first) = first {
         designer.run(first, &context);
         stage.settle(FRAMES, |ui| designer.show(ui));
         // What a thread computes is shown from the next frame on.
         std::thread::sleep(Duration::from_secs(2));
     }
+    measure_views(name, &context, (&mut designer, &mut stage), &mut |_| {});
+    // Until the tip for what is under the pointer has come up.
+    stage.settle(60, |ui| designer.show(ui));
+    let next = stage.next_frame();
+    println!("{:52} {}", format!("{name}, nothing happens"), frame_rate(next));
+}
+
+fn open(context: &Context, file: PathBuf, view: View) -> (Designer, Stage) {
+    let start = Start { file: Some(file), view, kinds: Some(kinds()), ..Start::default() };
+    let mut designer = Designer::new(context, start, Settings::default());
+    designer.workspace().project.settle();
+    let stage = Stage::new(context.clone(), 1920, 1080, 1.0);
+    (designer, stage)
+}
+
+/// The map with a robot on each route, its trail, and tracks; all robots have moved before each frame.
+fn measure_live(name: &str, file: PathBuf) {
+    let context = Context::default();
+    let (mut designer, mut stage) = open(&context, file, View::Map);
+    let parameters = ParameterClient::still(
+        ParameterList { version: 1, refused: false, parameters: Vec::new() },
+        None,
+    );
+    let live = &mut designer.workspace().live;
+    live.show_still(a_picture(), MissionLook::of(a_marking()), parameters).expect("a thread");
+    designer.run(Command::ToggleProgress, &context);
+    let mut step = 0;
+    let mut drive = |designer: &mut Designer| {
+        step += 1;
+        let live = &designer.workspace().live;
+        let values = &live.watched().expect("a system").values;
+        for route in 0..ROUTES {
+            values.show_still(&format!("eye{route}.pose"), &a_pose(route, step));
+        }
+        values.show_still("radar.tracks", &some_tracks(step));
+    };
+    for _ in 0..TRAIL {
+        drive(&mut designer);
+        stage.frame(Vec::new(), |ui| designer.show(ui));
+    }
+    measure_views(name, &context, (&mut designer, &mut stage), &mut drive);
+}
+
+fn measure_views(
+    name: &str,
+    context: &Context,
+    (designer, stage): (&mut Designer, &mut Stage),
+    before_each: &mut dyn FnMut(&mut Designer),
+) {
     for (zoom, command) in [("all of it", Command::ZoomFit), ("actual size", Command::ZoomActual)] {
-        designer.run(command, &context);
+        designer.run(command, context);
+        stage.settle(FRAMES, |ui| designer.show(ui));
+        // Tiles are decoded on threads, and shown from the next frame on.
+        std::thread::sleep(Duration::from_secs(2));
         stage.settle(FRAMES, |ui| designer.show(ui));
         report(&format!("{name}, {zoom}, at rest"), || {
+            before_each(designer);
             stage.frame(Vec::new(), |ui| designer.show(ui));
             stage.triangles()
         });
         let mut way = 0.0_f32;
         report(&format!("{name}, {zoom}, moving"), || {
             way += 0.2;
+            before_each(designer);
             stage.frame(moving(way), |ui| designer.show(ui));
             stage.triangles()
         });
     }
-    // Until the tip for what is under the pointer has come up.
-    stage.settle(60, |ui| designer.show(ui));
-    let next = stage.next_frame();
-    println!("{:52} {}", format!("{name}, nothing happens"), frame_rate(next));
 }
 
 /// The view is moved about as two fingers on a trackpad do, under the pointer.
@@ -205,12 +270,26 @@ fn a_mission() -> String {
     out
 }
 
+/// A picture that lies from 0 0 to 1000 1000.
+fn write_picture(folder: &Path) {
+    let mut picture = RgbCanvas::new(PICTURE, PICTURE, [230, 226, 214]);
+    for number in 0..400 {
+        let (x, y) = (number * 37 % 1000 * 4, number * 91 % 1000 * 4);
+        let shade = 90 + (number % 120) as u8;
+        picture.fill_rectangle(x, y, 120, 90, [shade, 160, 255 - shade]);
+    }
+    std::fs::write(folder.join("site.png"), picture.encode_png().expect("a picture"))
+        .expect("written");
+    std::fs::write(folder.join("site.pgw"), "0.25\n0\n0\n-0.25\n0.125\n999.875\n")
+        .expect("written");
+}
+
 /// Routes in rows between zones, and symbols all over.
 fn a_map() -> String {
     let mut out = String::from(
         "<armor version=\"1\">\n  <system name=\"small\">\n    <component name=\"block\" \
          kind=\"block\"/>\n  </system>\n  <mission name=\"large\" goal=\"over\" safe=\"hold\">\n    \
-         <map>\n",
+         <map picture=\"site.png\">\n",
     );
     for route in 0..ROUTES {
         for point in 0..=LEGS {
@@ -233,7 +312,8 @@ fn a_map() -> String {
     for route in 0..ROUTES {
         let _ = writeln!(
             out,
-            "    <route name=\"r{route}\" mover=\"block.route\" start=\"P{route}-0\" out=\"over\">"
+            "    <route name=\"r{route}\" mover=\"block.route\" pose=\"eye{route}.pose\" \
+             start=\"P{route}-0\" out=\"over\">"
         );
         for leg in 1..=LEGS {
             let _ = writeln!(
@@ -245,4 +325,117 @@ fn a_map() -> String {
     }
     out += "    <place name=\"over\"/>\n    <place name=\"hold\"/>\n  </mission>\n</armor>\n";
     out
+}
+
+/// Each robot is in its second leg.
+fn a_marking() -> Marking {
+    let place = |route| MarkedPlace {
+        place: format!("r{route}.l2"),
+        tokens: 1,
+        active: true,
+        waits_for: Vec::new(),
+    };
+    Marking {
+        stamp: 0.0,
+        mission: "large".into(),
+        now_at_s: 25.0,
+        clock: String::new(),
+        stage: MarkingStage::Playing,
+        why: String::new(),
+        places: (0..ROUTES).map(place).collect(),
+        in_flight: Vec::new(),
+        enabled: Vec::new(),
+        waiting: Vec::new(),
+        variables: Vec::new(),
+        guards: Vec::new(),
+        dates: Vec::new(),
+        components: Vec::new(),
+        fired: 0,
+        history: Vec::new(),
+        late_reports: 0,
+        unheard_reports: 0,
+        unwritten_orders: 0,
+        pause: None,
+        holder: None,
+        link_lost_at_s: None,
+        confirmations: Vec::new(),
+        orders: Vec::new(),
+        version: 0,
+        version_since_at_s: 0.0,
+        change: None,
+    }
+}
+
+/// A radar that publishes tracks.
+fn a_picture() -> SystemPicture {
+    let mut picture = SystemPicture::default();
+    let entry = ComponentEntry {
+        name: "radar".into(),
+        kind: "block".into(),
+        instance: 1,
+        pid: 7,
+        host: "here".into(),
+        endpoint: "127.0.0.1:1".into(),
+    };
+    let output = OutputStatus {
+        id: "tracks".into(),
+        data: "radar.tracks".into(),
+        type_name: "Tracks".into(),
+        published: 1,
+        published_bytes: 0,
+        links: Vec::new(),
+    };
+    let status = Status {
+        name: "radar".into(),
+        kind: "block".into(),
+        state: RunState::Active,
+        activation: 1,
+        controllable: true,
+        uptime_s: 1.0,
+        exec_calls: 0,
+        skipped_ticks: 0,
+        skipped_share: 0.0,
+        clock_offset_s: 0.0,
+        clock_error_s: None,
+        last_error: String::new(),
+        untaken_events: 0,
+        time_s: 0.0,
+        busy: false,
+        call: None,
+        outputs: vec![output],
+        inputs: Vec::new(),
+    };
+    for event in [
+        SystemEvent::Registry(DirectoryChange::Appeared(entry)),
+        SystemEvent::Connected("radar".into(), 1),
+        SystemEvent::Answered("radar".into(), 1, Answer::Status { request: 1, status }),
+    ] {
+        picture.handle_event(event, Duration::ZERO);
+    }
+    picture
+}
+
+/// Along the first legs of a route, with turns.
+fn a_pose(route: usize, step: usize) -> PoseWithCovarianceStamped {
+    let along = step as f64 / 10.0;
+    let position =
+        Point { x: along % 40.0, y: (route * 100) as f64 + 8.0 + 8.0 * along.sin(), z: 0.0 };
+    let orientation = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };
+    let pose = PoseWithCovariance { pose: Pose { position, orientation }, ..Default::default() };
+    PoseWithCovarianceStamped { frame: "map".into(), pose, ..Default::default() }
+}
+
+fn some_tracks(step: usize) -> Tracks {
+    let track = |number: usize| TrackedObject {
+        id: format!("t{number}"),
+        sidc: format!("100{}1000001211000000", number % 4 + 3),
+        position: Point {
+            x: (number % 20 * 50) as f64 + step as f64 / 10.0,
+            y: (number / 20 * 80) as f64,
+            z: 0.0,
+        },
+        velocity: Vector3 { x: 3.0, y: 1.0, z: 0.0 },
+        stamp: 0.0,
+    };
+    Tracks { stamp: 0.0, frame: "map".into(), tracks: (0..TRACKS).map(track).collect() }
 }

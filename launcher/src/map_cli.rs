@@ -1,5 +1,5 @@
 //! `armor map`: converts plans between the formats of planners, draws them into mission files and
-//! back, draws map symbols, and describes the pictures that lie under a map.
+//! back, fits maps to the world, draws map symbols, and describes the pictures that lie under a map.
 
 #[cfg(test)]
 mod command_tests;
@@ -9,6 +9,7 @@ mod drawn_plan;
 #[expect(clippy::print_stdout, clippy::print_stderr, reason = "figures, and what is skipped")]
 mod exchange_tests;
 mod export;
+mod fit;
 mod import;
 mod insertion;
 #[cfg(test)]
@@ -36,11 +37,12 @@ use crate::map_picture::print_picture;
 use crate::print::{end_printing, print_line, print_notice};
 use crate::verb::Verb;
 use export::ExportArguments;
+use fit::FitArguments;
 use import::ImportArguments;
 use plan_file::{format_of, load_plan, print_notes};
 
-/// Convert plans of other planners, import them into mission files and export them from these, draw
-/// map symbols, and describe pictures of maps.
+/// Convert plans of other planners, import them into mission files and export them from these, fit
+/// maps to the world, draw map symbols, and describe pictures of maps.
 #[derive(Debug, Subcommand)]
 pub enum MapCommand {
     /// Write a plan in the format of the other file's name: .plan, .waypoints, .gpx, .geojson or
@@ -59,6 +61,7 @@ pub enum MapCommand {
     },
     Import(Box<ImportArguments>),
     Export(ExportArguments),
+    Fit(FitArguments),
     /// Print what the code of a symbol means.
     Symbol {
         /// 20 digits of APP-6(D), or the older 15 letters.
@@ -76,6 +79,7 @@ impl Verb for MapCommand {
             Self::Info { picture } => print_picture(&picture, format)?,
             Self::Import(arguments) => import::import_plan(&arguments, format)?,
             Self::Export(arguments) => export::export_plan(&arguments, format)?,
+            Self::Fit(arguments) => fit::print_fit(&arguments, format)?,
             Self::Symbol { code, out } => print_symbol(&code, out.as_deref(), format)?,
         };
         Ok(ending.into())
