@@ -109,3 +109,7 @@ pub(crate) fn choose_rally(
         None => nearest.first().map(|rally| (*rally, false)),
     }
 }
+
+#[cfg(test)]
+#[expect(clippy::print_stdout, reason = "the figures")]
+mod tests;
