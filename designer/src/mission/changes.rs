@@ -199,9 +199,9 @@ impl Change {
                 map_edits::set_symbol(document, *number, name, value.as_deref())?;
             }
             Self::Exit(Item::Route(route), number, name, value) => {
-                map_edits::set_exit(document, &route, *number, name, value.as_deref())?;
+                map_edits::set_exit(document, route, *number, name, value.as_deref())?;
             }
-            Self::AddExits(Item::Route(route)) => map_edits::add_exits(document, &route)?,
+            Self::AddExits(Item::Route(route)) => map_edits::add_exits(document, route)?,
             Self::Exit(item, ..) | Self::AddExits(item) => {
                 return Err(Refused::Rule(format!("{item} is not a route")));
             }
