@@ -1,9 +1,9 @@
 //! Messages as ROS 1 has them: their names, their definitions, and the checksums (MD5) by which its
 //! subscribers know a type. Pure.
 
-mod md5;
-
 use std::collections::BTreeMap;
+
+use md5::{Digest, Md5};
 
 use super::RosMessage;
 
@@ -108,7 +108,8 @@ impl<'a> Definitions<'a> {
             }
         });
         let text: Vec<_> = constants.into_iter().map(str::to_owned).chain(fields).collect();
-        md5::sum(text.join("\n").as_bytes())
+        let sum = Md5::digest(text.join("\n"));
+        sum.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }
 
