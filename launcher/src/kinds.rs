@@ -10,6 +10,8 @@ mod folders;
 mod modules;
 mod probe;
 mod script;
+#[cfg(test)]
+mod sensor_manifest;
 pub mod stock;
 #[cfg(test)]
 mod tests;
@@ -24,6 +26,8 @@ use armor_robotfile::{Code, Configuration, Finding, Findings, Manifests};
 use armor_wire::manifest::Manifest;
 
 pub use cache::Identity;
+#[cfg(test)]
+pub use sensor_manifest::sensor_manifest;
 
 use cache::Cache;
 

@@ -168,24 +168,13 @@ fn add_port(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn manifest(kind: &str, output: &str) -> Manifest {
-        let hash = armor_wire::schema::hash_text(output);
-        let port = format!(
-            r#"{{"id":"out","type":"Reading","schema":"{output}","schema_hash":"{hash:016x}"}}"#
-        );
-        let text = format!(
-            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"a sensor","inputs":[],"parameters":[],
-                "outputs":[{port}]}}"#
-        );
-        serde_json::from_str(&text).expect("a manifest")
-    }
+    use crate::kinds::sensor_manifest;
 
     #[test]
     fn messages_of_kinds_follow_the_standard_ones_with_their_ports() {
         let kinds = [
-            manifest("a", "Reading{side:Side<Left,Right>,at:Vector3{x:f64,y:f64,z:f64}(m)}"),
-            manifest("b", "Reading{celsius:f64}"),
+            sensor_manifest("a", "Reading{side:Side<Left,Right>,at:Vector3{x:f64,y:f64,z:f64}(m)}"),
+            sensor_manifest("b", "Reading{celsius:f64}"),
         ];
         let known = KnownMessages::of_manifests(kinds.iter());
         let own: Vec<_> = known.0.iter().filter(|it| !it.is_standard).collect();

@@ -165,18 +165,7 @@ pub fn describe_change_within(output: &RecordedOutput) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn manifest(kind: &str, schema: &str) -> Manifest {
-        let hash = armor_wire::schema::hash_text(schema);
-        let port = format!(
-            r#"{{"id":"out","type":"Reading","schema":"{schema}","schema_hash":"{hash:016x}"}}"#
-        );
-        let text = format!(
-            r#"{{"armor_manifest":1,"kind":"{kind}","summary":"a sensor","inputs":[],"parameters":[],
-                "outputs":[{port}]}}"#
-        );
-        serde_json::from_str(&text).expect("a manifest")
-    }
+    use crate::kinds::sensor_manifest;
 
     fn output(data: &str, type_name: &str, schema: &str) -> RecordedOutput {
         RecordedOutput {
@@ -189,8 +178,8 @@ mod tests {
 
     fn find(outputs: Vec<RecordedOutput>) -> Vec<String> {
         let kinds = [
-            manifest("wheel", "Reading{speed:f64,load:f64}"),
-            manifest("arm", "Reading{angle:f64}"),
+            sensor_manifest("wheel", "Reading{speed:f64,load:f64}"),
+            sensor_manifest("arm", "Reading{angle:f64}"),
         ];
         let summary = RecordingSummary { outputs, ..RecordingSummary::default() };
         let known = KnownTypes::of_manifests(kinds.iter());
