@@ -136,7 +136,7 @@ fn assert_same_route(one: &[SeenStep], other: &[SeenStep]) {
 
 /// Draws a plan, and checks what applies to every plan: the file is valid and laid out, the same
 /// again, and exported and imported again it has the same route.
-fn check_import(name: &str, plan: &RoutePlan, form: PositionForm) -> ChangedText {
+pub(super) fn check_import(name: &str, plan: &RoutePlan, form: PositionForm) -> ChangedText {
     let base = system_text();
     let changed = draw(&base, plan, &options(form)).expect(name);
     assert_eq!(errors_of(&changed.after), None, "{name}\n{}", changed.after);

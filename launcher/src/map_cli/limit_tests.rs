@@ -5,7 +5,7 @@ use armor_robotfile::Item;
 
 use super::drawing::{DrawingError, DrawingOptions, PositionForm};
 use super::drawn_plan::draw_plan;
-use super::exchange_tests::{base_path, draw, options, steps_of, system_text};
+use super::exchange_tests::{base_path, check_import, draw, options, steps_of, system_text};
 
 /// A list of waypoints, each a hundred-thousandth of a degree from the one before.
 fn waypoints(count: usize, items: &str) -> RoutePlan {
@@ -92,7 +92,8 @@ fn a_repetition_that_is_too_long_is_left_out_with_a_note() {
     let changed = draw(&system_text(), &plan, &options(PositionForm::Metres)).expect("drawn");
     assert_eq!(steps_of(&changed.after).len(), 10);
     let text = "the repetition of items 1 to 10, 6 times, is left out: written out, the route has \
-                70 legs and stays, and at most 64 are drawn";
+                70 legs and stays, and at most 64 are drawn; plan fewer passes, or divide the route in \
+                the planner";
     let is_it = |note: &&armor_exchange::PlanNote| note.text == text && note.place == "item 11";
     assert_eq!(
         changed.drawing.notes.iter().filter(is_it).count(),
@@ -107,6 +108,28 @@ fn a_repetition_that_is_too_long_is_left_out_with_a_note() {
     let changed = draw(&system_text(), &plan, &options(PositionForm::Metres)).expect("drawn");
     assert_eq!(steps_of(&changed.after).len(), 2);
     assert!(changed.after.contains("without end has no counterpart"), "{}", changed.after);
+}
+
+#[test]
+fn a_repetition_is_driven_pass_by_pass_and_exported_so() {
+    // The first two waypoints three times, then the third.
+    let repeat = "3\t0\t2\t177\t1\t2\t0\t0\t0\t0\t0\t1\n";
+    let last = "4\t0\t3\t16\t0\t0\t0\t0\t48.10003\t2.1\t0\t1\n";
+    let plan = waypoints(2, &format!("{repeat}{last}"));
+    // It is exported and imported again, too: the same route.
+    let changed = check_import("passes", &plan, PositionForm::Metres);
+    let steps = steps_of(&changed.after);
+    assert_eq!(steps.len(), 7, "{steps:?}");
+    assert!(steps[2..4] == steps[..2] && steps[4..6] == steps[..2] && steps[6] != steps[0]);
+    let note = "the repetition of items 1 to 2, 2 times, is written out";
+    assert!(changed.drawing.notes.iter().any(|it| it.text == note), "{:?}", changed.drawing.notes);
+    // So many that they are not even counted.
+    let plan = waypoints(2, &repeat.replace("1\t2\t0", "1\t1000000\t0"));
+    let changed = draw(&system_text(), &plan, &options(PositionForm::Metres)).expect("drawn");
+    assert_eq!(steps_of(&changed.after).len(), 2);
+    let part =
+        "the route has more than 4096 items, and at most 64 legs and stays are drawn; plan fewer";
+    assert!(changed.after.contains(part), "{}", changed.after);
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! The items of a planned route in the order in which they are carried out: a drawn route has no
-//! loops, so that counted repetitions are written out. Pure.
+//! The items of a planned route in the order in which they are carried out: counted repetitions are
+//! written out, so that each pass has legs of its own, with their own exits, limits and times. Pure.
 
 use armor_exchange::PlanItem;
 
 /// Most items that repetitions may add before the route is certainly too long.
-const MOST_REPEATED: usize = 4_096;
+pub(super) const MOST_REPEATED: usize = 4_096;
 
 /// Returns the indices of the items in the order in which they are carried out, without the
 /// repetitions themselves; nothing if they are too many. A repetition without end is passed over.

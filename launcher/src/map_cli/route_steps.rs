@@ -6,7 +6,7 @@ use armor_exchange::{MavlinkCommand, PlanItem, PlanNote, PlanPosition, PlannedRo
 use armor_robotfile::MAX_ROUTE_STEPS;
 
 use super::drawing::{DrawingError, DrawingOptions};
-use super::play_order::{describe_repetition, pass_once, play_items};
+use super::play_order::{MOST_REPEATED, describe_repetition, pass_once, play_items};
 
 /// Shorter stays are none.
 const SHORTEST_STAY_S: f64 = 0.001;
@@ -95,10 +95,14 @@ pub(super) fn plan_steps(
         Some(whole) => {
             let count = whole.steps.len();
             format!(
-                "written out, the route has {count} legs and stays, and at most {most} are drawn"
+                "written out, the route has {count} legs and stays, and at most {most} are drawn; \
+                 plan fewer passes, or divide the route in the planner"
             )
         }
-        None => "written out, the route is too long".to_owned(),
+        None => format!(
+            "written out, the route has more than {MOST_REPEATED} items, and at most {most} legs and \
+             stays are drawn; plan fewer passes"
+        ),
     };
     let once = play(&pass_once(items), Err(reason));
     let steps = once.steps.len();
